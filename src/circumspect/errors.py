@@ -1,0 +1,32 @@
+"""The one exception tree: every fault that a user can mend is a `CircumspectError`."""
+
+from __future__ import annotations
+
+
+class CircumspectError(Exception):
+    """Base of all known faults; its message is one line that names culprit and remedy."""
+
+
+class InputError(CircumspectError):
+    """A file or array that was given can not be used."""
+
+
+class GeometryError(InputError):
+    """Points or faces that span no shape: too few, all equal, on a line, not finite."""
+
+
+class WeightsError(InputError):
+    """Weights that are broken or belong to another network or to other classes."""
+
+
+class OutputError(CircumspectError):
+    """A result could not be written; nothing half-written was left behind."""
+
+
+class MissingExtraError(CircumspectError):
+    """An optional dependency is not installed; the message says how to get it."""
+
+    def __init__(self, package: str, extra: str) -> None:
+        super().__init__(
+            f"{package} is not installed; get it with: pip install \"circumspect[{extra}]\""
+        )

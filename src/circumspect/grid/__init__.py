@@ -1,0 +1,1 @@
+"""Occupancy grids in the object's own frame, cylindrical and rectangular (section 3.2)."""
