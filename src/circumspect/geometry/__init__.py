@@ -1,7 +1,21 @@
 """Shapes and poses: point clouds, meshes, files of both, the pinhole camera, trajectories."""
 
 from circumspect.geometry.camera import PinholeCamera
+from circumspect.geometry.cloud_files import read_cloud, read_mesh
+from circumspect.geometry.extent import require_extent
+from circumspect.geometry.ply_file import write_ply
 from circumspect.geometry.point_cloud import PointCloud
+from circumspect.geometry.surface import fill_surface, short_edge_triangles
 from circumspect.geometry.triangle_mesh import TriangleMesh
 
-__all__ = ["PinholeCamera", "PointCloud", "TriangleMesh"]
+__all__ = [
+    "PinholeCamera",
+    "PointCloud",
+    "TriangleMesh",
+    "fill_surface",
+    "read_cloud",
+    "read_mesh",
+    "require_extent",
+    "short_edge_triangles",
+    "write_ply",
+]

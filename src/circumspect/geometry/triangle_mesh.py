@@ -69,7 +69,9 @@ class TriangleMesh:
         areas = self.areas
         total = float(areas.sum())
         if not total > 0:
-            raise GeometryError("the mesh has no area: all its points lie on a line or in one place")
+            raise GeometryError(
+                "the mesh has no area: all its points lie on a line or in one place"
+            )
         # Stratified along the cumulated area: less clumping than independent draws.
         steps = (np.arange(count) + rng.random(count)) * (total / count)
         chosen = np.searchsorted(np.cumsum(areas), steps, side="right").clip(max=len(areas) - 1)

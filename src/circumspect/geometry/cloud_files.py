@@ -1,0 +1,148 @@
+"""Clouds and meshes from files of many formats, told apart by content and suffix."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+from circumspect.geometry.file_shape import FileShape
+from circumspect.geometry.numpy_file import read_npy, read_npz
+from circumspect.geometry.off_file import read_off
+from circumspect.geometry.ply_file import read_ply
+from circumspect.geometry.point_cloud import PointCloud
+from circumspect.geometry.triangle_mesh import TriangleMesh
+
+# Suffix -> reader. A new format is one line here.
+READERS: dict[str, Callable[[Path], FileShape]] = {
+    ".off": read_off,
+    ".ply": read_ply,
+    ".npy": read_npy,
+    ".npz": read_npz,
+}
+
+# How a file begins, where that says more than its name.
+_SIGNATURES = {
+    b"ply\n": ".ply",
+    b"ply\r": ".ply",
+    b"OFF": ".off",
+    b"# .PCD": ".pcd",
+    b"\x93NUMPY": ".npy",
+    b"PK\x03\x04": ".npz",
+    b"glTF": ".glb",
+}
+
+# The smallest rotation that turns the axis which points up in the file to z (right-handed).
+_ROTATION_TO_Z_UP: dict[str, NDArray[np.float64]] = {
+    "x": np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+    "y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+    "z": np.eye(3),
+}
+
+
+def read_cloud(
+    path: str | os.PathLike[str], up: str = "z", samples: int = 32768, seed: int = 0
+) -> PointCloud:
+    """Read the surface points of an object, z up.
+
+    Args:
+        path: A file of one of the formats in `READERS`.
+        up: The axis that points up in the file: "x", "y" or "z". The points are turned by the
+            smallest rotation that brings it to z: "y" gives (x, -z, y), "x" gives (-z, y, x).
+            glTF files have y up by definition.
+        samples: How many points to draw from a mesh, evenly by area. Mere points are all kept.
+        seed: Of the draw.
+
+    Returns:
+        The cloud in the unit of the file, with normals where the file or its faces give them.
+        Points that a scanner marked as missing (NaN in PCD and in PLY without faces) are left out.
+
+    Raises:
+        InputError: The file can not be read; the message names it and what to do.
+        GeometryError: It was read, but holds no usable shape.
+    """
+    if samples < 1:
+        raise InputError(f"samples must be at least 1, not {samples}")
+    rotation = _rotation(up)
+    with _blamed_on(path) as file:
+        shape = _reader(file)(file)
+        if shape.has_faces:
+            return shape.mesh(rotation).sampled(samples, np.random.default_rng(seed))
+        return shape.cloud(rotation)
+
+
+def read_mesh(path: str | os.PathLike[str], up: str = "z") -> TriangleMesh:
+    """Read a surface of triangles, z up; polygons are cut into triangles.
+
+    Args:
+        path: A file of one of the formats in `READERS`.
+        up: The axis that points up in the file, as in `read_cloud`.
+
+    Raises:
+        InputError: The file can not be read; the message names it and what to do.
+        GeometryError: It was read, but holds no faces, or broken ones.
+    """
+    rotation = _rotation(up)
+    with _blamed_on(path) as file:
+        return _reader(file)(file).mesh(rotation)
+
+
+def _rotation(up: str) -> NDArray[np.float64]:
+    if up not in _ROTATION_TO_Z_UP:
+        raise InputError(f"up must be x, y or z, not {up!r}")
+    return _ROTATION_TO_Z_UP[up]
+
+
+def _reader(path: Path) -> Callable[[Path], FileShape]:
+    with path.open("rb") as stream:
+        head = stream.read(16)
+    if not head:
+        raise InputError("is empty; save or download it again")
+    signed = (suffix for mark, suffix in _SIGNATURES.items() if head.startswith(mark))
+    suffix = next(signed, path.suffix.lower())
+    if suffix not in READERS:
+        known = " ".join(sorted(READERS))
+        raise InputError(f"unknown format {path.suffix or '(no suffix)'!r}; known: {known}")
+    return READERS[suffix]
+
+
+@contextmanager
+def _blamed_on(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Turn whatever goes wrong with a file into one line that names it."""
+    file = Path(path)
+    try:
+        if not file.exists():
+            raise InputError(f"does not exist{_suggestion(file)}")
+        if file.is_dir():
+            raise InputError("is a folder; name a file in it")
+        if not file.is_file():
+            raise InputError("is not a regular file; copy its contents to one")
+        with np.errstate(all="ignore"):
+            yield file
+    except InputError as error:
+        raise type(error)(_one_line(f"{file}: {error}")) from error
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(_one_line(f"{file}: can not be read ({reason})")) from error
+    except MemoryError as error:
+        raise InputError(
+            _one_line(f"{file}: does not fit into memory; thin it out first")
+        ) from error
+
+
+def _suggestion(path: Path) -> str:
+    """Files of nearly the same name, or the remark that the folder is missing as well."""
+    if not path.parent.is_dir():
+        return f"; nor does the folder {path.parent}"
+    near = difflib.get_close_matches(path.name, [entry.name for entry in path.parent.iterdir()])
+    return f"; near it: {', '.join(near)}" if near else "; check the path"
+
+
+def _one_line(message: str) -> str:
+    return message.replace("\r", " ").replace("\n", " ")

@@ -1,0 +1,57 @@
+"""Rows of numbers in text, by NumPy's own parser."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from typing import IO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+
+
+def read_table(
+    source: IO[bytes] | Iterable[bytes] | Iterable[str],
+    rows: int | None = None,
+    columns: int | None = None,
+    delimiter: str | None = None,
+    comments: str | None = None,
+) -> NDArray[np.float64]:
+    """Read lines of numbers; empty lines do not count.
+
+    Args:
+        source: An open binary file (read on from where it stands) or lines.
+        rows: How many rows there must be; None means all up to the end.
+        columns: Take the first so many columns; None means all, and that all rows have as many.
+        delimiter: What stands between numbers; None means white space.
+        comments: What begins a comment.
+
+    Returns:
+        (rows, columns) numbers, NaN and infinite ones included.
+
+    Raises:
+        InputError: Something is not a number, a row is too short, or rows are missing.
+    """
+    if rows == 0:
+        return np.empty((0, columns or 0))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # loadtxt only warns of input without a single row.
+            table = np.loadtxt(
+                source,
+                max_rows=rows,
+                usecols=None if columns is None else range(columns),
+                delimiter=delimiter,
+                comments=comments,
+                ndmin=2,
+                encoding="latin-1",
+            )
+    except UserWarning:
+        raise InputError("holds no numbers") from None
+    except ValueError as error:
+        raise InputError(f"broken table of numbers: {error}") from error
+    if rows is not None and len(table) < rows:
+        raise InputError(f"ends too early: {rows} rows announced, {len(table)} found")
+    return table

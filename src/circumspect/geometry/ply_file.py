@@ -1,0 +1,94 @@
+"""PLY: meshes and clouds, ASCII and binary of both byte orders."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+from circumspect.geometry.file_shape import FileShape, side_by_side
+from circumspect.geometry.ply_header import parse_ply_header
+from circumspect.geometry.ply_rows import Columns, Polygons, ply_rows
+from circumspect.geometry.point_cloud import PointCloud
+from circumspect.geometry.polygons import fan_triangles, fan_triangles_mixed
+from circumspect.storage import atomic_open
+
+_POSITION = ("x", "y", "z")
+_NORMAL = ("nx", "ny", "nz")
+_AREA = "area"
+_FACE_LISTS = ("vertex_indices", "vertex_index")
+
+
+def read_ply(path: Path) -> FileShape:
+    """Read vertices (x y z, nx ny nz, area) and, where there are any, faces.
+
+    Raises:
+        InputError: Not a PLY file, truncated, or broken.
+        GeometryError: Faces that name vertices which do not exist.
+    """
+    data = path.read_bytes()
+    header = parse_ply_header(data)
+    rows = ply_rows(data, header)
+    vertices: Columns = {}
+    polygons: Polygons = []
+    for element in header.elements:
+        if element.name == "face":
+            polygons = rows.lists(element, _FACE_LISTS)
+        elif element.has_lists:
+            rows.lists(element, ())
+        elif element.name == "vertex":
+            vertices = rows.scalars(element)
+        else:
+            rows.scalars(element)
+    points = side_by_side(vertices, _POSITION)
+    if points is None:
+        raise InputError("is a PLY file without vertices x, y, z; nothing to read")
+    faces = _triangles(polygons, len(points))
+    return FileShape(
+        points,
+        faces=faces,
+        normals_xyz=side_by_side(vertices, _NORMAL),
+        areas=vertices.get(_AREA),
+        scan=len(faces) == 0,
+    )
+
+
+def write_ply(path: str | os.PathLike[str], cloud: PointCloud) -> None:
+    """Write a cloud as binary PLY (little endian, double), with normals and areas it has.
+
+    `read_cloud` gives back the same numbers; other programs pass over the areas.
+
+    Args:
+        path: The file; it appears when complete.
+        cloud: The points [m].
+
+    Raises:
+        OutputError: The file can not be written.
+    """
+    columns: Columns = dict(zip(_POSITION, cloud.points_xyz.T, strict=True))
+    if cloud.normals_xyz is not None:
+        columns |= dict(zip(_NORMAL, cloud.normals_xyz.T, strict=True))
+    if cloud.areas is not None:
+        columns[_AREA] = cloud.areas
+    table = np.empty(len(cloud), dtype=[(name, "<f8") for name in columns])
+    for name, column in columns.items():
+        table[name] = column
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(cloud)}",
+        *(f"property double {name}" for name in columns),
+        "end_header",
+    ]
+    with atomic_open(path, "wb") as stream:
+        stream.write(("\n".join(header) + "\n").encode("ascii"))
+        stream.write(table.tobytes())
+
+
+def _triangles(polygons: Polygons, vertex_count: int) -> NDArray[np.int64]:
+    if isinstance(polygons, np.ndarray):
+        return fan_triangles(polygons, vertex_count)
+    return fan_triangles_mixed(polygons, vertex_count)

@@ -1,0 +1,192 @@
+"""The rows of a PLY file after its header, element by element, in text or in binary."""
+
+from __future__ import annotations
+
+import io
+import struct
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+from circumspect.geometry.number_table import read_table
+from circumspect.geometry.ply_header import PlyElement, PlyHeader
+
+Columns = dict[str, NDArray[Any]]
+Polygons = NDArray[Any] | list[Sequence[float]]
+
+_STRUCT_CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}  # fmt: skip  # noqa: E501
+
+
+class PlyRows(ABC):
+    """Reads one element after the other. Counts in the header are never trusted with memory."""
+
+    @abstractmethod
+    def scalars(self, element: PlyElement) -> Columns:
+        """The next element, which has no lists, as columns by name."""
+
+    @abstractmethod
+    def lists(self, element: PlyElement, names: tuple[str, ...]) -> Polygons:
+        """The list property of one of these names in the next element, row by row."""
+
+
+def ply_rows(data: bytes, header: PlyHeader) -> PlyRows:
+    """The reader of the rows behind this header."""
+    return BinaryRows(data, header) if header.byte_order else AsciiRows(data, header)
+
+
+class BinaryRows(PlyRows):
+    """Rows in binary: one structured array where all rows are alike, else one by one."""
+
+    def __init__(self, data: bytes, header: PlyHeader) -> None:
+        self._data = data
+        self._order = header.byte_order
+        self._offset = header.size
+
+    def scalars(self, element: PlyElement) -> Columns:
+        """See `PlyRows`."""
+        fields = [(item.name, self._order + item.type) for item in element.properties]
+        return self._table(element, np.dtype(fields))
+
+    def lists(self, element: PlyElement, names: tuple[str, ...]) -> Polygons:
+        """See `PlyRows`."""
+        if element.count == 0:
+            return []
+        alike = self._alike(element)
+        if alike is None:
+            return self._one_by_one(element, names)
+        chosen = [item.name for item in element.properties if item.name in names]
+        return alike[chosen[0]] if chosen else []
+
+    def _table(self, element: PlyElement, row: np.dtype) -> Columns:
+        size = element.count * row.itemsize
+        if self._offset + size > len(self._data):
+            raise _too_short(element, (len(self._data) - self._offset) // row.itemsize)
+        if row.itemsize == 0:
+            return {}
+        table = np.frombuffer(self._data, row, element.count, self._offset)
+        self._offset += size
+        return {name: table[name] for name in row.names or ()}
+
+    def _alike(self, element: PlyElement) -> Columns | None:
+        """The element as a table, when the lists of all rows are as long as those of the first."""
+        start = self._offset
+        fields: list[tuple[Any, ...]] = []
+        lengths: dict[str, int] = {}
+        for item in element.properties:
+            if item.count_type is None:
+                fields.append((item.name, self._order + item.type))
+                continue
+            count_name = f"length of {item.name}"
+            fields.append((count_name, self._order + item.count_type))
+            count_at = start + np.dtype(fields).itemsize - int(item.count_type[1])
+            length = self._length(count_at, item.count_type)
+            if length is None or length * int(item.type[1]) > len(self._data):
+                return None
+            lengths[count_name] = length
+            fields.append((item.name, self._order + item.type, (length,)))
+        row = np.dtype(fields)
+        if start + element.count * row.itemsize > len(self._data):
+            return None
+        columns = self._table(element, row)
+        if all((columns[name] == length).all() for name, length in lengths.items()):
+            return columns
+        self._offset = start
+        return None
+
+    def _length(self, offset: int, count_type: str) -> int | None:
+        try:
+            (length,) = struct.unpack_from(
+                self._order + _STRUCT_CODES[count_type], self._data, offset
+            )
+        except struct.error:
+            return None
+        return length if length >= 0 else None
+
+    def _one_by_one(self, element: PlyElement, names: tuple[str, ...]) -> Polygons:
+        steps = [
+            (
+                struct.Struct(self._order + _STRUCT_CODES[item.count_type or item.type]),
+                _STRUCT_CODES[item.type] if item.count_type else "",
+                int(item.type[1]),
+                item.name in names,
+            )
+            for item in element.properties
+        ]
+        data, offset, rows = self._data, self._offset, []
+        for index in range(element.count):
+            try:
+                for head, code, size, wanted in steps:
+                    (length,) = head.unpack_from(data, offset)
+                    offset += head.size
+                    if not code:
+                        continue
+                    if length < 0 or offset + length * size > len(data):
+                        raise _too_short(element, index)
+                    if wanted:
+                        rows.append(
+                            struct.unpack_from(f"{self._order}{length}{code}", data, offset)
+                        )
+                    offset += length * size
+            except struct.error:
+                raise _too_short(element, index) from None
+        self._offset = offset
+        return rows
+
+
+class AsciiRows(PlyRows):
+    """Rows in text: a line each."""
+
+    def __init__(self, data: bytes, header: PlyHeader) -> None:
+        self._stream = io.BytesIO(data)
+        self._stream.seek(header.size)
+
+    def scalars(self, element: PlyElement) -> Columns:
+        """See `PlyRows`."""
+        if not element.properties:
+            return {}
+        table = read_table(self._stream, rows=element.count, columns=len(element.properties))
+        return {item.name: table[:, index] for index, item in enumerate(element.properties)}
+
+    def lists(self, element: PlyElement, names: tuple[str, ...]) -> Polygons:
+        """See `PlyRows`."""
+        rows = []
+        for index in range(element.count):
+            line = self._stream.readline()
+            while line.isspace():
+                line = self._stream.readline()
+            if not line:
+                raise _too_short(element, index)
+            try:
+                rows.extend(_lists_of_line([float(word) for word in line.split()], element, names))
+            except (ValueError, IndexError, OverflowError):
+                raise InputError(f"has a broken {element.name}: {line[:60]!r}") from None
+        return rows
+
+
+def _lists_of_line(
+    numbers: list[float], element: PlyElement, names: tuple[str, ...]
+) -> list[list[float]]:
+    lists, position = [], 0
+    for item in element.properties:
+        if item.count_type is None:
+            position += 1
+            continue
+        length = int(numbers[position])
+        values = numbers[position + 1 : position + 1 + length]
+        if length < 0 or len(values) < length:
+            raise ValueError
+        if item.name in names:
+            lists.append(values)
+        position += 1 + length
+    return lists
+
+
+def _too_short(element: PlyElement, found: int) -> InputError:
+    return InputError(
+        f"ends too early: {element.count} rows of {element.name!r} announced, {found} found; "
+        "it may be truncated"
+    )
