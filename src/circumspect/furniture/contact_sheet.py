@@ -1,0 +1,51 @@
+"""Many pieces in one picture: `python -m circumspect.furniture.contact_sheet OUT.png`."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import numpy as np
+
+from circumspect.furniture.catalogue import CATEGORIES, make_furniture
+from circumspect.furniture.shading import shaded
+from circumspect.storage import atomic_path
+
+_MARGIN = 110
+"""Pixels at the left for the names of the categories."""
+
+
+def draw_contact_sheet(
+    path: str | os.PathLike[str], columns: int = 8, first_seed: int = 0, pixels: int = 150
+) -> None:
+    """Draw some pieces of each category, one category a row.
+
+    Args:
+        path: PNG to write.
+        columns: Pieces a category, of the seeds from `first_seed` on.
+        first_seed: Seed of the leftmost column.
+        pixels: Side of the picture of one piece.
+
+    Raises:
+        OutputError: The file can not be written.
+    """
+    from PIL import Image, ImageDraw
+
+    sheet = np.ones((len(CATEGORIES) * pixels, _MARGIN + columns * pixels, 3))
+    for row, category in enumerate(CATEGORIES):
+        for column in range(columns):
+            top, left = row * pixels, _MARGIN + column * pixels
+            piece = make_furniture(category, first_seed + column)
+            sheet[top : top + pixels, left : left + pixels] = shaded(piece, pixels)
+    image = Image.fromarray(np.rint(sheet * 255).astype(np.uint8))
+    pen = ImageDraw.Draw(image)
+    for row, category in enumerate(CATEGORIES):
+        pen.text((8, (row + 0.5) * pixels - 9), category, fill=(30, 30, 30), font_size=16)
+    with atomic_path(path) as aside:
+        image.save(aside, format="PNG")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("give one file to write: python -m circumspect.furniture.contact_sheet OUT.png")
+    draw_contact_sheet(sys.argv[1])
