@@ -1,0 +1,43 @@
+#include "box.hpp"
+
+#include "multiversion.hpp"
+
+namespace circumspect {
+namespace {
+
+struct Axis {
+  double half_width, per_cell, last;
+};
+
+inline int32_t cell_along(const Axis& axis, double at) {
+  const double up = (at + axis.half_width) * axis.per_cell;
+  const double t = up > 0.0 ? up : 0.0;
+  return int32_t(t < axis.last ? t : axis.last);
+}
+
+CIRCUMSPECT_MULTIVERSION
+void locate_in(const Box& box, const Axis& ai, const Axis& aj, const Axis& ak, Block& block,
+               int count) {
+  const double half_width = box.half_width;
+  for (int n = 0; n < count; ++n) {
+    const double dx = block.x[n] - box.x, dy = block.y[n] - box.y, z = block.z[n] - box.z;
+    const double x = box.cosine * dx + box.sine * dy;
+    const double y = box.cosine * dy - box.sine * dx;
+    const bool inside = (std::fabs(x) <= half_width) & (std::fabs(y) <= half_width) &
+                        (std::fabs(z) <= half_width);
+    block.i[n] = inside ? cell_along(ai, x) : -1;
+    block.j[n] = inside ? cell_along(aj, y) : -1;
+    block.k[n] = inside ? cell_along(ak, z) : -1;
+  }
+}
+
+}  // namespace
+
+void Box::locate(Block& block, int count) const {
+  const auto axis = [this](int32_t cells) {
+    return Axis{half_width, cells / (2.0 * half_width), double(cells - 1)};
+  };
+  locate_in(*this, axis(shape.i), axis(shape.j), axis(shape.k), block, count);
+}
+
+}  // namespace circumspect

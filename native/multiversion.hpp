@@ -1,0 +1,11 @@
+// Hot loops are compiled once for every x86-64 and again for wider vectors; the loader picks.
+// Contraction is off (CMakeLists.txt), so that all versions round alike and agree in each cell.
+#pragma once
+
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GLIBC__) && defined(__GNUC__) && \
+    !defined(__clang__)
+#define CIRCUMSPECT_MULTIVERSION \
+  __attribute__((noinline, target_clones("default", "avx2", "arch=skylake-avx512")))
+#else
+#define CIRCUMSPECT_MULTIVERSION
+#endif

@@ -1,0 +1,133 @@
+"""Checks of what callers hand to a grid; C++ only ever sees what passed here."""
+
+from __future__ import annotations
+
+import math
+import operator
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from circumspect.errors import GeometryError, InputError
+from circumspect.geometry import PointCloud
+from circumspect.grid import _native
+
+SMALLEST_LENGTH, LARGEST_LENGTH = 1e-100, 1e100
+"""Lengths of grids and coordinates of points [m] beyond these would overflow when squared."""
+
+
+def checked_shape(shape: Sequence[int]) -> tuple[int, int, int]:
+    """Three counts of cells.
+
+    Raises:
+        InputError: Not three whole numbers within what fits into memory.
+    """
+    try:
+        cells = tuple(operator.index(n) for n in shape)
+    except TypeError as error:
+        raise InputError(f"a grid's shape is three whole numbers, not {shape!r}") from error
+    most = _native.MOST_CELLS_ALONG
+    if len(cells) != 3 or not all(1 <= n <= most for n in cells):
+        raise InputError(f"a grid's shape is three whole numbers from 1 to {most}, not {cells}")
+    if math.prod(cells) > _native.MOST_CELLS:
+        raise InputError(f"a grid of {cells} has more than {_native.MOST_CELLS} cells; take fewer")
+    return (cells[0], cells[1], cells[2])
+
+
+def checked_length(value: float, name: str) -> float:
+    """A length of a grid [m].
+
+    Raises:
+        InputError: Not a positive number, or beyond 1e±100.
+    """
+    length = checked_number(value, name)
+    if not SMALLEST_LENGTH <= length <= LARGEST_LENGTH:
+        raise InputError(f"{name} must lie between 1e-100 and 1e100 m, not {length:g}")
+    return length
+
+
+def checked_number(value: float, name: str) -> float:
+    """A finite number as float.
+
+    Raises:
+        InputError: It is not one.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{name} must be a number, not {value!r}") from error
+    if not math.isfinite(number):
+        raise InputError(f"{name} must be finite, not {number}")
+    return number
+
+
+def checked_centre(centre_xyz: ArrayLike) -> tuple[float, float, float]:
+    """The centre of a grid, (3,) [m].
+
+    Raises:
+        InputError: Not three finite numbers below 1e100.
+    """
+    try:
+        centre = np.asarray(centre_xyz, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"a grid's centre is three numbers, not {centre_xyz!r}") from error
+    if centre.shape != (3,) or not (np.abs(centre) <= LARGEST_LENGTH).all():
+        raise InputError(f"a grid's centre is three numbers within ±1e100 m, not {centre_xyz!r}")
+    x, y, z = centre.tolist()
+    return (x, y, z)
+
+
+def checked_points(points_xyz: PointCloud | ArrayLike, name: str = "points") -> NDArray[Any]:
+    """Points as (n, 3) float64 or float32 in C order; copied only where they are not yet.
+
+    Raises:
+        InputError: Wrong shape or not numbers.
+    """
+    if isinstance(points_xyz, PointCloud):
+        return points_xyz.points_xyz
+    points = np.asarray(points_xyz)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"{name} must have shape (n, 3), not {points.shape}")
+    if points.dtype not in (np.float32, np.float64):
+        if points.dtype.kind not in "iuf":
+            raise InputError(f"{name} must be real numbers, not {points.dtype}")
+        points = points.astype(np.float64)
+    if not points.dtype.isnative:
+        points = points.astype(points.dtype.newbyteorder("="))
+    return np.require(points, requirements=["C", "A"])
+
+
+def require_usable(bad: int, count: int, name: str = "points") -> None:
+    """Refuse points that a kernel found unusable.
+
+    Raises:
+        GeometryError: `bad` is not zero.
+    """
+    if bad:
+        raise GeometryError(
+            f"{bad} of {count} {name} are NaN, infinite or beyond 1e100 m; remove them first"
+        )
+
+
+def checked_threads(threads: int) -> int:
+    """How many threads to use; 0 means as many as this process has cores.
+
+    Raises:
+        InputError: Negative or not a whole number.
+    """
+    try:
+        wanted = operator.index(threads)
+    except TypeError as error:
+        raise InputError(f"threads must be a whole number, not {threads!r}") from error
+    if wanted < 0:
+        raise InputError(f"threads must be 0 (all cores) or more, not {wanted}")
+    return min(wanted, 256) or _cores()
+
+
+def _cores() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
