@@ -1,1 +1,15 @@
+"""From frames to one model of the object: poses, fusion, the rays that saw it."""
 
+from circumspect.mapping.object_model import ModelSettings, ObjectModel
+from circumspect.mapping.pose_estimator import GATE_OPEN, KnownPoses, PoseEstimate, PoseEstimator
+from circumspect.mapping.sight_rays import SightRays
+
+__all__ = [
+    "GATE_OPEN",
+    "KnownPoses",
+    "ModelSettings",
+    "ObjectModel",
+    "PoseEstimate",
+    "PoseEstimator",
+    "SightRays",
+]

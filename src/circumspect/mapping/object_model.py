@@ -1,0 +1,154 @@
+"""What is known of the object: its surface, and the rays that saw it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.errors import GeometryError
+from circumspect.geometry import PointCloud, write_ply
+from circumspect.grid import Grid, OccupancyGrid
+from circumspect.mapping.frame_surface import FrameSurface
+from circumspect.mapping.occupancy import occupancy
+from circumspect.mapping.sight_rays import SightRays
+from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
+from circumspect.sensing import RgbdFrame
+
+# Columns of the sums: weight, weighted point (3), weighted normal (3), area, frames.
+_WEIGHT, _POINT, _NORMAL, _AREA, _FRAMES, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8, 9
+
+
+@dataclass(frozen=True)
+class ModelSettings:
+    """How frames are fused.
+
+    Attributes:
+        voxel: Side of the voxels over which points are averaged [m].
+        confirmed_by: Once `frames_until_strict` frames are fused, a voxel needs this many.
+        frames_until_strict: See above.
+        crowd: Voxels with fewer than this many in their block of 3 x 3 x 3 are specks.
+    """
+
+    voxel: float = 0.008
+    confirmed_by: int = 2
+    frames_until_strict: int = 8
+    crowd: int = 3
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectModel:
+    """The fused surface of one object in the map frame; `fused` returns a new one.
+
+    Attributes:
+        settings: How frames are fused.
+        sums: Per voxel sums over frames.
+        rays: The rays that saw the object or passed it.
+        views_xyz: (f, 3) [m] where the frames were taken from.
+    """
+
+    settings: ModelSettings = field(default_factory=ModelSettings)
+    sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(_COLUMNS))
+    rays: SightRays = field(default_factory=SightRays.empty)
+    views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+
+    @property
+    def frames(self) -> int:
+        """How many frames are fused."""
+        return len(self.views_xyz)
+
+    @property
+    def points_xyz(self) -> NDArray[np.float64]:
+        """(n, 3) [m]: mean point of every voxel, specks included; may be empty."""
+        return self.sums.totals[:, _POINT] / self.sums.totals[:, _WEIGHT, None]
+
+    def fused(
+        self, frame: RgbdFrame, object_mask: NDArray[np.bool_], T_map_camera: RigidTransform
+    ) -> ObjectModel:
+        """The model with one more frame.
+
+        Args:
+            frame: The frame.
+            object_mask: (height, width) the object's pixels.
+            T_map_camera: Where it was taken from.
+
+        Returns:
+            A new model; this one where the mask shows no surface.
+        """
+        surface = FrameSurface.of(frame, object_mask, T_map_camera)
+        if len(surface.points_xyz) == 0:
+            return self
+        ends, on_object = surface.rays_beside(self.points_xyz)
+        return replace(
+            self,
+            sums=self.sums.plus(self._voxels(surface)),
+            rays=self.rays.with_frame(surface.origin_xyz, ends, on_object),
+            views_xyz=np.vstack([self.views_xyz, surface.origin_xyz]),
+        )
+
+    def cloud(self) -> PointCloud:
+        """The surface without specks, each point with its normal and area.
+
+        A point's area is the mean over frames of the area that its voxel showed. A surface that
+        is seen often, or from near, so counts no more than one that is seen once.
+
+        Raises:
+            GeometryError: Nothing is fused yet.
+        """
+        if len(self.sums) == 0:
+            raise GeometryError("the model is empty: no frame has shown the object yet")
+        points = self.points_xyz
+        kept = self._confirmed(points)
+        totals = self.sums.totals[kept]
+        normals = totals[:, _NORMAL]
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        upright = np.where(lengths > 1e-9, normals / np.maximum(lengths, 1e-9), [0.0, 0.0, 1.0])
+        return PointCloud(
+            points[kept], areas=totals[:, _AREA] / totals[:, _FRAMES], normals_xyz=upright
+        )
+
+    def occupancy(self, grid: Grid) -> OccupancyGrid:
+        """Unknown, free and occupied cells of a grid around the object.
+
+        Raises:
+            GeometryError: Nothing is fused yet.
+        """
+        return occupancy(grid, self.cloud().points_xyz, self.rays)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the cloud as PLY.
+
+        Raises:
+            GeometryError: Nothing is fused yet.
+            OutputError: The file can not be written.
+        """
+        write_ply(path, self.cloud())
+
+    def _voxels(self, surface: FrameSurface) -> VoxelSums:
+        weight = surface.weights[:, None]
+        columns = np.concatenate(
+            [
+                weight,
+                weight * surface.points_xyz,
+                weight * surface.normals_xyz,
+                surface.areas[:, None],
+                np.zeros_like(weight),
+            ],
+            axis=1,
+        )
+        keys = voxel_keys(surface.points_xyz, self.settings.voxel)
+        sums = VoxelSums.of(keys, columns)
+        sums.totals[:, _FRAMES] = 1
+        return sums
+
+    def _confirmed(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
+        blocks = voxel_keys(points_xyz, 3 * self.settings.voxel)
+        _, block, crowd = np.unique(blocks, return_inverse=True, return_counts=True)
+        kept = crowd[block] >= self.settings.crowd
+        if self.frames >= self.settings.frames_until_strict:
+            kept &= self.sums.totals[:, _FRAMES] >= self.settings.confirmed_by
+        # Of an object of a few points everything is kept rather than nothing.
+        return kept if kept.any() else np.ones(len(kept), bool)

@@ -1,0 +1,29 @@
+"""The object's grid: occupied by its surface, free where rays passed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.grid import FREE, Grid, OccupancyGrid
+from circumspect.mapping.sight_rays import SightRays
+
+
+def occupancy(grid: Grid, points_xyz: NDArray[np.floating], rays: SightRays) -> OccupancyGrid:
+    """Ray trace what was seen into a grid.
+
+    Args:
+        grid: Bounds around the object.
+        points_xyz: (n, 3) [m] the object's surface: the ends of beams, equation 3.
+        rays: The thinned rays. Where they end says nothing here: those that end on the object
+            are in `points_xyz` with less noise, and the floor is not the object.
+
+    Returns:
+        Occupied where the surface is, free where rays passed, unknown elsewhere.
+    """
+    surface = grid.hits(points_xyz)
+    if len(rays) == 0:
+        return surface
+    traced = grid.trace(rays.origins_xyz, rays.ends_xyz)
+    passed = np.where(traced.states == FREE, np.uint8(FREE), np.uint8(0))
+    return surface.merged(OccupancyGrid(grid, passed))

@@ -1,0 +1,71 @@
+"""Sums over voxels, as sorted tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+BITS = 21
+"""Bits for each coordinate of a voxel: 2 million voxels along each axis."""
+
+
+def voxel_keys(points_xyz: NDArray[np.floating], side: float) -> NDArray[np.int64]:
+    """(n,) one number for the voxel of each point.
+
+    Args:
+        points_xyz: (n, 3) [m].
+        side: Of the voxels [m].
+    """
+    cells = np.floor(np.asarray(points_xyz) / side).astype(np.int64) + (1 << (BITS - 1))
+    cells &= (1 << BITS) - 1
+    return (cells[:, 0] << (2 * BITS)) | (cells[:, 1] << BITS) | cells[:, 2]
+
+
+@dataclass(frozen=True, eq=False)
+class VoxelSums:
+    """For each voxel the sum of some columns.
+
+    Attributes:
+        keys: (n,) int64, ascending, each once.
+        totals: (n, columns) float64.
+    """
+
+    keys: NDArray[np.int64]
+    totals: NDArray[np.float64]
+
+    @classmethod
+    def empty(cls, columns: int) -> VoxelSums:
+        """No voxels."""
+        return cls(np.empty(0, np.int64), np.empty((0, columns)))
+
+    @classmethod
+    def of(cls, keys: NDArray[np.int64], values: NDArray[np.floating]) -> VoxelSums:
+        """Sum rows of equal keys.
+
+        Args:
+            keys: (n,) in any order.
+            values: (n, columns).
+        """
+        if len(keys) == 0:
+            return cls.empty(values.shape[1])
+        order = np.argsort(keys, kind="stable")
+        ordered = keys[order]
+        first = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
+        totals = np.add.reduceat(values.take(order, axis=0), first, axis=0, dtype=np.float64)
+        return cls(ordered[first], totals)
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def plus(self, other: VoxelSums) -> VoxelSums:
+        """The sums of both."""
+        if len(self) == 0:
+            return other
+        places = np.searchsorted(self.keys, other.keys)
+        known = self.keys[np.minimum(places, len(self) - 1)] == other.keys
+        totals = self.totals.copy()
+        totals[places[known]] += other.totals[known]
+        keys = np.insert(self.keys, places[~known], other.keys[~known])
+        return VoxelSums(keys, np.insert(totals, places[~known], other.totals[~known], axis=0))

@@ -1,0 +1,51 @@
+"""The object is what lies in a given box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from circumspect.errors import InputError
+from circumspect.sensing.depth_noise import DepthNoise
+from circumspect.sensing.flying_pixels import continuous_pixels
+from circumspect.sensing.rgbd_frame import RgbdFrame
+from circumspect.sensing.segmentation import Segmentation
+
+
+@dataclass(frozen=True, eq=False)
+class BoxSegmentation(Segmentation):
+    """Everything within a box with edges along the axes of the map frame.
+
+    Attributes:
+        corner_a, corner_b: (3,) [m] any two opposite corners, map frame.
+        noise: The camera's noise; tells flying pixels from surfaces.
+
+    Raises:
+        InputError: A corner is not three finite numbers, or the box is flat.
+    """
+
+    corner_a: ArrayLike
+    corner_b: ArrayLike
+    noise: DepthNoise = field(default_factory=DepthNoise)
+
+    def __post_init__(self) -> None:
+        corners = np.array([self.corner_a, self.corner_b], dtype=np.float64)
+        if corners.shape != (2, 3) or not np.isfinite(corners).all():
+            raise InputError(f"a box needs two corners of three numbers, not {corners.tolist()}")
+        if (corners[0] == corners[1]).any():
+            raise InputError(f"the box {corners.tolist()} is flat; its corners must be opposite")
+        object.__setattr__(self, "corner_a", corners.min(axis=0))
+        object.__setattr__(self, "corner_b", corners.max(axis=0))
+
+    def object_mask(
+        self,
+        frame: RgbdFrame,
+        known_xyz: NDArray[np.floating] | None = None,  # noqa: ARG002 - the box says it all
+    ) -> NDArray[np.bool_]:
+        """See `Segmentation.object_mask`."""
+        mask = continuous_pixels(frame.depth, frame.camera, self.noise)
+        points = frame.points_map(mask)
+        mask[mask] = ((points >= self.corner_a) & (points <= self.corner_b)).all(axis=1)
+        return mask

@@ -1,0 +1,131 @@
+"""The object is what stands on the floor, apart from what else stands there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.sensing.depth_noise import DepthNoise
+from circumspect.sensing.floor_plane import FloorPlane
+from circumspect.sensing.flying_pixels import continuous_pixels
+from circumspect.sensing.pixel_rays import along_axis
+from circumspect.sensing.rgbd_frame import RgbdFrame
+from circumspect.sensing.segmentation import Segmentation
+
+
+@dataclass(frozen=True)
+class GroundSegmentation(Segmentation):
+    """Takes away the floor at z = 0, then keeps the cluster the camera looks at.
+
+    Clusters are found in plan view, not in space: from one place the legs of a table seem to
+    hang apart from its top, yet they stand below it. Once the object is known, every cluster
+    that stands where the object was seen before belongs to it.
+
+    Attributes:
+        margin: Everything closer to the floor than this is floor [m] …
+        sigmas: … and this many standard deviations of the height on top of it.
+        cell: Side of the plan-view cells [m]; gaps of up to one cell are bridged.
+        fewest: Clusters of fewer pixels are specks.
+        noise: The camera's noise.
+    """
+
+    margin: float = 0.012
+    sigmas: float = 3.0
+    cell: float = 0.04
+    fewest: int = 60
+    noise: DepthNoise = field(default_factory=DepthNoise)
+
+    def object_mask(
+        self, frame: RgbdFrame, known_xyz: NDArray[np.floating] | None = None
+    ) -> NDArray[np.bool_]:
+        """See `Segmentation.object_mask`."""
+        mask = continuous_pixels(frame.depth, frame.camera, self.noise)
+        mask &= self._above_floor(frame, self._floor(frame, mask))
+        points = frame.points_map(mask)
+        if len(points) < self.fewest:
+            return np.zeros_like(mask)
+        kept = self._cluster(points, frame, mask, known_xyz)
+        mask[mask] = kept
+        return mask
+
+    def _floor(self, frame: RgbdFrame, mask: NDArray[np.bool_]) -> FloorPlane:
+        sparse = np.zeros_like(mask)
+        sparse[::6, ::6] = mask[::6, ::6]
+        return FloorPlane().refined(frame.points_map(sparse))
+
+    def _above_floor(self, frame: RgbdFrame, floor: FloorPlane) -> NDArray[np.bool_]:
+        up = np.array([-floor.slope_x, -floor.slope_y, 1.0])
+        matrix = frame.pose.as_matrix()
+        rise = along_axis(frame.camera, matrix[:3, :3].T @ up)
+        height = frame.depth * rise + np.float32(up @ matrix[:3, 3] - floor.offset)
+        step = self.noise.quantisation_step(frame.depth, frame.camera)
+        sigma = np.abs(rise) * np.sqrt(self.noise.axial_sigma(frame.depth) ** 2 + step**2 / 12)
+        with np.errstate(invalid="ignore"):
+            return height > self.margin + self.sigmas * sigma
+
+    def _cluster(
+        self,
+        points_xyz: NDArray[np.float64],
+        frame: RgbdFrame,
+        mask: NDArray[np.bool_],
+        known_xyz: NDArray[np.floating] | None,
+    ) -> NDArray[np.bool_]:
+        """(n,) which of the points above the floor belong to the object."""
+        from scipy import ndimage
+
+        low = points_xyz[:, :2].min(axis=0) - 2 * self.cell
+        cells = ((points_xyz[:, :2] - low) / self.cell).astype(np.intp)
+        shape = cells.max(axis=0) + 3
+        flat = np.ravel_multi_index(cells.T, shape)
+        counts = np.bincount(flat, minlength=shape.prod()).reshape(shape)
+        joined = ndimage.binary_dilation(counts >= 3, np.ones((2, 2)), origin=-1)
+        labels, count = ndimage.label(joined, np.ones((3, 3)))
+        of_point = labels.ravel()[flat]
+        sizes = np.bincount(of_point, minlength=count + 1)
+        sizes[0] = 0
+        candidates = sizes >= self.fewest
+        if known_xyz is not None and len(known_xyz):
+            chosen = candidates & _standing_on(labels, count, (known_xyz[:, :2] - low) / self.cell)
+        else:
+            chosen = _looked_at(of_point, candidates, frame, mask)
+        return chosen[of_point]
+
+
+def _standing_on(
+    labels: NDArray[np.intp], count: int, places: NDArray[np.floating]
+) -> NDArray[np.bool_]:
+    """(count + 1,) the clusters that stand where known points of the object are."""
+    cells = places.astype(np.intp)
+    inside = ((places >= 0) & (cells < labels.shape)).all(axis=1)
+    chosen = np.zeros(count + 1, bool)
+    chosen[np.unique(labels[cells[inside, 0], cells[inside, 1]])] = True
+    chosen[0] = False
+    return chosen
+
+
+def _looked_at(
+    of_point: NDArray[np.intp],
+    candidates: NDArray[np.bool_],
+    frame: RgbdFrame,
+    mask: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """The nearest of the clusters near the middle of the picture, as a (count + 1,) choice.
+
+    A wall behind the object fills more of the picture, clutter beside it may be nearer: only
+    clusters with at least a tenth of the weight of the heaviest stay, weighted towards the
+    middle column, and of these the nearest is taken.
+    """
+    chosen = np.zeros(len(candidates), bool)
+    if not candidates.any():
+        return chosen
+    v, u = np.nonzero(mask)
+    camera = frame.camera
+    central = np.exp(-0.5 * ((u - camera.cx) / (camera.width / 8)) ** 2)
+    weight = np.bincount(of_point, central, minlength=len(candidates)) * candidates
+    depth = frame.depth[v, u]
+    central_enough = np.flatnonzero(weight >= 0.1 * weight.max())
+    nearest = [float(np.percentile(depth[of_point == label], 5)) for label in central_enough]
+    chosen[central_enough[int(np.argmin(nearest))]] = True
+    return chosen

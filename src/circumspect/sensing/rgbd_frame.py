@@ -1,0 +1,116 @@
+"""One picture of an RGB-D camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.errors import InputError
+from circumspect.geometry import PinholeCamera
+from circumspect.sensing.pixel_rays import pixel_rays
+
+
+@dataclass(frozen=True, eq=False)
+class RgbdFrame:
+    """Depth, and perhaps colour, from one place at one time; arrays are read-only.
+
+    Attributes:
+        depth: (height, width) float32 [m] along the optical z axis; NaN is invalid. Infinite,
+            zero and negative values become NaN.
+        camera: The camera that took it.
+        stamp: Time [s].
+        T_map_camera: Where the camera is believed to have been (optical frame), or None.
+        colour: (height, width, 3) uint8 RGB, or None.
+
+    Raises:
+        InputError: The depth or the colour has not the camera's size, or the stamp or the pose
+            is not finite.
+    """
+
+    depth: NDArray[np.float32]
+    camera: PinholeCamera
+    stamp: float
+    T_map_camera: RigidTransform | None = None
+    colour: NDArray[np.uint8] | None = None
+
+    def __post_init__(self) -> None:
+        size = (self.camera.height, self.camera.width)
+        depth = np.array(self.depth, dtype=np.float32)
+        if depth.shape != size:
+            raise InputError(f"depth has shape {depth.shape}, the camera makes {size}")
+        depth[~(np.isfinite(depth) & (depth > 0))] = np.nan
+        depth.flags.writeable = False
+        object.__setattr__(self, "depth", depth)
+        if not np.isfinite(self.stamp):
+            raise InputError(f"the frame's stamp is {self.stamp}; give seconds")
+        if self.T_map_camera is not None and not np.isfinite(self.T_map_camera.as_matrix()).all():
+            raise InputError(f"the pose of the frame at {self.stamp:.3f} s is not finite")
+        if self.colour is not None:
+            colour = np.array(self.colour, dtype=np.uint8)
+            if colour.shape != (*size, 3):
+                raise InputError(f"colour has shape {colour.shape}, expected {(*size, 3)}")
+            colour.flags.writeable = False
+            object.__setattr__(self, "colour", colour)
+
+    @classmethod
+    def from_millimetres(
+        cls,
+        depth: ArrayLike,
+        camera: PinholeCamera,
+        stamp: float,
+        T_map_camera: RigidTransform | None = None,
+        colour: NDArray[np.uint8] | None = None,
+    ) -> RgbdFrame:
+        """Build from a depth image as cameras and files have it (16UC1, REP 118).
+
+        Args:
+            depth: (height, width) uint16 [mm]; 0 and 65535 are invalid.
+            camera, stamp, T_map_camera, colour: See the class.
+        """
+        millimetres = np.asarray(depth)
+        metres = millimetres.astype(np.float32) * np.float32(1e-3)
+        metres[(millimetres == 0) | (millimetres == 65535)] = np.nan
+        return cls(metres, camera, stamp, T_map_camera, colour)
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """(height, width): the pixels that hold a depth."""
+        return np.isfinite(self.depth)
+
+    @property
+    def pose(self) -> RigidTransform:
+        """`T_map_camera`.
+
+        Raises:
+            InputError: The frame has none.
+        """
+        if self.T_map_camera is None:
+            raise InputError(f"the frame at {self.stamp:.3f} s has no pose; register it first")
+        return self.T_map_camera
+
+    def at(self, T_map_camera: RigidTransform) -> RgbdFrame:
+        """The same picture, taken from another place."""
+        return replace(self, T_map_camera=T_map_camera)
+
+    def points_map(self, mask: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
+        """Points of the valid pixels in the map frame.
+
+        Args:
+            mask: (height, width) the pixels wanted; None means all.
+
+        Returns:
+            (n, 3) [m], row by row.
+
+        Raises:
+            InputError: The frame has no pose.
+        """
+        wanted = self.valid if mask is None else mask & self.valid
+        matrix = self.pose.as_matrix()
+        # Single precision until the camera's own place is added: it may be far away.
+        chosen = np.flatnonzero(wanted)
+        rays = pixel_rays(self.camera).reshape(-1, 3).take(chosen, axis=0)
+        points = rays * self.depth.take(chosen)[:, None]
+        return points @ matrix[:3, :3].T.astype(np.float32) + matrix[:3, 3]
