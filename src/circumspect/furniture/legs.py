@@ -56,7 +56,7 @@ def turned_leg(
     beads = 0.5 + 0.5 * np.cos(levels * rng.uniform(14.0, 26.0) + rng.uniform(0.0, 6.0))
     radii = width / 2 * (0.5 + 0.5 * beads * rng.uniform(0.6, 1.0))
     shaft = revolved(np.stack([radii, levels * height], axis=1), foot, corners=10)
-    top = np.asarray(foot) + (0.0, 0.0, 0.78 * height)
+    top = np.add(foot, (0.0, 0.0, 0.78 * height))
     return joined([shaft, box((width, width, 0.22 * height), top)])
 
 

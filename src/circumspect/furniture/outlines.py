@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Outline = NDArray[np.float64]
 """(n, 2) [m] corners in counter-clockwise order; the last joins the first."""
@@ -73,3 +73,49 @@ def egg(width: float, length: float, taper: float, corners: int = 32) -> Outline
     outline = ellipse(width, length, corners)
     along = outline[:, 1] / length
     return outline * np.stack([1 + taper * (along - 0.5) * 0.8, np.ones(corners)], axis=1)
+
+
+def rounded_polygon(corners: ArrayLike, radius: float, steps: int = 5) -> Outline:
+    """A polygon with round corners.
+
+    Args:
+        corners: (k, 2) [m] counter-clockwise.
+        radius: Distance from a corner at which its bend begins [m]; cut to 0.45 of the
+            shorter edge there.
+        steps: Edges a bend.
+
+    Returns:
+        (k * (steps + 1), 2) [m].
+    """
+    points = np.asarray(corners, dtype=np.float64)
+    shares = np.linspace(0.0, 1.0, steps + 1)[:, None]
+    bends = []
+    for before, corner, after in zip(
+        np.roll(points, 1, axis=0), points, np.roll(points, -1, axis=0), strict=True
+    ):
+        back, ahead = before - corner, after - corner
+        lengths = np.linalg.norm(back), np.linalg.norm(ahead)
+        reach = min(radius, 0.45 * min(lengths))
+        start, stop = corner + back / lengths[0] * reach, corner + ahead / lengths[1] * reach
+        bend = (1 - shares) ** 2 * start + 2 * shares * (1 - shares) * corner + shares**2 * stop
+        bends.append(bend)
+    return np.concatenate(bends)
+
+
+def resampled(outline: Outline, corners: int) -> Outline:
+    """The outline with `corners` points at equal distances along it."""
+    closed = np.concatenate([outline, outline[:1]])
+    travelled = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))]
+    )
+    wanted = np.arange(corners) * (travelled[-1] / corners)
+    return np.stack([np.interp(wanted, travelled, column) for column in closed.T], axis=1)
+
+
+def refined(outline: Outline, longest: float) -> Outline:
+    """The outline with its edges cut into equal pieces of at most `longest` [m]."""
+    pieces = []
+    for here, after in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        count = max(1, int(np.ceil(np.linalg.norm(after - here) / longest)))
+        pieces.append(here + np.linspace(0.0, 1.0, count, endpoint=False)[:, None] * (after - here))
+    return np.concatenate(pieces)
