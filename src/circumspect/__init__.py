@@ -1,5 +1,90 @@
-"""circumspect: name an object from any side."""
+"""circumspect: name an object from any side.
+
+Names are imported when first used, so that `import circumspect` costs nothing.
+"""
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from circumspect.classification import Classifier as Classifier
+    from circumspect.classification import GridRecipe as GridRecipe
+    from circumspect.classification import Prediction as Prediction
+    from circumspect.errors import CircumspectError as CircumspectError
+    from circumspect.errors import GeometryError as GeometryError
+    from circumspect.errors import InputError as InputError
+    from circumspect.errors import WeightsError as WeightsError
+    from circumspect.furniture import make_furniture as make_furniture
+    from circumspect.geometry import PinholeCamera as PinholeCamera
+    from circumspect.geometry import PointCloud as PointCloud
+    from circumspect.geometry import Trajectory as Trajectory
+    from circumspect.geometry import TriangleMesh as TriangleMesh
+    from circumspect.geometry import read_cloud as read_cloud
+    from circumspect.geometry import read_mesh as read_mesh
+    from circumspect.geometry import write_ply as write_ply
+    from circumspect.grid import CylindricalGrid as CylindricalGrid
+    from circumspect.grid import OccupancyGrid as OccupancyGrid
+    from circumspect.grid import RectangularGrid as RectangularGrid
+    from circumspect.grid import angular_spectrum as angular_spectrum
+    from circumspect.mapping import ObjectModel as ObjectModel
+    from circumspect.pipeline import RecognitionPipeline as RecognitionPipeline
+    from circumspect.sensing import RgbdFrame as RgbdFrame
+
 __version__ = "0.1.0"
+
+_HOMES = {
+    "classification": ("Classifier", "GridRecipe", "Prediction"),
+    "errors": ("CircumspectError", "GeometryError", "InputError", "WeightsError"),
+    "furniture": ("make_furniture",),
+    "geometry": (
+        "PinholeCamera",
+        "PointCloud",
+        "Trajectory",
+        "TriangleMesh",
+        "read_cloud",
+        "read_mesh",
+        "write_ply",
+    ),
+    "grid": ("CylindricalGrid", "OccupancyGrid", "RectangularGrid", "angular_spectrum"),
+    "mapping": ("ObjectModel",),
+    "pipeline": ("RecognitionPipeline",),
+    "sensing": ("RgbdFrame",),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "CircumspectError",
+    "Classifier",
+    "CylindricalGrid",
+    "GeometryError",
+    "GridRecipe",
+    "InputError",
+    "ObjectModel",
+    "OccupancyGrid",
+    "PinholeCamera",
+    "PointCloud",
+    "Prediction",
+    "RecognitionPipeline",
+    "RectangularGrid",
+    "RgbdFrame",
+    "Trajectory",
+    "TriangleMesh",
+    "WeightsError",
+    "angular_spectrum",
+    "make_furniture",
+    "read_cloud",
+    "read_mesh",
+    "write_ply",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'circumspect' has no attribute '{name}'")
+    return getattr(import_module(f"circumspect.{_HOME_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

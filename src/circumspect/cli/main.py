@@ -8,10 +8,24 @@ from collections.abc import Sequence
 
 import tyro
 
+from circumspect.cli.classify import Classify
 from circumspect.cli.doctor import Doctor
+from circumspect.cli.evaluate import Evaluate
+from circumspect.cli.export import Export
+from circumspect.cli.grid import Grid
+from circumspect.cli.nets import Nets
+from circumspect.cli.train import Train
 from circumspect.errors import CircumspectError
 
-COMMANDS = {"doctor": Doctor}
+COMMANDS = {
+    "classify": Classify,
+    "grid": Grid,
+    "train": Train,
+    "evaluate": Evaluate,
+    "export": Export,
+    "nets": Nets,
+    "doctor": Doctor,
+}
 
 DESCRIPTION = """Name an object from any side.
 

@@ -1,1 +1,7 @@
+"""Networks in torch: layers that respect the azimuth, the registry, checkpoints."""
 
+from circumspect.nets.checkpoint import Checkpoint
+from circumspect.nets.cost import Cost, cost_of
+from circumspect.nets.registry import NETS, NetSpec, build_net
+
+__all__ = ["NETS", "Checkpoint", "Cost", "NetSpec", "build_net", "cost_of"]

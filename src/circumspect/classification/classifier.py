@@ -1,0 +1,63 @@
+"""The interface of everything that names an object."""
+
+from __future__ import annotations
+
+import os
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
+
+from circumspect.classification.grid_recipe import GridRecipe
+from circumspect.classification.prediction import Prediction
+from circumspect.geometry import PointCloud
+from circumspect.grid import OccupancyGrid
+
+if TYPE_CHECKING:
+    from circumspect.classification.onnx_classifier import OnnxClassifier
+
+
+class Classifier(ABC):
+    """Names an object, whatever its yaw."""
+
+    @property
+    @abstractmethod
+    def classes(self) -> tuple[str, ...]:
+        """The class names it knows, in the order of its outputs."""
+
+    @property
+    @abstractmethod
+    def recipe(self) -> GridRecipe:
+        """How it wants clouds turned into grids."""
+
+    @abstractmethod
+    def classify(self, cloud: PointCloud) -> Prediction:
+        """Name the object that a cloud shows.
+
+        Args:
+            cloud: The object's surface, z up, any unit and place; only the object.
+
+        Raises:
+            GeometryError: The points span no shape: all in one place or on a line.
+        """
+
+    @abstractmethod
+    def classify_grid(self, grid: OccupancyGrid) -> Prediction:
+        """Name the object that a grid shows.
+
+        Raises:
+            InputError: The grid is of another kind or shape than the classifier was trained on.
+        """
+
+    @staticmethod
+    def load(path: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
+        """Load a classifier.
+
+        Args:
+            path: An ONNX file that `circumspect export` wrote; None means the shipped one.
+            threads: Threads of the network; 0 means as many as there are cores.
+
+        Raises:
+            WeightsError: The file is missing, broken, or not a circumspect classifier.
+        """
+        from circumspect.classification.onnx_classifier import OnnxClassifier
+
+        return OnnxClassifier.load(path, threads)

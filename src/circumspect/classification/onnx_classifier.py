@@ -1,0 +1,137 @@
+"""A classifier in ONNX Runtime."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.classification.classifier import Classifier
+from circumspect.classification.grid_recipe import GridRecipe
+from circumspect.classification.prediction import Prediction
+from circumspect.errors import CircumspectError, WeightsError
+from circumspect.geometry import PointCloud
+from circumspect.grid import OccupancyGrid
+
+METADATA_KEY = "circumspect"
+SHIPPED = "weights/modelnet10.onnx"
+
+
+class OnnxClassifier(Classifier):
+    """Runs a network that `circumspect export` wrote; see `Classifier`."""
+
+    def __init__(self, session: Any, description: dict[str, Any]) -> None:
+        self._session = session
+        self.description = description
+        """What the file says of itself: name, classes, grid, temperature, training."""
+        self._classes = tuple(description["classes"])
+        self._recipe = GridRecipe.from_dict(description["grid"])
+        self._temperature = float(description.get("temperature", 1.0))
+
+    @staticmethod
+    def load(path: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
+        """See `Classifier.load`."""
+        if path is None:
+            content = resources.files("circumspect.classification").joinpath(SHIPPED).read_bytes()
+            return _open(content, "the shipped classifier", threads)
+        return _open(_read(Path(path)), str(path), threads)
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """See `Classifier.classes`."""
+        return self._classes
+
+    @property
+    def recipe(self) -> GridRecipe:
+        """See `Classifier.recipe`."""
+        return self._recipe
+
+    def classify(self, cloud: PointCloud) -> Prediction:
+        """See `Classifier.classify`."""
+        start = time.perf_counter()
+        grids = self._recipe.grids(cloud)[0]
+        gridded = time.perf_counter()
+        probabilities = self.probabilities(grids[None])[0]
+        done = time.perf_counter()
+        times = {"grid": 1e3 * (gridded - start), "classify": 1e3 * (done - gridded)}
+        return Prediction.from_probabilities(self._classes, probabilities, times)
+
+    def classify_grid(self, grid: OccupancyGrid) -> Prediction:
+        """See `Classifier.classify_grid`."""
+        self._recipe.accepts(grid)
+        start = time.perf_counter()
+        occupied = grid.occupied.astype(np.uint8)[None, None]
+        probabilities = self.probabilities(occupied)[0]
+        times = {"classify": 1e3 * (time.perf_counter() - start)}
+        return Prediction.from_probabilities(self._classes, probabilities, times)
+
+    def probabilities(self, grids: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """Class probabilities of many objects.
+
+        Args:
+            grids: (n, views, *shape) uint8, 1 where occupied; logits are averaged over views.
+
+        Returns:
+            (n, c) that sum to 1 along each row.
+        """
+        count, views = grids.shape[:2]
+        flat = grids.reshape(count * views, 1, *grids.shape[2:])
+        (logits,) = self._session.run(None, {"grid": flat})
+        mean = logits.reshape(count, views, -1).mean(axis=1, dtype=np.float64) / self._temperature
+        powers = np.exp(mean - mean.max(axis=1, keepdims=True))
+        return powers / powers.sum(axis=1, keepdims=True)
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        raise WeightsError(
+            f"{path}: no such file; leave the weights out for those shipped"
+        ) from error
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise WeightsError(f"{path}: can not be read ({reason})") from error
+
+
+def _open(content: bytes, name: str, threads: int) -> OnnxClassifier:
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.log_severity_level = 4
+    try:
+        session = onnxruntime.InferenceSession(content, options, ["CPUExecutionProvider"])
+    # ONNX Runtime's faults share no base class of their own.
+    except Exception as error:
+        raise WeightsError(
+            f"{name}: not an ONNX network; make one with circumspect export"
+        ) from error
+    text = session.get_modelmeta().custom_metadata_map.get(METADATA_KEY)
+    if text is None:
+        raise WeightsError(f"{name}: an ONNX network of another program; use circumspect export")
+    try:
+        classifier = OnnxClassifier(session, json.loads(text))
+    except (ValueError, KeyError, TypeError, CircumspectError) as error:
+        raise WeightsError(
+            f"{name}: its description is broken ({error}); export it anew"
+        ) from error
+    _check_shapes(session, classifier, name)
+    return classifier
+
+
+def _check_shapes(session: Any, classifier: OnnxClassifier, name: str) -> None:
+    expected = [1, *classifier.recipe.shape]
+    actual = list(session.get_inputs()[0].shape[1:])
+    outputs = session.get_outputs()[0].shape[-1]
+    if actual != expected or outputs != len(classifier.classes):
+        raise WeightsError(
+            f"{name}: takes {actual} and gives {outputs} values, but its description says "
+            f"{expected} and {len(classifier.classes)} classes; export it anew"
+        )

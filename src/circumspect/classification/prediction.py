@@ -1,0 +1,50 @@
+"""What a classifier says of one object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The class of one object.
+
+    Attributes:
+        label: The most probable class.
+        probability: Its probability, 0 … 1.
+        probabilities: Class to probability, in the classifier's order; they sum to 1.
+        milliseconds: Stage to time spent [ms].
+    """
+
+    label: str
+    probability: float
+    probabilities: Mapping[str, float]
+    milliseconds: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def from_probabilities(
+        cls,
+        classes: Sequence[str],
+        probabilities: NDArray[np.floating],
+        milliseconds: Mapping[str, float] | None = None,
+    ) -> Prediction:
+        """Build from a vector.
+
+        Args:
+            classes: The c class names.
+            probabilities: (c,) that sum to 1.
+            milliseconds: Stage to time spent [ms].
+        """
+        best = int(np.argmax(probabilities))
+        named = {name: float(p) for name, p in zip(classes, probabilities, strict=True)}
+        return cls(
+            label=classes[best],
+            probability=float(probabilities[best]),
+            probabilities=MappingProxyType(named),
+            milliseconds=MappingProxyType(dict(milliseconds or {})),
+        )

@@ -1,0 +1,103 @@
+"""`circumspect classify FILE…`."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from circumspect.errors import CircumspectError
+
+if TYPE_CHECKING:
+    from circumspect.classification import Classifier, Prediction
+
+
+@dataclass(frozen=True)
+class Classify:
+    """Class and probabilities of meshes, point clouds and grids, whatever their yaw.
+
+    circumspect classify chair.ply
+    circumspect classify scans/*.pcd --json
+    circumspect classify model.glb --up y
+    """
+
+    files: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="FILE...")]
+    """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, NPY, NPZ, or a grid saved by `circumspect grid`."""
+    up: Literal["x", "y", "z"] = "z"
+    """The axis that points up in the files."""
+    json: bool = False
+    """One JSON object a line on standard output and nothing else there."""
+    weights: Path | None = None
+    """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    samples: int = 32768
+    """Points sampled on a mesh."""
+    threads: int = 0
+    """Threads of the network; 0 means all cores."""
+    top: int = field(default=3)
+    """How many classes to print for each file."""
+
+    def run(self) -> int:
+        """Name each file; a file that fails does not stop the others."""
+        from circumspect.classification import Classifier
+
+        classifier = Classifier.load(self.weights, self.threads)
+        failed = False
+        for file in self.files:
+            try:
+                self._tell(_named(file, classifier, self.up, self.samples))
+            except CircumspectError as error:
+                failed = True
+                print(f"circumspect: {_with_name(error, file)}", file=sys.stderr)  # noqa: T201
+        return 2 if failed else 0
+
+    def _tell(self, record: dict[str, Any]) -> None:
+        line = json.dumps(record) if self.json else _readable(record, self.top)
+        print(line, flush=True)  # noqa: T201
+
+
+def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[str, Any]:
+    start = time.perf_counter()
+    if (grid := _saved_grid(file)) is not None:
+        points, loaded = int(grid.occupied.sum()), time.perf_counter()
+        prediction = classifier.classify_grid(grid)
+    else:
+        from circumspect.geometry import read_cloud
+
+        cloud = read_cloud(file, up=up, samples=samples)
+        points, loaded = len(cloud), time.perf_counter()
+        prediction = classifier.classify(cloud)
+    return _record(file, prediction, points, 1e3 * (loaded - start))
+
+
+def _saved_grid(file: Path) -> Any:
+    from circumspect.grid import OccupancyGrid
+
+    return OccupancyGrid.load(file) if OccupancyGrid.is_file(file) else None
+
+
+def _record(file: Path, prediction: Prediction, points: int, load: float) -> dict[str, Any]:
+    times = {"load": load, "grid": 0.0, **prediction.milliseconds}
+    return {
+        "file": str(file),
+        "label": prediction.label,
+        "probability": prediction.probability,
+        "probabilities": dict(prediction.probabilities),
+        "points": points,
+        "milliseconds": {name: round(value, 3) for name, value in times.items()},
+    }
+
+
+def _readable(record: dict[str, Any], top: int) -> str:
+    best = sorted(record["probabilities"].items(), key=lambda item: -item[1])[: max(1, top)]
+    ranked = ", ".join(f"{name} {100 * share:.1f} %" for name, share in best)
+    return f"{record['file']}: {ranked}"
+
+
+def _with_name(error: CircumspectError, file: Path) -> str:
+    text = str(error)
+    return text if str(file) in text else f"{file}: {text}"

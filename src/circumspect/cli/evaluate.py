@@ -1,0 +1,85 @@
+"""`circumspect evaluate`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from circumspect.errors import InputError
+
+
+@dataclass(frozen=True)
+class Evaluate:
+    """Accuracy at many yaws; the points are turned and gridded anew at each.
+
+    circumspect evaluate --data modelnet10 --split test --yaw-count 64 --out eval
+    circumspect evaluate --weights runs/panorama --data modelnet10 --yaw 0,45,90,135
+    """
+
+    data: Path
+    """Folder with point packs, or ModelNet10's folder of OFF files."""
+    weights: Path | None = None
+    """An ONNX classifier, a checkpoint or a run's folder; without it the shipped classifier."""
+    split: Literal["validation", "test", "train"] = "validation"
+    """Choices are made on validation; test is for reports."""
+    yaw: Annotated[str | None, tyro.conf.arg(metavar="DEG,DEG,...")] = None
+    """Angles in degrees, such as 0,45,90,135."""
+    yaw_count: int = 64
+    """This many angles spread evenly over the turn, where --yaw is not given."""
+    out: Path = Path("evaluation")
+    """Folder for metrics.json and figures."""
+    json: bool = False
+    """Print the metrics as JSON and nothing else on standard output."""
+    threads: int = 0
+    """Threads of ONNX Runtime; 0 means all cores."""
+
+    def run(self) -> int:
+        """Evaluate, write and tell."""
+        from circumspect.cli.progress import progress_bar
+        from circumspect.datasets import open_data_set
+        from circumspect.evaluation.figures import draw_all
+        from circumspect.evaluation.predictor import load_predictor
+        from circumspect.evaluation.yaw_sweep import even_yaws, sweep_yaw
+        from circumspect.storage import write_json
+
+        yaws = _parsed(self.yaw) if self.yaw else even_yaws(self.yaw_count)
+        predictor = load_predictor(self.weights, self.threads)
+        with progress_bar("sampling meshes") as progress:
+            objects = open_data_set(self.data, self.split, progress)
+        with progress_bar("objects") as progress:
+            sweep = sweep_yaw(predictor, objects, yaws, progress)
+        metrics = {
+            "weights": "shipped" if self.weights is None else str(self.weights),
+            "split": self.split,
+            **sweep.metrics(),
+        }
+        write_json(self.out / "metrics.json", metrics)
+        draw_all(sweep, objects, self.out)
+        print(json.dumps(metrics) if self.json else _readable(metrics, self.out))  # noqa: T201
+        return 0
+
+
+def _parsed(text: str) -> list[float]:
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError as error:
+        raise InputError(f"--yaw {text}: give degrees such as 0,45,90,135") from error
+
+
+def _readable(metrics: dict[str, Any], out: Path) -> str:
+    accuracy = metrics["accuracy"]
+    lines = [f"{metrics['objects']} objects of {metrics['split']}, {len(accuracy)} yaws"]
+    if len(accuracy) <= 8:
+        rows = zip(metrics["yaw_deg"], accuracy, metrics["mean_class_accuracy"], strict=True)
+        lines.append("  yaw [deg]   accuracy   mean-class")
+        lines += [f"  {yaw:9.2f}   {a:8.4f}   {m:10.4f}" for yaw, a, m in rows]
+    lines.append(
+        f"accuracy worst {metrics['worst']:.4f}, best {max(accuracy):.4f}, "
+        f"spread {metrics['spread']:.4f}; {100 * metrics['flip_rate']:.1f} % flip"
+    )
+    lines.append(f"metrics and figures: {out}")
+    return "\n".join(lines)

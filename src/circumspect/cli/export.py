@@ -1,0 +1,45 @@
+"""`circumspect export`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from circumspect.errors import MissingExtraError
+
+
+@dataclass(frozen=True)
+class Export:
+    """Turn a trained network into one ONNX file for the robot.
+
+    circumspect export runs/panorama panorama.onnx
+    """
+
+    weights: Annotated[Path, tyro.conf.Positional]
+    """A checkpoint, or the folder of a run."""
+    out: Annotated[Path, tyro.conf.Positional]
+    """The ONNX file to write; it is kept only if its outputs equal the checkpoint's."""
+    azimuth_views: int = 1
+    """Average over this many grids an object, turned by fractions of an azimuth cell."""
+    temperature: float = 1.0
+    """Divides the logits: above 1 makes the classifier less sure."""
+
+    def run(self) -> int:
+        """Export and tell how close the outputs are."""
+        try:
+            import torch  # noqa: F401
+
+            from circumspect.export import export_onnx
+        except ImportError as error:
+            raise MissingExtraError("torch or onnx", "train") from error
+        from circumspect.nets import Checkpoint
+
+        path = self.weights / "best.safetensors" if self.weights.is_dir() else self.weights
+        checkpoint = Checkpoint.load(path)
+        difference = export_onnx(checkpoint, self.out, self.azimuth_views, self.temperature)
+        size = self.out.stat().st_size / 1e6
+        print(f"{self.out}: {size:.1f} MB, logits within {difference:.1g}")  # noqa: T201
+        return 0

@@ -1,0 +1,83 @@
+"""`circumspect train`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+from circumspect.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    from circumspect.training import TrainingSettings
+
+
+@dataclass(frozen=True)
+class Train:
+    """Train a network on objects at 0° only; the same command goes on after an interruption.
+
+    circumspect train --net panorama --data modelnet10
+    accelerate launch -m circumspect.cli.main train --data modelnet10 --out runs/panorama
+    """
+
+    data: Path
+    """Folder with train.npz, or ModelNet10's folder of OFF files."""
+    net: str = "panorama"
+    """One of `circumspect nets`."""
+    out: Path | None = None
+    """Folder of the run: settings, log, state, best.safetensors; runs/train-NET by default."""
+    epochs: int | None = None
+    """Passes over as many objects as the set holds."""
+    batch_size: int | None = None
+    """Objects a step."""
+    learning_rate: float | None = None
+    """Its peak."""
+    label_smoothing: float | None = None
+    """Share of the target spread over all classes."""
+    replicas: int | None = None
+    """Augmented variants made of each object, cached (4 kB each)."""
+    validation: bool = True
+    """Choose the best epoch on held-back objects; with --no-validation all objects train."""
+    validation_salt: str = ""
+    """Another text holds back other objects."""
+    precision: Literal["fp32", "bf16"] = "fp32"
+    """bf16 is automatic mixed precision."""
+    seed: int = 0
+    """Of all chance."""
+    cache: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = field(default=None)
+    """Where grids are kept; $CIRCUMSPECT_CACHE or ~/.cache/circumspect by default."""
+
+    def run(self) -> int:
+        """Train, and say what was reached."""
+        try:
+            import accelerate  # noqa: F401
+            import torch  # noqa: F401
+        except ImportError as error:
+            raise MissingExtraError("torch or accelerate", "train") from error
+        from circumspect.cli.progress import progress_bar
+        from circumspect.cli.training_progress import TrainingProgress
+        from circumspect.datasets import GridCache, open_data_set
+        from circumspect.training import train
+
+        with progress_bar("sampling meshes") as progress:
+            objects = open_data_set(self.data, "train", progress)
+        settings = self._settings()
+        out = self.out or Path("runs") / f"train-{self.net}"
+        with TrainingProgress(settings.epochs) as observer:
+            checkpoint = train(objects, settings, out, observer, GridCache(self.cache))
+        reached = checkpoint.training["reached"]
+        accuracy = reached.get("validation_accuracy")
+        kept = f"epoch {reached['epoch']}" + (
+            "" if accuracy is None else f", mean-class accuracy {accuracy:.4f} on validation"
+        )
+        print(f"{out / 'best.safetensors'}: {kept}")  # noqa: T201
+        return 0
+
+    def _settings(self) -> TrainingSettings:
+        from circumspect.training import TrainingSettings
+
+        known = {f.name for f in fields(TrainingSettings)} & {f.name for f in fields(self)}
+        given = {name: getattr(self, name) for name in known}
+        return TrainingSettings(**{k: v for k, v in given.items() if v is not None})

@@ -1,0 +1,15 @@
+"""Where derived data are kept between runs."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+
+def cache_folder(subject: str) -> Path:
+    """`$CIRCUMSPECT_CACHE/subject`, or below the user's cache folder where that is not set."""
+    base = os.environ.get("CIRCUMSPECT_CACHE")
+    if base is None:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        base = Path(home) / "circumspect"
+    return Path(base) / subject

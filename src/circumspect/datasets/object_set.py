@@ -1,0 +1,68 @@
+"""Labelled point clouds."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+from circumspect.geometry import PointCloud
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectSet:
+    """Objects of known class, one cloud each.
+
+    Attributes:
+        points_xyz: (n, p, 3) float32: p points on the surface of each object, z up, any unit.
+        labels: (n,) int64 indices into `classes`.
+        names: (n,) names, such as chair_0001.
+        classes: The class names, in alphabetical order.
+
+    Raises:
+        InputError: The arrays do not belong together.
+    """
+
+    points_xyz: NDArray[np.float32]
+    labels: NDArray[np.int64]
+    names: NDArray[np.str_]
+    classes: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        count = len(self.points_xyz)
+        if self.points_xyz.ndim != 3 or self.points_xyz.shape[2] != 3:
+            raise InputError(f"points must have shape (n, p, 3), not {self.points_xyz.shape}")
+        if self.labels.shape != (count,) or self.names.shape != (count,):
+            raise InputError(
+                f"{count} objects need as many labels and names, not "
+                f"{self.labels.shape} and {self.names.shape}"
+            )
+        if count and not 0 <= self.labels.min() <= self.labels.max() < len(self.classes):
+            raise InputError(f"labels lie outside the {len(self.classes)} classes")
+        if not np.isfinite(self.points_xyz).all():
+            raise InputError("the set holds NaN or infinite coordinates")
+
+    def __len__(self) -> int:
+        return len(self.points_xyz)
+
+    def cloud(self, index: int) -> PointCloud:
+        """The points of one object."""
+        return PointCloud(self.points_xyz[index])
+
+    def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> ObjectSet:
+        """The objects that a mask or an index array names."""
+        return ObjectSet(
+            self.points_xyz[chosen], self.labels[chosen], self.names[chosen], self.classes
+        )
+
+    @cached_property
+    def digest(self) -> str:
+        """A hash of all that the set holds: names, labels, classes and coordinates."""
+        state = hashlib.sha256("\n".join([*self.classes, "", *self.names.tolist()]).encode())
+        state.update(self.labels.astype("<i8").tobytes())
+        state.update(np.ascontiguousarray(self.points_xyz, dtype="<f4").tobytes())
+        return state.hexdigest()

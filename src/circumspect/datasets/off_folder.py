@@ -1,0 +1,94 @@
+"""The folder that ModelNet10's archive unpacks to: `<class>/{train,test}/<class>_NNNN.off`."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.datasets.cache_folder import cache_folder
+from circumspect.datasets.object_set import ObjectSet
+from circumspect.datasets.point_pack import read_point_pack, write_point_pack
+from circumspect.errors import InputError
+from circumspect.geometry.cloud_files import read_mesh
+
+POINTS = 1024
+CANDIDATES = 8
+log = logging.getLogger(__name__)
+
+
+def read_off_folder(
+    folder: Path, split: str, progress: Callable[[int, int], None] | None = None
+) -> ObjectSet:
+    """Sample every mesh of one split; the result is cached as a point pack.
+
+    Args:
+        folder: Holds one folder a class.
+        split: "train" or "test".
+        progress: Called with (done, all) after each mesh.
+
+    Raises:
+        InputError: No such split, or a mesh can not be read.
+    """
+    files = sorted(folder.glob(f"*/{split}/*.off"))
+    if not files:
+        raise InputError(f"{folder}: no <class>/{split}/*.off below it")
+    cached = cache_folder("packs") / f"{_fingerprint(files)}.npz"
+    if cached.exists():
+        return read_point_pack(cached)
+    objects = _sample(files, progress)
+    write_point_pack(cached, objects)
+    log.info("%s: %d meshes sampled, kept as %s", folder, len(objects), cached)
+    return objects
+
+
+def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> ObjectSet:
+    classes = tuple(sorted({file.parent.parent.name for file in files}))
+    points = np.empty((len(files), POINTS, 3), np.float32)
+    with ThreadPoolExecutor() as pool:
+        for done, sample in enumerate(pool.map(_sampled, files), start=1):
+            points[done - 1] = sample
+            if progress:
+                progress(done, len(files))
+    labels = np.array([classes.index(file.parent.parent.name) for file in files], np.int64)
+    return ObjectSet(points, labels, np.array([file.stem for file in files]), classes)
+
+
+def _sampled(file: Path) -> NDArray[np.float32]:
+    """(p, 3) points, evenly spread: of many candidates those that lie far from each other."""
+    candidates = read_mesh(file).sampled(CANDIDATES * POINTS, rng=0).points_xyz
+    candidates = candidates - candidates.mean(axis=0)
+    candidates /= np.ptp(candidates, axis=0).max()
+    return candidates[farthest_points(candidates, POINTS)].astype(np.float32)
+
+
+def farthest_points(points_xyz: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """Indices of points chosen one by one, each the farthest from those before it.
+
+    Args:
+        points_xyz: (n, 3), n >= count.
+        count: How many to choose.
+
+    Returns:
+        (count,) indices.
+    """
+    chosen = np.zeros(count, np.int64)
+    nearest = np.full(len(points_xyz), np.inf)
+    for i in range(1, count):
+        offset = points_xyz - points_xyz[chosen[i - 1]]
+        np.minimum(nearest, np.einsum("ij,ij->i", offset, offset), out=nearest)
+        chosen[i] = nearest.argmax()
+    return chosen
+
+
+def _fingerprint(files: list[Path]) -> str:
+    state = hashlib.sha256(f"{POINTS} {CANDIDATES}".encode())
+    for file in files:
+        facts = file.stat()
+        state.update(f"{file.resolve()} {facts.st_size} {facts.st_mtime_ns}\n".encode())
+    return state.hexdigest()[:32]

@@ -1,0 +1,49 @@
+"""Open a data set by the path a user gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+
+from circumspect.datasets.object_set import ObjectSet
+from circumspect.datasets.off_folder import read_off_folder
+from circumspect.datasets.point_pack import read_point_pack
+from circumspect.datasets.validation_split import validation_split
+from circumspect.errors import InputError
+
+Split = Literal["train", "fit", "validation", "test"]
+
+
+def open_data_set(
+    path: Path, split: Split, progress: Callable[[int, int], None] | None = None, salt: str = ""
+) -> ObjectSet:
+    """Read one split of a data set.
+
+    Args:
+        path: A folder of point packs (`train.npz`, `test.npz`), the OFF folder of ModelNet10,
+            or one point pack, which then stands for its own split.
+        split: "train" is the official training split; "fit" and "validation" are its two
+            parts; "test" is for reports only.
+        progress: Called with (done, all) while meshes are sampled.
+        salt: Of the validation split.
+
+    Raises:
+        InputError: Nothing of that kind is there, or a file is broken.
+    """
+    source = "test" if split == "test" else "train"
+    objects = _read(path, source, progress)
+    if split in ("train", "test"):
+        return objects
+    held_back = validation_split(objects.names, salt=salt)
+    return objects.subset(held_back if split == "validation" else ~held_back)
+
+
+def _read(path: Path, source: str, progress: Callable[[int, int], None] | None) -> ObjectSet:
+    if path.is_file():
+        return read_point_pack(path)
+    if (path / f"{source}.npz").is_file():
+        return read_point_pack(path / f"{source}.npz")
+    if path.is_dir():
+        return read_off_folder(path, source, progress)
+    raise InputError(f"{path}: no such folder or file; give point packs or the OFF folder")

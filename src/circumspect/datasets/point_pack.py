@@ -1,0 +1,65 @@
+"""Point packs: one npz file a split, with quantised points of all its objects."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from circumspect.datasets.object_set import ObjectSet
+from circumspect.errors import InputError
+from circumspect.storage import atomic_open
+
+KEYS = ("points_u16", "offset", "scale", "labels", "names", "classes")
+
+
+def read_point_pack(path: Path) -> ObjectSet:
+    """Read a pack.
+
+    Coordinates are `points_u16 / 65535 * scale + offset`. The set holds them in units of each
+    object's longest side, since a pack's scale is arbitrary per object.
+
+    Raises:
+        InputError: The file is missing, broken, or lacks a key.
+    """
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as pack:
+            if missing := [key for key in KEYS if key not in pack.files]:
+                raise InputError(f"{path}: not a point pack, it lacks {', '.join(missing)}")
+            points = pack["points_u16"]
+            labels, names, classes = pack["labels"], pack["names"], pack["classes"]
+    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: can not be read as a point pack ({error})") from error
+    if points.dtype != np.uint16 or points.ndim != 3:
+        raise InputError(f"{path}: points_u16 must be uint16 (n, p, 3), not {points.shape}")
+    try:
+        return ObjectSet(
+            (points / np.float32(65535)).astype(np.float32),
+            labels.astype(np.int64),
+            names.astype(np.str_),
+            tuple(str(name) for name in classes),
+        )
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def write_point_pack(path: Path, objects: ObjectSet) -> None:
+    """Write a pack; each object is quantised to 1/65535 of its longest side.
+
+    Raises:
+        OutputError: The file can not be written.
+    """
+    low = objects.points_xyz.min(axis=1).astype(np.float64)
+    scale = np.maximum((objects.points_xyz.max(axis=1) - low).max(axis=1), np.finfo(float).tiny)
+    unit = (objects.points_xyz - low[:, None]) / scale[:, None, None]
+    with atomic_open(path, "wb") as stream:
+        np.savez_compressed(
+            stream,
+            points_u16=np.rint(unit * 65535).astype(np.uint16),
+            offset=low,
+            scale=scale,
+            labels=objects.labels.astype(np.int8),
+            names=objects.names,
+            classes=np.array(objects.classes),
+        )

@@ -1,0 +1,120 @@
+"""Pictures of an evaluation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from circumspect.datasets import ObjectSet
+from circumspect.evaluation.figure_canvas import new_figure
+from circumspect.evaluation.yaw_sweep import YawSweep
+from circumspect.storage import atomic_path
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+ACCENT = "#1f6f8b"
+WRONG = "#b8402a"
+
+
+def draw_all(sweep: YawSweep, objects: ObjectSet, folder: Path) -> list[Path]:
+    """Draw accuracy over yaw, the confusion matrix and the surest mistakes.
+
+    Returns:
+        The files written.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        OutputError: A file can not be written.
+    """
+    figures = {
+        "accuracy_over_yaw.png": draw_accuracy_over_yaw(sweep),
+        "confusion.png": draw_confusion(sweep),
+        "surest_mistakes.png": draw_surest_mistakes(sweep, objects),
+    }
+    for name, figure in figures.items():
+        with atomic_path(folder / name) as aside:
+            figure.savefig(aside, dpi=130, facecolor="white")
+    return [folder / name for name in figures]
+
+
+def draw_accuracy_over_yaw(sweep: YawSweep) -> Figure:
+    """Polar plot; the radial axis is cut so that the spread can be seen."""
+    figure = new_figure((6.4, 6.4))
+    axes = figure.add_subplot(projection="polar")
+    angles = np.deg2rad(np.append(sweep.yaw_deg, sweep.yaw_deg[0] + 360.0))
+    percent = 100.0 * np.append(sweep.accuracy, sweep.accuracy[0])
+    axes.plot(angles, percent, color=ACCENT, linewidth=2)
+    axes.fill(angles, percent, color=ACCENT, alpha=0.12)
+    low = 10.0 * np.floor((percent.min() - 5.0) / 10.0)
+    axes.set_ylim(max(0.0, low), 100.0)  # pyright: ignore[reportAttributeAccessIssue]
+    axes.set_rlabel_position(100.0)  # pyright: ignore[reportAttributeAccessIssue]
+    axes.yaxis.set_major_formatter("{x:.0f} %")
+    axes.set_title(
+        f"Accuracy over yaw: {percent.min():.1f} to {percent.max():.1f} %\n"
+        f"{len(sweep.labels)} objects, {len(sweep.yaw_deg)} yaws, "
+        f"{100 * sweep.flip_rate:.1f} % change their label",
+        fontsize=11,
+    )
+    return figure
+
+
+def draw_confusion(sweep: YawSweep) -> Figure:
+    """Confusion matrix over all yaws, in percent of each true class."""
+    figure = new_figure((7.2, 6.4))
+    axes = figure.add_subplot()
+    counts = sweep.confusion
+    percent = 100.0 * counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    axes.imshow(percent, cmap="Blues", vmin=0, vmax=100)
+    names = [name.replace("_", " ") for name in sweep.classes]
+    axes.set_xticks(range(len(names)), names, rotation=40, ha="right")
+    axes.set_yticks(range(len(names)), names)
+    axes.set_xlabel("answer")
+    axes.set_ylabel("true class")
+    for (row, column), value in np.ndenumerate(percent):
+        if value >= 0.05:
+            text = f"{value:.1f}" if value < 99.95 else "100"
+            colour = "white" if value > 55 else "black"
+            axes.text(column, row, text, ha="center", va="center", fontsize=8, color=colour)
+    axes.set_title(f"Share of each class [%], over {len(sweep.yaw_deg)} yaws", fontsize=11)
+    return figure
+
+
+def draw_surest_mistakes(sweep: YawSweep, objects: ObjectSet, count: int = 15) -> Figure:
+    """The objects that were named wrongly with the highest mean probability."""
+    figure = new_figure((11, 7))
+    mean = sweep.probabilities.mean(axis=0)
+    answers = mean.argmax(axis=1)
+    wrong = np.nonzero(answers != sweep.labels)[0]
+    chosen = wrong[np.argsort(-mean[wrong, answers[wrong]])][:count]
+    figure.suptitle(
+        f"The surest of {len(wrong)} mistakes among {len(sweep.labels)} objects", fontsize=12
+    )
+    for cell, index in enumerate(chosen):
+        axes = figure.add_subplot(3, 5, cell + 1)
+        _draw_object(axes, objects.points_xyz[index])
+        truth, answer = sweep.classes[sweep.labels[index]], sweep.classes[answers[index]]
+        axes.set_title(
+            f"{objects.names[index]}\ncalled {answer}, {100 * mean[index, answers[index]]:.0f} %"
+            if truth in str(objects.names[index])
+            else f"{objects.names[index]} ({truth})\ncalled {answer}",
+            fontsize=8,
+            color=WRONG,
+        )
+    return figure
+
+
+def _draw_object(axes: Axes, points_xyz: np.ndarray) -> None:
+    """Points seen from the front, right and above, near ones dark."""
+    yaw, pitch = np.deg2rad(35.0), np.deg2rad(25.0)
+    x, y, z = points_xyz.T
+    right, away = np.cos(yaw) * x + np.sin(yaw) * y, -np.sin(yaw) * x + np.cos(yaw) * y
+    up, depth = np.cos(pitch) * z + np.sin(pitch) * away, np.cos(pitch) * away - np.sin(pitch) * z
+    order = np.argsort(-depth)
+    axes.scatter(right[order], up[order], c=-depth[order], s=5, cmap="bone_r", linewidths=0)
+    axes.set_aspect("equal")
+    axes.margins(0.08)
+    axes.axis("off")

@@ -1,0 +1,79 @@
+"""A picture of one grid."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from circumspect.evaluation.figure_canvas import new_figure
+from circumspect.grid import CylindricalGrid, OccupancyGrid
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def draw_grid(grid: OccupancyGrid) -> Figure:
+    """The outermost surface unrolled over azimuth, the plan, and the profile.
+
+    A rectangular grid is shown from above, the front and the side.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    if isinstance(grid.grid, CylindricalGrid):
+        return _draw_cylindrical(grid)
+    return _draw_rectangular(grid)
+
+
+def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
+    bounds = grid.grid
+    assert isinstance(bounds, CylindricalGrid)
+    radii, azimuths, _ = bounds.shape
+    occupied = grid.occupied
+    figure = new_figure((11.0, 4.2))
+    wide, plan, profile = figure.subplots(1, 3, width_ratios=(2.2, 1.2, 1.2))
+    radius_cell = bounds.radius / radii
+    outermost = (radii - occupied[::-1].argmax(axis=0)) * radius_cell
+    surface = np.where(occupied.any(axis=0), outermost, np.nan)
+    extent = (0.0, 360.0, -bounds.half_height, bounds.half_height)
+    shown = wide.imshow(
+        surface.T, origin="lower", extent=extent, aspect="auto", cmap="viridis", vmin=0
+    )
+    figure.colorbar(shown, ax=wide, label="outermost radius [m]")
+    wide.set(xlabel="azimuth [°]", ylabel="height [m]", title="unrolled over azimuth")
+    wide.set_xticks(range(0, 361, 90))
+    _draw_plan(plan, occupied.sum(axis=2), bounds)
+    count = occupied.sum(axis=1)
+    extent = (0.0, bounds.radius, -bounds.half_height, bounds.half_height)
+    profile.imshow(count.T, origin="lower", extent=extent, cmap="magma_r", vmin=0, vmax=azimuths)
+    profile.set(xlabel="radius [m]", ylabel="height [m]", title="profile, summed over azimuth")
+    return figure
+
+
+def _draw_plan(axes: Axes, count: np.ndarray, bounds: CylindricalGrid) -> None:
+    """The polar cells as seen from above, drawn on a fine raster."""
+    steps = np.linspace(-bounds.radius, bounds.radius, 361)
+    x, y = np.meshgrid(steps, steps)
+    flat = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1) + bounds.centre_xyz
+    cells = bounds.indices(flat)
+    inside = (cells >= 0).all(axis=1)
+    picture = np.full(x.size, np.nan)
+    picture[inside] = count[cells[inside, 0], cells[inside, 1]]
+    extent = (-bounds.radius, bounds.radius, -bounds.radius, bounds.radius)
+    axes.imshow(picture.reshape(x.shape), origin="lower", extent=extent, cmap="magma_r", vmin=0)
+    axes.set(xlabel="x [m]", ylabel="y [m]", title="plan, summed over height")
+
+
+def _draw_rectangular(grid: OccupancyGrid) -> Figure:
+    figure = new_figure((11.0, 4.0))
+    half = grid.grid.half_width  # pyright: ignore[reportAttributeAccessIssue]
+    views = (("plan", 2, "x", "y"), ("front", 1, "x", "z"), ("side", 0, "y", "z"))
+    for axes, (title, axis, across, up) in zip(figure.subplots(1, 3), views, strict=True):
+        picture = grid.occupied.sum(axis=axis).T
+        axes.imshow(
+            picture, origin="lower", extent=(-half, half, -half, half), cmap="magma_r", vmin=0
+        )
+        axes.set(xlabel=f"{across} [m]", ylabel=f"{up} [m]", title=title)
+    return figure

@@ -1,0 +1,81 @@
+"""Weights of either form as one function from grids to probabilities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.classification import Classifier, GridRecipe
+from circumspect.errors import MissingExtraError, WeightsError
+
+CHECKPOINT_SUFFIX = ".safetensors"
+
+
+class Predictor(Protocol):
+    """Names grids."""
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """Class names in the order of the outputs."""
+        ...
+
+    @property
+    def recipe(self) -> GridRecipe:
+        """How clouds become grids."""
+        ...
+
+    def probabilities(self, grids: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """(n, views, *shape) grids to (n, c) probabilities."""
+        ...
+
+
+def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
+    """Load an ONNX classifier or a checkpoint of a training run.
+
+    Args:
+        weights: A file, or the folder of a run; None means the shipped classifier.
+        threads: Of ONNX Runtime; 0 means all cores.
+
+    Raises:
+        WeightsError: The file is missing, broken, or of another program.
+        MissingExtraError: A checkpoint needs torch.
+    """
+    if weights is not None and weights.is_dir():
+        weights = weights / f"best{CHECKPOINT_SUFFIX}"
+        if not weights.exists():
+            raise WeightsError(f"{weights.parent}: holds no best{CHECKPOINT_SUFFIX}; train first")
+    if weights is None or weights.suffix != CHECKPOINT_SUFFIX:
+        return Classifier.load(weights, threads)
+    try:
+        import torch
+    except ImportError as error:
+        raise MissingExtraError("torch", "train") from error
+    from circumspect.nets import Checkpoint
+
+    checkpoint = Checkpoint.load(weights)
+    net = checkpoint.build()
+
+    def probabilities(grids: NDArray[np.uint8]) -> NDArray[np.float64]:
+        count, views = grids.shape[:2]
+        flat = torch.from_numpy(grids.reshape(count * views, 1, *grids.shape[2:]))
+        with torch.inference_mode():
+            parts = [net(part.float()) for part in flat.split(64)]
+        mean = torch.cat(parts).double().view(count, views, -1).mean(1)
+        return mean.softmax(1).numpy()
+
+    return _CheckpointPredictor(checkpoint.classes, checkpoint.recipe, probabilities)
+
+
+class _Function(Protocol):
+    def __call__(self, grids: NDArray[np.uint8]) -> NDArray[np.float64]: ...
+
+
+@dataclass(frozen=True)
+class _CheckpointPredictor:
+    classes: tuple[str, ...]
+    recipe: GridRecipe
+    probabilities: _Function

@@ -1,0 +1,147 @@
+"""Accuracy when every object is turned about the vertical."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.datasets import ObjectSet
+from circumspect.errors import InputError, WeightsError
+from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
+from circumspect.evaluation.predictor import Predictor
+
+
+@dataclass(frozen=True, eq=False)
+class YawSweep:
+    """Answers to n objects at y yaws.
+
+    Attributes:
+        yaw_deg: (y,) angles [deg].
+        probabilities: (y, n, c).
+        labels: (n,) true classes.
+        classes: The c class names.
+        milliseconds: Stage to median time an object and yaw [ms].
+    """
+
+    yaw_deg: NDArray[np.float64]
+    probabilities: NDArray[np.float64]
+    labels: NDArray[np.int64]
+    classes: tuple[str, ...]
+    milliseconds: dict[str, float]
+
+    @property
+    def answers(self) -> NDArray[np.int64]:
+        """(y, n) predicted classes."""
+        return self.probabilities.argmax(axis=2)
+
+    @property
+    def accuracy(self) -> NDArray[np.float64]:
+        """(y,) share of objects named rightly."""
+        return (self.answers == self.labels).mean(axis=1)
+
+    @property
+    def flip_rate(self) -> float:
+        """Share of objects that are not called the same at all yaws."""
+        return float((self.answers != self.answers[0]).any(axis=0).mean())
+
+    @property
+    def confusion(self) -> NDArray[np.int64]:
+        """(c, c) counts over all yaws; row is the true class."""
+        labels = np.broadcast_to(self.labels, self.answers.shape).reshape(-1)
+        return confusion_matrix(labels, self.answers.reshape(-1), len(self.classes))
+
+    def metrics(self) -> dict[str, Any]:
+        """What `metrics.json` holds."""
+        correct = self.answers == self.labels
+        mean_class = [mean_class_accuracy(row, self.labels, len(self.classes)) for row in correct]
+        return {
+            "yaw_deg": self.yaw_deg.tolist(),
+            "accuracy": self.accuracy.tolist(),
+            "mean_class_accuracy": mean_class,
+            "worst": float(self.accuracy.min()),
+            "spread": float(self.accuracy.max() - self.accuracy.min()),
+            "flip_rate": self.flip_rate,
+            "confusion": self.confusion.tolist(),
+            "classes": list(self.classes),
+            "objects": len(self.labels),
+            "milliseconds": self.milliseconds,
+        }
+
+
+def even_yaws(count: int) -> list[float]:
+    """`count` angles spread evenly over the full turn [deg], from 0; most lie off the cells.
+
+    Raises:
+        InputError: Fewer than one.
+    """
+    if count < 1:
+        raise InputError(f"at least one yaw is needed, not {count}")
+    return (np.arange(count) * 360.0 / count).tolist()
+
+
+def sweep_yaw(
+    predictor: Predictor,
+    objects: ObjectSet,
+    yaw_deg: Sequence[float],
+    progress: Callable[[int, int], None] | None = None,
+) -> YawSweep:
+    """Turn the points of every object, grid them anew, and name them.
+
+    Args:
+        predictor: What names them.
+        objects: The set.
+        yaw_deg: y angles [deg].
+        progress: Called with (done, all) objects.
+
+    Raises:
+        WeightsError: The weights know other classes than the set.
+        InputError: No objects or no yaws.
+    """
+    if predictor.classes != objects.classes:
+        raise WeightsError(
+            f"the weights know {', '.join(predictor.classes)}, but the data set has "
+            f"{', '.join(objects.classes)}; evaluate on a set of the same classes"
+        )
+    if not len(objects) or not len(yaw_deg):
+        raise InputError("nothing to evaluate: no objects or no yaws")
+    probabilities = np.empty((len(yaw_deg), len(objects), len(objects.classes)))
+    times: dict[str, list[float]] = {"grid": [], "classify": []}
+    for index, (grids, seconds) in enumerate(_gridded(predictor, objects, np.deg2rad(yaw_deg))):
+        start = time.perf_counter()
+        probabilities[:, index] = predictor.probabilities(grids)
+        times["grid"].append(seconds / len(yaw_deg))
+        times["classify"].append((time.perf_counter() - start) / len(yaw_deg))
+        if progress:
+            progress(index + 1, len(objects))
+    return YawSweep(
+        np.asarray(yaw_deg, np.float64),
+        probabilities,
+        objects.labels,
+        objects.classes,
+        {name: 1e3 * float(np.median(values)) for name, values in times.items()},
+    )
+
+
+def _gridded(
+    predictor: Predictor, objects: ObjectSet, yaws: NDArray[np.float64]
+) -> Iterator[tuple[NDArray[np.uint8], float]]:
+    """The grids of each object and the seconds they took, made one object ahead."""
+
+    def grid(index: int) -> tuple[NDArray[np.uint8], float]:
+        start = time.perf_counter()
+        grids = predictor.recipe.grids(objects.cloud(index), yaws.tolist())
+        return grids, time.perf_counter() - start
+
+    with ThreadPoolExecutor(1) as pool:
+        ahead = pool.submit(grid, 0)
+        for index in range(len(objects)):
+            current = ahead.result()
+            if index + 1 < len(objects):
+                ahead = pool.submit(grid, index + 1)
+            yield current

@@ -1,0 +1,132 @@
+"""A checkpoint as ONNX, kept only if it answers as the original does."""
+
+from __future__ import annotations
+
+import json
+import logging
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnx
+import onnxruntime
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from circumspect.classification.onnx_classifier import METADATA_KEY
+from circumspect.errors import CircumspectError
+from circumspect.nets import Checkpoint
+from circumspect.storage import atomic_path
+
+OPSET = 18
+TOLERANCE = 1e-4
+
+
+class _FromBits(nn.Module):
+    """Takes grids as they are stored, uint8."""
+
+    def __init__(self, net: nn.Module) -> None:
+        super().__init__()
+        self.net = net
+
+    def forward(self, grid: Tensor) -> Tensor:
+        return self.net(grid.float())
+
+
+def export_onnx(
+    checkpoint: Checkpoint, path: Path, azimuth_views: int = 1, temperature: float = 1.0
+) -> float:
+    """Write a classifier for ONNX Runtime.
+
+    Args:
+        checkpoint: The trained network.
+        path: The file to write.
+        azimuth_views: Grids an object that the classifier averages over.
+        temperature: Divides the logits.
+
+    Returns:
+        The largest difference between a logit of the file and of the checkpoint.
+
+    Raises:
+        CircumspectError: The file answers otherwise than the checkpoint; it is not kept.
+        OutputError: The file can not be written.
+    """
+    net = _FromBits(checkpoint.build()).eval()
+    recipe = replace(checkpoint.recipe, azimuth_views=azimuth_views)
+    description = {
+        "format": 1,
+        "name": checkpoint.net,
+        "classes": list(checkpoint.classes),
+        "grid": recipe.to_dict(),
+        "temperature": temperature,
+        "training": dict(checkpoint.training),
+    }
+    probe = _probe(recipe.shape)
+    with atomic_path(path) as aside:
+        onnx.save(_converted(net, torch.from_numpy(probe[:2]), description), aside)
+        difference = _difference(net, aside, probe)
+        if not difference < TOLERANCE:
+            raise CircumspectError(
+                f"{path}: not kept, its answers differ from the checkpoint's by {difference:.2g}"
+            )
+    return difference
+
+
+def _converted(net: nn.Module, example: Tensor, description: dict[str, Any]) -> onnx.ModelProto:
+    exporter_log = logging.getLogger("torch.onnx")
+    level = exporter_log.level
+    exporter_log.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            program = torch.onnx.export(
+                net,
+                (example,),
+                input_names=["grid"],
+                output_names=["logits"],
+                opset_version=OPSET,
+                dynamo=True,
+                dynamic_shapes={"grid": {0: torch.export.Dim("objects")}},
+                verbose=False,
+            )
+    finally:
+        exporter_log.setLevel(level)
+    assert program is not None
+    network = program.model_proto
+    for entry in list(network.metadata_props):
+        network.metadata_props.remove(entry)
+    entry = network.metadata_props.add()
+    entry.key, entry.value = METADATA_KEY, json.dumps(description)
+    _forget_sources(network)
+    onnx.checker.check_model(network)
+    return network
+
+
+def _forget_sources(network: onnx.ModelProto) -> None:
+    """Drop the exporter's notes on each node: they name the files it ran from."""
+    for node in network.graph.node:
+        del node.metadata_props[:]
+        node.doc_string = ""
+    for value in (*network.graph.value_info, *network.graph.input, *network.graph.output):
+        del value.metadata_props[:]
+    network.doc_string = ""
+    network.graph.doc_string = ""
+    del network.graph.metadata_props[:]
+
+
+def _probe(shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Random grids of several densities, empty and full ones among them."""
+    rng = np.random.default_rng(0)
+    densities = np.array([0.0, 0.01, 0.03, 0.1, 0.3, 1.0])[:, None, None, None, None]
+    return (rng.random((6, 1, *shape)) < densities).astype(np.uint8)
+
+
+def _difference(net: nn.Module, path: Path, probe: NDArray[np.uint8]) -> float:
+    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    (actual,) = session.run(None, {"grid": probe})
+    with torch.no_grad():
+        expected = net(torch.from_numpy(probe)).numpy()
+    return float(np.abs(np.asarray(actual) - expected).max())

@@ -1,0 +1,94 @@
+"""Weights on disk: safetensors, with all that is needed to use them in the header."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import Tensor, nn
+
+from circumspect.classification import GridRecipe
+from circumspect.errors import InputError, WeightsError
+from circumspect.nets.registry import build_net
+from circumspect.storage import atomic_path
+
+HEADER = "circumspect"
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """A trained network.
+
+    Attributes:
+        net: Its name in the registry.
+        classes: Class names in the order of its outputs.
+        recipe: The grids it was trained on.
+        weights: Parameter and buffer tensors by name.
+        training: How it was trained: settings and what was reached, as JSON types.
+    """
+
+    net: str
+    classes: tuple[str, ...]
+    recipe: GridRecipe
+    weights: Mapping[str, Tensor]
+    training: Mapping[str, Any] = field(default_factory=dict)
+
+    def build(self) -> nn.Module:
+        """The network, in evaluation mode.
+
+        Raises:
+            WeightsError: The weights do not fit the network of that name.
+        """
+        module = build_net(self.net, len(self.classes), self.recipe.shape)
+        try:
+            module.load_state_dict(dict(self.weights))
+        except RuntimeError as error:
+            raise WeightsError(
+                f"the weights do not fit the network '{self.net}' of this version"
+            ) from error
+        return module.eval()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to a file.
+
+        Raises:
+            OutputError: It can not be written.
+        """
+        header = {
+            "net": self.net,
+            "classes": list(self.classes),
+            "grid": self.recipe.to_dict(),
+            "training": dict(self.training),
+        }
+        tensors = {name: value.contiguous() for name, value in self.weights.items()}
+        with atomic_path(path) as aside:
+            save_file(tensors, aside, {HEADER: json.dumps(header)})
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Checkpoint:
+        """Read what `save` wrote.
+
+        Raises:
+            WeightsError: The file is missing, broken, or of another program.
+        """
+        if not Path(path).is_file():
+            raise WeightsError(f"{path}: no such file")
+        try:
+            with safe_open(path, framework="pt") as stream:
+                header = json.loads((stream.metadata() or {})[HEADER])
+                weights = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118
+            return cls(
+                header["net"],
+                tuple(header["classes"]),
+                GridRecipe.from_dict(header["grid"]),
+                weights,
+                header["training"],
+            )
+        except (SafetensorError, OSError, ValueError, KeyError, TypeError, InputError) as error:
+            raise WeightsError(f"{path}: not a checkpoint of circumspect ({error})") from error

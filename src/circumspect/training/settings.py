@@ -1,0 +1,60 @@
+"""What a training run is made of."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+from circumspect.datasets import Augmentation
+from circumspect.errors import CircumspectError
+
+
+@dataclass(frozen=True)
+class TrainingSettings:
+    """All that determines a run; written to its folder.
+
+    Attributes:
+        net: Name of the network.
+        epochs: Passes over as many objects as the set holds.
+        batch_size: Objects a step, over all processes.
+        learning_rate: Its peak; it warms up linearly and decays as a cosine.
+        warm_up: Share of the run until the peak.
+        weight_decay: Of AdamW, on weights of two and more dimensions.
+        label_smoothing: Share of the target spread over all classes.
+        averaging: Decay a step of the averaged weights, which are those kept.
+        balance: 1 draws all classes equally often, 0 all objects.
+        gradient_norm: Longer gradients are shortened to this.
+        replicas: Augmented variants made of each object.
+        validation: Choose the best epoch on held-back objects; without it all objects train
+            and the last epoch is kept.
+        validation_salt: Another salt holds back other objects.
+        precision: "fp32" or "bf16" (automatic mixed precision).
+        seed: Of all chance.
+        augmentation: The random changes.
+    """
+
+    net: str = "panorama"
+    epochs: int = 24
+    batch_size: int = 32
+    learning_rate: float = 2e-3
+    warm_up: float = 0.15
+    weight_decay: float = 0.05
+    label_smoothing: float = 0.1
+    averaging: float = 0.998
+    balance: float = 1.0
+    gradient_norm: float = 5.0
+    replicas: int = 24
+    validation: bool = True
+    validation_salt: str = ""
+    precision: Literal["fp32", "bf16"] = "fp32"
+    seed: int = 0
+    augmentation: Augmentation = field(default_factory=Augmentation)
+
+    def __post_init__(self) -> None:
+        for name in ("epochs", "batch_size", "replicas"):
+            if getattr(self, name) < 1:
+                raise CircumspectError(f"{name} must be at least 1, not {getattr(self, name)}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """The settings as JSON types."""
+        return asdict(self)

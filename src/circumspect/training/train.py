@@ -1,0 +1,307 @@
+"""The training loop."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import torch
+from accelerate import Accelerator
+from torch import Tensor, nn
+from torch.nn import functional
+from torch.optim.swa_utils import AveragedModel
+
+from circumspect.classification import GridRecipe
+from circumspect.datasets import GridCache, ObjectSet
+from circumspect.datasets.augmented_grids import AugmentedGrids
+from circumspect.datasets.validation_split import validation_split
+from circumspect.errors import InputError
+from circumspect.evaluation.accuracy import mean_class_accuracy
+from circumspect.nets import Checkpoint, build_net
+from circumspect.nets.registry import net_spec
+from circumspect.storage import write_json
+from circumspect.training.draws import draw_epoch, learning_rate_at
+from circumspect.training.resume import load_state, save_state
+from circumspect.training.run_log import RunLog
+from circumspect.training.settings import TrainingSettings
+
+STATE = "state.safetensors"
+BEST = "best.safetensors"
+VALIDATION_YAWS = np.deg2rad([0.0, 3.0, 7.0, 131.0])
+
+
+class TrainingObserver(Protocol):
+    """What a progress display wants to know."""
+
+    def preparing(self, done: int, total: int) -> None:
+        """Grids are being made."""
+
+    def stepped(self, epoch: int, step: int, steps: int, loss: float) -> None:
+        """A step was taken."""
+
+    def finished_epoch(self, row: dict[str, float]) -> None:
+        """An epoch is over."""
+
+
+@dataclass
+class _Run:
+    """What the steps of one run share."""
+
+    settings: TrainingSettings
+    accelerator: Accelerator
+    net: nn.Module
+    averaged: AveragedModel
+    optimizer: torch.optim.Optimizer
+    grids: AugmentedGrids
+    labels: np.ndarray
+    steps: int
+
+
+def train(
+    objects: ObjectSet,
+    settings: TrainingSettings,
+    folder: Path,
+    observer: TrainingObserver,
+    cache: GridCache | None = None,
+    recipe: GridRecipe | None = None,
+    stop_after: int | None = None,
+) -> Checkpoint:
+    """Train a network; a run that was interrupted goes on where it stopped.
+
+    Args:
+        objects: The official training split; part of it is held back for validation.
+        settings: Of the run.
+        folder: Of the run: settings, log, state and the best checkpoint.
+        observer: Told of the progress.
+        cache: Where grids are kept.
+        recipe: The grids; None means those the network is meant for.
+        stop_after: Stop after this many epochs as if interrupted.
+
+    Returns:
+        The checkpoint of the best epoch by validation.
+
+    Raises:
+        InputError: The folder holds a run with other settings.
+        OutputError: The folder can not be written.
+    """
+    recipe = recipe or net_spec(settings.net).recipe
+    _claim(folder, settings, recipe, objects)
+    fit, validation = _split(objects, settings)
+    run = _prepare(fit, settings, recipe, cache or GridCache(), observer)
+    examiner = _Examiner(validation, recipe, run.accelerator) if len(validation) else None
+    done, history = _resumed(run, folder)
+    log = RunLog(folder, history) if run.accelerator.is_main_process else None
+    best = max((row.get("validation_accuracy", 0.0) for row in history), default=0.0)
+    for epoch in range(done, settings.epochs):
+        if stop_after is not None and epoch >= stop_after:
+            break
+        row = _train_epoch(run, epoch, observer)
+        if examiner:
+            row |= examiner.examine(run.averaged)
+        if log:
+            log.add(row)
+            chosen = examiner is None or row["validation_accuracy"] > best
+            if chosen:
+                best = row.get("validation_accuracy", 0.0)
+                _checkpoint(run, objects, recipe, row).save(folder / BEST)
+            _save(run, folder, log.history)
+            observer.finished_epoch(row)
+        run.accelerator.wait_for_everyone()
+    if log:
+        log.close()
+    return Checkpoint.load(folder / BEST)
+
+
+def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str, float]:
+    """One pass; every rank and every epoch has chance of its own, so a resumed run repeats it."""
+    settings, accelerator = run.settings, run.accelerator
+    torch.manual_seed(settings.seed * 1_000_003 + epoch * 1_009 + accelerator.process_index)
+    start, losses, hits, seen = time.perf_counter(), 0.0, 0, 0
+    run.net.train()
+    for step, (grids, labels) in enumerate(_batches(run, epoch)):
+        rate = learning_rate_at(
+            epoch * run.steps + step,
+            settings.epochs * run.steps,
+            settings.learning_rate,
+            settings.warm_up,
+        )
+        for group in run.optimizer.param_groups:
+            group["lr"] = rate
+        with torch.autocast(accelerator.device.type, torch.bfloat16, settings.precision == "bf16"):
+            logits = run.net(grids)
+        loss = functional.cross_entropy(
+            logits.float(), labels, label_smoothing=settings.label_smoothing
+        )
+        accelerator.backward(loss)
+        accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
+        run.optimizer.step()
+        run.optimizer.zero_grad(set_to_none=True)
+        run.averaged.update_parameters(accelerator.unwrap_model(run.net))
+        losses += loss.item()
+        hits += int((logits.argmax(1) == labels).sum())
+        seen += len(labels)
+        observer.stepped(epoch, step + 1, run.steps, loss.item())
+    return {
+        "epoch": epoch + 1,
+        "loss": losses / run.steps,
+        "training_accuracy": hits / seen,
+        "seconds": time.perf_counter() - start,
+    }
+
+
+def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
+    """This process' share of the epoch's batches: grids (b, 1, …) float32 and labels (b,)."""
+    settings, accelerator = run.settings, run.accelerator
+    rng = np.random.default_rng([settings.seed, epoch])
+    draws = draw_epoch(run.labels, settings.balance, rng)
+    replicas = rng.integers(len(run.grids), size=len(draws))
+    size = min(settings.batch_size, len(draws))
+    mine = slice(accelerator.process_index, None, accelerator.num_processes)
+    for step in range(run.steps):
+        batch = slice(step * size, (step + 1) * size)
+        chosen = draws[batch][mine]
+        grids = torch.from_numpy(run.grids.batch(chosen, replicas[batch][mine]))
+        labels = torch.from_numpy(run.labels[chosen])
+        yield grids.to(accelerator.device).float(), labels.to(accelerator.device)
+
+
+class _Examiner:
+    """Measures a network on the held-back objects, at yaws on and off the cells."""
+
+    def __init__(self, objects: ObjectSet, recipe: GridRecipe, accelerator: Accelerator) -> None:
+        self._labels, self._classes = objects.labels, len(objects.classes)
+        self._device = accelerator.device
+        clouds = (objects.cloud(i) for i in range(len(objects)))
+        self._grids = np.stack([recipe.grids(cloud, VALIDATION_YAWS) for cloud in clouds], axis=1)
+
+    def examine(self, averaged: AveragedModel) -> dict[str, float]:
+        averaged.eval()
+        correct, losses = [], []
+        for grids in self._grids:
+            logits = self._logits(averaged, grids)
+            labels = torch.from_numpy(self._labels)
+            correct.append((logits.argmax(1) == labels).numpy())
+            losses.append(float(functional.cross_entropy(logits, labels)))
+        share = np.mean(correct, axis=0)
+        return {
+            "validation_accuracy": mean_class_accuracy(share, self._labels, self._classes),
+            "validation_instance_accuracy": float(share.mean()),
+            "validation_loss": float(np.mean(losses)),
+        }
+
+    @torch.no_grad()
+    def _logits(self, averaged: AveragedModel, grids: np.ndarray) -> Tensor:
+        count, views = grids.shape[:2]
+        flat = torch.from_numpy(grids.reshape(count * views, 1, *grids.shape[2:]))
+        parts = [averaged(part.to(self._device).float()).float().cpu() for part in flat.split(64)]
+        return torch.cat(parts).view(count, views, -1).mean(1)
+
+
+def _claim(
+    folder: Path, settings: TrainingSettings, recipe: GridRecipe, objects: ObjectSet
+) -> None:
+    """Write the settings, or check that the run already there has the same."""
+    document = json.loads(
+        json.dumps(
+            {"settings": settings.to_dict(), "grid": recipe.to_dict(), "data": objects.digest}
+        )
+    )
+    path = folder / "config.json"
+    if path.exists():
+        try:
+            same = json.loads(path.read_text()) == document
+        except (OSError, ValueError):
+            same = False
+        if not same:
+            raise InputError(f"{folder}: holds a run with other settings; choose another --out")
+    else:
+        write_json(path, document)
+
+
+def _split(objects: ObjectSet, settings: TrainingSettings) -> tuple[ObjectSet, ObjectSet]:
+    held_back = np.zeros(len(objects), bool)
+    if settings.validation:
+        held_back = validation_split(objects.names, salt=settings.validation_salt)
+    fit = objects.subset(~held_back)
+    if missing := set(range(len(objects.classes))) - set(fit.labels.tolist()):
+        names = ", ".join(objects.classes[i] for i in sorted(missing))
+        raise InputError(f"no training object of class {names}; complete the data set")
+    return fit, objects.subset(held_back)
+
+
+def _prepare(
+    fit: ObjectSet,
+    settings: TrainingSettings,
+    recipe: GridRecipe,
+    cache: GridCache,
+    observer: TrainingObserver,
+) -> _Run:
+    accelerator = Accelerator()
+    with accelerator.main_process_first():
+        grids = AugmentedGrids(
+            fit,
+            recipe,
+            settings.augmentation,
+            settings.replicas,
+            settings.seed,
+            cache,
+            observer.preparing,
+        )
+    torch.manual_seed(settings.seed)
+    net = build_net(settings.net, len(fit.classes), recipe.shape)
+    optimizer = torch.optim.AdamW(_parameter_groups(net, settings.weight_decay))
+    net, optimizer = accelerator.prepare(net, optimizer)
+    averaged = AveragedModel(
+        accelerator.unwrap_model(net), avg_fn=_average(settings.averaging), use_buffers=True
+    )
+    steps = max(1, len(fit) // settings.batch_size)
+    return _Run(settings, accelerator, net, averaged, optimizer, grids, fit.labels, steps)
+
+
+def _parameter_groups(net: nn.Module, weight_decay: float) -> list[dict[str, Any]]:
+    """Biases and norms are not decayed."""
+    matrices = [p for p in net.parameters() if p.ndim > 1]
+    vectors = [p for p in net.parameters() if p.ndim <= 1]
+    return [
+        {"params": matrices, "weight_decay": weight_decay},
+        {"params": vectors, "weight_decay": 0.0},
+    ]
+
+
+def _average(decay: float) -> Any:
+    """Exponential averaging that forgets the first steps faster."""
+
+    def average(averaged: Tensor, current: Tensor, count: Tensor | int) -> Tensor:
+        keep = min(decay, (1 + int(count)) / (20 + int(count)))
+        return averaged * keep + current * (1 - keep) if averaged.is_floating_point() else current
+
+    return average
+
+
+def _checkpoint(
+    run: _Run, objects: ObjectSet, recipe: GridRecipe, row: dict[str, float]
+) -> Checkpoint:
+    weights = {name: value.cpu() for name, value in run.averaged.module.state_dict().items()}
+    training = {"settings": run.settings.to_dict(), "reached": row, "data": objects.digest}
+    return Checkpoint(run.settings.net, objects.classes, recipe, weights, training)
+
+
+def _modules(run: _Run) -> dict[str, nn.Module]:
+    return {"net": run.accelerator.unwrap_model(run.net), "averaged": run.averaged}
+
+
+def _save(run: _Run, folder: Path, history: list[dict[str, float]]) -> None:
+    progress = {"history": history}
+    save_state(folder / STATE, _modules(run), run.optimizer, progress)
+
+
+def _resumed(run: _Run, folder: Path) -> tuple[int, list[dict[str, float]]]:
+    if not (folder / STATE).exists():
+        return 0, []
+    progress = load_state(folder / STATE, _modules(run), run.optimizer, run.accelerator.device)
+    return len(progress["history"]), progress["history"]

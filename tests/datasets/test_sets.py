@@ -1,0 +1,152 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.datasets import GridCache, ObjectSet, open_data_set, validation_split
+from circumspect.datasets.off_folder import farthest_points
+from circumspect.datasets.point_pack import read_point_pack, write_point_pack
+from circumspect.errors import InputError
+
+
+def small_set(count=6, points=20, seed=0):
+    rng = np.random.default_rng(seed)
+    names = np.array([f"bed_{i:04d}" for i in range(count)])
+    return ObjectSet(
+        rng.random((count, points, 3)).astype(np.float32),
+        np.arange(count, dtype=np.int64) % 2,
+        names,
+        ("bed", "chair"),
+    )
+
+
+class TestObjectSet:
+    @pytest.mark.parametrize(
+        ("change", "complaint"),
+        [
+            ({"points_xyz": np.zeros((6, 20, 2), np.float32)}, "shape"),
+            ({"labels": np.zeros(5, np.int64)}, "as many labels"),
+            ({"labels": np.full(6, 7, np.int64)}, "outside"),
+            ({"points_xyz": np.full((6, 20, 3), np.nan, np.float32)}, "NaN"),
+        ],
+    )
+    def test_refuses_what_does_not_belong_together(self, change, complaint):
+        good = small_set()
+        fields = {name: getattr(good, name) for name in ("points_xyz", "labels", "names")}
+        with pytest.raises(InputError, match=complaint):
+            ObjectSet(**{**fields, **change}, classes=good.classes)
+
+    def test_digest_sees_every_part(self):
+        digests = {small_set().digest, small_set(seed=1).digest, small_set(count=5).digest}
+        assert len(digests) == 3
+        assert small_set().digest == small_set().digest
+
+
+class TestPointPack:
+    def test_round_trip_keeps_shape_up_to_quantisation(self, tmp_path):
+        objects = small_set()
+        write_point_pack(tmp_path / "train.npz", objects)
+        back = open_data_set(tmp_path, "train")
+        assert back.names.tolist() == objects.names.tolist()
+        assert back.classes == objects.classes
+        low = objects.points_xyz.min(axis=1, keepdims=True)
+        side = np.ptp(objects.points_xyz, axis=1).max(axis=1)[:, None, None]
+        np.testing.assert_allclose(back.points_xyz, (objects.points_xyz - low) / side, atol=1e-5)
+
+    def test_broken_packs_are_named(self, tmp_path):
+        path = tmp_path / "train.npz"
+        write_point_pack(path, small_set())
+        whole = path.read_bytes()
+        for broken in (b"", whole[: len(whole) // 2], b"not a zip"):
+            path.write_bytes(broken)
+            with pytest.raises(InputError, match=r"train\.npz"):
+                read_point_pack(path)
+        np.savez(path, labels=np.zeros(3))
+        with pytest.raises(InputError, match="lacks points_u16"):
+            read_point_pack(path)
+
+    def test_nothing_there(self, tmp_path):
+        with pytest.raises(InputError, match="give point packs"):
+            open_data_set(tmp_path / "nowhere", "train")
+        with pytest.raises(InputError, match="no <class>/test"):
+            open_data_set(tmp_path, "test")
+
+
+class TestSplit:
+    @given(st.lists(st.text(min_size=1, max_size=8), unique=True, min_size=1, max_size=30))
+    def test_an_object_keeps_its_side_whatever_else_is_there(self, names):
+        whole = validation_split(np.array(names), share=0.5)
+        for name, side in zip(names, whole, strict=True):
+            assert validation_split(np.array([name]), share=0.5)[0] == side
+
+    def test_share_and_salt(self):
+        names = np.array([f"chair_{i:04d}" for i in range(4000)])
+        marked = validation_split(names)
+        assert marked.mean() == pytest.approx(0.15, abs=0.02)
+        other = validation_split(names, salt="1")
+        assert (marked & other).mean() == pytest.approx(0.15**2, abs=0.01)
+
+    def test_fit_and_validation_part_the_training_split(self, tmp_path):
+        write_point_pack(tmp_path / "train.npz", small_set(count=60))
+        parts = [set(open_data_set(tmp_path, part).names) for part in ("fit", "validation")]
+        assert not parts[0] & parts[1]
+        assert parts[0] | parts[1] == set(open_data_set(tmp_path, "train").names)
+
+
+def write_off(path, size):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    corners = [(x, y, z) for x in (0, size) for y in (0, 1) for z in (0, 2)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    text = [f"OFF{len(corners)} {len(faces)} 0"]
+    text += [" ".join(map(str, corner)) for corner in corners]
+    text += ["4 " + " ".join(map(str, face)) for face in faces]
+    path.write_text("\n".join(text) + "\n")
+
+
+class TestOffFolder:
+    def test_reads_the_usual_layout_and_caches_it(self, tmp_path):
+        for name in ("bed", "chair"):
+            for number in range(2):
+                write_off(tmp_path / name / "train" / f"{name}_{number:04d}.off", 1 + number)
+        seen = []
+        objects = open_data_set(tmp_path, "train", lambda done, total: seen.append((done, total)))
+        assert objects.classes == ("bed", "chair")
+        assert objects.names.tolist() == ["bed_0000", "bed_0001", "chair_0000", "chair_0001"]
+        assert objects.points_xyz.shape == (4, 1024, 3)
+        assert seen[-1] == (4, 4)
+        again = open_data_set(tmp_path, "train", lambda *_: pytest.fail("sampled twice"))
+        np.testing.assert_allclose(
+            np.ptp(again.points_xyz, axis=1), np.ptp(objects.points_xyz, axis=1), atol=1e-4
+        )
+
+    def test_farthest_points_are_spread_evenly(self):
+        rng = np.random.default_rng(0)
+        cloud = rng.random((3000, 3)) * [1, 1, 0]
+        chosen = cloud[farthest_points(cloud, 100)]
+        gaps = np.linalg.norm(chosen[:, None] - chosen, axis=2) + 9 * np.eye(100)
+        assert gaps.min() > 0.07
+
+
+class TestGridCache:
+    def test_made_once_and_read_back(self, tmp_path):
+        rng = np.random.default_rng(0)
+        grids = (rng.random((5, 3, 4, 7)) < 0.3).astype(np.uint8)
+        cache = GridCache(tmp_path)
+        first = cache.get({"a": 1}, 5, (3, 4, 7), lambda: grids)
+        second = cache.get({"a": 1}, 5, (3, 4, 7), lambda: pytest.fail("made twice"))
+        np.testing.assert_array_equal(first[:], grids)
+        np.testing.assert_array_equal(second[np.array([4, 1])], grids[[4, 1]])
+
+    def test_another_key_is_another_entry(self, tmp_path):
+        cache = GridCache(tmp_path)
+        zeros, ones = np.zeros((2, 8), np.uint8), np.ones((2, 8), np.uint8)
+        cache.get({"a": 1}, 2, (8,), lambda: zeros)
+        np.testing.assert_array_equal(cache.get({"a": 2}, 2, (8,), lambda: ones)[:], ones)
+
+    def test_a_broken_entry_is_made_anew(self, tmp_path):
+        cache = GridCache(tmp_path)
+        ones = np.ones((2, 8), np.uint8)
+        cache.get({}, 2, (8,), lambda: ones)
+        (entry,) = tmp_path.glob("*.npy")
+        entry.write_bytes(entry.read_bytes()[:50])
+        np.testing.assert_array_equal(cache.get({}, 2, (8,), lambda: ones)[:], ones)

@@ -1,0 +1,120 @@
+import json
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from safetensors.torch import save_file
+
+from circumspect.classification import GridRecipe
+from circumspect.errors import InputError, WeightsError
+from circumspect.nets import NETS, Checkpoint, build_net, cost_of
+from circumspect.nets.azimuth import RowWisePool, wrap
+
+CLASSES = ("bed", "chair", "table")
+
+
+def trained_looking(name, shape, classes=3, seed=0):
+    """A network whose batch norms and last layers are away from their trivial start."""
+    torch.manual_seed(seed)
+    net = build_net(name, classes, shape)
+    with torch.no_grad():
+        for parameter in net.parameters():
+            parameter.add_(0.05 * torch.randn_like(parameter))
+        net.train()
+        net((torch.rand(8, 1, *shape) < 0.1).float())
+    return net.eval()
+
+
+def assert_yaw_invariant(net, grids, tolerance=1e-4):
+    """Rolling the azimuth by any whole cells leaves the logits; reports the largest change."""
+    with torch.no_grad():
+        reference = net(grids)
+        changes = [
+            float((net(grids.roll(cells, dims=3)) - reference).abs().max())
+            for cells in range(1, grids.shape[3])
+        ]
+    assert max(changes) < tolerance, f"logits move by {max(changes):.2g} when the grid is rolled"
+    assert reference.std(0).max() > 10 * tolerance, "the network answers the same to everything"
+
+
+@pytest.mark.parametrize("name", NETS)
+def test_answers_are_invariant_to_whole_cells(name):
+    shape = NETS[name].recipe.shape
+    grids = (torch.rand(4, 1, *shape, generator=torch.Generator().manual_seed(1)) < 0.1).float()
+    assert_yaw_invariant(trained_looking(name, shape), grids)
+
+
+@given(margin=st.integers(0, 5), roll=st.integers(-7, 7))
+def test_wrapping_continues_the_circle(margin, roll):
+    circle = torch.arange(6.0).reshape(1, 1, 6)
+    wrapped = wrap(circle.roll(roll, 2), margin, 2)[0, 0].numpy()
+    expected = np.roll(np.arange(6.0), roll)[np.arange(-margin, 6 + margin) % 6]
+    np.testing.assert_array_equal(wrapped, expected)
+
+
+def test_row_wise_pool_is_max_and_mean():
+    features = torch.randn(2, 3, 5)
+    pooled = RowWisePool()(features)
+    torch.testing.assert_close(pooled, torch.cat([features.amax(2), features.mean(2)], 1))
+
+
+def test_ours_is_small():
+    cost = cost_of(build_net("panorama", 10, (32, 32, 32)), (32, 32, 32))
+    assert cost.parameters <= 2_000_000
+    assert cost.multiply_adds < 460_000_000
+
+
+def test_cost_counts_a_known_layer():
+    layer = torch.nn.Sequential(torch.nn.Conv3d(1, 16, 3))
+    cost = cost_of(layer, (32, 32, 32))
+    assert cost.parameters == 448
+    assert cost.multiply_adds == 30**3 * 27 * 16
+
+
+def test_unknown_net_is_named_with_a_near_one():
+    with pytest.raises(InputError, match="did you mean panorama"):
+        build_net("panoramma", 10, (32, 32, 32))
+
+
+class TestCheckpoint:
+    def checkpoint(self):
+        net = trained_looking("panorama", (32, 32, 32))
+        recipe = GridRecipe()
+        return Checkpoint("panorama", CLASSES, recipe, net.state_dict(), {"seed": 3})
+
+    def test_round_trip(self, tmp_path):
+        original = self.checkpoint()
+        original.save(tmp_path / "w.safetensors")
+        back = Checkpoint.load(tmp_path / "w.safetensors")
+        assert (back.net, back.classes, back.recipe) == ("panorama", CLASSES, GridRecipe())
+        assert back.training == {"seed": 3}
+        grids = torch.rand(2, 1, 32, 32, 32)
+        torch.testing.assert_close(back.build()(grids), original.build()(grids))
+
+    def test_broken_files_are_named(self, tmp_path):
+        path = tmp_path / "w.safetensors"
+        with pytest.raises(WeightsError, match="no such file"):
+            Checkpoint.load(path)
+        self.checkpoint().save(path)
+        whole = path.read_bytes()
+        for broken in (b"", whole[:100], whole[:-100], b"\xff" * 64):
+            path.write_bytes(broken)
+            with pytest.raises(WeightsError, match="not a checkpoint"):
+                Checkpoint.load(path)
+
+    def test_weights_of_another_program(self, tmp_path):
+        path = tmp_path / "w.safetensors"
+        save_file({"a": torch.zeros(3)}, path)
+        with pytest.raises(WeightsError, match="not a checkpoint"):
+            Checkpoint.load(path)
+        save_file({"a": torch.zeros(3)}, path, {"circumspect": json.dumps({"net": "panorama"})})
+        with pytest.raises(WeightsError, match="not a checkpoint"):
+            Checkpoint.load(path)
+
+    def test_weights_that_do_not_fit(self):
+        original = self.checkpoint()
+        wrong = Checkpoint("panorama", ("a", "b"), original.recipe, original.weights)
+        with pytest.raises(WeightsError, match="do not fit"):
+            wrong.build()
