@@ -6,16 +6,21 @@ from circumspect.geometry.extent import require_extent
 from circumspect.geometry.ply_file import write_ply
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.surface import fill_surface, short_edge_triangles
+from circumspect.geometry.trajectory import Trajectory
 from circumspect.geometry.triangle_mesh import TriangleMesh
+from circumspect.geometry.tum_file import read_tum, write_tum
 
 __all__ = [
     "PinholeCamera",
     "PointCloud",
+    "Trajectory",
     "TriangleMesh",
     "fill_surface",
     "read_cloud",
     "read_mesh",
+    "read_tum",
     "require_extent",
     "short_edge_triangles",
     "write_ply",
+    "write_tum",
 ]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from circumspect.errors import GeometryError
 
 
 @dataclass(frozen=True)
@@ -18,6 +21,9 @@ class PinholeCamera:
         width, height: image size [px].
         fx, fy: focal lengths [px].
         cx, cy: principal point [px].
+
+    Raises:
+        GeometryError: An empty image, or focal lengths that are not positive.
     """
 
     width: int
@@ -27,6 +33,14 @@ class PinholeCamera:
     cx: float
     cy: float
 
+    def __post_init__(self) -> None:
+        if self.width < 1 or self.height < 1:
+            raise GeometryError(f"the image has no pixels: {self.width} x {self.height}")
+        if not (0 < self.fx < math.inf and 0 < self.fy < math.inf):
+            raise GeometryError(f"focal lengths must be positive: {self.fx}, {self.fy}")
+        if not (math.isfinite(self.cx) and math.isfinite(self.cy)):
+            raise GeometryError(f"the principal point is not finite: {self.cx}, {self.cy}")
+
     @classmethod
     def xtion(cls) -> PinholeCamera:
         """The depth camera of the Asus Xtion PRO: 640x480, f = 570.3 px."""
@@ -35,10 +49,10 @@ class PinholeCamera:
     @property
     def rays_xyz(self) -> NDArray[np.float64]:
         """(height, width, 3): the point at depth 1 m along each pixel's ray, optical frame."""
-        u, v = np.meshgrid(np.arange(self.width), np.arange(self.height))
-        return np.stack(
-            [(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.ones(u.shape)], axis=-1
-        )
+        rays = np.ones((self.height, self.width, 3))
+        rays[..., 0] = (np.arange(self.width) - self.cx) / self.fx
+        rays[..., 1] = ((np.arange(self.height) - self.cy) / self.fy)[:, None]
+        return rays
 
     def back_project(
         self, depth: NDArray[np.floating], mask: NDArray[np.bool_] | None = None
@@ -51,8 +65,30 @@ class PinholeCamera:
 
         Returns:
             (n, 3) [m] points in the optical frame, row by row.
+
+        Raises:
+            GeometryError: The image or the mask is not as large as the camera's image.
         """
+        for name, image in (("depth", depth), ("mask", mask)):
+            if image is not None and image.shape != (self.height, self.width):
+                raise GeometryError(
+                    f"{name} must have shape {(self.height, self.width)}, not {image.shape}"
+                )
         wanted = np.isfinite(depth) if mask is None else np.isfinite(depth) & mask
         v, u = np.nonzero(wanted)
         z = depth[v, u].astype(np.float64)
         return np.stack([(u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z], axis=1)
+
+    def project(self, points_xyz: ArrayLike) -> NDArray[np.float64]:
+        """Where points appear in the image; the inverse of `back_project`.
+
+        Args:
+            points_xyz: (n, 3) [m] in the optical frame.
+
+        Returns:
+            (n, 2) [px]: u to the right, v down, not limited to the image; NaN for points that are
+            not in front of the camera.
+        """
+        x, y, z = np.asarray(points_xyz, dtype=np.float64).T
+        depth = np.where(z > 0, z, np.nan)
+        return np.stack([x / depth * self.fx + self.cx, y / depth * self.fy + self.cy], axis=1)

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-import difflib
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
+from circumspect.geometry.file_faults import blamed_on
 from circumspect.geometry.file_shape import FileShape
+from circumspect.geometry.gltf_file import read_gltf
 from circumspect.geometry.numpy_file import read_npy, read_npz
+from circumspect.geometry.obj_file import read_obj
 from circumspect.geometry.off_file import read_off
+from circumspect.geometry.pcd_file import read_pcd
 from circumspect.geometry.ply_file import read_ply
 from circumspect.geometry.point_cloud import PointCloud
+from circumspect.geometry.stl_file import read_stl
 from circumspect.geometry.triangle_mesh import TriangleMesh
+from circumspect.geometry.xyz_file import read_xyz
 
 # Suffix -> reader. A new format is one line here.
 READERS: dict[str, Callable[[Path], FileShape]] = {
@@ -25,6 +29,14 @@ READERS: dict[str, Callable[[Path], FileShape]] = {
     ".ply": read_ply,
     ".npy": read_npy,
     ".npz": read_npz,
+    ".pcd": read_pcd,
+    ".stl": read_stl,
+    ".obj": read_obj,
+    ".xyz": read_xyz,
+    ".txt": read_xyz,
+    ".csv": read_xyz,
+    ".glb": read_gltf,
+    ".gltf": read_gltf,
 }
 
 # How a file begins, where that says more than its name.
@@ -70,7 +82,7 @@ def read_cloud(
     if samples < 1:
         raise InputError(f"samples must be at least 1, not {samples}")
     rotation = _rotation(up)
-    with _blamed_on(path) as file:
+    with blamed_on(path) as file:
         shape = _reader(file)(file)
         if shape.has_faces:
             return shape.mesh(rotation).sampled(samples, np.random.default_rng(seed))
@@ -89,7 +101,7 @@ def read_mesh(path: str | os.PathLike[str], up: str = "z") -> TriangleMesh:
         GeometryError: It was read, but holds no faces, or broken ones.
     """
     rotation = _rotation(up)
-    with _blamed_on(path) as file:
+    with blamed_on(path) as file:
         return _reader(file)(file).mesh(rotation)
 
 
@@ -110,39 +122,3 @@ def _reader(path: Path) -> Callable[[Path], FileShape]:
         known = " ".join(sorted(READERS))
         raise InputError(f"unknown format {path.suffix or '(no suffix)'!r}; known: {known}")
     return READERS[suffix]
-
-
-@contextmanager
-def _blamed_on(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Turn whatever goes wrong with a file into one line that names it."""
-    file = Path(path)
-    try:
-        if not file.exists():
-            raise InputError(f"does not exist{_suggestion(file)}")
-        if file.is_dir():
-            raise InputError("is a folder; name a file in it")
-        if not file.is_file():
-            raise InputError("is not a regular file; copy its contents to one")
-        with np.errstate(all="ignore"):
-            yield file
-    except InputError as error:
-        raise type(error)(_one_line(f"{file}: {error}")) from error
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(_one_line(f"{file}: can not be read ({reason})")) from error
-    except MemoryError as error:
-        raise InputError(
-            _one_line(f"{file}: does not fit into memory; thin it out first")
-        ) from error
-
-
-def _suggestion(path: Path) -> str:
-    """Files of nearly the same name, or the remark that the folder is missing as well."""
-    if not path.parent.is_dir():
-        return f"; nor does the folder {path.parent}"
-    near = difflib.get_close_matches(path.name, [entry.name for entry in path.parent.iterdir()])
-    return f"; near it: {', '.join(near)}" if near else "; check the path"
-
-
-def _one_line(message: str) -> str:
-    return message.replace("\r", " ").replace("\n", " ")

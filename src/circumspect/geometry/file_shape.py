@@ -30,7 +30,7 @@ class FileShape:
     """
 
     points_xyz: NDArray[np.float64]
-    faces: NDArray[np.integer] | None = None
+    faces: NDArray[np.int64] | None = None
     normals_xyz: NDArray[np.float64] | None = None
     areas: NDArray[np.float64] | None = None
     scan: bool = False
@@ -65,7 +65,7 @@ class FileShape:
         )
 
     def _without_missing_points(self) -> FileShape:
-        valid = np.isfinite(self.points_xyz).all(axis=1)
+        valid = np.logical_and.reduce(np.isfinite(self.points_xyz), axis=1)
         missing = len(valid) - int(valid.sum())
         if missing == 0:
             return self

@@ -51,7 +51,7 @@ def read_table(
     except UserWarning:
         raise InputError("holds no numbers") from None
     except ValueError as error:
-        raise InputError(f"broken table of numbers: {error}") from error
+        raise InputError(f"has a broken table of numbers: {str(error)[:200]}") from error
     if rows is not None and len(table) < rows:
         raise InputError(f"ends too early: {rows} rows announced, {len(table)} found")
     return table

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+import math
+import threading
+import warnings
 import zipfile
 import zlib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
+from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry.file_shape import FileShape
 
 POINT_KEYS = ("points_xyz", "points", "xyz")
+NORMAL_KEYS = ("normals_xyz", "normals")
+
+_LARGEST_DEFLATE_RATIO = 1032
+# Warning filters belong to the whole process: one thread at a time.
+_ALONE = threading.Lock()
+_FAULTS = (
+    ValueError, TypeError, KeyError, SyntaxError, EOFError, RecursionError, OverflowError,
+    NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
 
 
 def read_npy(path: Path) -> FileShape:
@@ -24,11 +36,10 @@ def read_npy(path: Path) -> FileShape:
         InputError: Not such an array.
     """
     try:
-        return FileShape(_points(np.load(path, allow_pickle=False, mmap_mode="r"), "the array"))
-    except (ValueError, TypeError, SyntaxError, EOFError) as error:
-        raise InputError(
-            f"is no readable NPY file ({_first_line(error)}); save it again"
-        ) from error
+        with path.open("rb") as stream:
+            return FileShape(_points(_array(stream, path.stat().st_size), "the array"))
+    except _FAULTS as error:
+        raise InputError(f"is no readable NPY file ({_reason(error)}); save it again") from error
 
 
 def read_npz(path: Path) -> FileShape:
@@ -38,36 +49,70 @@ def read_npz(path: Path) -> FileShape:
         InputError: Not an NPZ file, or it holds no such array.
     """
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            key = _chosen(arrays)
-            normals = arrays.get("normals_xyz")
-            return FileShape(_points(arrays[key], key), normals_xyz=normals)
-    except (ValueError, TypeError, SyntaxError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise InputError(
-            f"is no readable NPZ file ({_first_line(error)}); save it again"
-        ) from error
+        with zipfile.ZipFile(path) as archive:
+            members = {
+                item.filename.removesuffix(".npy"): item
+                for item in archive.infolist()
+                if item.filename.endswith(".npy")
+            }
+            points = _points(*_chosen_array(archive, members))
+            normals = [_member(archive, members[key]) for key in NORMAL_KEYS if key in members]
+            fitting = [array for array in normals if array.shape == points.shape]
+            return FileShape(points, normals_xyz=_points(fitting[0], "") if fitting else None)
+    except _FAULTS as error:
+        raise InputError(f"is no readable NPZ file ({_reason(error)}); save it again") from error
 
 
-def _chosen(arrays: Mapping[str, Any]) -> str:
+def _chosen_array(
+    archive: zipfile.ZipFile, members: dict[str, zipfile.ZipInfo]
+) -> tuple[NDArray[Any], str]:
     for key in POINT_KEYS:
-        if key in arrays:
-            return key
-    fitting = [key for key in arrays if arrays[key].ndim == 2 and arrays[key].shape[1] == 3]
+        if key in members:
+            return _member(archive, members[key]), key
+    arrays = {key: _member(archive, item) for key, item in members.items()}
+    fitting = [key for key, array in arrays.items() if array.ndim == 2 and array.shape[1] == 3]
     if len(fitting) != 1:
         raise InputError(
             f"holds {len(fitting)} arrays of shape (n, 3) and none named "
-            f"{', '.join(POINT_KEYS)}; arrays: {', '.join(arrays) or 'none'}"
+            f"{', '.join(POINT_KEYS)}; it has: {', '.join(members) or 'no arrays'}"
         )
-    return fitting[0]
+    return arrays[fitting[0]], fitting[0]
+
+
+def _member(archive: zipfile.ZipFile, item: zipfile.ZipInfo) -> NDArray[Any]:
+    largest = min(item.file_size, item.compress_size * _LARGEST_DEFLATE_RATIO)
+    with archive.open(item) as stream:
+        return _array(stream, largest)
+
+
+def _array(stream: IO[bytes], largest: int) -> NDArray[Any]:
+    """The array in a stream of at most `largest` bytes; what its header says is not trusted."""
+    with _ALONE, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        version = npy_format.read_magic(stream)
+        read_header = {
+            (1, 0): npy_format.read_array_header_1_0,
+            (2, 0): npy_format.read_array_header_2_0,
+        }.get(version)
+        if read_header is None:
+            raise ValueError(f"version {version} of the format")
+        shape, fortran_order, dtype = read_header(stream)
+    count = math.prod(shape)
+    if dtype.kind not in "fiu":
+        raise InputError(f"holds an array of {dtype}, not of numbers")
+    if min(shape, default=0) < 0 or count * dtype.itemsize > largest:
+        raise InputError(f"ends too early: shape {shape} announced, {largest} bytes found")
+    array = np.frombuffer(stream.read(count * dtype.itemsize), dtype)
+    if len(array) < count:
+        raise InputError(f"ends too early: shape {shape} announced, {len(array)} numbers found")
+    return array.reshape(shape, order="F" if fortran_order else "C")
 
 
 def _points(array: NDArray[Any], name: str) -> NDArray[np.float64]:
-    if array.dtype.kind not in "fiu":
-        raise InputError(f"{name} holds {array.dtype}, not numbers")
     if array.ndim != 2 or array.shape[1] < 3:
         raise InputError(f"{name} must have shape (n, 3) or wider, not {array.shape}")
-    return np.array(array[:, :3], dtype=np.float64)
+    return array[:, :3].astype(np.float64, order="C")
 
 
-def _first_line(error: Exception) -> str:
-    return str(error).partition("\n")[0]
+def _reason(error: BaseException) -> str:
+    return str(error).partition("\n")[0] or type(error).__name__

@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import GeometryError
+from circumspect.geometry.frozen_array import frozen, require_coordinates
+
+_SIMILARITY_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +24,7 @@ class PointCloud:
         normals_xyz: (n, 3) float64 unit vectors or None.
 
     Raises:
-        GeometryError: Wrong shapes, no points, or coordinates that are not finite.
+        GeometryError: Wrong shapes, no points, coordinates that are not finite, negative areas.
     """
 
     points_xyz: NDArray[np.float64]
@@ -29,27 +32,21 @@ class PointCloud:
     normals_xyz: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        points = _frozen(self.points_xyz)
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise GeometryError(f"points must have shape (n, 3), not {points.shape}")
-        if len(points) == 0:
-            raise GeometryError("the cloud is empty; at least one point is needed")
-        if not np.isfinite(points).all():
-            bad = int((~np.isfinite(points)).any(axis=1).sum())
-            raise GeometryError(
-                f"{bad} of {len(points)} points are NaN or infinite; remove them first"
-            )
+        points = frozen(self.points_xyz)
+        require_coordinates(points, "points")
         object.__setattr__(self, "points_xyz", points)
         for name, shape in (("areas", (len(points),)), ("normals_xyz", points.shape)):
-            value = getattr(self, name)
-            if value is None:
+            given = getattr(self, name)
+            if given is None:
                 continue
-            value = _frozen(value)
-            if value.shape != shape:
-                raise GeometryError(f"{name} must have shape {shape}, not {value.shape}")
-            if not np.isfinite(value).all():
+            values = frozen(given)
+            if values.shape != shape:
+                raise GeometryError(f"{name} must have shape {shape}, not {values.shape}")
+            if not np.isfinite(values).all():
                 raise GeometryError(f"{name} holds NaN or infinite values")
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, values)
+        if self.areas is not None and float(self.areas.min()) < 0:
+            raise GeometryError("areas holds negative values")
 
     def __len__(self) -> int:
         return len(self.points_xyz)
@@ -57,30 +54,43 @@ class PointCloud:
     @property
     def weights(self) -> NDArray[np.float64]:
         """(n,) shares of the whole surface; they sum to 1."""
-        if self.areas is None or not (total := float(self.areas.sum())) > 0:
+        if self.areas is None or not (largest := float(self.areas.max())) > 0:
             return np.full(len(self), 1.0 / len(self))
-        return self.areas / total
+        shares = self.areas / largest
+        return shares / shares.sum()
 
     def moved(self, matrix: ArrayLike) -> PointCloud:
         """The cloud under a homogeneous transform.
 
         Args:
-            matrix: (4, 4) `T_target_source`, a similarity (rotation, scale, translation).
+            matrix: (4, 4) `T_target_source`, a similarity (rotation, scale, translation; a mirror
+                is allowed).
 
         Returns:
             The cloud in the target frame; areas grow with the square of the scale.
+
+        Raises:
+            GeometryError: The matrix is no similarity.
         """
-        T_target_source = np.asarray(matrix, dtype=np.float64)
+        T_target_source = frozen(matrix)
+        scale = _similarity_scale(T_target_source)
         linear, translation = T_target_source[:3, :3], T_target_source[:3, 3]
-        scale = float(np.cbrt(abs(np.linalg.det(linear))))
         return PointCloud(
             self.points_xyz @ linear.T + translation,
             areas=None if self.areas is None else self.areas * scale**2,
-            normals_xyz=None if self.normals_xyz is None else self.normals_xyz @ linear.T / scale,
+            normals_xyz=None if self.normals_xyz is None else self.normals_xyz @ (linear.T / scale),
         )
 
 
-def _frozen(values: ArrayLike) -> NDArray[np.float64]:
-    array = np.array(values, dtype=np.float64)
-    array.flags.writeable = False
-    return array
+def _similarity_scale(matrix: NDArray[np.float64]) -> float:
+    if matrix.shape != (4, 4):
+        raise GeometryError(f"a transform must have shape (4, 4), not {matrix.shape}")
+    if not np.isfinite(matrix).all() or not np.array_equal(matrix[3], [0, 0, 0, 1]):
+        raise GeometryError("a transform must be finite, with the last row 0 0 0 1")
+    linear = matrix[:3, :3]
+    scale = float(np.linalg.norm(linear)) / np.sqrt(3)
+    if not scale > 0 or not np.allclose(
+        (linear / scale) @ (linear / scale).T, np.eye(3), rtol=0, atol=_SIMILARITY_TOLERANCE
+    ):
+        raise GeometryError("a transform must turn, move and scale alike in all directions")
+    return float(scale)

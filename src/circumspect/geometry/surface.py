@@ -6,13 +6,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import GeometryError, InputError
+from circumspect.geometry.frozen_array import frozen, require_coordinates
+from circumspect.geometry.near_neighbours import distances, nearest_within_reach
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.triangle_mesh import TriangleMesh
 
-NEIGHBOURS = 12
-REACH = 1.9
-# Up to so many points all distances at once are quicker than a tree (and than importing one).
-_DENSE_LIMIT = 2048
+# Enough for both sides of a thin wall, and wide enough to close a Poisson-disk sample.
+NEIGHBOURS = 16
+REACH = 1.6
+# So many points at a time are looked at as corners, to bound the memory.
+_CORNERS_AT_ONCE = 2**15
 
 
 def short_edge_triangles(
@@ -26,27 +29,26 @@ def short_edge_triangles(
     Args:
         points_xyz: (n, 3) points.
         neighbours: How many nearest neighbours of a point may share a triangle with it.
-        reach: The longest edge allowed, in medians of the distance to the nearest neighbour.
+        reach: The longest edge allowed, in medians of the distance to the third nearest neighbour.
 
     Returns:
         The mesh of all such triangles, each once, over the given points.
 
     Raises:
         GeometryError: No three points lie near enough to each other.
+        InputError: `neighbours` or `reach` make no sense.
     """
-    points = np.asarray(points_xyz, dtype=np.float64)
-    if neighbours < 2 or not reach > 0:
+    points = frozen(points_xyz)
+    require_coordinates(points, "points")
+    if neighbours < 2 or not 0 < reach < np.inf:
         raise InputError(f"neighbours must be at least 2 and reach positive: {neighbours}, {reach}")
-    if len(points) < 3:
-        raise GeometryError(f"{len(points)} points make no triangle; three are needed")
-    find = _near_pairs_dense if len(points) <= _DENSE_LIMIT else _near_pairs_tree
-    start, end, distance, longest = find(points, neighbours, reach)
-    triangles = _closed_wedges(
-        points, _ranked(start, end, distance, len(points), neighbours), longest
-    )
-    if len(triangles) == 0:
-        raise GeometryError("no three points lie near enough to each other to join; raise `reach`")
-    return TriangleMesh(points, triangles)
+    distinct, triangles = np.arange(len(points)), _short_edge_faces(points, neighbours, reach)
+    if triangles is None:  # Most points stand there twice: join the different ones.
+        distinct = np.unique(points, axis=0, return_index=True)[1]
+        triangles = _short_edge_faces(points[distinct], neighbours, reach)
+    if triangles is None or len(triangles) == 0:
+        raise GeometryError("no three points lie near enough to each other to be joined")
+    return TriangleMesh(points, distinct[triangles])
 
 
 def fill_surface(
@@ -89,87 +91,55 @@ def fill_surface(
     )
 
 
-_Pairs = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], float]
-
-
-def _near_pairs_dense(points: NDArray[np.float64], neighbours: int, reach: float) -> _Pairs:  # noqa: ARG001
-    """All directed pairs within reach, from the full table of squared distances."""
-    count = len(points)
-    centred = points - points.mean(axis=0)
-    squares = np.einsum("nx,nx->n", centred, centred)[:, None]
-    ones = np.ones_like(squares)
-    # |a - b|² = |a|² - 2ab + |b|² as one product of (n, 5) matrices.
-    table = np.hstack([squares, -2 * centred, ones]) @ np.hstack([ones, centred, squares]).T
-    table.flat[:: count + 1] = np.inf
-    nearest = _distances(points, np.arange(count), table.argmin(axis=1))
-    longest = reach * float(np.median(nearest))
-    # Rounding of the product is far below the slack; the exact distance decides.
-    start, end = np.divmod(np.flatnonzero(table <= longest**2 + 1e-9 * float(squares.max())), count)
-    return _within(points, start, end, longest)
-
-
-def _near_pairs_tree(points: NDArray[np.float64], neighbours: int, reach: float) -> _Pairs:
-    """Directed pairs of nearest neighbours within reach, from a k-d tree."""
-    from scipy.spatial import KDTree
-
-    distances, indices = KDTree(points).query(points, neighbours + 1)
-    longest = reach * float(np.median(distances[:, 1]))
-    start = np.repeat(np.arange(len(points)), neighbours + 1)
-    end = indices.ravel()
-    valid = (end != start) & (end < len(points))
-    return _within(points, start[valid], end[valid], longest)
-
-
-def _within(
-    points: NDArray[np.float64], start: NDArray[np.int64], end: NDArray[np.int64], longest: float
-) -> _Pairs:
-    distance = _distances(points, start, end)
-    kept = distance <= longest
-    return start[kept], end[kept], distance[kept], longest
-
-
-def _ranked(
-    start: NDArray[np.int64],
-    end: NDArray[np.int64],
-    distance: NDArray[np.float64],
-    count: int,
-    neighbours: int,
-) -> NDArray[np.int64]:
-    """(count, neighbours) neighbours within reach, nearest first, -1 where there are no more."""
-    order = np.lexsort((distance, start))
-    start, end = start[order], end[order]
-    first = np.searchsorted(start, np.arange(count))
-    rank = np.arange(len(start)) - first[start]
-    near = rank < neighbours
-    table = np.full((count, neighbours), -1, dtype=np.int64)
-    table[start[near], rank[near]] = end[near]
-    return table
+def _short_edge_faces(
+    points: NDArray[np.float64], neighbours: int, reach: float
+) -> NDArray[np.int64] | None:
+    """The triangles; None where the near neighbours are mostly in the same place."""
+    if len(points) < 3:
+        return None
+    extent = float(np.ptp(points, axis=0).max())
+    if not extent > 0:
+        return None
+    scaled = (points - points[0]) / extent
+    table, longest = nearest_within_reach(scaled, neighbours, reach)
+    if not longest > 0:
+        return None
+    triangles = [
+        _closed_wedges(scaled, table[first : first + _CORNERS_AT_ONCE], first, longest)
+        for first in range(0, len(points), _CORNERS_AT_ONCE)
+    ]
+    return _unique_rows(np.concatenate(triangles), len(points))
 
 
 def _closed_wedges(
-    points: NDArray[np.float64], table: NDArray[np.int64], longest: float
+    points: NDArray[np.float64], table: NDArray[np.int64], first: int, longest: float
 ) -> NDArray[np.int64]:
-    """Triangles of a point and two of its neighbours that lie within reach of each other."""
+    """Triangles of a point and two of its neighbours that lie within reach of each other.
+
+    Args:
+        points: (n, 3) all points.
+        table: (m, k) neighbours of the points from number `first` on, filled up with -1.
+        first: See there.
+        longest: The reach.
+
+    Returns:
+        (t, 3) corners, smallest index first; a triangle may occur from each of its corners.
+    """
     one, other = np.triu_indices(table.shape[1], k=1)
-    apex, wedge = np.nonzero(table[:, other] >= 0)  # Then `one`, which is nearer, exists too.
+    filled = np.flatnonzero(table[:, other] >= 0)  # Then the column `one` is filled, too.
+    apex, wedge = np.divmod(filled, len(other))
     left, right = table[apex, one[wedge]], table[apex, other[wedge]]
-    closed = _distances(points, left, right) <= longest
-    triangles = np.stack([apex[closed], left[closed], right[closed]], axis=1)
+    closed = distances(points, left, right) <= longest
+    triangles = np.stack([apex[closed] + first, left[closed], right[closed]], axis=1)
     triangles.sort(axis=1)
-    return _unique_rows(triangles, len(points))
-
-
-def _distances(
-    points: NDArray[np.float64], start: NDArray[np.int64], end: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    offsets = points.take(start, axis=0) - points.take(end, axis=0)
-    return np.sqrt(np.einsum("nx,nx->n", offsets, offsets))
+    return triangles
 
 
 def _unique_rows(triangles: NDArray[np.int64], count: int) -> NDArray[np.int64]:
     """Sorted rows without repetition, by one sort of whole numbers: (a * count + b) * count + c."""
     if count**3 > np.iinfo(np.int64).max:
         return np.unique(triangles, axis=0)
-    keys = np.unique((triangles[:, 0] * count + triangles[:, 1]) * count + triangles[:, 2])
-    pairs, last = np.divmod(keys, count)
+    keys = (triangles[:, 0] * count + triangles[:, 1]) * count + triangles[:, 2]
+    keys.sort()  # Much quicker than `np.unique`.
+    pairs, last = np.divmod(keys[np.diff(keys, prepend=-1) > 0], count)
     return np.stack([*np.divmod(pairs, count), last], axis=1)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
+from circumspect.geometry.frozen_array import frozen, require_coordinates
 from circumspect.geometry.point_cloud import PointCloud
 
 
@@ -20,26 +21,25 @@ class TriangleMesh:
         faces: (f, 3) int64 indices into the vertices, f >= 1.
 
     Raises:
-        GeometryError: Wrong shapes, no faces, indices out of range, or a surface of no area.
+        GeometryError: Wrong shapes, no faces, or indices out of range.
     """
 
     vertices_xyz: NDArray[np.float64]
     faces: NDArray[np.int64]
 
     def __post_init__(self) -> None:
-        vertices = np.array(self.vertices_xyz, dtype=np.float64)
-        faces = np.array(self.faces, dtype=np.int64)
-        if vertices.ndim != 2 or vertices.shape[1] != 3:
-            raise GeometryError(f"vertices must have shape (v, 3), not {vertices.shape}")
+        vertices = frozen(self.vertices_xyz)
+        require_coordinates(vertices, "vertices")
+        faces = np.array(self.faces)
         if faces.ndim != 2 or faces.shape[1] != 3:
             raise GeometryError(f"faces must have shape (f, 3), not {faces.shape}")
         if len(faces) == 0:
             raise GeometryError("the mesh has no faces")
-        if not np.isfinite(vertices).all():
-            raise GeometryError("the mesh has NaN or infinite vertices")
+        if faces.dtype.kind not in "iu":
+            raise GeometryError(f"faces must be whole numbers, not {faces.dtype}")
         if faces.min() < 0 or faces.max() >= len(vertices):
             raise GeometryError(f"faces name vertices outside 0 … {len(vertices) - 1}")
-        vertices.flags.writeable = False
+        faces = faces.astype(np.int64, copy=False)
         faces.flags.writeable = False
         object.__setattr__(self, "vertices_xyz", vertices)
         object.__setattr__(self, "faces", faces)
@@ -52,33 +52,55 @@ class TriangleMesh:
     @property
     def areas(self) -> NDArray[np.float64]:
         """(f,) [m²]: the area of each triangle."""
-        a, b, c = np.moveaxis(self.corners_xyz, 1, 0)
-        return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        return 0.5 * np.linalg.norm(_spans(self.corners_xyz), axis=1)
 
     def sampled(self, count: int, rng: np.random.Generator | int = 0) -> PointCloud:
         """Points drawn evenly over the surface, with the normals of their triangles.
 
         Args:
-            count: How many points.
+            count: How many points, at least 1.
             rng: A generator or a seed.
 
+        Returns:
+            The points, in the order of the triangles.
+
         Raises:
-            GeometryError: All triangles have no area.
+            GeometryError: All triangles have no area, or `count` is not positive.
         """
+        if count < 1:
+            raise GeometryError(f"at least 1 point must be sampled, not {count}")
         rng = np.random.default_rng(rng)
-        areas = self.areas
-        total = float(areas.sum())
-        if not total > 0:
-            raise GeometryError(
-                "the mesh has no area: all its points lie on a line or in one place"
-            )
+        normals, shares = self._normals_and_shares()
         # Stratified along the cumulated area: less clumping than independent draws.
-        steps = (np.arange(count) + rng.random(count)) * (total / count)
-        chosen = np.searchsorted(np.cumsum(areas), steps, side="right").clip(max=len(areas) - 1)
-        a, b, c = np.moveaxis(self.corners_xyz[chosen], 1, 0)
+        steps = (np.arange(count) + rng.random(count)) / count
+        usable = np.flatnonzero(shares)
+        cumulated = np.cumsum(shares[usable])
+        places = np.searchsorted(cumulated, steps * cumulated[-1], side="right")
+        chosen = usable[places.clip(max=len(usable) - 1)]
+        a, b, c = np.moveaxis(self.vertices_xyz[self.faces[chosen]], 1, 0)
         u, v = rng.random((2, count, 1))
         fold = u + v > 1
         u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
-        normals = np.cross(b - a, c - a)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        return PointCloud(a + u * (b - a) + v * (c - a), normals_xyz=normals)
+        return PointCloud(a + u * (b - a) + v * (c - a), normals_xyz=normals[chosen])
+
+    def _normals_and_shares(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(f, 3) unit normals, and (f,) shares of the largest area: 0 where there is no normal.
+
+        Measured in units of the longest edge, so that no scale is too small or too large.
+        """
+        corners = self.corners_xyz
+        longest = float(np.abs(np.roll(corners, 1, axis=1) - corners).max())
+        spans = _spans(corners / longest) if longest > 0 else np.zeros((len(corners), 3))
+        doubled = np.linalg.norm(spans, axis=1, keepdims=True)
+        if not float(doubled.max()) > 0:
+            raise GeometryError(
+                "the mesh has no area: all its points lie on a line or in one place"
+            )
+        normals = np.divide(spans, doubled, out=np.zeros_like(spans), where=doubled > 0)
+        return normals, doubled[:, 0]
+
+
+def _spans(corners_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(f, 3) normals as long as twice the area of each triangle."""
+    a, b, c = np.moveaxis(corners_xyz, 1, 0)
+    return np.cross(b - a, c - a)

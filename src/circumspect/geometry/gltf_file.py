@@ -1,0 +1,72 @@
+"""glTF and GLB, by trimesh: scenes of meshes, each at its place."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import threading
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from circumspect.errors import InputError
+from circumspect.geometry.file_shape import FileShape
+
+# Warning filters and standard streams belong to the whole process: one thread at a time.
+_ALONE = threading.Lock()
+
+
+def read_gltf(path: Path) -> FileShape:
+    """Read all meshes of the scene as one, or all its points where it has no meshes.
+
+    Raises:
+        InputError: trimesh can not read it.
+    """
+    import trimesh
+
+    with _quiet():
+        try:
+            scene = trimesh.load_scene(path, process=False)
+            parts = scene.dump()
+        except (MemoryError, OSError):
+            raise
+        except Exception as error:  # trimesh lets through whatever broken files bring about.
+            reason = str(error).partition("\n")[0] or type(error).__name__
+            raise InputError(f"is no readable glTF file ({reason}); export it again") from error
+    meshes = [part for part in parts if isinstance(part, trimesh.Trimesh) and len(part.faces)]
+    if meshes:
+        firsts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+        return FileShape(
+            np.concatenate([np.asarray(mesh.vertices, dtype=np.float64) for mesh in meshes]),
+            np.concatenate(
+                [
+                    np.asarray(mesh.faces) + first
+                    for mesh, first in zip(meshes, firsts, strict=False)
+                ]
+            ),
+        )
+    clouds = [part for part in parts if isinstance(part, trimesh.PointCloud)]
+    if not clouds:
+        raise InputError("has neither faces nor points in its scene")
+    return FileShape(np.concatenate([np.asarray(cloud.vertices) for cloud in clouds]))
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what trimesh warns, logs and prints from the user; what fails is raised anyway."""
+    log = logging.getLogger("trimesh")
+    with (
+        _ALONE,
+        warnings.catch_warnings(),
+        contextlib.redirect_stdout(io.StringIO()),
+        contextlib.redirect_stderr(io.StringIO()),
+    ):
+        warnings.simplefilter("ignore")
+        disabled, log.disabled = log.disabled, True
+        try:
+            yield
+        finally:
+            log.disabled = disabled

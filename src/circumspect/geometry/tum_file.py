@@ -1,0 +1,61 @@
+"""Trajectories as TUM RGB-D text: a line `stamp tx ty tz qx qy qz qw` for each pose."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from circumspect.errors import GeometryError, InputError
+from circumspect.geometry.file_faults import blamed_on
+from circumspect.geometry.number_table import read_table
+from circumspect.geometry.trajectory import Trajectory
+from circumspect.storage import atomic_open
+
+_UNIT_TOLERANCE = 1e-3
+
+
+def write_tum(path: str | os.PathLike[str], trajectory: Trajectory) -> None:
+    """Write stamps [s], places [m] and quaternions (xyzw), with all their digits.
+
+    Raises:
+        OutputError: The file can not be written.
+    """
+    poses = trajectory.T_map_camera
+    table = np.column_stack(
+        [trajectory.stamps, poses.translation, poses.rotation.as_quat(canonical=True)]
+    )
+    with atomic_open(path) as stream:
+        stream.write("# stamp tx ty tz qx qy qz qw\n")
+        stream.writelines(" ".join(map(repr, row)) + "\n" for row in table.tolist())
+
+
+def read_tum(path: str | os.PathLike[str]) -> Trajectory:
+    """Read a trajectory; lines beginning with # are comments.
+
+    Raises:
+        InputError: The file can not be read, or is no such table.
+        GeometryError: Stamps that do not increase, or quaternions far from unit length.
+    """
+    from scipy.spatial.transform import RigidTransform, Rotation
+
+    with blamed_on(path) as file:
+        table = read_table(_lines(file), comments="#")
+        if table.shape[1] != 8:
+            raise InputError(f"needs 8 columns (stamp tx ty tz qx qy qz qw), has {table.shape[1]}")
+        if not np.isfinite(table).all():
+            raise GeometryError("holds NaN or infinite values")
+        quaternions = table[:, 4:]
+        off = np.abs(np.linalg.norm(quaternions, axis=1) - 1) > _UNIT_TOLERANCE
+        if off.any():
+            raise GeometryError(
+                f"{int(off.sum())} of {len(table)} quaternions are not of unit length; "
+                "the order is qx qy qz qw"
+            )
+        poses = RigidTransform.from_components(table[:, 1:4], Rotation.from_quat(quaternions))
+        return Trajectory(table[:, 0], poses)
+
+
+def _lines(path: Path) -> list[bytes]:
+    return path.read_bytes().splitlines()
