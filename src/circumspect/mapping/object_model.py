@@ -92,8 +92,9 @@ class ObjectModel:
     def cloud(self) -> PointCloud:
         """The surface without specks, each point with its normal and area.
 
-        A point's area is the mean over frames of the area that its voxel showed. A surface that
-        is seen often, or from near, so counts no more than one that is seen once.
+        A point's area is the mean over frames of the area that its voxel showed, at most what
+        a plane of its normal can have in a voxel. A surface that is seen often, or from near,
+        so counts no more than one that is seen once.
 
         Raises:
             GeometryError: Nothing is fused yet.
@@ -106,9 +107,9 @@ class ObjectModel:
         normals = totals[:, _NORMAL]
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         upright = np.where(lengths > 1e-9, normals / np.maximum(lengths, 1e-9), [0.0, 0.0, 1.0])
-        return PointCloud(
-            points[kept], areas=totals[:, _AREA] / totals[:, _FRAMES], normals_xyz=upright
-        )
+        largest = self.settings.voxel**2 / np.abs(upright).max(axis=1)
+        areas = np.minimum(totals[:, _AREA] / totals[:, _FRAMES], largest)
+        return PointCloud(points[kept], areas=areas, normals_xyz=upright)
 
     def occupancy(self, grid: Grid) -> OccupancyGrid:
         """Unknown, free and occupied cells of a grid around the object.

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-END_CELL = 0.02
+END_CELL = 0.03
 """Rays whose ends are in the same cell of this side [m] …"""
-ORIGIN_CELL = 0.25
+ORIGIN_CELL = 0.5
 """… and whose origins are in the same cell of this side [m] are one ray."""
 END_BITS, ORIGIN_BITS = 15, 6
 

@@ -1,1 +1,25 @@
+"""The main job: frames in, a named object out."""
 
+from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
+from circumspect.pipeline.records import (
+    CLASSIFIED,
+    NO_DEPTH,
+    NO_OBJECT,
+    TOO_LITTLE,
+    PipelineObserver,
+    RecognitionResult,
+    RecognitionStep,
+)
+from circumspect.pipeline.run_folder import RunFolder
+
+__all__ = [
+    "CLASSIFIED",
+    "NO_DEPTH",
+    "NO_OBJECT",
+    "TOO_LITTLE",
+    "PipelineObserver",
+    "RecognitionPipeline",
+    "RecognitionResult",
+    "RecognitionStep",
+    "RunFolder",
+]

@@ -47,5 +47,6 @@ class BoxSegmentation(Segmentation):
         """See `Segmentation.object_mask`."""
         mask = continuous_pixels(frame.depth, frame.camera, self.noise)
         points = frame.points_map(mask)
-        mask[mask] = ((points >= self.corner_a) & (points <= self.corner_b)).all(axis=1)
+        low, high = np.asarray(self.corner_a), np.asarray(self.corner_b)
+        mask[mask] = ((points >= low) & (points <= high)).all(axis=1)
         return mask

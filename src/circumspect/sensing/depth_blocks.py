@@ -55,7 +55,10 @@ class DepthBlocks:
         rows, columns = -(-height // block), -(-width // block)
         inverse = np.zeros((rows * block, columns * block), np.float32)
         np.divide(1, depth, out=inverse[:height, :width], where=valid)
-        total, highest = np.zeros((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
+        total, highest = (
+            np.zeros((rows, columns), np.float32),
+            np.zeros((rows, columns), np.float32),
+        )
         lowest = np.full((rows, columns), np.inf, np.float32)
         counts = np.zeros((rows, columns), np.int32)
         for v in range(block):
@@ -81,7 +84,7 @@ class DepthBlocks:
         return v, u
 
     @property
-    def points_xyz(self) -> NDArray[np.float32]:
+    def points_xyz(self) -> NDArray[np.floating]:
         """(rows, columns, 3) [m] in the optical frame; NaN where a block has no depth."""
         v, u = self.pixels
         z = 1 / self.inverse_depth
@@ -107,7 +110,7 @@ class DepthBlocks:
         with np.errstate(invalid="ignore", divide="ignore"):
             return -away / np.sqrt(np.einsum("ijk,ijk->ij", away, away))[..., None]
 
-    def _slopes(self, axis: int) -> NDArray[np.float32]:
+    def _slopes(self, axis: int) -> NDArray[np.floating]:
         """Change of q per pixel: mean of the differences to both sides that cross no jump."""
         along = np.moveaxis(self.inverse_depth, axis, 0)
         step = np.diff(along, axis=0)

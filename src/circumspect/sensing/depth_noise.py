@@ -106,15 +106,13 @@ class DepthNoise:
         u = np.clip(np.arange(width)[None, :] + shift[1], 0, width - 1)
         return v * width + u
 
-    def _quantised(
-        self, depth: NDArray[np.float32], camera: PinholeCamera
-    ) -> NDArray[np.float32]:
+    def _quantised(self, depth: NDArray[np.floating], camera: PinholeCamera) -> NDArray[np.float32]:
         steps = np.rint(camera.fx * self.baseline / self.disparity_step / depth)
         return (camera.fx * self.baseline / self.disparity_step / steps).astype(np.float32)
 
     def _at_edge(self, depth: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Pixels with a 4-neighbour across a jump in depth (or beside nothing at all)."""
-        known = np.nan_to_num(depth.astype(np.float32), nan=np.float32(1e3))
+        known = np.where(np.isfinite(depth), depth, np.float32(1e3))
         edge = np.zeros(depth.shape, bool)
         for axis in (0, 1):
             near, far = np.moveaxis(known, axis, 0)[:-1], np.moveaxis(known, axis, 0)[1:]

@@ -27,7 +27,9 @@ def continuous_pixels(
         (height, width) bool; False where the depth is invalid.
     """
     keep = np.isfinite(depth)
-    spread = 4 * float(np.sqrt(2)) * noise.axial_sigma(depth) + noise.quantisation_step(depth, camera)
+    spread = 4 * float(np.sqrt(2)) * noise.axial_sigma(depth) + noise.quantisation_step(
+        depth, camera
+    )
     allowed = np.maximum(spread, depth * np.float32(np.tan(steepest) / camera.fx))
     for axis in (0, 1):
         along, limit = np.moveaxis(depth, axis, 0), np.moveaxis(allowed, axis, 0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from circumspect.sensing.flying_pixels import continuous_pixels
 from circumspect.sensing.pixel_rays import along_axis
 from circumspect.sensing.rgbd_frame import RgbdFrame
 from circumspect.sensing.segmentation import Segmentation
+
+SHARED_CELLS = 2
+"""Plan-view cells that a cluster shares with the known object before it belongs to it."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,8 @@ class GroundSegmentation(Segmentation):
         flat = np.ravel_multi_index(cells.T, shape)
         counts = np.bincount(flat, minlength=shape.prod()).reshape(shape)
         joined = ndimage.binary_dilation(counts >= 3, np.ones((2, 2)), origin=-1)
-        labels, count = ndimage.label(joined, np.ones((3, 3)))
+        found = ndimage.label(joined, np.ones((3, 3)))
+        labels, count = cast("tuple[NDArray[np.intp], int]", found)
         of_point = labels.ravel()[flat]
         sizes = np.bincount(of_point, minlength=count + 1)
         sizes[0] = 0
@@ -99,8 +104,10 @@ def _standing_on(
     """(count + 1,) the clusters that stand where known points of the object are."""
     cells = places.astype(np.intp)
     inside = ((places >= 0) & (cells < labels.shape)).all(axis=1)
-    chosen = np.zeros(count + 1, bool)
-    chosen[np.unique(labels[cells[inside, 0], cells[inside, 1]])] = True
+    known = np.zeros(labels.shape, bool)
+    known[cells[inside, 0], cells[inside, 1]] = True
+    shared = np.bincount(labels[known], minlength=count + 1)
+    chosen = shared >= SHARED_CELLS
     chosen[0] = False
     return chosen
 

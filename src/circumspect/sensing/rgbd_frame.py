@@ -68,7 +68,10 @@ class RgbdFrame:
 
         Args:
             depth: (height, width) uint16 [mm]; 0 and 65535 are invalid.
-            camera, stamp, T_map_camera, colour: See the class.
+            camera: The camera that took it.
+            stamp: Time [s].
+            T_map_camera: See the class.
+            colour: See the class.
         """
         millimetres = np.asarray(depth)
         metres = millimetres.astype(np.float32) * np.float32(1e-3)

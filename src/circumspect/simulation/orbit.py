@@ -111,9 +111,7 @@ def _outline(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
     headings = np.arange(72) * (2 * np.pi / 72)
     directions = np.column_stack([np.cos(headings), np.sin(headings)])
     tilts = np.linspace(-3.0, 3.0, 13)
-    chosen = {
-        int(np.argmax(points_xyz @ [x, y, tilt])) for x, y in directions for tilt in tilts
-    }
+    chosen = {int(np.argmax(points_xyz @ [x, y, tilt])) for x, y in directions for tilt in tilts}
     chosen |= {int(np.argmin(points_xyz[:, 2])), int(np.argmax(points_xyz[:, 2]))}
     return points_xyz[sorted(chosen)]
 
@@ -131,7 +129,7 @@ def _target_height(points_xyz: NDArray[np.float64], radius: float, height: float
 def _in_view(
     orbit: Orbit, points_xyz: NDArray[np.float64], camera: PinholeCamera, nearest: float
 ) -> bool:
-    points = points_xyz + [*orbit.centre_xy, 0.0]
+    points = points_xyz + np.array([*orbit.centre_xy, 0.0])
     half_u, half_v = IMAGE_SHARE * camera.width / 2, IMAGE_SHARE * camera.height / 2
     for angle in np.arange(36) * (2 * np.pi / 36):
         x, y, z = orbit.station(float(angle)).T_map_camera.inv().apply(points).T

@@ -55,11 +55,14 @@ def floor(half_width: float) -> TriangleMesh:
     return TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
 
 
-def block(low_xyz: tuple[float, float, float], high_xyz: tuple[float, float, float]) -> TriangleMesh:
+def block(
+    low_xyz: tuple[float, float, float], high_xyz: tuple[float, float, float]
+) -> TriangleMesh:
     """A box with edges along the axes: walls, clutter.
 
     Args:
-        low_xyz, high_xyz: Opposite corners [m].
+        low_xyz: Corner with the smallest coordinates [m].
+        high_xyz: The opposite corner [m].
     """
     low, high = np.asarray(low_xyz, float), np.asarray(high_xyz, float)
     unit = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)

@@ -1,0 +1,99 @@
+"""One picture of a whole run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from circumspect.errors import MissingExtraError
+from circumspect.pipeline.panels import (
+    draw_grid,
+    draw_plan,
+    draw_probabilities,
+    draw_side,
+)
+from circumspect.pipeline.records import RecognitionResult
+from circumspect.storage import atomic_path
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SIDES = (("−y", -90.0, 12.0), ("+x", 0.0, 12.0), ("above", -60.0, 50.0))
+"""Name, azimuth and elevation [degrees] of where the model is looked at from."""
+
+
+def draw_run(
+    path: str | os.PathLike[str], result: RecognitionResult, config: Mapping[str, Any]
+) -> None:
+    """Draw plan view, model from three sides, grid and probabilities.
+
+    Args:
+        path: The PNG to write.
+        result: A run with at least one classified frame.
+        config: "truth" and "start_deg", where given, go into the title.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        OutputError: The file can not be written.
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingExtraError("matplotlib", "figures") from error
+    figure = Figure(figsize=(15, 9.6), dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    _arrange(figure, result, config)
+    with atomic_path(path) as aside:
+        figure.savefig(aside, format="png")
+
+
+def _arrange(figure: Figure, result: RecognitionResult, config: Mapping[str, Any]) -> None:
+    last = result.last
+    if last is None or last.grid is None:
+        raise ValueError("a run without a classified frame has no picture")
+    cloud = last.model.cloud()
+    title, note = captions(result, config)
+    figure.text(0.035, 0.957, title, fontsize=21, fontweight="bold", va="center")
+    figure.text(0.035, 0.922, note, fontsize=12.5, color="0.35", va="center")
+    top = figure.add_gridspec(
+        1,
+        4,
+        left=0.05,
+        right=0.985,
+        bottom=0.50,
+        top=0.87,
+        width_ratios=(1.25, 1, 1, 1),
+        wspace=0.06,
+    )
+    draw_plan(figure.add_subplot(top[0, 0]), cloud, result)
+    for column, (name, azimuth, elevation) in enumerate(SIDES, start=1):
+        draw_side(figure.add_subplot(top[0, column]), cloud, name, azimuth, elevation)
+    bottom = figure.add_gridspec(
+        1, 2, left=0.05, right=0.985, bottom=0.075, top=0.40, width_ratios=(1.25, 1), wspace=0.13
+    )
+    draw_grid(figure.add_subplot(bottom[0, 0]), last.grid)
+    draw_probabilities(figure.add_subplot(bottom[0, 1]), result)
+
+
+def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str, str]:
+    """The picture's title and the line below it."""
+    prediction, last = result.prediction, result.last
+    if prediction is None or last is None:
+        return "no answer", ""
+    title = f"{_words(prediction.label)}, {prediction.probability:.0%} sure"
+    truth = config.get("truth")
+    if truth is not None:
+        right = truth == prediction.label
+        title += " (right)" if right else f" (wrong: it is a {_words(str(truth))})"
+    parts = [f"{len(result.steps)} frames", f"seen from {last.seen:.0%} of the directions"]
+    if config.get("start_deg") is not None:
+        parts.insert(0, f"started at azimuth {config['start_deg']:.0f}°")
+    if result.interrupted:
+        parts.append("interrupted")
+    return title, ", ".join(parts)
+
+
+def _words(label: str) -> str:
+    return label.replace("_", " ")

@@ -1,0 +1,101 @@
+"""What the pipeline tells: one record a frame, one at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from circumspect.classification import Prediction
+from circumspect.grid import OccupancyGrid
+from circumspect.mapping import ObjectModel, PoseEstimate
+
+CLASSIFIED = "classified"
+NO_DEPTH = "no depth in the frame"
+NO_OBJECT = "no object in view"
+TOO_LITTLE = "too little of the object seen to span a shape"
+
+
+@dataclass(frozen=True, eq=False)
+class RecognitionStep:
+    """What one frame led to.
+
+    Attributes:
+        index: Number of the frame in this run, from 0.
+        stamp: Its time [s].
+        outcome: `CLASSIFIED`, or the reason why the frame changed nothing.
+        pose: Where it was taken from; None where that was not looked into.
+        object_pixels: Pixels of the frame that show the object.
+        seen: Share of the directions around the object from which it has been seen, 0 … 1.
+        model: The object so far.
+        grid: Its grid; None before the first classified frame.
+        prediction: The answer so far; None before the first classified frame.
+        milliseconds: Stage to time spent [ms].
+    """
+
+    index: int
+    stamp: float
+    outcome: str
+    pose: PoseEstimate | None
+    object_pixels: int
+    seen: float
+    model: ObjectModel
+    grid: OccupancyGrid | None
+    prediction: Prediction | None
+    milliseconds: Mapping[str, float] = field(default_factory=dict)
+
+    def summary(self) -> dict[str, Any]:
+        """The record in JSON types, without arrays."""
+        position = None if self.pose is None else self.pose.T_map_camera.translation.tolist()
+        return {
+            "frame": self.index,
+            "stamp": self.stamp,
+            "outcome": self.outcome,
+            "label": None if self.prediction is None else self.prediction.label,
+            "probability": None if self.prediction is None else self.prediction.probability,
+            "probabilities": None
+            if self.prediction is None
+            else dict(self.prediction.probabilities),
+            "seen": self.seen,
+            "object_pixels": self.object_pixels,
+            "points": len(self.model.sums),
+            "camera_xyz": position,
+            "converged": None if self.pose is None else self.pose.converged,
+            "inliers": None if self.pose is None else self.pose.inliers,
+            "residual": None if self.pose is None else self.pose.residual,
+            "gate": None if self.pose is None else self.pose.gate,
+            "milliseconds": {name: round(ms, 3) for name, ms in self.milliseconds.items()},
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class RecognitionResult:
+    """What a run led to.
+
+    Attributes:
+        steps: One for each frame.
+        interrupted: The run ended before its frames did.
+    """
+
+    steps: tuple[RecognitionStep, ...]
+    interrupted: bool = False
+
+    @property
+    def last(self) -> RecognitionStep | None:
+        """The latest step, which holds the final model, grid and prediction; None without any."""
+        return self.steps[-1] if self.steps else None
+
+    @property
+    def prediction(self) -> Prediction | None:
+        """The final answer; None where the object was never seen."""
+        return None if self.last is None else self.last.prediction
+
+
+class PipelineObserver(Protocol):
+    """Watches a run: a screen, a folder, a dashboard."""
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """A frame went through."""
+
+    def on_end(self, result: RecognitionResult) -> None:
+        """The run is over, in whatever way it ended."""

@@ -1,0 +1,134 @@
+"""A run on disk."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from circumspect.errors import MissingExtraError, OutputError
+from circumspect.pipeline.records import RecognitionResult, RecognitionStep
+from circumspect.storage import atomic_open, write_json
+
+
+class RunFolder:
+    """Writes down a run while it goes on; a `PipelineObserver`.
+
+    | file | what it holds |
+    |---|---|
+    | config.json | what the run was started with |
+    | log.jsonl | one line a frame |
+    | result.json | the answer, the reasons of frames that changed nothing, time a stage |
+    | model.ply | the object's surface |
+    | grid.npz | its occupancy grid |
+    | trajectory.txt | where the camera was, TUM format: stamp x y z qx qy qz qw |
+    | picture.png | all of it at a glance |
+    """
+
+    def __init__(self, path: str | os.PathLike[str], config: Mapping[str, Any]) -> None:
+        """Make the folder and write the config.
+
+        Args:
+            path: The folder; made where missing. Files of an earlier run in it are replaced.
+            config: What the run was started with, JSON types. "truth" and "start_deg", where
+                given, appear in the picture.
+
+        Raises:
+            OutputError: The folder can not be written.
+        """
+        self.path = Path(path)
+        self.config = dict(config)
+        self.picture_missing: str | None = None
+        """Why there is no picture; None where there is one."""
+        write_json(self.path / "config.json", self.config)
+        self._log("", "w")
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """Append the step to the log.
+
+        Raises:
+            OutputError: The file can not be written.
+        """
+        self._log(json.dumps(step.summary()) + "\n", "a")
+
+    def on_end(self, result: RecognitionResult) -> None:
+        """Write everything else.
+
+        Raises:
+            OutputError: A file can not be written.
+        """
+        write_json(self.path / "result.json", result_document(result, self.config))
+        self._write_trajectory(result)
+        last = result.last
+        if last is None or last.grid is None:
+            self.picture_missing = "the object was never seen"
+            return
+        last.model.save(self.path / "model.ply")
+        last.grid.save(self.path / "grid.npz")
+        try:
+            from circumspect.pipeline.picture import draw_run
+
+            draw_run(self.path / "picture.png", result, self.config)
+        except MissingExtraError as error:
+            self.picture_missing = str(error)
+
+    def _log(self, text: str, mode: str) -> None:
+        path = self.path / "log.jsonl"
+        try:
+            with path.open(mode, encoding="utf-8") as stream:
+                stream.write(text)
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise OutputError(f"{path}: can not be written ({reason}); free space") from error
+
+    def _write_trajectory(self, result: RecognitionResult) -> None:
+        with atomic_open(self.path / "trajectory.txt") as stream:
+            stream.write("# stamp tx ty tz qx qy qz qw (map <- camera, optical frame)\n")
+            for step in result.steps:
+                if step.pose is None:
+                    continue
+                T_map_camera = step.pose.T_map_camera
+                quaternion_xyzw = T_map_camera.rotation.as_quat()
+                numbers = [*T_map_camera.translation, *quaternion_xyzw]
+                stream.write(" ".join([f"{step.stamp:.6f}", *(f"{n:.9f}" for n in numbers)]) + "\n")
+
+
+def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dict[str, Any]:
+    """What a run led to, in JSON types."""
+    prediction, last = result.prediction, result.last
+    outcomes: dict[str, int] = {}
+    for step in result.steps:
+        outcomes[step.outcome] = outcomes.get(step.outcome, 0) + 1
+    return {
+        "label": None if prediction is None else prediction.label,
+        "probability": None if prediction is None else prediction.probability,
+        "probabilities": None if prediction is None else dict(prediction.probabilities),
+        "truth": config.get("truth"),
+        "frames": len(result.steps),
+        "outcomes": outcomes,
+        "seen": 0.0 if last is None else last.seen,
+        "points": 0 if last is None else len(last.model.sums),
+        "interrupted": result.interrupted,
+        "milliseconds": stage_times(result),
+    }
+
+
+def stage_times(result: RecognitionResult) -> dict[str, dict[str, float]]:
+    """Stage to median and 95th percentile [ms]; "frame" is the sum of a frame's stages."""
+    times: dict[str, list[float]] = {}
+    for step in result.steps:
+        for name, spent in step.milliseconds.items():
+            times.setdefault(name, []).append(spent)
+        if step.milliseconds:
+            times.setdefault("frame", []).append(sum(step.milliseconds.values()))
+    return {
+        name: {
+            "median": round(float(np.median(spent)), 3),
+            "p95": round(float(np.percentile(spent, 95)), 3),
+        }
+        for name, spent in times.items()
+    }
