@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-import tempfile
-from collections.abc import Iterator
+import secrets
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -17,41 +18,42 @@ from circumspect.errors import OutputError
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a path beside `path` that replaces it when the block ends well.
 
+    Whatever ends the block early, an interruption too, leaves the old file as it was.
+
     Args:
-        path: The file to write; its folder is made where missing.
+        path: The file to write; its folder is made where missing. A link is followed.
 
     Yields:
-        A temporary path in the same folder with the same suffix.
+        An empty temporary file in the same folder with the same suffix.
 
     Raises:
-        OutputError: No permission, disk full, or a folder stands where the file should.
+        OutputError: No permission, disk full, or something else stands where the file should.
     """
     target = Path(path)
+    aside = None
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if target.is_dir():
-            raise OutputError(f"{target}: is a folder; give a file name")
-        descriptor, name = tempfile.mkstemp(
-            prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent
-        )
-        os.close(descriptor)
+        try:
+            target = target.resolve()
+            aside = _create_aside(target)
+            yield aside
+            aside.replace(target)
+        finally:
+            if aside is not None:
+                with suppress(OSError):
+                    aside.unlink(missing_ok=True)
     except OSError as error:
-        raise OutputError(_explain(target, error)) from error
-    aside = Path(name)
-    try:
-        yield aside
-        aside.chmod(0o666 & ~_umask())
-        aside.replace(target)
-    except OSError as error:
-        raise OutputError(_explain(target, error)) from error
-    finally:
-        with suppress(OSError):
-            aside.unlink(missing_ok=True)
+        if not _is_about(error, target, aside):
+            raise
+        raise OutputError(_explain(Path(path), error)) from error
 
 
 @contextmanager
 def atomic_open(path: str | os.PathLike[str], mode: str = "w") -> Iterator[IO[Any]]:
     """Open a file for writing that appears under its name only when complete.
+
+    Args:
+        path: The file to write; its folder is made where missing.
+        mode: "w" for text (UTF-8), "wb" for bytes.
 
     Raises:
         OutputError: The file can not be written.
@@ -64,12 +66,36 @@ def atomic_open(path: str | os.PathLike[str], mode: str = "w") -> Iterator[IO[An
 def write_json(path: str | os.PathLike[str], document: Any) -> None:
     """Write `document` as indented JSON.
 
+    NumPy's numbers and arrays are written as plain ones, numbers that are not finite (which JSON
+    does not know) as null.
+
     Raises:
         OutputError: The file can not be written.
     """
     with atomic_open(path) as stream:
-        json.dump(document, stream, indent=2, ensure_ascii=False)
+        json.dump(_plain(document), stream, indent=2, ensure_ascii=False, allow_nan=False)
         stream.write("\n")
+
+
+def _create_aside(target: Path) -> Path:
+    if target.is_dir():
+        raise OutputError(f"{target}: is a folder; give a file name")
+    if target.exists() and not target.is_file():
+        raise OutputError(f"{target}: is not a regular file; give another name")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    aside = target.with_name(f".{target.stem[:32]}-{secrets.token_hex(6)}{target.suffix[:16]}")
+    # Exclusive, and with the permissions that any new file of this user gets.
+    os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    return aside
+
+
+def _is_about(error: OSError, target: Path, aside: Path | None) -> bool:
+    """Whether an error concerns the file written, not another one used in the block."""
+    if isinstance(error, ConnectionError):  # A closed pipe, for example, is no full disk.
+        return False
+    if aside is None or not isinstance(error.filename, str | bytes):
+        return True
+    return Path(os.fsdecode(error.filename)) in (aside, target)
 
 
 def _explain(path: Path, error: OSError) -> str:
@@ -77,7 +103,16 @@ def _explain(path: Path, error: OSError) -> str:
     return f"{path}: can not be written ({reason}); free space or choose another place"
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _plain(document: Any) -> Any:
+    """The document in terms that JSON knows."""
+    if isinstance(document, Mapping):
+        return {str(key): _plain(value) for key, value in document.items()}
+    if isinstance(document, list | tuple):
+        return [_plain(value) for value in document]
+    if isinstance(document, float):
+        return float(document) if math.isfinite(document) else None
+    if isinstance(document, os.PathLike):
+        return os.fspath(document)
+    if hasattr(document, "tolist"):  # NumPy's scalars and arrays, without importing NumPy.
+        return _plain(document.tolist())
+    return document

@@ -107,9 +107,10 @@ def _pairs_tree(points: NDArray[np.float64], neighbours: int, reach: float) -> _
     """Directed pairs of nearest neighbours within reach, from a k-d tree."""
     from scipy.spatial import KDTree
 
-    nearest, indices = KDTree(points).query(points, max(neighbours, SPACING_RANK) + 1)
+    asked = max(neighbours, SPACING_RANK) + 1  # Each point is its own nearest one.
+    nearest, indices = KDTree(points).query(points, asked)
     longest = reach * float(np.median(nearest[:, min(SPACING_RANK, len(points) - 1)]))
-    start = np.repeat(np.arange(len(points)), indices.shape[1])
+    start = np.repeat(np.arange(len(points)), asked)
     end = indices.ravel()
     valid = (end != start) & (end < len(points))
     return _within(points, start[valid], end[valid], longest)
