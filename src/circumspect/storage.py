@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -33,7 +34,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     aside = None
     try:
         try:
-            target = target.resolve()
+            target = _resolved(target)
             aside = _create_aside(target)
             yield aside
             aside.replace(target)
@@ -75,6 +76,13 @@ def write_json(path: str | os.PathLike[str], document: Any) -> None:
     with atomic_open(path) as stream:
         json.dump(_plain(document), stream, indent=2, ensure_ascii=False, allow_nan=False)
         stream.write("\n")
+
+
+def _resolved(path: Path) -> Path:
+    try:
+        return path.resolve()
+    except RuntimeError as error:  # Links in a circle; an OSError from Python 3.13 on.
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP)) from error
 
 
 def _create_aside(target: Path) -> Path:

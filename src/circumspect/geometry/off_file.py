@@ -17,6 +17,7 @@ from circumspect.geometry.polygons import fan_triangles, fan_triangles_mixed
 # Texture, colour and normal columns may follow the coordinates; the counts may follow the word
 # on its own line, as in the known faulty files of ModelNet ("OFF123 456 0").
 _HEADER = re.compile(rb"\s*(?:ST)?C?N?OFF(?![A-Z])", re.ASCII)
+_COMMENT = re.compile(rb"#[^\r\n]*")
 
 
 def read_off(path: Path) -> FileShape:
@@ -26,13 +27,13 @@ def read_off(path: Path) -> FileShape:
         InputError: Not an ASCII OFF file, truncated, or broken.
         GeometryError: Faces that name vertices which do not exist.
     """
-    data = path.read_bytes()
+    data = _COMMENT.sub(b"", path.read_bytes())
     header = _HEADER.match(data)
     if header is None:
         raise InputError("is not an OFF file: it does not begin with OFF; check the format")
-    lines = _lines(data[header.end() :])
-    counts, lines = _counts(lines)
-    vertex_count, face_count = counts
+    lines = [line for line in data[header.end() :].splitlines() if line and not line.isspace()]
+    vertex_count, face_count = _counts(lines)
+    lines = lines[1:]
     if len(lines) < vertex_count + face_count:
         raise InputError(
             f"ends too early: {vertex_count} vertices and {face_count} faces announced, "
@@ -42,14 +43,7 @@ def read_off(path: Path) -> FileShape:
     return FileShape(vertices, _faces(lines[vertex_count:][:face_count], vertex_count))
 
 
-def _lines(data: bytes) -> list[bytes]:
-    """Lines that say something."""
-    if b"#" in data:
-        data = re.sub(rb"#[^\r\n]*", b"", data)
-    return [line for line in data.splitlines() if line and not line.isspace()]
-
-
-def _counts(lines: list[bytes]) -> tuple[tuple[int, int], list[bytes]]:
+def _counts(lines: list[bytes]) -> tuple[int, int]:
     words = lines[0].split() if lines else []
     if words[:1] == [b"BINARY"]:
         raise InputError("is a binary OFF file; save it as ASCII OFF or as PLY")
@@ -59,7 +53,7 @@ def _counts(lines: list[bytes]) -> tuple[tuple[int, int], list[bytes]]:
         raise InputError("is a broken OFF file: no counts of vertices and faces") from None
     if vertex_count < 0 or face_count < 0:
         raise InputError("is a broken OFF file: negative counts")
-    return (vertex_count, face_count), lines[1:]
+    return vertex_count, face_count
 
 
 def _faces(lines: list[bytes], vertex_count: int) -> NDArray[np.int64]:

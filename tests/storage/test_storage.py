@@ -1,0 +1,214 @@
+"""Nothing half-written is ever left behind, whatever ends the writing."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import resource
+import signal
+import stat
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from circumspect.errors import OutputError
+from circumspect.storage import atomic_open, atomic_path, write_json
+
+
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    """A file that was written before."""
+    path = tmp_path / "result.txt"
+    path.write_text("old")
+    return path
+
+
+def assert_untouched(path: Path) -> None:
+    assert path.read_text() == "old"
+    assert [entry.name for entry in path.parent.iterdir()] == [path.name]
+
+
+def one_line(error: pytest.ExceptionInfo[OutputError], path: Path) -> str:
+    message = str(error.value)
+    assert str(path) in message
+    assert "\n" not in message
+    return message
+
+
+def test_writes_and_replaces(old: Path):
+    with atomic_open(old) as stream:
+        stream.write("nëw")
+        assert old.read_text() == "old"
+    assert old.read_text(encoding="utf-8") == "nëw"
+    assert [entry.name for entry in old.parent.iterdir()] == [old.name]
+
+
+def test_makes_folders_and_keeps_the_suffix(tmp_path: Path):
+    with atomic_path(tmp_path / "a" / "b" / "grid.npz") as aside:
+        assert aside.suffix == ".npz"
+        aside.write_bytes(b"1")
+    assert (tmp_path / "a" / "b" / "grid.npz").read_bytes() == b"1"
+
+
+def test_permissions_are_those_of_any_new_file(tmp_path: Path):
+    mask = os.umask(0o027)
+    try:
+        with atomic_open(tmp_path / "new") as stream:
+            stream.write("1")
+    finally:
+        os.umask(mask)
+    assert stat.S_IMODE((tmp_path / "new").stat().st_mode) == 0o640
+
+
+def test_long_and_odd_names(tmp_path: Path):
+    for name in ("x" * 250, "ü" * 120 + ".json", ".hidden", "two\nlines", "no.suffix.here."):
+        with atomic_open(tmp_path / name) as stream:
+            stream.write("1")
+        assert (tmp_path / name).read_text() == "1"
+    assert len(list(tmp_path.iterdir())) == 5
+
+
+@pytest.mark.parametrize("fault", [ValueError, KeyboardInterrupt, SystemExit, MemoryError])
+def test_a_crash_in_the_middle_leaves_the_old_file(old: Path, fault: type[BaseException]):
+    with pytest.raises(fault), atomic_open(old) as stream:  # noqa: PT012
+        stream.write("half")
+        stream.flush()
+        raise fault
+    assert_untouched(old)
+
+
+def test_disk_full_while_writing(old: Path):
+    with pytest.raises(OutputError) as error, atomic_open(old) as stream:  # noqa: PT012
+        stream.write("half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert "no space left" in one_line(error, old)
+    assert_untouched(old)
+
+
+def test_disk_full_in_truth(old: Path):
+    """The kernel refuses to let the file grow, as on a full disk or over quota."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+        with pytest.raises(OutputError) as error, atomic_open(old, "wb") as stream:
+            stream.write(bytes(1_000_000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert "file too large" in one_line(error, old)
+    assert_untouched(old)
+
+
+def test_disk_full_when_the_rest_is_flushed(old: Path):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
+        with pytest.raises(OutputError), atomic_open(old) as stream:
+            stream.write("buffered, written when the file is closed")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert_untouched(old)
+
+
+def test_folder_in_place_of_the_file(tmp_path: Path):
+    (tmp_path / "taken").mkdir()
+    with pytest.raises(OutputError, match="is a folder") as error, atomic_open(tmp_path / "taken"):
+        pytest.fail("the block must not run")
+    one_line(error, tmp_path / "taken")
+    assert not list((tmp_path / "taken").iterdir())
+
+
+def test_no_folder_can_be_made_below_a_file(old: Path):
+    with pytest.raises(OutputError, match="not a directory"), atomic_open(old / "below" / "x"):
+        pytest.fail("the block must not run")
+    assert_untouched(old)
+
+
+def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def refuse(*_: object) -> int:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(os, "open", refuse)
+    x = tmp_path / "x"
+    with pytest.raises(OutputError, match="permission denied") as error, atomic_open(x):
+        pytest.fail("the block must not run")
+    one_line(error, tmp_path / "x")
+
+
+def test_a_place_that_no_user_may_write_to():
+    message = r"^/proc/nowhere/x: can not be written"
+    with pytest.raises(OutputError, match=message), atomic_open("/proc/nowhere/x"):
+        pytest.fail("the block must not run")
+
+
+def test_devices_are_not_replaced():
+    with pytest.raises(OutputError, match="not a regular file"), atomic_open("/dev/null"):
+        pytest.fail("the block must not run")
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+
+
+def test_a_link_is_followed(old: Path):
+    link = old.with_name("link")
+    link.symlink_to(old)
+    with atomic_open(link) as stream:
+        stream.write("new")
+    assert link.is_symlink()
+    assert old.read_text() == "new"
+
+
+def test_a_link_in_a_circle(tmp_path: Path):
+    (tmp_path / "a").symlink_to(tmp_path / "b")
+    (tmp_path / "b").symlink_to(tmp_path / "a")
+    with pytest.raises(OutputError, match="symbolic links"), atomic_open(tmp_path / "a"):
+        pytest.fail("the block must not run")
+
+
+def test_errors_of_other_files_keep_their_name(old: Path):
+    with pytest.raises(FileNotFoundError, match="missing"), atomic_open(old):
+        (old.parent / "missing").read_bytes()
+    assert_untouched(old)
+
+
+def test_a_closed_pipe_is_not_a_full_disk(old: Path):
+    with pytest.raises(BrokenPipeError), atomic_open(old):
+        raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
+    assert_untouched(old)
+
+
+def test_json_holds_plain_values(tmp_path: Path):
+    document = {
+        "float": np.float32(0.5),
+        "int": np.int64(3),
+        "array": np.arange(3),
+        "nan": [float("nan"), np.float64("inf")],
+        "path": Path("a/b"),
+        "flag": np.bool_(True),
+        "none": None,
+        "word": "größe",
+        4: (1, 2),
+    }
+    write_json(tmp_path / "x.json", document)
+    text = (tmp_path / "x.json").read_text(encoding="utf-8")
+    assert "größe" in text
+    assert json.loads(text, parse_constant=pytest.fail) == {
+        "float": 0.5,
+        "int": 3,
+        "array": [0, 1, 2],
+        "nan": [None, None],
+        "path": "a/b",
+        "flag": True,
+        "none": None,
+        "word": "größe",
+        "4": [1, 2],
+    }
+
+
+def test_what_json_can_not_hold_leaves_no_file(tmp_path: Path):
+    with pytest.raises(TypeError):
+        write_json(tmp_path / "x.json", {"x": object()})
+    assert not list(tmp_path.iterdir())
