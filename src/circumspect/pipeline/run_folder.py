@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import MissingExtraError, OutputError
+from circumspect.geometry import Trajectory, write_tum
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
-from circumspect.storage import atomic_open, write_json
+from circumspect.storage import write_json
 
 
 class RunFolder:
@@ -86,15 +88,16 @@ class RunFolder:
             raise OutputError(f"{path}: can not be written ({reason}); free space") from error
 
     def _write_trajectory(self, result: RecognitionResult) -> None:
-        with atomic_open(self.path / "trajectory.txt") as stream:
-            stream.write("# stamp tx ty tz qx qy qz qw (map <- camera, optical frame)\n")
-            for step in result.steps:
-                if step.pose is None:
-                    continue
-                T_map_camera = step.pose.T_map_camera
-                quaternion_xyzw = T_map_camera.rotation.as_quat()
-                numbers = [*T_map_camera.translation, *quaternion_xyzw]
-                stream.write(" ".join([f"{step.stamp:.6f}", *(f"{n:.9f}" for n in numbers)]) + "\n")
+        stamps: list[float] = []
+        poses: list[RigidTransform] = []
+        for step in result.steps:
+            # A frame that came late, or twice, has its place in the log but not here.
+            if step.pose is not None and (not stamps or step.stamp > stamps[-1]):
+                stamps.append(step.stamp)
+                poses.append(step.pose.T_map_camera)
+        if poses:
+            trajectory = Trajectory(np.array(stamps), RigidTransform.concatenate(poses))
+            write_tum(self.path / "trajectory.txt", trajectory)
 
 
 def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dict[str, Any]:

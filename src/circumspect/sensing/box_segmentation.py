@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from circumspect.errors import InputError
 from circumspect.sensing.depth_noise import DepthNoise
 from circumspect.sensing.flying_pixels import continuous_pixels
+from circumspect.sensing.pixel_rays import along_axis
 from circumspect.sensing.rgbd_frame import RgbdFrame
 from circumspect.sensing.segmentation import Segmentation
 
@@ -19,7 +20,8 @@ class BoxSegmentation(Segmentation):
     """Everything within a box with edges along the axes of the map frame.
 
     Attributes:
-        corner_a, corner_b: (3,) [m] any two opposite corners, map frame.
+        corner_a: (3,) [m] any corner, map frame.
+        corner_b: (3,) [m] the opposite one.
         noise: The camera's noise; tells flying pixels from surfaces.
 
     Raises:
@@ -29,6 +31,8 @@ class BoxSegmentation(Segmentation):
     corner_a: ArrayLike
     corner_b: ArrayLike
     noise: DepthNoise = field(default_factory=DepthNoise)
+    low_xyz: NDArray[np.float64] = field(init=False)
+    high_xyz: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         corners = np.array([self.corner_a, self.corner_b], dtype=np.float64)
@@ -36,8 +40,8 @@ class BoxSegmentation(Segmentation):
             raise InputError(f"a box needs two corners of three numbers, not {corners.tolist()}")
         if (corners[0] == corners[1]).any():
             raise InputError(f"the box {corners.tolist()} is flat; its corners must be opposite")
-        object.__setattr__(self, "corner_a", corners.min(axis=0))
-        object.__setattr__(self, "corner_b", corners.max(axis=0))
+        object.__setattr__(self, "low_xyz", corners.min(axis=0))
+        object.__setattr__(self, "high_xyz", corners.max(axis=0))
 
     def object_mask(
         self,
@@ -46,7 +50,11 @@ class BoxSegmentation(Segmentation):
     ) -> NDArray[np.bool_]:
         """See `Segmentation.object_mask`."""
         mask = continuous_pixels(frame.depth, frame.camera, self.noise)
-        points = frame.points_map(mask)
-        low, high = np.asarray(self.corner_a), np.asarray(self.corner_b)
-        mask[mask] = ((points >= low) & (points <= high)).all(axis=1)
+        matrix = frame.pose.as_matrix()
+        for axis in range(3):
+            place = matrix[axis, 3]
+            across = frame.depth * along_axis(frame.camera, matrix[axis, :3])
+            with np.errstate(invalid="ignore"):
+                mask &= across >= np.float32(self.low_xyz[axis] - place)
+                mask &= across <= np.float32(self.high_xyz[axis] - place)
         return mask
