@@ -1,5 +1,6 @@
 import csv
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -156,5 +157,5 @@ def test_learning_rate_warms_up_peaks_and_decays():
     assert rates[0] == pytest.approx(1e-4)
     assert max(rates) == pytest.approx(1e-3)
     assert rates.index(max(rates)) == 30
-    assert all(a >= b for a, b in zip(rates[30:], rates[31:], strict=False))
+    assert all(a >= b for a, b in pairwise(rates[30:]))
     assert rates[-1] < 2e-6

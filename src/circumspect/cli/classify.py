@@ -15,6 +15,7 @@ from circumspect.errors import CircumspectError
 
 if TYPE_CHECKING:
     from circumspect.classification import Classifier, Prediction
+    from circumspect.grid import OccupancyGrid
 
 
 @dataclass(frozen=True)
@@ -74,10 +75,14 @@ def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[st
     return _record(file, prediction, points, 1e3 * (loaded - start))
 
 
-def _saved_grid(file: Path) -> Any:
+def _saved_grid(file: Path) -> OccupancyGrid | None:
+    """The grid in a file that `circumspect grid` wrote, None for any other file."""
+    if file.suffix.lower() != ".npz":
+        return None
     from circumspect.grid import OccupancyGrid
+    from circumspect.grid.grid_file import holds_grid
 
-    return OccupancyGrid.load(file) if OccupancyGrid.is_file(file) else None
+    return OccupancyGrid.load(file) if holds_grid(file) else None
 
 
 def _record(file: Path, prediction: Prediction, points: int, load: float) -> dict[str, Any]:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 ACCENT = "#1f6f8b"
 WRONG = "#b8402a"
+LINE_FROM = 12
+"""With fewer yaws a line between them would suggest what was not measured."""
 
 
 def draw_all(sweep: YawSweep, objects: ObjectSet, folder: Path) -> list[Path]:
@@ -47,8 +49,11 @@ def draw_accuracy_over_yaw(sweep: YawSweep) -> Figure:
     axes = figure.add_subplot(projection="polar")
     angles = np.deg2rad(np.append(sweep.yaw_deg, sweep.yaw_deg[0] + 360.0))
     percent = 100.0 * np.append(sweep.accuracy, sweep.accuracy[0])
-    axes.plot(angles, percent, color=ACCENT, linewidth=2)
-    axes.fill(angles, percent, color=ACCENT, alpha=0.12)
+    if len(sweep.yaw_deg) >= LINE_FROM:
+        axes.plot(angles, percent, color=ACCENT, linewidth=2)
+        axes.fill(angles, percent, color=ACCENT, alpha=0.12)
+    else:
+        axes.plot(angles, percent, "o", color=ACCENT, markersize=8)
     low = 10.0 * np.floor((percent.min() - 5.0) / 10.0)
     axes.set_ylim(max(0.0, low), 100.0)  # pyright: ignore[reportAttributeAccessIssue]
     axes.set_rlabel_position(100.0)  # pyright: ignore[reportAttributeAccessIssue]

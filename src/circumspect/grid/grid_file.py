@@ -72,6 +72,15 @@ def read_grid(path: str | os.PathLike[str]) -> OccupancyGrid:
         raise InputError(f"{path}: a broken grid file; save the grid anew") from error
 
 
+def holds_grid(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is an archive with the keys of a grid, sound or not."""
+    try:
+        with Path(path).open("rb") as stream, zipfile.ZipFile(stream) as archive:
+            return {"occupied.npy", "free.npy", "shape.npy"} <= set(archive.namelist())
+    except (OSError, zipfile.BadZipFile, ValueError, NotImplementedError):
+        return False
+
+
 def _unpacked(archive: zipfile.ZipFile) -> OccupancyGrid:
     keys = [name.removesuffix(".npy") for name in archive.namelist()]
     for kind, names in _KINDS.items():

@@ -32,7 +32,7 @@ from circumspect.training.settings import TrainingSettings
 
 STATE = "state.safetensors"
 BEST = "best.safetensors"
-VALIDATION_YAWS = np.deg2rad([0.0, 3.0, 7.0, 131.0])
+VALIDATION_YAWS: list[float] = np.deg2rad([0.0, 3.0, 7.0, 131.0]).tolist()
 
 
 class TrainingObserver(Protocol):

@@ -1,0 +1,100 @@
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.classification import GridRecipe
+from circumspect.datasets import ObjectSet
+from circumspect.errors import InputError, WeightsError
+from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
+from circumspect.evaluation.figures import draw_all
+from circumspect.evaluation.yaw_sweep import even_yaws, sweep_yaw
+
+CLASSES = ("flat", "tall")
+
+
+class ByHeight:
+    """Invariant to yaw: tall objects fill more rows of the grid than flat ones."""
+
+    classes = CLASSES
+    recipe = GridRecipe(azimuth_views=2)
+
+    def probabilities(self, grids):
+        rows = grids.any(axis=(1, 2, 3)).sum(axis=1)
+        tall = np.clip(rows / grids.shape[-1], 0.0, 1.0)
+        return np.stack([1 - tall, tall], axis=1)
+
+
+class ByDirection(ByHeight):
+    """Not invariant: looks at what lies towards +x."""
+
+    def probabilities(self, grids):
+        towards = grids[:, :, 16:, :4].any(axis=(1, 2, 3, 4)).astype(float)
+        return np.stack([1 - towards, towards], axis=1)
+
+
+def objects(count=12):
+    rng = np.random.default_rng(0)
+    labels = np.arange(count) % 2
+    size = np.where(labels[:, None, None] == 0, [2.0, 0.3, 0.1], [0.3, 0.2, 2.0])
+    points = (rng.random((count, 300, 3)) - 0.5) * size
+    names = np.array([f"{CLASSES[k]}_{i:04d}" for i, k in enumerate(labels)])
+    return ObjectSet(points.astype(np.float32), labels.astype(np.int64), names, CLASSES)
+
+
+def test_an_invariant_predictor_has_no_spread():
+    sweep = sweep_yaw(ByHeight(), objects(), even_yaws(7))
+    metrics = sweep.metrics()
+    assert metrics["accuracy"] == [1.0] * 7
+    assert metrics["mean_class_accuracy"] == [1.0] * 7
+    assert (metrics["worst"], metrics["spread"], metrics["flip_rate"]) == (1.0, 0.0, 0.0)
+    assert metrics["confusion"] == [[42, 0], [0, 42]]
+    assert metrics["objects"] == 12
+    assert set(metrics["milliseconds"]) == {"grid", "classify"}
+    json.dumps(metrics)
+
+
+def test_a_predictor_that_looks_one_way_is_found_out():
+    sweep = sweep_yaw(ByDirection(), objects(), even_yaws(16))
+    assert sweep.flip_rate > 0.4
+    assert sweep.metrics()["spread"] > 0.2
+
+
+def test_figures_are_written(tmp_path):
+    from PIL import Image
+
+    sweep = sweep_yaw(ByDirection(), objects(), even_yaws(8))
+    files = draw_all(sweep, objects(), tmp_path)
+    assert len(files) == 3
+    for file in files:
+        with Image.open(file) as picture:
+            assert min(picture.size) > 500
+            assert len(picture.convert("L").getcolors()) > 20
+
+
+def test_other_classes_are_refused():
+    other = objects()
+    renamed = ObjectSet(other.points_xyz, other.labels, other.names, ("a", "b"))
+    with pytest.raises(WeightsError, match="know flat, tall, but the data set has a, b"):
+        sweep_yaw(ByHeight(), renamed, [0.0])
+    with pytest.raises(InputError, match="nothing to evaluate"):
+        sweep_yaw(ByHeight(), objects(), [])
+
+
+def test_yaws_are_spread_evenly():
+    assert even_yaws(4) == [0, 90, 180, 270]
+    assert np.unique(np.round(np.array(even_yaws(64)) % (360 / 32), 6)).size == 2
+    with pytest.raises(InputError, match="at least one"):
+        even_yaws(0)
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3)), min_size=1, max_size=60))
+def test_accuracy_measures_agree_with_their_definitions(pairs):
+    labels, answers = np.array(pairs).T
+    confusion = confusion_matrix(labels, answers, 4)
+    assert confusion.sum() == len(pairs)
+    assert np.trace(confusion) == (labels == answers).sum()
+    by_hand = [np.mean(answers[labels == c] == c) for c in range(4) if (labels == c).any()]
+    assert mean_class_accuracy(labels == answers, labels, 4) == pytest.approx(np.mean(by_hand))

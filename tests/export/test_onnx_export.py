@@ -1,0 +1,85 @@
+import json
+
+import numpy as np
+import onnx
+import onnxruntime
+import pytest
+import torch
+
+from circumspect.classification import Classifier, GridRecipe
+from circumspect.classification.onnx_classifier import METADATA_KEY
+from circumspect.errors import CircumspectError
+from circumspect.export import export_onnx, onnx_export
+from circumspect.nets import NETS, Checkpoint, build_net
+from circumspect.nets.registry import net_spec
+
+CLASSES = ("bed", "chair", "table")
+
+
+def checkpoint(name, seed=0):
+    torch.manual_seed(seed)
+    shape = net_spec(name).recipe.shape
+    net = build_net(name, len(CLASSES), shape)
+    with torch.no_grad():
+        for parameter in net.parameters():
+            parameter.add_(0.05 * torch.randn_like(parameter))
+        net.train()
+        net((torch.rand(8, 1, *shape) < 0.1).float())
+    return Checkpoint(name, CLASSES, net_spec(name).recipe, net.eval().state_dict())
+
+
+@pytest.fixture(scope="module", params=NETS)
+def exported(request, tmp_path_factory):
+    path = tmp_path_factory.mktemp("onnx") / "net.onnx"
+    original = checkpoint(request.param)
+    export_onnx(original, path, azimuth_views=2, temperature=1.5)
+    return original, path
+
+
+def test_outputs_equal_the_checkpoints(exported):
+    original, path = exported
+    rng = np.random.default_rng(3)
+    grids = (rng.random((5, 1, *original.recipe.shape)) < 0.07).astype(np.uint8)
+    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    (actual,) = session.run(None, {"grid": grids})
+    with torch.no_grad():
+        expected = original.build()(torch.from_numpy(grids).float()).numpy()
+    np.testing.assert_allclose(actual, expected, atol=1e-4)
+
+
+def test_wrapping_survives_onnx(exported):
+    original, path = exported
+    rng = np.random.default_rng(4)
+    grid = (rng.random((1, 1, *original.recipe.shape)) < 0.07).astype(np.uint8)
+    rolls = np.concatenate([np.roll(grid, cells, axis=3) for cells in range(grid.shape[3])])
+    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    (logits,) = session.run(None, {"grid": rolls})
+    assert np.ptp(logits, axis=0).max() < 1e-4
+
+
+def test_the_file_describes_itself_and_names_no_place(exported):
+    _, path = exported
+    network = onnx.load(path)
+    entry = {e.key: e.value for e in network.metadata_props}
+    described = json.loads(entry[METADATA_KEY])
+    assert described["classes"] == list(CLASSES)
+    assert GridRecipe.from_dict(described["grid"]).azimuth_views == 2
+    assert described["temperature"] == 1.5
+    assert b"circumspect/nets" not in path.read_bytes()
+    assert b".py" not in path.read_bytes()
+
+
+def test_loads_as_a_classifier(exported):
+    _, path = exported
+    classifier = Classifier.load(path)
+    assert classifier.classes == CLASSES
+    rng = np.random.default_rng(5)
+    grids = (rng.random((3, 2, *classifier.recipe.shape)) < 0.07).astype(np.uint8)
+    np.testing.assert_allclose(classifier.probabilities(grids).sum(axis=1), 1)
+
+
+def test_a_file_that_answers_otherwise_is_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(onnx_export, "TOLERANCE", 0.0)
+    with pytest.raises(CircumspectError, match="not kept"):
+        export_onnx(checkpoint("panorama"), tmp_path / "net.onnx")
+    assert list(tmp_path.iterdir()) == []
