@@ -107,9 +107,7 @@ def _built_in(rng: np.random.Generator) -> TriangleMesh:
     return tub
 
 
-def _sunk(
-    rng: np.random.Generator, outer: Outline, basin: Outline, height: float
-) -> TriangleMesh:
+def _sunk(rng: np.random.Generator, outer: Outline, basin: Outline, height: float) -> TriangleMesh:
     """A block of the outer outline whose top falls into the basin."""
     deep = rng.uniform(0.06, 0.2) * height
     floor = rng.uniform(0.6, 0.9)
@@ -137,8 +135,7 @@ def _corner(rng: np.random.Generator) -> TriangleMesh:
     outline = resampled(rounded_polygon(corners, rng.uniform(0.03, 0.3)), _CORNERS)
     middle = outline.mean(axis=0)
     basin = (outline - middle) * rng.uniform(0.78, 0.9) + middle
-    tub = _sunk(rng, outline - middle, basin - middle, height)
-    return tub
+    return _sunk(rng, outline - middle, basin - middle, height)
 
 
 def _tap(rng: np.random.Generator, place: tuple[float, float], height: float) -> TriangleMesh:

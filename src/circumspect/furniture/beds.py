@@ -82,7 +82,7 @@ def _legs(rng: np.random.Generator, this: _Bed) -> TriangleMesh:
 
 def _ends(rng: np.random.Generator, this: _Bed) -> list[TriangleMesh]:
     """Head and foot boards, or four posts and what they carry."""
-    if rng.random() < 0.08:
+    if rng.random() < 0.05:
         return [_four_posts(rng, this), _board(rng, this, "panel", this.top + 0.5, head=True)]
     kinds = ["panel", "arched", "padded", "bars", "sleigh", "none"]
     kind = str(rng.choice(kinds, p=[0.26, 0.22, 0.16, 0.16, 0.08, 0.12]))
@@ -136,7 +136,9 @@ def _bars(rng: np.random.Generator, half: float, tall: float) -> TriangleMesh:
     parts = [
         tube(np.stack([x, y, z], axis=1), thick * 0.8),
         tube([(-half, thick / 2, low), (half, thick / 2, low)], thick * 0.8, 4),
-        both_sides(leg((half, thick / 2, 0.0), (half, thick / 2, tall - crown + 0.06), thick, thick)),
+        both_sides(
+            leg((half, thick / 2, 0.0), (half, thick / 2, tall - crown + 0.06), thick, thick)
+        ),
     ]
     for place in np.linspace(-half, half, count + 2)[1:-1]:
         high = tall - crown * (place / half) ** 2

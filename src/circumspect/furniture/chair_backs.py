@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from circumspect.furniture.chair_bases import SeatLike
-from circumspect.furniture.placement import both_sides, joined, turned
+from circumspect.furniture.placement import both_sides, joined, moved, turned
 from circumspect.furniture.primitives import rounded_box, strip, tube
 from circumspect.furniture.sheets import sheet, smooth_path
 from circumspect.geometry import TriangleMesh
@@ -19,8 +19,7 @@ def back_rest(rng: np.random.Generator, seat: SeatLike) -> TriangleMesh:
     make = makers[int(rng.choice(4, p=[0.24, 0.26, 0.36, 0.14]))]
     y = seat.depth / 2 * seat.spread - 0.015
     x = seat.width / 2 * seat.spread - 0.02
-    upright = make(rng, x, tall)
-    upright = TriangleMesh(upright.vertices_xyz + (0.0, y, seat.height), upright.faces)
+    upright = moved(make(rng, x, tall), (0.0, y, seat.height))
     return turned(upright, -lean, "x", (0.0, y, seat.height))
 
 

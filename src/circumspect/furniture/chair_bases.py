@@ -61,7 +61,9 @@ def base(rng: np.random.Generator, seat: SeatLike, kind: str | None = None) -> T
     if kind == "sled":
         return _sled(rng, seat)
     if kind == "panels":
-        side = box((0.03, seat.depth * 0.9, seat.under), (seat.width / 2 * seat.spread - 0.02, 0, 0))
+        side = box(
+            (0.03, seat.depth * 0.9, seat.under), (seat.width / 2 * seat.spread - 0.02, 0, 0)
+        )
         return both_sides(side)
     return _legs(rng, seat)
 

@@ -54,7 +54,7 @@ def turned_leg(
     """A leg from the lathe: beads and necks between a square block and a round foot."""
     levels = np.linspace(0.0, 0.8, 13)
     beads = 0.5 + 0.5 * np.cos(levels * rng.uniform(14.0, 26.0) + rng.uniform(0.0, 6.0))
-    radii = width / 2 * (0.5 + 0.5 * beads * rng.uniform(0.6, 1.0))
+    radii = width / 2 * (0.58 + 0.42 * beads * rng.uniform(0.6, 1.0))
     shaft = revolved(np.stack([radii, levels * height], axis=1), foot, corners=10)
     top = np.add(foot, (0.0, 0.0, 0.78 * height))
     return joined([shaft, box((width, width, 0.22 * height), top)])

@@ -88,26 +88,43 @@ def rounded_polygon(corners: ArrayLike, radius: float, steps: int = 5) -> Outlin
         (k * (steps + 1), 2) [m].
     """
     points = np.asarray(corners, dtype=np.float64)
+    before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+    triples = zip(before, points, after, strict=True)
+    return np.concatenate([bend(*triple, radius, steps) for triple in triples])
+
+
+def bend(
+    before: NDArray[np.float64],
+    corner: NDArray[np.float64],
+    after: NDArray[np.float64],
+    radius: float,
+    steps: int,
+) -> NDArray[np.float64]:
+    """The curve that replaces a corner, in the plane or in space.
+
+    Args:
+        before: (d,) [m] the point before the corner.
+        corner: (d,) [m].
+        after: (d,) [m] the point after it.
+        radius: Distance from the corner at which the curve begins [m]; cut to 0.45 of the
+            shorter edge.
+        steps: Edges of the curve.
+
+    Returns:
+        (steps + 1, d) [m].
+    """
+    back, ahead = before - corner, after - corner
+    lengths = np.linalg.norm(back), np.linalg.norm(ahead)
+    reach = min(radius, 0.45 * float(min(lengths)))
+    start, stop = corner + back / lengths[0] * reach, corner + ahead / lengths[1] * reach
     shares = np.linspace(0.0, 1.0, steps + 1)[:, None]
-    bends = []
-    for before, corner, after in zip(
-        np.roll(points, 1, axis=0), points, np.roll(points, -1, axis=0), strict=True
-    ):
-        back, ahead = before - corner, after - corner
-        lengths = np.linalg.norm(back), np.linalg.norm(ahead)
-        reach = min(radius, 0.45 * min(lengths))
-        start, stop = corner + back / lengths[0] * reach, corner + ahead / lengths[1] * reach
-        bend = (1 - shares) ** 2 * start + 2 * shares * (1 - shares) * corner + shares**2 * stop
-        bends.append(bend)
-    return np.concatenate(bends)
+    return (1 - shares) ** 2 * start + 2 * shares * (1 - shares) * corner + shares**2 * stop
 
 
 def resampled(outline: Outline, corners: int) -> Outline:
     """The outline with `corners` points at equal distances along it."""
     closed = np.concatenate([outline, outline[:1]])
-    travelled = np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))]
-    )
+    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
     wanted = np.arange(corners) * (travelled[-1] / corners)
     return np.stack([np.interp(wanted, travelled, column) for column in closed.T], axis=1)
 

@@ -77,13 +77,13 @@ def slab(outline: Outline, height: float, base: ArrayLike, edge: float) -> Trian
         outline: (n, 2) [m].
         height: [m].
         base: (3,) [m].
-        edge: Radius of the rims [m]; cut to half of the height.
+        edge: Radius of the rims [m]; cut to what the height and the outline allow.
     """
-    edge = min(edge, height / 2 * 0.999)
+    half = np.ptp(outline, axis=0) / 2
+    edge = min(edge, 0.999 * height / 2, 0.9 * float(half.min()))
     turn = np.linspace(0.0, np.pi / 2, 4)
     inset = edge * (1 - np.sin(turn))
     rise = edge * (1 - np.cos(turn))
-    half = np.ptp(outline, axis=0) / 2
     shares = 1 - np.concatenate([inset, inset[::-1]])[:, None] / half
     heights = np.concatenate([rise, height - rise[::-1]])
     return stacked(outline[None] * shares[:, None, :], heights, base)
@@ -162,7 +162,8 @@ def _frames(line: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
         guide = guide - tangent * (guide @ tangent)
         guide = guide / np.linalg.norm(guide)
         ups[k] = guide
-    return np.cross(ups, tangents), ups
+    across: NDArray[np.float64] = np.cross(ups, tangents).astype(np.float64)
+    return across, ups
 
 
 def strip(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from circumspect.furniture.outlines import bend
 from circumspect.furniture.primitives import loft
 from circumspect.geometry import TriangleMesh
 
@@ -20,7 +21,7 @@ def sheet(rows: ArrayLike, thickness: float) -> TriangleMesh:
     normals = np.cross(np.gradient(points, axis=0), np.gradient(points, axis=1))
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     half = normals * (thickness / 2)
-    sides = np.concatenate([points + half, (points - half)[:, ::-1]], axis=1)
+    sides = np.concatenate([points - half, (points + half)[:, ::-1]], axis=1)
     # The first and the last row are closed by rings folded flat onto the middle surface.
     folded = np.concatenate([points, points[:, ::-1]], axis=1)
     return loft(np.concatenate([folded[:1], sides, folded[-1:]]), caps=False)
@@ -63,17 +64,9 @@ def smooth_path(corners: ArrayLike, radius: float, steps: int = 4) -> NDArray[np
         (2 + (k - 2) * (steps + 1), 3) [m].
     """
     points = np.asarray(corners, dtype=np.float64)
-    path = [points[0]]
-    shares = np.linspace(0.0, 1.0, steps + 1)[:, None]
-    for before, corner, after in zip(points[:-2], points[1:-1], points[2:], strict=True):
-        back, ahead = before - corner, after - corner
-        lengths = np.linalg.norm(back), np.linalg.norm(ahead)
-        reach = min(radius, 0.45 * min(lengths))
-        start, stop = corner + back / lengths[0] * reach, corner + ahead / lengths[1] * reach
-        bend = (1 - shares) ** 2 * start + 2 * shares * (1 - shares) * corner + shares**2 * stop
-        path.extend(bend)
-    path.append(points[-1])
-    return np.array(path)
+    triples = zip(points[:-2], points[1:-1], points[2:], strict=True)
+    bends = [bend(*triple, radius, steps) for triple in triples]
+    return np.concatenate([points[:1], *bends, points[-1:]])
 
 
 def evenly_spaced(path: ArrayLike, count: int) -> NDArray[np.float64]:

@@ -86,7 +86,7 @@ def sofa(rng: np.random.Generator) -> TriangleMesh:
         style = str(rng.choice(["square", "round", "tapered", "turned"]))
         span = (this.width - 2 * thick, this.depth - 2 * thick)
         parts.append(four_legs(rng, span, lift + 0.01, thick, style))
-    turn = str(rng.choice(["straight", "chaise", "corner"], p=[0.68, 0.14, 0.18]))
+    turn = str(rng.choice(["straight", "chaise", "corner"], p=[0.76, 0.12, 0.12]))
     if turn != "straight":
         parts.append(_wing(rng, this, with_back=turn == "corner"))
     whole = joined(parts)
@@ -163,7 +163,7 @@ def _arms(rng: np.random.Generator, this: _Sofa) -> list[TriangleMesh]:
 
 def _wing(rng: np.random.Generator, this: _Sofa, with_back: bool) -> TriangleMesh:
     """The part of an L that runs forward at +x: a chaise, or seats with a back of their own."""
-    long = rng.uniform(0.9, 1.9) if with_back else rng.uniform(0.5, 0.9)
+    long = rng.uniform(0.7, 1.5) if with_back else rng.uniform(0.5, 0.9)
     wide = this.depth if with_back else this.place + this.arm
     x = this.width / 2 - wide / 2
     y = -this.depth / 2 - long / 2
@@ -172,7 +172,9 @@ def _wing(rng: np.random.Generator, this: _Sofa, with_back: bool) -> TriangleMes
     frame = rounded_box((wide, long + overlap, this.base), (x, y + overlap / 2, this.lift), 0.02)
     deep = wide - (this.back if with_back else 0.0)
     cushion = rounded_box(
-        (deep, long + overlap, this.seat - low), (x - (wide - deep) / 2, y + overlap / 2, low), this.soft
+        (deep, long + overlap, this.seat - low),
+        (x - (wide - deep) / 2, y + overlap / 2, low),
+        this.soft,
     )
     parts = [frame, cushion]
     if with_back:

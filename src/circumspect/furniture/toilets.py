@@ -38,7 +38,7 @@ class _Bowl:
 def toilet(rng: np.random.Generator) -> TriangleMesh:
     """A toilet with its tank to +y, rim about 0.4 m high."""
     bowl = _Bowl(
-        width=rng.uniform(0.33, 0.42),
+        width=rng.uniform(0.34, 0.44),
         length=rng.uniform(0.42, 0.58),
         rim=rng.uniform(0.36, 0.44),
         taper=rng.uniform(0.0, 0.45),
@@ -94,7 +94,7 @@ def _tank(
     """The cistern and its lid: on the bowl, as part of it, or high on a pipe."""
     if kind == "none":
         return []
-    wide = rng.uniform(0.36, 0.52)
+    wide = rng.uniform(0.4, 0.55)
     base, tall = bowl.rim - 0.02, rng.uniform(0.28, 0.44)
     if kind == "low":
         tall = rng.uniform(0.12, 0.22)
@@ -111,11 +111,9 @@ def _tank(
         pipe = rng.uniform(0.03, 0.06)
         parts.append(tube([(0.0, y, bowl.rim - 0.03), (0.0, y, base + 0.01)], pipe))
     if rng.random() < 0.5:
-        lever = (-wide * 0.32, front, base + 0.8 * tall)
-        parts.append(tube([lever, np.add(lever, (0.0, -0.03, 0.0))], 0.02))
-        parts.append(
-            tube([np.add(lever, (0.0, -0.025, 0.0)), np.add(lever, (0.08, -0.025, -0.01))], 0.014)
-        )
+        x, z = -wide * 0.32, base + 0.8 * tall
+        parts.append(tube([(x, front, z), (x, front - 0.03, z)], 0.02))
+        parts.append(tube([(x, front - 0.025, z), (x + 0.08, front - 0.025, z - 0.01)], 0.014))
     else:
         parts.append(cylinder(0.04, 0.02, (0.0, y, base + tall + 0.03), 12))
     return parts
