@@ -1,0 +1,172 @@
+import json
+
+import numpy as np
+import onnx
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from circumspect.classification import Classifier, GridRecipe, OnnxClassifier, Prediction
+from circumspect.classification.onnx_classifier import METADATA_KEY, SHIPPED
+from circumspect.datasets import open_data_set
+from circumspect.errors import GeometryError, InputError, WeightsError
+from circumspect.furniture import make_furniture
+from circumspect.geometry import PointCloud
+from circumspect.grid import CylindricalGrid
+
+
+@pytest.fixture(scope="module")
+def classifier():
+    return Classifier.load(threads=1)
+
+
+@pytest.fixture(scope="module")
+def shipped_bytes():
+    from importlib import resources
+
+    return resources.files("circumspect.classification").joinpath(SHIPPED).read_bytes()
+
+
+def turned(cloud, yaw):
+    c, s = np.cos(yaw), np.sin(yaw)
+    return PointCloud(cloud.points_xyz @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]))
+
+
+def test_shipped_classifier_knows_modelnet10(classifier):
+    assert classifier.classes == (
+        "bathtub", "bed", "chair", "desk", "dresser",
+        "monitor", "night_stand", "sofa", "table", "toilet",
+    )  # fmt: skip
+    assert len(classifier.description["training"])
+
+
+@pytest.mark.parametrize("category", ["chair", "sofa", "monitor", "bed"])
+def test_names_plain_furniture_and_says_how_long_it_took(classifier, category):
+    prediction = classifier.classify(make_furniture(category, 0).sampled(20_000, 0))
+    assert prediction.label == category
+    assert prediction.probability == max(prediction.probabilities.values())
+    assert sum(prediction.probabilities.values()) == pytest.approx(1.0)
+    assert set(prediction.milliseconds) == {"grid", "classify"}
+
+
+@settings(max_examples=15)
+@given(
+    cells=st.integers(1, 31),
+    scale=st.sampled_from([1e-9, 1e-3, 1.0, 1e6, 1e12]),
+    shift=st.tuples(*[st.floats(-2, 2)] * 3),
+)
+def test_whole_cells_scale_and_place_do_not_matter(classifier, cells, scale, shift):
+    cloud = make_furniture("chair", 4).sampled(20_000, 1)
+    reference = classifier.classify(cloud)
+    moved = turned(cloud, 2 * np.pi * cells / classifier.recipe.shape[1])
+    moved = PointCloud((moved.points_xyz + shift) * scale)
+    answer = classifier.classify(moved)
+    assert answer.label == reference.label
+    # A few points on cell boundaries may fall either way.
+    assert answer.probability == pytest.approx(reference.probability, abs=0.02)
+
+
+def test_sparse_clouds_are_filled(classifier):
+    sparse = make_furniture("chair", 5).sampled(1024, 0)
+    assert len(classifier.recipe.surface(sparse)) > 8000
+    assert classifier.classify(sparse).label == "chair"
+    dense = make_furniture("chair", 5).sampled(30_000, 0)
+    assert classifier.recipe.surface(dense) is dense
+
+
+def test_a_saved_grid_is_named_like_its_cloud(classifier, tmp_path):
+    cloud = make_furniture("sofa", 1).sampled(30_000, 0)
+    grid = CylindricalGrid.fit(cloud, classifier.recipe.shape).hits(cloud.points_xyz)
+    assert classifier.classify_grid(grid).label == classifier.classify(cloud).label
+
+
+def test_other_grids_are_refused(classifier):
+    with pytest.raises(InputError, match=r"the classifier expects cylindrical"):
+        classifier.classify_grid(CylindricalGrid((8, 8, 8)).hits(np.zeros((1, 3))))
+
+
+@pytest.mark.parametrize(
+    "points",
+    [np.zeros((1, 3)), np.ones((50, 3)), np.linspace(0, 1, 50)[:, None] * np.ones(3)],
+    ids=["one point", "one place", "a line"],
+)
+def test_points_without_a_shape_are_refused(classifier, points):
+    with pytest.raises(GeometryError):
+        classifier.classify(PointCloud(points))
+
+
+class TestLoading:
+    def test_missing_folder_and_foreign_files(self, tmp_path):
+        with pytest.raises(WeightsError, match="no such file"):
+            Classifier.load(tmp_path / "none.onnx")
+        with pytest.raises(WeightsError, match="can not be read"):
+            Classifier.load(tmp_path)
+        (tmp_path / "text.onnx").write_text("hello")
+        with pytest.raises(WeightsError, match="not an ONNX network"):
+            Classifier.load(tmp_path / "text.onnx")
+
+    def test_truncated_file(self, tmp_path, shipped_bytes):
+        path = tmp_path / "half.onnx"
+        path.write_bytes(shipped_bytes[: len(shipped_bytes) // 2])
+        with pytest.raises(WeightsError, match=r"half\.onnx"):
+            Classifier.load(path)
+
+    @pytest.mark.parametrize(
+        ("change", "complaint"),
+        [
+            (lambda d: None, "another program"),
+            (lambda d: {**d, "classes": d["classes"][:3]}, "3 classes"),
+            (lambda d: {**d, "grid": {**d["grid"], "shape": [16, 16, 16]}}, "export it anew"),
+            (lambda d: {"classes": d["classes"]}, "description is broken"),
+            (lambda d: {**d, "grid": {**d["grid"], "colour": 1}}, "colour"),
+        ],
+    )
+    def test_description_that_does_not_fit(self, tmp_path, shipped_bytes, change, complaint):
+        network = onnx.load_from_string(shipped_bytes)
+        (entry,) = network.metadata_props
+        changed = change(json.loads(entry.value))
+        if changed is None:
+            entry.key = "other"
+        else:
+            assert entry.key == METADATA_KEY
+            entry.value = json.dumps(changed)
+        onnx.save(network, tmp_path / "changed.onnx")
+        with pytest.raises(WeightsError, match=complaint):
+            Classifier.load(tmp_path / "changed.onnx")
+
+
+def test_prediction_from_a_vector():
+    prediction = Prediction.from_probabilities(("a", "b"), np.array([0.25, 0.75]))
+    assert (prediction.label, prediction.probability) == ("b", 0.75)
+    with pytest.raises(TypeError):
+        prediction.probabilities["a"] = 1.0  # type: ignore[index]
+
+
+@given(views=st.integers(1, 4), kind=st.sampled_from(["cylindrical", "rectangular"]))
+def test_recipe_survives_json(views, kind):
+    recipe = GridRecipe(kind=kind, shape=(8, 16, 4), azimuth_views=views)
+    assert GridRecipe.from_dict(json.loads(json.dumps(recipe.to_dict()))) == recipe
+
+
+def test_views_are_turned_by_fractions_of_a_cell():
+    cloud = make_furniture("table", 2).sampled(20_000, 0)
+    grids = GridRecipe(azimuth_views=4).grids(cloud)[0]
+    fraction = 2 * np.pi / 32 / 4
+    for view in range(4):
+        turned_grid = GridRecipe().grids(turned(cloud, view * fraction))[0, 0]
+        assert (grids[view] != turned_grid).mean() < 1e-3
+
+
+def test_real_objects_are_named_whatever_their_yaw(classifier, data_folder):
+    """A sample of the validation split, off the cells; the test split is for reports."""
+    objects = open_data_set(data_folder / "modelnet10", "validation")
+    chosen = objects.subset(np.arange(0, len(objects), 12))
+    grids = np.stack([classifier.recipe.grids(chosen.cloud(i), [0.0, 1.234]) for i in range(len(chosen))])
+    answers = [classifier.probabilities(grids[:, k]).argmax(axis=1) for k in range(2)]
+    for answer in answers:
+        assert (answer == chosen.labels).mean() > 0.88
+    assert (answers[0] == answers[1]).mean() > 0.95
+
+
+def test_load_is_the_same_from_the_interface_and_the_class():
+    assert OnnxClassifier.load().classes == Classifier.load().classes

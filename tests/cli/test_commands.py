@@ -1,0 +1,140 @@
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from circumspect.cli.main import main
+from circumspect.furniture import make_furniture
+from circumspect.geometry import write_ply
+
+
+def run(*words):
+    return main([str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def chair(tmp_path_factory):
+    path = tmp_path_factory.mktemp("files") / "chair.ply"
+    write_ply(path, make_furniture("chair", 3).sampled(20_000, 0))
+    return path
+
+
+class TestClassify:
+    def test_json_is_one_object_a_line_and_nothing_else(self, chair, tmp_path, capsys):
+        np.save(tmp_path / "chair.npy", make_furniture("chair", 3).sampled(2000, 0).points_xyz)
+        assert run("classify", chair, tmp_path / "chair.npy", "--json") == 0
+        out, err = capsys.readouterr()
+        records = [json.loads(line) for line in out.splitlines()]
+        assert [r["label"] for r in records] == ["chair", "chair"]
+        for record in records:
+            assert list(record) == [
+                "file", "label", "probability", "probabilities", "points", "milliseconds"
+            ]  # fmt: skip
+            assert set(record["milliseconds"]) == {"load", "grid", "classify"}
+        assert records[0]["points"] == 20_000
+        assert err == ""
+
+    def test_up_axis(self, tmp_path, capsys):
+        points = make_furniture("chair", 3).sampled(20_000, 0).points_xyz
+        np.save(tmp_path / "y.npy", points[:, [0, 2, 1]] * [1, 1, -1])
+        assert run("classify", tmp_path / "y.npy", "--up", "y") == 0
+        assert "chair" in capsys.readouterr().out.split(",")[0]
+
+    def test_a_bad_file_does_not_stop_the_others(self, chair, tmp_path, capsys):
+        (tmp_path / "empty.off").write_bytes(b"")
+        np.save(tmp_path / "line.npy", np.linspace(0, 1, 40)[:, None] * [1.0, 2, 3])
+        bad = [tmp_path / "empty.off", tmp_path / "line.npy", tmp_path, tmp_path / "gone.ply"]
+        assert run("classify", bad[0], chair, *bad[1:]) == 2
+        out, err = capsys.readouterr()
+        assert len(out.splitlines()) == 1
+        assert out.startswith(str(chair))
+        lines = err.splitlines()
+        assert len(lines) == len(bad)
+        for file, line in zip(bad, lines, strict=True):
+            assert line.startswith("circumspect: ")
+            assert str(file) in line
+
+    def test_wrong_weights(self, chair, tmp_path, capsys):
+        (tmp_path / "w.onnx").write_bytes(b"no")
+        assert run("classify", chair, "--weights", tmp_path / "w.onnx") == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.count("\n") == 1
+
+
+class TestGrid:
+    def test_saves_draws_and_the_grid_is_classified(self, chair, tmp_path, capsys):
+        out = tmp_path / "g.npz"
+        assert run("grid", chair, "--out", out) == 0
+        assert out.with_suffix(".png").stat().st_size > 10_000
+        assert run("classify", out, "--json") == 0
+        record = json.loads(capsys.readouterr().out.splitlines()[-1])
+        assert record["label"] == "chair"
+
+    def test_a_broken_grid_is_named(self, chair, tmp_path, capsys):
+        out = tmp_path / "g.npz"
+        run("grid", chair, "--out", out)
+        capsys.readouterr()
+        out.write_bytes(out.read_bytes()[:200])
+        assert run("classify", out) == 2
+        assert "g.npz" in capsys.readouterr().err
+
+
+def test_nets_lists_what_each_costs(capsys):
+    assert run("nets", "--json") == 0
+    records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    ours = next(r for r in records if r["name"] == "panorama")
+    assert ours["parameters"] <= 2_000_000
+    assert {"name", "parameters", "multiply_adds", "input"} <= set(ours)
+    assert run("nets") == 0
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
+
+
+def test_doctor(capsys):
+    assert run("doctor", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["runtime"]["numpy"] == np.__version__
+
+
+def test_unknown_words_are_explained(capsys):
+    with pytest.raises(SystemExit) as stop:
+        run("clasify")
+    assert stop.value.code == 2
+    assert "classify" in capsys.readouterr().err
+
+
+class TestProcess:
+    """What only a process of its own shows."""
+
+    def test_classify_loads_neither_torch_nor_matplotlib(self, chair):
+        code = (
+            "import sys; from circumspect.cli.main import main\n"
+            f"main(['classify', {str(chair)!r}])\n"
+            "heavy = {'torch', 'matplotlib', 'onnx', 'embreex'} & set(sys.modules)\n"
+            "sys.exit(f'loaded {heavy}' if heavy else 0)"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+    def test_help_loads_nothing_heavy(self):
+        code = (
+            "import sys; from circumspect.cli.main import main\n"
+            "try: main(['--help'])\n"
+            "except SystemExit: pass\n"
+            "heavy = {'numpy', 'scipy', 'trimesh', 'torch', 'onnxruntime'} & set(sys.modules)\n"
+            "sys.exit(f'loaded {heavy}' if heavy else 0)"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+    def test_a_reader_that_goes_away_is_no_fault(self, chair):
+        words = [sys.executable, "-m", "circumspect.cli.main", "classify", str(chair), str(chair)]
+        read, write = os.pipe()
+        os.close(read)
+        done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, text=True)
+        os.close(write)
+        assert done.returncode == 0
+        assert "Traceback" not in done.stderr
