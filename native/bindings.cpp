@@ -11,8 +11,11 @@
 #include <vector>
 
 #include "box.hpp"
+#include "box_beams.hpp"
 #include "cylinder.hpp"
+#include "cylinder_beams.hpp"
 #include "hits.hpp"
+#include "trace.hpp"
 
 namespace nb = nanobind;
 using namespace circumspect;
@@ -41,7 +44,7 @@ Shape checked_shape(std::tuple<int32_t, int32_t, int32_t> cells) {
 }
 
 void require_length(double length, const char* message) {
-  require(length >= 1e-100 && length <= kLargestCoordinate, message);
+  require(length >= 1e-50 && length <= kLargestCoordinate, message);
 }
 
 void require_centre(double x, double y, double z) {
@@ -116,13 +119,28 @@ int64_t hits_batch(const std::vector<const Grid*>& grids, const std::vector<Poin
   return first_bad == int64_t(clouds.size()) ? -1 : first_bad.load();
 }
 
-template <typename Grid>
+template <typename Tracer, typename Grid, typename T>
+int64_t passed(const Grid& grid, Points<T> origins_xyz, Points<T> ends_xyz, States states,
+               uint8_t value, std::size_t threads) {
+  require_cells(states, 0, grid.shape);
+  const std::size_t origins = origins_xyz.shape(0), ends = ends_xyz.shape(0);
+  require(origins == 1 || origins == ends, "one origin, or as many as ends");
+  nb::gil_scoped_release release;
+  return mark_passed<Tracer>(grid, origins_xyz.data(), origins, ends_xyz.data(), ends, value,
+                             states.data(), threads);
+}
+
+template <typename Tracer, typename Grid>
 void bind_methods(nb::module_& m, nb::class_<Grid>& grid) {
   using namespace nb::literals;
   grid.def("hits", &hits<Grid, double>, "points_xyz"_a, "states"_a, "value"_a, "threads"_a)
       .def("hits", &hits<Grid, float>, "points_xyz"_a, "states"_a, "value"_a, "threads"_a)
       .def("indices", &indices<Grid, double>, "points_xyz"_a, "out"_a, "threads"_a)
-      .def("indices", &indices<Grid, float>, "points_xyz"_a, "out"_a, "threads"_a);
+      .def("indices", &indices<Grid, float>, "points_xyz"_a, "out"_a, "threads"_a)
+      .def("passed", &passed<Tracer, Grid, double>, "origins_xyz"_a, "ends_xyz"_a, "states"_a,
+           "value"_a, "threads"_a)
+      .def("passed", &passed<Tracer, Grid, float>, "origins_xyz"_a, "ends_xyz"_a, "states"_a,
+           "value"_a, "threads"_a);
   m.def("hits_batch", &hits_batch<Grid, double>, "grids"_a, "clouds"_a, "states"_a, "value"_a,
         "threads"_a);
   m.def("hits_batch", &hits_batch<Grid, float>, "grids"_a, "clouds"_a, "states"_a, "value"_a,
@@ -140,8 +158,8 @@ NB_MODULE(_native, m) {
   auto cylinder = nb::class_<Cylinder>(m, "Cylinder");
   cylinder.def(nb::new_(&make_cylinder), "shape"_a, "radius"_a, "half_height"_a, "centre_xyz"_a,
                "azimuth_offset"_a);
-  bind_methods(m, cylinder);
+  bind_methods<CylinderTracer>(m, cylinder);
   auto box = nb::class_<Box>(m, "Box");
   box.def(nb::new_(&make_box), "shape"_a, "half_width"_a, "centre_xyz"_a, "yaw"_a);
-  bind_methods(m, box);
+  bind_methods<BoxTracer>(m, box);
 }

@@ -8,11 +8,15 @@
 namespace circumspect {
 
 constexpr int kBlock = 256;
-constexpr double kLargestCoordinate = 1e100;  // squares of anything smaller stay finite
+constexpr double kLargestCoordinate = 1e50;  // fourth powers of anything smaller stay finite
 
 struct Block {
   alignas(64) double x[kBlock], y[kBlock], z[kBlock];
   alignas(64) int32_t i[kBlock], j[kBlock], k[kBlock];  // cell; all three -1 outside the grid
+};
+
+struct Cell {
+  int32_t i, j, k;  // all three -1 outside the grid
 };
 
 struct Shape {
@@ -21,20 +25,7 @@ struct Shape {
 };
 
 // Copies rows [0, count) of (n, 3) points; returns how many are NaN, infinite or too large.
-template <typename T>
-int64_t load(const T* rows, int count, Block& block) {
-  for (int n = 0; n < count; ++n) {
-    block.x[n] = double(rows[3 * n]);
-    block.y[n] = double(rows[3 * n + 1]);
-    block.z[n] = double(rows[3 * n + 2]);
-  }
-  int64_t bad = 0;
-  for (int n = 0; n < count; ++n) {
-    bad += !((std::fabs(block.x[n]) <= kLargestCoordinate) &
-             (std::fabs(block.y[n]) <= kLargestCoordinate) &
-             (std::fabs(block.z[n]) <= kLargestCoordinate));
-  }
-  return bad;
-}
+int64_t load(const double* rows, int count, Block& block);
+int64_t load(const float* rows, int count, Block& block);
 
 }  // namespace circumspect

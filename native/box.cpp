@@ -23,11 +23,12 @@ void locate_in(const Box& box, const Axis& ai, const Axis& aj, const Axis& ak, B
     const double dx = block.x[n] - box.x, dy = block.y[n] - box.y, z = block.z[n] - box.z;
     const double x = box.cosine * dx + box.sine * dy;
     const double y = box.cosine * dy - box.sine * dx;
-    const bool inside = (std::fabs(x) <= half_width) & (std::fabs(y) <= half_width) &
-                        (std::fabs(z) <= half_width);
-    block.i[n] = inside ? cell_along(ai, x) : -1;
-    block.j[n] = inside ? cell_along(aj, y) : -1;
-    block.k[n] = inside ? cell_along(ak, z) : -1;
+    const double ax = std::fabs(x), ay = std::fabs(y), az = std::fabs(z);
+    const double wide = ax > ay ? ax : ay, widest = wide > az ? wide : az;
+    const int32_t outside = int32_t(widest <= half_width ? 0.0 : -1.0);
+    block.i[n] = cell_along(ai, x) | outside;
+    block.j[n] = cell_along(aj, y) | outside;
+    block.k[n] = cell_along(ak, z) | outside;
   }
 }
 

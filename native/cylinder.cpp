@@ -1,13 +1,14 @@
 #include "cylinder.hpp"
 
-#include <algorithm>
-
+#include "azimuth.hpp"
 #include "multiversion.hpp"
 
 namespace circumspect {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+struct Direction {
+  double x, y;
+};
 
 // The direction after `step` of `steps` parts of a turn plus an offset below a full turn [rad].
 Direction direction(int32_t step, int32_t steps, double offset) {
@@ -21,69 +22,48 @@ Direction direction(int32_t step, int32_t steps, double offset) {
   return d;
 }
 
-// atan(q) for q in [0, 1], within 6e-9 (minimax in q²).
-inline double arc_tangent(double q) {
-  const double s = q * q;
-  double p = 0.00245668649199032;
-  p = p * s - 0.014401199097485507;
-  p = p * s + 0.03978095129097207;
-  p = p * s - 0.07234832641096438;
-  p = p * s + 0.10498933313878298;
-  p = p * s - 0.14161225465816416;
-  p = p * s + 0.19985906190551234;
-  p = p * s - 0.3333259698835559;
-  p = p * s + 0.9999998863750156;
-  return p * q;
-}
-constexpr double kArcTangentError = 1e-8;
-
+// All lengths in radii and half heights, so that single precision has room.
 struct Scales {
-  double x, y, z, radius, half_height;
-  double per_radius, per_angle, per_height;    // cells per metre or radian
-  double offset, sectors, near_boundary;       // in cells
-  double last_radius, last_sector, last_height;
+  double x, y, z, per_radius, per_half_height;
+  float radii, per_angle, offset, sectors, layers;
+  float doubt_radius, doubt_sector, doubt_height;  // cells from a boundary where rounding matters
 };
 
-// Fills block.i, j, k; j is right only away from half-planes. Returns in block.x, block.y the
-// point about the axis and in `nearest` the half-plane it is close to, or -1.
+struct Scaled {
+  alignas(64) float x[kBlock], y[kBlock], z[kBlock];
+};
+
 CIRCUMSPECT_MULTIVERSION
-int locate_roughly(const Scales& s, Block& block, int32_t* __restrict nearest, int count) {
-  int close_ones = 0;
+void scale(const Scales& s, const Block& block, Scaled& scaled, int count) {
+  for (int n = 0; n < count; ++n) scaled.x[n] = float((block.x[n] - s.x) * s.per_radius);
+  for (int n = 0; n < count; ++n) scaled.y[n] = float((block.y[n] - s.y) * s.per_radius);
+  for (int n = 0; n < count; ++n) scaled.z[n] = float((block.z[n] - s.z) * s.per_half_height);
+}
+
+// Cells in single precision. `doubtful` is 1 for points so close to a boundary that they have to
+// be looked at again; returns whether there are any.
+CIRCUMSPECT_MULTIVERSION
+bool locate_roughly(const Scales& s, const Scaled& scaled, Block& block,
+                    int32_t* __restrict doubtful, int count) {
+  int32_t any = 0;
   for (int n = 0; n < count; ++n) {
-    const double x = block.x[n] - s.x, y = block.y[n] - s.y, z = block.z[n] - s.z;
-    const double r = std::sqrt(x * x + y * y);
-    const bool inside = (r <= s.radius) & (std::fabs(z) <= s.half_height);
+    const float x = scaled.x[n], y = scaled.y[n], z = scaled.z[n];
+    const float r = std::sqrt(x * x + y * y), height = std::fabs(z);
+    const float i = clamped(r * s.radii, s.radii);
+    const float j = azimuth_of(x, y, s.per_angle, s.offset, s.sectors);
+    const float k = clamped((z + 1.0f) * 0.5f * s.layers, s.layers);
 
-    const double i = r * s.per_radius;
-    const double k_up = (z + s.half_height) * s.per_height;
-    const double k = k_up > 0.0 ? k_up : 0.0;
-
-    const double ax = std::fabs(x), ay = std::fabs(y);
-    const double large = ax > ay ? ax : ay, small = ax > ay ? ay : ax;
-    const double q = small / (large > 1e-300 ? large : 1e-300);
-    const double octant = arc_tangent(q);
-    const double quadrant = ay > ax ? 0.5 * kPi - octant : octant;
-    const double half = x < 0.0 ? kPi - quadrant : quadrant;
-    const double angle = y < 0.0 ? 2.0 * kPi - half : half;
-    const double turned = angle * s.per_angle - s.offset;
-    const double t = turned < 0.0 ? turned + s.sectors : turned;
-
-    // Comparisons are written so that NaN falls to the last cell and conversion is defined.
-    const double t_safe = t < s.sectors ? t : s.sectors;
-    const int32_t boundary = int32_t(t_safe + 0.5);
-    const bool close = std::fabs(t_safe - double(boundary)) <= s.near_boundary;
-    const int32_t sector = int32_t(t < s.last_sector ? t : s.last_sector);
-
-    block.x[n] = x;
-    block.y[n] = y;
-    block.i[n] = inside ? int32_t(i < s.last_radius ? i : s.last_radius) : -1;
-    block.j[n] = inside ? sector : -1;
-    block.k[n] = inside ? int32_t(k < s.last_height ? k : s.last_height) : -1;
-    const bool doubtful = close & inside;
-    nearest[n] = doubtful ? boundary : -1;
-    close_ones += doubtful;
+    const int32_t outside = (r > 1.00001f) | (height > 1.00001f);
+    const int32_t sure = (from_boundary(i) > s.doubt_radius) &
+                         (from_boundary(j) > s.doubt_sector) &
+                         (from_boundary(k) > s.doubt_height);
+    block.i[n] = int32_t(i) | -outside;
+    block.j[n] = int32_t(j) | -outside;
+    block.k[n] = int32_t(k) | -outside;
+    doubtful[n] = 1 & ~(outside | sure);
+    any |= doubtful[n];
   }
-  return close_ones;
+  return any != 0;
 }
 
 }  // namespace
@@ -92,26 +72,56 @@ Cylinder::Cylinder(Shape shape, double radius, double half_height, double x, dou
                    double azimuth_offset)
     : shape(shape), radius(radius), half_height(half_height), x(x), y(y), z(z),
       azimuth_offset(azimuth_offset) {
-  sectors.reserve(std::size_t(shape.j) + 1);
-  for (int32_t j = 0; j < shape.j; ++j) sectors.push_back(direction(j, shape.j, azimuth_offset));
-  sectors.push_back(sectors.front());
+  // Twice round and a little: walks over half-planes need not look where the turn ends.
+  const int32_t listed = 2 * shape.j + 8;
+  for (int32_t step = 0; step < listed; ++step) {
+    const Direction d = direction(step % shape.j, shape.j, azimuth_offset);
+    forward.x.push_back(d.x), forward.y.push_back(d.y);
+  }
+  for (int32_t step = 0; step < listed; ++step) {
+    const std::size_t j = std::size_t((listed * shape.j - step) % shape.j);
+    backward.x.push_back(forward.x[j]), backward.y.push_back(forward.y[j]);
+  }
+}
+
+Cell Cylinder::cell_of(double x_about, double y_about, double z_about) const {
+  const double r = std::sqrt(x_about * x_about + y_about * y_about);
+  if (!(r <= radius && std::fabs(z_about) <= half_height)) return {-1, -1, -1};
+  const double i = clamped(r * (shape.i / radius), double(shape.i - 1));
+  const double k = clamped((z_about + half_height) * (shape.k / (2.0 * half_height)),
+                           double(shape.k - 1));
+  return {int32_t(i), sector_of(x_about, y_about), int32_t(k)};
+}
+
+int32_t Cylinder::sector_of(double x_about, double y_about) const {
+  const double per_angle = shape.j / (2.0 * kPi);
+  const double j = azimuth_of(x_about, y_about, per_angle, azimuth_offset * per_angle,
+                              double(shape.j));
+  const int32_t nearest = int32_t(j + 0.5);
+  if (std::fabs(j - nearest) > 2.0 * kArcTangentError * per_angle) return int32_t(j);
+  const double hx = forward.x[std::size_t(nearest)], hy = forward.y[std::size_t(nearest)];
+  const bool behind = hx * y_about - hy * x_about < 0.0;
+  return behind ? (nearest > 0 ? nearest : shape.j) - 1 : nearest % shape.j;
 }
 
 void Cylinder::locate(Block& block, int count) const {
   Scales s;
-  s.x = x, s.y = y, s.z = z, s.radius = radius, s.half_height = half_height;
-  s.per_radius = shape.i / radius;
-  s.per_angle = shape.j / (2.0 * kPi);
-  s.per_height = shape.k / (2.0 * half_height);
-  s.offset = azimuth_offset * s.per_angle;
-  s.sectors = shape.j;
-  s.near_boundary = kArcTangentError * s.per_angle + 1e-12 * shape.j;
-  s.last_radius = shape.i - 1, s.last_sector = shape.j - 1, s.last_height = shape.k - 1;
+  s.x = x, s.y = y, s.z = z, s.per_radius = 1.0 / radius, s.per_half_height = 1.0 / half_height;
+  s.radii = float(shape.i), s.sectors = float(shape.j), s.layers = float(shape.k);
+  s.per_angle = float(shape.j / (2.0 * kPi));
+  s.offset = float(azimuth_offset * (shape.j / (2.0 * kPi)));
+  s.doubt_radius = kDoubt * s.radii;
+  s.doubt_sector = kDoubt * s.sectors;
+  s.doubt_height = kDoubt * s.layers;
 
-  alignas(64) int32_t nearest[kBlock];
-  if (locate_roughly(s, block, nearest, count) == 0) return;
+  Scaled scaled;
+  alignas(64) int32_t doubtful[kBlock];
+  scale(s, block, scaled, count);
+  if (!locate_roughly(s, scaled, block, doubtful, count)) return;
   for (int n = 0; n < count; ++n) {
-    if (nearest[n] >= 0) block.j[n] = sector_beside(nearest[n], block.x[n], block.y[n]);
+    if (!doubtful[n]) continue;
+    const Cell cell = cell_of(block.x[n] - x, block.y[n] - y, block.z[n] - z);
+    block.i[n] = cell.i, block.j[n] = cell.j, block.k[n] = cell.k;
   }
 }
 

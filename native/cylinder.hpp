@@ -7,8 +7,9 @@
 
 namespace circumspect {
 
-struct Direction {
-  double x, y;
+// Unit vectors from the axis.
+struct HalfPlanes {
+  std::vector<double> x, y;
 };
 
 struct Cylinder {
@@ -16,9 +17,9 @@ struct Cylinder {
   double radius, half_height;
   double x, y, z;        // centre
   double azimuth_offset; // in [0, 2 pi)
-  // The half-planes between the sectors, first repeated at the end. They decide where a point
-  // lies; a quarter turn maps them onto each other exactly when 4 divides their number.
-  std::vector<Direction> sectors;
+  // The half-planes between the sectors decide where a point lies; a quarter turn maps them onto
+  // each other exactly when 4 divides their number. Number 0, 1, 2, … and number 0, -1, -2, …
+  HalfPlanes forward, backward;
 
   Cylinder(Shape shape, double radius, double half_height, double x, double y, double z,
            double azimuth_offset);
@@ -26,13 +27,11 @@ struct Cylinder {
   // Cells of the first `count` points of a block. Points on the outer boundary are inside.
   void locate(Block& block, int count) const;
 
-  // The sector of a direction, known to lie close to half-plane `nearest`, 0 … shape.j.
-  int32_t sector_beside(int32_t nearest, double dx, double dy) const {
-    const Direction& d = sectors[std::size_t(nearest)];
-    const bool behind = d.x * dy - d.y * dx < 0.0;
-    const int32_t sector = behind ? nearest - 1 : nearest;
-    return sector < 0 ? shape.j - 1 : (sector >= shape.j ? 0 : sector);
-  }
+  // The same for one point about the centre, in double precision throughout.
+  Cell cell_of(double x_about, double y_about, double z_about) const;
+
+  // The sector of a direction from the axis.
+  int32_t sector_of(double x_about, double y_about) const;
 };
 
 }  // namespace circumspect

@@ -9,3 +9,10 @@
 #else
 #define CIRCUMSPECT_MULTIVERSION
 #endif
+
+// Before a loop whose arrays do not overlap, where the compiler can not see that.
+#if defined(__GNUC__) && !defined(__clang__)
+#define CIRCUMSPECT_NO_OVERLAP _Pragma("GCC ivdep")
+#else
+#define CIRCUMSPECT_NO_OVERLAP
+#endif

@@ -13,6 +13,14 @@ class _Kernels:
         self, points_xyz: NDArray[Any], states: NDArray[Any], value: int, threads: int
     ) -> int: ...
     def indices(self, points_xyz: NDArray[Any], out: NDArray[Any], threads: int) -> int: ...
+    def passed(
+        self,
+        origins_xyz: NDArray[Any],
+        ends_xyz: NDArray[Any],
+        states: NDArray[Any],
+        value: int,
+        threads: int,
+    ) -> int: ...
 
 class Cylinder(_Kernels):
     def __init__(

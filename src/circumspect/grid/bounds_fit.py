@@ -22,7 +22,7 @@ def axis_centre(cloud: PointCloud) -> NDArray[np.float64]:
     points = cloud.points_xyz
     low, high = points.min(axis=0), points.max(axis=0)
     if max(-low.min(), high.max()) > LARGEST_LENGTH / 4:
-        raise GeometryError("points lie beyond 1e99 m; check the unit of the file")
+        raise GeometryError("points lie beyond 1e49 m; check the unit of the file")
     # Relative to a point of the cloud: far from the origin, sums would lose digits. Clipped:
     # rounding must not put the centre outside the points.
     centre = points[0] + cloud.weights @ (points - points[0])
@@ -36,5 +36,5 @@ def require_size(cloud: PointCloud, size: float) -> None:
         GeometryError: The points coincide.
     """
     rounding = 8 * np.finfo(np.float64).eps * float(np.abs(cloud.points_xyz).max())
-    if not size > max(rounding, 1e-99):
+    if not size > max(rounding, 1e-49):
         raise GeometryError(f"all {len(cloud)} points lie in one place; an object has a size")

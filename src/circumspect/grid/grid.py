@@ -8,9 +8,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
 from circumspect.grid.grid_arguments import checked_points, checked_threads, require_usable
-from circumspect.grid.occupancy_grid import OCCUPIED, OccupancyGrid
+from circumspect.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 
 
 class Grid(ABC):
@@ -64,3 +65,49 @@ class Grid(ABC):
         bad = self.kernels().hits(points, states, OCCUPIED, checked_threads(threads))
         require_usable(bad, len(points))
         return OccupancyGrid(self, states)
+
+    def trace(
+        self,
+        origins_xyz: ArrayLike,
+        ends_xyz: PointCloud | ArrayLike,
+        returned: ArrayLike | None = None,
+        threads: int = 1,
+    ) -> OccupancyGrid:
+        """Occupancy by ray tracing with the ideal beam model, in three states.
+
+        Each beam is followed exactly from cell to cell; occupied wins over free wins over
+        unknown. Beams may begin, end or run outside the grid.
+
+        Args:
+            origins_xyz: (3,) or (n, 3) [m] where the sensor was.
+            ends_xyz: (n, 3) [m] where the beams end.
+            returned: (n,) bool: False for beams that only passed, up to their end, and hit
+                nothing there. None means that all hit.
+            threads: 0 means all cores.
+
+        Raises:
+            InputError: Wrong shapes.
+            GeometryError: NaN or infinite coordinates.
+        """
+        ends = checked_points(ends_xyz, "ends")
+        origins = checked_points(np.atleast_2d(np.asarray(origins_xyz)), "origins")
+        if len(origins) not in (1, len(ends)):
+            raise InputError(f"{len(origins)} origins for {len(ends)} ends; give one, or one each")
+        if origins.dtype != ends.dtype:
+            origins, ends = origins.astype(np.float64), ends.astype(np.float64)
+        hit = ends if returned is None else ends[_checked_mask(returned, len(ends))]
+        states = np.zeros(self.shape, np.uint8)
+        kernels, cores = self.kernels(), checked_threads(threads)
+        bad = kernels.passed(origins, ends, states, FREE, cores)
+        require_usable(bad, len(ends), "beams")
+        kernels.hits(hit, states, OCCUPIED, cores)
+        return OccupancyGrid(self, states)
+
+
+def _checked_mask(returned: ArrayLike, count: int) -> NDArray[np.bool_]:
+    mask = np.asarray(returned)
+    if mask.shape != (count,) or mask.dtype != np.bool_:
+        raise InputError(
+            f"returned must be bool of shape ({count},), not {mask.dtype} {mask.shape}"
+        )
+    return mask

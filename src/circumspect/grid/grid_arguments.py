@@ -15,8 +15,8 @@ from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import PointCloud
 from circumspect.grid import _native
 
-SMALLEST_LENGTH, LARGEST_LENGTH = 1e-100, 1e100
-"""Lengths of grids and coordinates of points [m] beyond these would overflow when squared."""
+SMALLEST_LENGTH, LARGEST_LENGTH = 1e-50, 1e50
+"""Lengths of grids and coordinates of points [m] beyond these would overflow in products."""
 
 
 def checked_shape(shape: Sequence[int]) -> tuple[int, int, int]:
@@ -41,11 +41,11 @@ def checked_length(value: float, name: str) -> float:
     """A length of a grid [m].
 
     Raises:
-        InputError: Not a positive number, or beyond 1e±100.
+        InputError: Not a positive number, or beyond 1e±50.
     """
     length = checked_number(value, name)
     if not SMALLEST_LENGTH <= length <= LARGEST_LENGTH:
-        raise InputError(f"{name} must lie between 1e-100 and 1e100 m, not {length:g}")
+        raise InputError(f"{name} must lie between 1e-50 and 1e50 m, not {length:g}")
     return length
 
 
@@ -68,14 +68,14 @@ def checked_centre(centre_xyz: ArrayLike) -> tuple[float, float, float]:
     """The centre of a grid, (3,) [m].
 
     Raises:
-        InputError: Not three finite numbers below 1e100.
+        InputError: Not three finite numbers below 1e50.
     """
     try:
         centre = np.asarray(centre_xyz, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"a grid's centre is three numbers, not {centre_xyz!r}") from error
     if centre.shape != (3,) or not (np.abs(centre) <= LARGEST_LENGTH).all():
-        raise InputError(f"a grid's centre is three numbers within ±1e100 m, not {centre_xyz!r}")
+        raise InputError(f"a grid's centre is three numbers within ±1e50 m, not {centre_xyz!r}")
     x, y, z = centre.tolist()
     return (x, y, z)
 
@@ -108,7 +108,7 @@ def require_usable(bad: int, count: int, name: str = "points") -> None:
     """
     if bad:
         raise GeometryError(
-            f"{bad} of {count} {name} are NaN, infinite or beyond 1e100 m; remove them first"
+            f"{bad} of {count} {name} are NaN, infinite or beyond 1e50 m; remove them first"
         )
 
 

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 
 from circumspect.errors import CircumspectError, InputError
 from circumspect.grid.cylindrical_grid import CylindricalGrid
-from circumspect.grid.grid import Grid
 from circumspect.grid.grid_arguments import checked_shape
 from circumspect.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from circumspect.grid.rectangular_grid import RectangularGrid
 from circumspect.storage import atomic_open
 
 VERSION = 1
-_KINDS: dict[type[Grid], tuple[str, ...]] = {
+_KINDS: dict[type[Any], tuple[str, ...]] = {
     CylindricalGrid: ("radius", "half_height", "azimuth_offset"),
     RectangularGrid: ("half_width", "yaw"),
 }
@@ -40,7 +39,9 @@ _HEADER = re.compile(
 def write_grid(path: str | os.PathLike[str], grid: OccupancyGrid) -> None:
     """Write a grid; see `OccupancyGrid.save`."""
     bounds = grid.grid
-    numbers = {name: np.array([getattr(bounds, name)]) for name in _KINDS[type(bounds)]}
+    numbers: dict[str, Any] = {
+        name: np.array([getattr(bounds, name)]) for name in _KINDS[type(bounds)]
+    }
     with atomic_open(path, "wb") as stream:
         np.savez_compressed(
             stream,
@@ -83,22 +84,20 @@ def holds_grid(path: str | os.PathLike[str]) -> bool:
 
 def _unpacked(archive: zipfile.ZipFile) -> OccupancyGrid:
     keys = [name.removesuffix(".npy") for name in archive.namelist()]
-    for kind, names in _KINDS.items():
-        if sorted(keys) == sorted((*_COMMON, *names)):
-            break
-    else:
+    kinds = [kind for kind in _KINDS if sorted(keys) == sorted((*_COMMON, *_KINDS[kind]))]
+    if not kinds:
         raise InputError(f"not a grid file: it holds {', '.join(sorted(keys)[:12]) or 'nothing'}")
     version = int(_array(archive, "version", np.int64, 1)[0])
     if version != VERSION:
         raise InputError(f"grid file of version {version}; this program reads {VERSION}")
     shape = checked_shape(_array(archive, "shape", np.int64, 3).tolist())
     centre = _array(archive, "centre_xyz", np.float64, 3)
-    numbers = {name: float(_array(archive, name, np.float64, 1)[0]) for name in names}
+    numbers = {name: float(_array(archive, name, np.float64, 1)[0]) for name in _KINDS[kinds[0]]}
     occupied, free = (_bits(archive, name, shape) for name in ("occupied", "free"))
     if (occupied & free).any():
         raise InputError("some cells are both occupied and free; save the grid anew")
     states = OCCUPIED * occupied + FREE * free
-    return OccupancyGrid(kind(shape=shape, centre_xyz=centre, **numbers), states)
+    return OccupancyGrid(kinds[0](shape=shape, centre_xyz=centre, **numbers), states)
 
 
 def _bits(archive: zipfile.ZipFile, name: str, shape: tuple[int, int, int]) -> NDArray[np.uint8]:
