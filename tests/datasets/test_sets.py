@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from circumspect.datasets import GridCache, ObjectSet, open_data_set, validation_split
-from circumspect.datasets.off_folder import farthest_points
+from circumspect.datasets.farthest_points import farthest_points
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.errors import InputError
 

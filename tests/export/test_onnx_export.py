@@ -81,5 +81,5 @@ def test_loads_as_a_classifier(exported):
 def test_a_file_that_answers_otherwise_is_not_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(onnx_export, "TOLERANCE", 0.0)
     with pytest.raises(CircumspectError, match="not kept"):
-        export_onnx(checkpoint("panorama"), tmp_path / "net.onnx")
+        export_onnx(checkpoint("planes"), tmp_path / "net.onnx")
     assert list(tmp_path.iterdir()) == []

@@ -61,7 +61,7 @@ def test_row_wise_pool_is_max_and_mean():
 
 
 def test_ours_is_small():
-    cost = cost_of(build_net("panorama", 10, (32, 32, 32)), (32, 32, 32))
+    cost = cost_of(build_net("planes", 10, (32, 32, 32)), (32, 32, 32))
     assert cost.parameters <= 2_000_000
     assert cost.multiply_adds < 460_000_000
 
@@ -74,21 +74,21 @@ def test_cost_counts_a_known_layer():
 
 
 def test_unknown_net_is_named_with_a_near_one():
-    with pytest.raises(InputError, match="did you mean panorama"):
-        build_net("panoramma", 10, (32, 32, 32))
+    with pytest.raises(InputError, match="did you mean planes"):
+        build_net("plannes", 10, (32, 32, 32))
 
 
 class TestCheckpoint:
     def checkpoint(self):
-        net = trained_looking("panorama", (32, 32, 32))
+        net = trained_looking("planes", (32, 32, 32))
         recipe = GridRecipe()
-        return Checkpoint("panorama", CLASSES, recipe, net.state_dict(), {"seed": 3})
+        return Checkpoint("planes", CLASSES, recipe, net.state_dict(), {"seed": 3})
 
     def test_round_trip(self, tmp_path):
         original = self.checkpoint()
         original.save(tmp_path / "w.safetensors")
         back = Checkpoint.load(tmp_path / "w.safetensors")
-        assert (back.net, back.classes, back.recipe) == ("panorama", CLASSES, GridRecipe())
+        assert (back.net, back.classes, back.recipe) == ("planes", CLASSES, GridRecipe())
         assert back.training == {"seed": 3}
         grids = torch.rand(2, 1, 32, 32, 32)
         torch.testing.assert_close(back.build()(grids), original.build()(grids))
@@ -109,12 +109,12 @@ class TestCheckpoint:
         save_file({"a": torch.zeros(3)}, path)
         with pytest.raises(WeightsError, match="not a checkpoint"):
             Checkpoint.load(path)
-        save_file({"a": torch.zeros(3)}, path, {"circumspect": json.dumps({"net": "panorama"})})
+        save_file({"a": torch.zeros(3)}, path, {"circumspect": json.dumps({"net": "planes"})})
         with pytest.raises(WeightsError, match="not a checkpoint"):
             Checkpoint.load(path)
 
     def test_weights_that_do_not_fit(self):
         original = self.checkpoint()
-        wrong = Checkpoint("panorama", ("a", "b"), original.recipe, original.weights)
+        wrong = Checkpoint("planes", ("a", "b"), original.recipe, original.weights)
         with pytest.raises(WeightsError, match="do not fit"):
             wrong.build()

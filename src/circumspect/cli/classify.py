@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 class Classify:
     """Class and probabilities of meshes, point clouds and grids, whatever their yaw.
 
-    circumspect classify chair.ply
-    circumspect classify scans/*.pcd --json
-    circumspect classify model.glb --up y
+    $ circumspect classify chair.ply
+    $ circumspect classify scans/*.pcd --json
+    $ circumspect classify model.glb --up y
     """
 
     files: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="FILE...")]

@@ -14,10 +14,10 @@ from circumspect.errors import InputError
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Accuracy at many yaws; the points are turned and gridded anew at each.
+    """Accuracy at many yaws: the points are turned and gridded anew at each.
 
-    circumspect evaluate --data modelnet10 --split test --yaw-count 64 --out eval
-    circumspect evaluate --weights runs/panorama --data modelnet10 --yaw 0,45,90,135
+    $ circumspect evaluate --data modelnet10 --split test --yaw-count 64 --out eval
+    $ circumspect evaluate --weights runs/planes --data modelnet10 --yaw 0,45,90,135
     """
 
     data: Path

@@ -15,7 +15,7 @@ from circumspect.errors import MissingExtraError
 class Export:
     """Turn a trained network into one ONNX file for the robot.
 
-    circumspect export runs/panorama panorama.onnx
+    $ circumspect export runs/planes planes.onnx
     """
 
     weights: Annotated[Path, tyro.conf.Positional]

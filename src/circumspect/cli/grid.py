@@ -13,7 +13,7 @@ import tyro
 class Grid:
     """The occupancy grid of a mesh or cloud, as npz and as a picture.
 
-    circumspect grid chair.ply --out chair-grid.npz
+    $ circumspect grid chair.ply --out chair-grid.npz
     """
 
     file: Annotated[Path, tyro.conf.Positional]

@@ -1,37 +1,37 @@
-"""Entry point: parse, run the chosen command, turn known faults into one line."""
+"""Entry point: find the command, parse its flags, run it, turn known faults into one line."""
 
 from __future__ import annotations
 
+import difflib
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
 
-import tyro
-
-from circumspect.cli.classify import Classify
-from circumspect.cli.doctor import Doctor
-from circumspect.cli.evaluate import Evaluate
-from circumspect.cli.export import Export
-from circumspect.cli.grid import Grid
-from circumspect.cli.nets import Nets
-from circumspect.cli.train import Train
+from circumspect import __version__
 from circumspect.errors import CircumspectError
 
 COMMANDS = {
-    "classify": Classify,
-    "grid": Grid,
-    "train": Train,
-    "evaluate": Evaluate,
-    "export": Export,
-    "nets": Nets,
-    "doctor": Doctor,
+    "demo": ("demo:Demo", "a simulated camera circles an object and names it"),
+    "classify": ("classify:Classify", "class and probabilities of meshes, clouds and grids"),
+    "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
+    "replay": ("replay:Replay", "a recording through the pipeline"),
+    "train": ("train:Train", "train a network"),
+    "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
+    "export": ("export:Export", "turn a trained network into one ONNX file"),
+    "nets": ("nets:Nets", "every network, with its size and work"),
+    "doctor": ("doctor:Doctor", "what is installed and what is missing"),
 }
 
-DESCRIPTION = """Name an object from any side.
+HELP = """circumspect: name an object from any side
 
-  circumspect demo                 a simulated camera circles an object and names it
-  circumspect classify chair.ply   class and probabilities of a mesh, cloud or grid
-  circumspect COMMAND --help       everything about one command
+  circumspect demo                    a simulated camera circles an object
+  circumspect classify chair.ply      name the object in a file
+  circumspect COMMAND --help          everything about one command
+
+commands:
+{commands}
 """
 
 
@@ -44,25 +44,53 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 all done, 2 a known fault (already told on standard error), 130 interrupted.
     """
-    command = tyro.extras.subcommand_cli_from_dict(
-        COMMANDS,
-        prog="circumspect",
-        description=DESCRIPTION,
-        args=None if arguments is None else list(arguments),
-        config=(tyro.conf.OmitArgPrefixes,),
-    )
+    words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        return command.run()
+        code = _dispatch(words)
+        sys.stdout.flush()
     except CircumspectError as error:
-        print(f"circumspect: {error}", file=sys.stderr)  # noqa: T201
+        _complain(str(error))
         return 2
     except KeyboardInterrupt:
-        print("circumspect: interrupted", file=sys.stderr)  # noqa: T201
+        _complain("interrupted")
         return 130
     except BrokenPipeError:
         # The reader of our output went away (`| head`); nothing is left to tell it.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 0
+    return code
+
+
+def _dispatch(words: list[str]) -> int:
+    if not words or words[0] in ("-h", "--help", "help"):
+        sys.stdout.write(help_text())
+        return 0 if words else 2
+    if words[0] == "--version":
+        sys.stdout.write(f"circumspect {__version__}\n")
+        return 0
+    return _parsed(words[0], words[1:]).run()
+
+
+def _parsed(name: str, flags: list[str]) -> Any:
+    if name not in COMMANDS:
+        near = difflib.get_close_matches(name, COMMANDS, 1)
+        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(COMMANDS)}"
+        raise CircumspectError(f"no command '{name}'; {hint}")
+    import tyro
+
+    module, kind = COMMANDS[name][0].split(":")
+    command = getattr(import_module(f"circumspect.cli.{module}"), kind)
+    return tyro.cli(command, prog=f"circumspect {name}", args=flags)
+
+
+def help_text() -> str:
+    """What `circumspect --help` prints."""
+    lines = (f"  {name:10} {summary}" for name, (_, summary) in COMMANDS.items())
+    return HELP.format(commands="\n".join(lines))
+
+
+def _complain(message: str) -> None:
+    sys.stderr.write(f"circumspect: {message}\n")
 
 
 if __name__ == "__main__":

@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Train:
-    """Train a network on objects at 0° only; the same command goes on after an interruption.
+    """Train a network; the same command goes on after an interruption.
 
-    circumspect train --net panorama --data modelnet10
-    accelerate launch -m circumspect.cli.main train --data modelnet10 --out runs/panorama
+    $ circumspect train --net planes --data modelnet10
+    $ torchrun --nproc-per-node 2 -m circumspect.cli.main train --data modelnet10
     """
 
     data: Path
     """Folder with train.npz, or ModelNet10's folder of OFF files."""
-    net: str = "panorama"
+    net: str = "planes"
     """One of `circumspect nets`."""
     out: Path | None = None
     """Folder of the run: settings, log, state, best.safetensors; runs/train-NET by default."""

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.datasets.cache_folder import cache_folder
+from circumspect.datasets.farthest_points import CANDIDATES, POINTS, evenly_sampled
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.errors import InputError
-from circumspect.geometry.cloud_files import read_mesh
+from circumspect.geometry import read_mesh
 
-POINTS = 1024
-CANDIDATES = 8
 log = logging.getLogger(__name__)
 
 
@@ -60,30 +59,7 @@ def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> O
 
 
 def _sampled(file: Path) -> NDArray[np.float32]:
-    """(p, 3) points, evenly spread: of many candidates those that lie far from each other."""
-    candidates = read_mesh(file).sampled(CANDIDATES * POINTS, rng=0).points_xyz
-    candidates = candidates - candidates.mean(axis=0)
-    candidates /= np.ptp(candidates, axis=0).max()
-    return candidates[farthest_points(candidates, POINTS)].astype(np.float32)
-
-
-def farthest_points(points_xyz: NDArray[np.float64], count: int) -> NDArray[np.int64]:
-    """Indices of points chosen one by one, each the farthest from those before it.
-
-    Args:
-        points_xyz: (n, 3), n >= count.
-        count: How many to choose.
-
-    Returns:
-        (count,) indices.
-    """
-    chosen = np.zeros(count, np.int64)
-    nearest = np.full(len(points_xyz), np.inf)
-    for i in range(1, count):
-        offset = points_xyz - points_xyz[chosen[i - 1]]
-        np.minimum(nearest, np.einsum("ij,ij->i", offset, offset), out=nearest)
-        chosen[i] = nearest.argmax()
-    return chosen
+    return evenly_sampled(read_mesh(file))
 
 
 def _fingerprint(files: list[Path]) -> str:

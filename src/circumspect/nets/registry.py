@@ -10,7 +10,7 @@ from torch import nn
 
 from circumspect.classification import GridRecipe
 from circumspect.errors import InputError
-from circumspect.nets.panorama import Panorama
+from circumspect.nets.planes import Planes
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ NETS = {
     spec.name: spec
     for spec in (
         NetSpec(
-            "panorama",
-            "ours: radius as channels, wrapped 2D convolutions, circular mixing, RWMP and mean",
-            Panorama,
+            "planes",
+            "ours: wrapped 2D convolutions on two stacks of planes, circular mixing, RWMP and mean",
+            Planes,
         ),
     )
 }

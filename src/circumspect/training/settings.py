@@ -22,6 +22,8 @@ class TrainingSettings:
         weight_decay: Of AdamW, on weights of two and more dimensions.
         label_smoothing: Share of the target spread over all classes.
         averaging: Decay a step of the averaged weights, which are those kept.
+        mixing: Share of the batches in which each grid is blended with another (mixup, Zhang et
+            al. 2018); the larger share is drawn from Beta(0.4, 0.4).
         balance: 1 draws all classes equally often, 0 all objects.
         gradient_norm: Longer gradients are shortened to this.
         replicas: Augmented variants made of each object.
@@ -33,7 +35,7 @@ class TrainingSettings:
         augmentation: The random changes.
     """
 
-    net: str = "panorama"
+    net: str = "planes"
     epochs: int = 24
     batch_size: int = 32
     learning_rate: float = 2e-3
@@ -41,6 +43,7 @@ class TrainingSettings:
     weight_decay: float = 0.05
     label_smoothing: float = 0.1
     averaging: float = 0.998
+    mixing: float = 0.5
     balance: float = 1.0
     gradient_norm: float = 5.0
     replicas: int = 24

@@ -59,6 +59,7 @@ class _Run:
     optimizer: torch.optim.Optimizer
     grids: AugmentedGrids
     labels: np.ndarray
+    classes: int
     steps: int
 
 
@@ -123,7 +124,7 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
     torch.manual_seed(settings.seed * 1_000_003 + epoch * 1_009 + accelerator.process_index)
     start, losses, hits, seen = time.perf_counter(), 0.0, 0, 0
     run.net.train()
-    for step, (grids, labels) in enumerate(_batches(run, epoch)):
+    for step, (grids, targets) in enumerate(_batches(run, epoch)):
         rate = learning_rate_at(
             epoch * run.steps + step,
             settings.epochs * run.steps,
@@ -135,7 +136,7 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         with torch.autocast(accelerator.device.type, torch.bfloat16, settings.precision == "bf16"):
             logits = run.net(grids)
         loss = functional.cross_entropy(
-            logits.float(), labels, label_smoothing=settings.label_smoothing
+            logits.float(), targets, label_smoothing=settings.label_smoothing
         )
         accelerator.backward(loss)
         accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
@@ -143,8 +144,8 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         run.optimizer.zero_grad(set_to_none=True)
         run.averaged.update_parameters(accelerator.unwrap_model(run.net))
         losses += loss.item()
-        hits += int((logits.argmax(1) == labels).sum())
-        seen += len(labels)
+        hits += int((logits.argmax(1) == targets.argmax(1)).sum())
+        seen += len(targets)
         observer.stepped(epoch, step + 1, run.steps, loss.item())
     return {
         "epoch": epoch + 1,
@@ -155,7 +156,7 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
 
 
 def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
-    """This process' share of the epoch's batches: grids (b, 1, …) float32 and labels (b,)."""
+    """This process' share of the epoch's batches: grids (b, 1, …) and targets (b, c), float32."""
     settings, accelerator = run.settings, run.accelerator
     rng = np.random.default_rng([settings.seed, epoch])
     draws = draw_epoch(run.labels, settings.balance, rng)
@@ -166,8 +167,17 @@ def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
         batch = slice(step * size, (step + 1) * size)
         chosen = draws[batch][mine]
         grids = torch.from_numpy(run.grids.batch(chosen, replicas[batch][mine]))
-        labels = torch.from_numpy(run.labels[chosen])
-        yield grids.to(accelerator.device).float(), labels.to(accelerator.device)
+        targets = functional.one_hot(torch.from_numpy(run.labels[chosen]), run.classes)
+        batch_of = grids.to(accelerator.device).float(), targets.to(accelerator.device).float()
+        yield _mixed(*batch_of, rng) if rng.random() < settings.mixing else batch_of
+
+
+def _mixed(grids: Tensor, targets: Tensor, rng: np.random.Generator) -> tuple[Tensor, Tensor]:
+    """Blend each object with another of the batch."""
+    share = rng.beta(0.4, 0.4)
+    share = max(share, 1 - share)
+    other = torch.from_numpy(rng.permutation(len(grids))).to(grids.device)
+    return torch.lerp(grids[other], grids, share), torch.lerp(targets[other], targets, share)
 
 
 class _Examiner:
@@ -260,7 +270,9 @@ def _prepare(
         accelerator.unwrap_model(net), avg_fn=_average(settings.averaging), use_buffers=True
     )
     steps = max(1, len(fit) // settings.batch_size)
-    return _Run(settings, accelerator, net, averaged, optimizer, grids, fit.labels, steps)
+    return _Run(
+        settings, accelerator, net, averaged, optimizer, grids, fit.labels, len(fit.classes), steps
+    )
 
 
 def _parameter_groups(net: nn.Module, weight_decay: float) -> list[dict[str, Any]]:

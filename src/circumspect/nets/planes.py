@@ -1,44 +1,47 @@
-"""Our network: the grid as a panorama, with the radius as channels.
+"""Our network: the cylinder as two stacks of planes.
 
-Planar convolutions run over (azimuth, height) and see all radii at once, which costs a fifteenth
-of spatial ones. Strides shorten the height alone. Then each azimuth becomes one feature vector,
-and circular convolutions relate front, sides and back before row-wise pooling.
+One branch sees the (azimuth, height) panorama with all radii as channels, the other the (azimuth,
+radius) plan with all heights as channels. Planar convolutions cost a fraction of spatial ones, and
+strides shorten height and radius alone. Then each azimuth becomes one feature vector; circular
+convolutions relate front, sides and back before row-wise pooling.
 """
 
 from __future__ import annotations
 
+import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
 from circumspect.nets.azimuth import RowWisePool, wrap
 
 
-class PanoramaConvolution(nn.Module):
-    """3x3 convolution and batch norm on (n, c, azimuth, height), wrapped in azimuth."""
+class PlaneConvolution(nn.Module):
+    """Convolution and batch norm on (n, c, azimuth, rows): wrapped in azimuth, zeros beyond rows."""
 
-    def __init__(self, inputs: int, outputs: int, height_stride: int = 1) -> None:
+    def __init__(self, inputs: int, outputs: int, kernel: int = 3, row_stride: int = 1) -> None:
         super().__init__()
+        self.margin = kernel // 2
         self.convolution = nn.Conv2d(
-            inputs, outputs, 3, stride=(1, height_stride), padding=(0, 1), bias=False
+            inputs, outputs, kernel, stride=(1, row_stride), padding=(0, self.margin), bias=False
         )
         self.norm = nn.BatchNorm2d(outputs)
 
     def forward(self, features: Tensor) -> Tensor:
         """Convolve."""
-        return self.norm(self.convolution(wrap(features, 1, dim=2)))
+        return self.norm(self.convolution(wrap(features, self.margin, dim=2)))
 
 
-class PanoramaBlock(nn.Module):
+class PlaneBlock(nn.Module):
     """Two convolutions beside a shortcut."""
 
-    def __init__(self, inputs: int, outputs: int, height_stride: int) -> None:
+    def __init__(self, inputs: int, outputs: int, row_stride: int) -> None:
         super().__init__()
-        self.first = PanoramaConvolution(inputs, outputs, height_stride)
-        self.second = PanoramaConvolution(outputs, outputs)
+        self.first = PlaneConvolution(inputs, outputs, row_stride=row_stride)
+        self.second = PlaneConvolution(outputs, outputs)
         self.shortcut = nn.Identity()
-        if inputs != outputs or height_stride != 1:
+        if inputs != outputs or row_stride != 1:
             self.shortcut = nn.Sequential(
-                nn.AvgPool2d((1, height_stride)),
+                nn.AvgPool2d((1, row_stride)),
                 nn.Conv2d(inputs, outputs, 1, bias=False),
                 nn.BatchNorm2d(outputs),
             )
@@ -47,6 +50,27 @@ class PanoramaBlock(nn.Module):
         """Add what the convolutions find to the shortcut."""
         inner = self.second(functional.relu(self.first(features)))
         return functional.relu(self.shortcut(features) + inner)
+
+
+class PlaneBranch(nn.Module):
+    """(n, channels, azimuth, rows) to one feature vector an azimuth, (n, features, azimuth)."""
+
+    def __init__(self, channels: int, rows: int, widths: tuple[int, ...]) -> None:
+        super().__init__()
+        self.stem = PlaneConvolution(channels, widths[0], kernel=5, row_stride=2)
+        inputs = (widths[0], *widths[:-1])
+        self.blocks = nn.Sequential(
+            *(
+                PlaneBlock(i, o, row_stride=2 if depth else 1)
+                for depth, (i, o) in enumerate(zip(inputs, widths, strict=True))
+            )
+        )
+        self.features = widths[-1] * (rows >> len(widths))
+
+    def forward(self, planes: Tensor) -> Tensor:
+        """Reduce each azimuth's row to a vector."""
+        found = self.blocks(functional.relu(self.stem(planes)))
+        return found.permute(0, 1, 3, 2).flatten(1, 2)
 
 
 class CircleBlock(nn.Module):
@@ -60,9 +84,8 @@ class CircleBlock(nn.Module):
         self.expand = nn.Conv1d(channels, 2 * channels, 1)
         self.reduce = nn.Conv1d(2 * channels, channels, 1)
         # Starts as the identity.
-        nn.init.zeros_(self.reduce.weight)
-        assert self.reduce.bias is not None
-        nn.init.zeros_(self.reduce.bias)
+        for parameter in self.reduce.parameters():
+            nn.init.zeros_(parameter)
 
     def forward(self, features: Tensor) -> Tensor:
         """Mix along the circle."""
@@ -70,13 +93,13 @@ class CircleBlock(nn.Module):
         return features + self.reduce(functional.gelu(self.expand(mixed)))
 
 
-class Panorama(nn.Module):
+class Planes(nn.Module):
     """See the file's text.
 
     Args:
         classes: How many.
         shape: Cells along (radius, azimuth, height).
-        widths: Channels of the planar blocks; the height halves from one to the next.
+        widths: Channels of the planar blocks; rows halve in the stem and from block to block.
         circle: Channels along the circle.
         circle_blocks: Circular blocks.
         kernel: Their reach, in azimuth cells.
@@ -91,21 +114,15 @@ class Panorama(nn.Module):
         circle: int = 256,
         circle_blocks: int = 2,
         kernel: int = 9,
-        dropout: float = 0.3,
+        dropout: float = 0.4,
     ) -> None:
         super().__init__()
         radii, _, heights = shape
-        self.stem = PanoramaConvolution(radii, widths[0])
-        inputs = (widths[0], *widths[:-1])
-        self.blocks = nn.Sequential(
-            *(
-                PanoramaBlock(i, o, height_stride=2 if depth else 1)
-                for depth, (i, o) in enumerate(zip(inputs, widths, strict=True))
-            )
-        )
-        rows = heights >> (len(widths) - 1)
-        self.column = nn.Sequential(
-            nn.Conv1d(widths[-1] * rows, circle, 1, bias=False), nn.BatchNorm1d(circle), nn.ReLU()
+        self.panorama = PlaneBranch(radii, heights, widths)
+        self.plan = PlaneBranch(heights, radii, widths)
+        joined = self.panorama.features + self.plan.features
+        self.join = nn.Sequential(
+            nn.Conv1d(joined, circle, 1, bias=False), nn.BatchNorm1d(circle), nn.ReLU()
         )
         self.circle = nn.Sequential(
             *(CircleBlock(circle, kernel) for _ in range(circle_blocks)), nn.BatchNorm1d(circle)
@@ -129,7 +146,7 @@ class Panorama(nn.Module):
         Returns:
             (n, classes).
         """
-        features = functional.relu(self.stem(grids.squeeze(1)))
-        features = self.blocks(features)
-        columns = self.column(features.permute(0, 1, 3, 2).flatten(1, 2))
-        return self.head(self.pool(self.circle(columns)))
+        by_radius = grids.squeeze(1)
+        by_height = by_radius.permute(0, 3, 2, 1)
+        columns = torch.cat([self.panorama(by_radius), self.plan(by_height)], 1)
+        return self.head(self.pool(self.circle(self.join(columns))))
