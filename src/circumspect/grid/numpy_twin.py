@@ -99,7 +99,7 @@ def pieces(
     """
     along = ends_xyz - origins_xyz
     about = origins_xyz - np.asarray(grid.centre_xyz)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         if isinstance(grid, CylindricalGrid):
             meetings = _cylinder_meetings(grid, about, along)
         else:
@@ -116,11 +116,12 @@ def _cylinder_meetings(
 ) -> NDArray[np.float64]:
     rings, sectors, layers = grid.shape
     shells = grid.radius * np.arange(1, rings + 1) / rings
-    # |o + t d|² = shell² in the plane: a t² + 2 b t + c = 0.
+    # |o + t d|² = shell² in the plane: a t² + 2 b t + c = 0, with b² - a c as Lagrange has it,
+    # since the difference itself loses all digits far from the axis.
     a = (d[:, :2] ** 2).sum(axis=1, keepdims=True)
     b = (o[:, :2] * d[:, :2]).sum(axis=1, keepdims=True)
-    c = (o[:, :2] ** 2).sum(axis=1, keepdims=True) - shells**2
-    root = np.sqrt(b**2 - a * c)
+    cross = o[:, :1] * d[:, 1:2] - o[:, 1:2] * d[:, :1]
+    root = np.sqrt(a * shells**2 - cross**2)
     angles = grid.azimuth_offset + math.tau * np.arange(sectors) / sectors
     planes = np.stack([-np.sin(angles), np.cos(angles)])
     heights = grid.half_height * (2 * np.arange(layers + 1) / layers - 1)
