@@ -12,14 +12,15 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import GeometryError
 from circumspect.geometry import PointCloud, write_ply
 from circumspect.grid import Grid, OccupancyGrid
+from circumspect.mapping import surface_area
 from circumspect.mapping.frame_surface import FrameSurface
 from circumspect.mapping.occupancy import occupancy
 from circumspect.mapping.sight_rays import SightRays
 from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 from circumspect.sensing import RgbdFrame
 
-# Columns of the sums: weight, weighted point (3), weighted normal (3), area, frames.
-_WEIGHT, _POINT, _NORMAL, _AREA, _FRAMES, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8, 9
+# Columns of the sums: weight, weighted point (3), weighted normal (3), frames.
+_WEIGHT, _POINT, _NORMAL, _FRAMES, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,14 @@ class ObjectModel:
     Attributes:
         settings: How frames are fused.
         sums: Per voxel sums over frames.
+        areas: Per patch of surface, see `surface_area`.
         rays: The rays that saw the object or passed it.
         views_xyz: (f, 3) [m] where the frames were taken from.
     """
 
     settings: ModelSettings = field(default_factory=ModelSettings)
     sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(_COLUMNS))
+    areas: VoxelSums = field(default_factory=lambda: VoxelSums.empty(surface_area.COLUMNS))
     rays: SightRays = field(default_factory=SightRays.empty)
     views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
 
@@ -85,16 +88,13 @@ class ObjectModel:
         return replace(
             self,
             sums=self.sums.plus(self._voxels(surface)),
+            areas=self.areas.plus(surface_area.frame_areas(surface)),
             rays=self.rays.with_frame(surface.origin_xyz, ends, on_object),
             views_xyz=np.vstack([self.views_xyz, surface.origin_xyz]),
         )
 
     def cloud(self) -> PointCloud:
         """The surface without specks, each point with its normal and area.
-
-        A point's area is the mean over frames of the area that its voxel showed, at most what
-        a plane of its normal can have in a voxel. A surface that is seen often, or from near,
-        so counts no more than one that is seen once.
 
         Raises:
             GeometryError: Nothing is fused yet.
@@ -107,8 +107,7 @@ class ObjectModel:
         normals = totals[:, _NORMAL]
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         upright = np.where(lengths > 1e-9, normals / np.maximum(lengths, 1e-9), [0.0, 0.0, 1.0])
-        largest = self.settings.voxel**2 / np.abs(upright).max(axis=1)
-        areas = np.minimum(totals[:, _AREA] / totals[:, _FRAMES], largest)
+        areas = surface_area.point_areas(self.areas, points[kept], upright)
         return PointCloud(points[kept], areas=areas, normals_xyz=upright)
 
     def occupancy(self, grid: Grid) -> OccupancyGrid:
@@ -135,7 +134,6 @@ class ObjectModel:
                 weight,
                 weight * surface.points_xyz,
                 weight * surface.normals_xyz,
-                surface.areas[:, None],
                 np.zeros_like(weight),
             ],
             axis=1,

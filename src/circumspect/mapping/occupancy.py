@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.grid import FREE, Grid, OccupancyGrid
+from circumspect.grid import Grid, OccupancyGrid
 from circumspect.mapping.sight_rays import SightRays
 
 
@@ -24,6 +24,5 @@ def occupancy(grid: Grid, points_xyz: NDArray[np.floating], rays: SightRays) -> 
     surface = grid.hits(points_xyz)
     if len(rays) == 0:
         return surface
-    traced = grid.trace(rays.origins_xyz, rays.ends_xyz)
-    passed = np.where(traced.states == FREE, np.uint8(FREE), np.uint8(0))
-    return surface.merged(OccupancyGrid(grid, passed))
+    nothing_hit = np.zeros(len(rays), bool)
+    return surface.merged(grid.trace(rays.origins_xyz, rays.ends_xyz, nothing_hit))

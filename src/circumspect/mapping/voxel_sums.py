@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-BITS = 21
-"""Bits for each coordinate of a voxel: 2 million voxels along each axis."""
+BITS = 20
+"""Bits for each coordinate of a voxel: a million voxels along each axis."""
 
 
 def voxel_keys(points_xyz: NDArray[np.floating], side: float) -> NDArray[np.int64]:

@@ -15,7 +15,7 @@ class DepthBlocks:
     """Means over square blocks of pixels that lie on one surface.
 
     What is averaged is the inverse depth q = 1/z: on a plane it is linear in the pixel, so the
-    mean of a block is the value at its middle.
+    mean of a block is the value at its middle (of a block in part masked, about there).
 
     Attributes:
         inverse_depth: (rows, columns) float32 [1/m], NaN where a block is empty or lies across

@@ -16,7 +16,7 @@ from circumspect.simulation.station import Station, looking_at
 MAST_HEIGHT = 1.2
 """Height of the camera above the floor [m]: on a mast, so that it sees seats and table tops."""
 SURFACE_DISTANCE = 0.8
-"""Distance of camera and surface [m] (section 3.1)."""
+"""Level distance of camera and object [m] (section 3.1)."""
 SPEED = 0.05
 """The robot's speed [m/s] (section 3.1)."""
 CLEARANCE = 0.05
@@ -56,8 +56,8 @@ class Orbit:
     ) -> Orbit:
         """The smallest circle from which the whole object is in the picture and in range.
 
-        Small objects are circled at the paper's distance from their surface, larger ones as
-        far away as the field of view asks for.
+        Small objects are circled at the paper's distance, measured level from the outermost
+        point; larger ones as far away as the field of view asks for.
 
         Args:
             mesh: The object, map frame [m].
@@ -74,8 +74,8 @@ class Orbit:
         centre = (low + high) / 2
         points = _outline(mesh.vertices_xyz - [centre[0], centre[1], 0.0])
         reach = float(np.hypot(points[:, 0], points[:, 1]).max())
-        nearest = max(SURFACE_DISTANCE, sensor.nearest + CLEARANCE)
-        for radius in np.arange(0.2, reach + sensor.farthest, 0.02):
+        nearest = sensor.nearest + CLEARANCE
+        for radius in np.arange(reach + SURFACE_DISTANCE, reach + sensor.farthest, 0.02):
             target = _target_height(points, radius, height)
             orbit = cls(float(radius), height, target, start, (float(centre[0]), float(centre[1])))
             if _in_view(orbit, points, camera, nearest):

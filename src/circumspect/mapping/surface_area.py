@@ -1,0 +1,60 @@
+"""How much surface each point of a model stands for."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.mapping.frame_surface import FrameSurface
+from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
+
+PATCH = 0.032
+"""Side of the cells over which areas are summed [m]: many pixels a frame, even far away."""
+COLUMNS = 2
+"""Of the sums: area, frames."""
+
+
+def frame_areas(surface: FrameSurface) -> VoxelSums:
+    """Area that one frame shows of each patch, and a count of one.
+
+    A patch is what of a cell's surface turns the same way, so that the two sides of a thin
+    board, or the two faces at an edge, are counted each.
+    """
+    columns = np.stack([surface.areas, np.zeros_like(surface.areas)], axis=1)
+    sums = VoxelSums.of(_patches(surface.points_xyz, surface.normals_xyz), columns)
+    sums.totals[:, 1] = 1
+    return sums
+
+
+def point_areas(
+    areas: VoxelSums, points_xyz: NDArray[np.floating], normals_xyz: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """Share the patches' areas out to points.
+
+    A patch has the mean of the areas that frames showed of it: it counts no more for being seen
+    often or from near. Its points have equal parts.
+
+    Args:
+        areas: Sums of `frame_areas` over frames.
+        points_xyz: (n, 3) [m].
+        normals_xyz: (n, 3) unit vectors.
+
+    Returns:
+        (n,) [m²].
+    """
+    keys, patch, crowd = np.unique(
+        _patches(points_xyz, normals_xyz), return_inverse=True, return_counts=True
+    )
+    places = np.minimum(np.searchsorted(areas.keys, keys), len(areas) - 1)
+    mean = areas.totals[places, 0] / areas.totals[places, 1]
+    # A point whose mean normal turns like none of its views has no patch, and no area.
+    mean[areas.keys[places] != keys] = 0.0
+    return (mean / crowd)[patch]
+
+
+def _patches(
+    points_xyz: NDArray[np.floating], normals_xyz: NDArray[np.floating]
+) -> NDArray[np.int64]:
+    axis = np.abs(normals_xyz).argmax(axis=1)
+    ahead = np.take_along_axis(normals_xyz, axis[:, None], axis=1)[:, 0] > 0
+    return voxel_keys(points_xyz, PATCH) * 8 + (2 * axis + ahead)

@@ -1,0 +1,122 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from circumspect.cli.demo import Demo
+from circumspect.errors import InputError, WeightsError
+from circumspect.grid import OccupancyGrid
+from circumspect.pipeline import RecognitionPipeline
+
+
+def test_json_is_one_line_and_repeats_the_run_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "run"
+    assert Demo(object="chair", start=135.0, seed=3, frames=4, out=out, json=True).run() == 0
+    printed = capsys.readouterr()
+    record = json.loads(printed.out)
+    assert printed.out.count("\n") == 1
+    assert (record["true_label"], record["start_deg"], record["seed"]) == ("chair", 135.0, 3)
+    assert record["run"] == str(out)
+    assert record["frames"] == 4
+    assert set(record["milliseconds"]) == {
+        "segment", "register", "fuse", "grid", "classify", "frame",
+    }  # fmt: skip
+    assert record["label"] == json.loads((out / "result.json").read_text())["label"]
+    assert "frame   4/4" in printed.err
+    assert (out / "picture.png").exists()
+
+
+def test_a_chair_is_named_from_two_starts(tmp_path: Path) -> None:
+    labels = []
+    for start in (20.0, 200.0):
+        out = tmp_path / f"{start}"
+        Demo(object="chair", start=start, seed=1, frames=8, out=out).run()
+        labels.append(json.loads((out / "result.json").read_text())["label"])
+    assert labels == ["chair", "chair"]
+
+
+def test_the_same_seed_gives_the_same_run_and_flags_do_not_change_the_rest(tmp_path: Path) -> None:
+    grids, configs = [], []
+    for name, start in (("one", None), ("same", None), ("turned", 77.0)):
+        out = tmp_path / name
+        Demo(seed=11, frames=2, out=out, start=start).run()
+        grids.append(OccupancyGrid.load(out / "grid.npz"))
+        configs.append(json.loads((out / "config.json").read_text()))
+    np.testing.assert_array_equal(grids[0].states, grids[1].states)
+    assert grids[0].grid == grids[1].grid
+    assert configs[0] == configs[1]
+    assert configs[2]["object"] == configs[0]["object"]
+    assert configs[2]["start_deg"] == 77.0
+
+
+def test_without_a_seed_one_is_drawn_that_repeats_the_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Demo(frames=1, out=tmp_path / "one", json=True).run()
+    first = json.loads(capsys.readouterr().out)
+    Demo(frames=1, out=tmp_path / "two", seed=first["seed"], json=True).run()
+    second = json.loads(capsys.readouterr().out)
+    assert first["object"] == second["object"]
+    assert first["probabilities"] == second["probabilities"]
+
+
+def test_default_folder_is_below_runs_in_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        Demo(object="toilet", seed=1, frames=1).run()
+    folders = sorted((tmp_path / "runs").iterdir())
+    assert len(folders) == 2
+    assert all(folder.name.startswith("demo-") for folder in folders)
+    last = capsys.readouterr().out.splitlines()
+    assert last[-2].startswith(("Right: it is a toilet", "Wrong: it is a toilet"))
+    assert "picture.png" in last[-1]
+
+
+def test_unknown_object_lists_the_known_ones(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"'chiar'.*bathtub, bed, chair"):
+        Demo(object="chiar", out=tmp_path).run()
+
+
+@pytest.mark.parametrize(
+    "flags",
+    [{"frames": 0}, {"frames": -3}, {"seed": -1}, {"start": float("nan")}, {"start": float("inf")}],
+)
+def test_flags_out_of_range_are_told_before_anything_is_written(
+    tmp_path: Path, flags: dict
+) -> None:
+    with pytest.raises(InputError, match="--"):
+        Demo(**{"frames": 1, **flags}, out=tmp_path / "run").run()
+    assert not (tmp_path / "run").exists()
+
+
+def test_missing_weights_are_told(tmp_path: Path) -> None:
+    with pytest.raises(WeightsError, match=r"none\.onnx"):
+        Demo(weights=tmp_path / "none.onnx", out=tmp_path / "run").run()
+
+
+def test_ctrl_c_saves_and_says_where(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    step, count = RecognitionPipeline.step, 0
+
+    def impatient(self, frame):
+        nonlocal count
+        count += 1
+        if count == 3:
+            raise KeyboardInterrupt
+        return step(self, frame)
+
+    monkeypatch.setattr(RecognitionPipeline, "step", impatient)
+    out = tmp_path / "run"
+    with pytest.raises(KeyboardInterrupt):
+        Demo(object="chair", seed=0, frames=9, out=out).run()
+    record = json.loads((out / "result.json").read_text())
+    assert (record["frames"], record["interrupted"]) == (2, True)
+    assert str(out) in capsys.readouterr().err.replace("\n", "")

@@ -1,0 +1,231 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from circumspect.errors import GeometryError
+from circumspect.geometry import PinholeCamera, TriangleMesh, read_cloud
+from circumspect.grid import FREE, OCCUPIED, CylindricalGrid
+from circumspect.mapping import ModelSettings, ObjectModel
+from circumspect.sensing import DepthNoise, RgbdFrame
+from circumspect.simulation import Orbit, Scene, SimulatedCamera, Station, block, looking_at
+
+CAMERA = PinholeCamera(320, 240, 285.0, 285.0, 159.5, 119.5)
+LOW, HIGH = (-0.25, -0.35, 0.0), (0.25, 0.35, 0.6)
+BOX = block(LOW, HIGH)
+SEEN_AREA = 2 * 0.6 * (0.5 + 0.7) + 0.5 * 0.7
+
+
+def box_shots(count: int, noise: DepthNoise | None = None, mesh: TriangleMesh = BOX):
+    """(frame, object mask) all round a box on a floor; the mask is the truth."""
+    orbit = Orbit.around(mesh, CAMERA, start=0.2)
+    camera = SimulatedCamera(Scene.with_object(mesh), lambda: orbit.station(0), CAMERA, noise)
+    for index in range(count):
+        station = orbit.station(2 * np.pi * index / count)
+        frame = camera.photograph(station)
+        yield frame, (camera.truth(station).surface == 0) & frame.valid
+
+
+def fused(shots) -> ObjectModel:
+    model = ObjectModel()
+    for frame, mask in shots:
+        model = model.fused(frame, mask, frame.pose)
+    return model
+
+
+def distance_to_box(points_xyz: np.ndarray) -> np.ndarray:
+    """Distance of points to the surface of the box."""
+    outside = np.maximum(np.maximum(np.array(LOW) - points_xyz, points_xyz - np.array(HIGH)), 0)
+    inside = np.minimum(points_xyz - LOW, np.array(HIGH) - points_xyz).min(axis=1)
+    return np.where(inside > 0, inside, np.linalg.norm(outside, axis=1))
+
+
+@pytest.fixture(scope="module")
+def exact() -> ObjectModel:
+    return fused(box_shots(12))
+
+
+def test_exact_frames_give_the_surface_exactly_and_all_of_it(exact: ObjectModel) -> None:
+    cloud = exact.cloud()
+    # Means over a voxel that holds an edge lie inside the edge.
+    assert np.quantile(distance_to_box(cloud.points_xyz), 0.95) < 5e-4
+    surface = BOX.sampled(4000).points_xyz
+    seen = surface[surface[:, 2] > 0.01]
+    gaps, _ = cKDTree(cloud.points_xyz).query(seen)
+    assert (gaps < 0.012).mean() > 0.98
+
+
+def test_noise_stays_within_the_sensor_s_own(exact: ObjectModel) -> None:
+    noisy = fused(box_shots(12, DepthNoise()))
+    distances = distance_to_box(noisy.cloud().points_xyz)
+    assert np.median(distances) < 0.003
+    assert np.quantile(distances, 0.95) < 0.010
+
+
+def test_normals_point_outward(exact: ObjectModel) -> None:
+    cloud = exact.cloud()
+    assert cloud.normals_xyz is not None
+    faces = {
+        0: cloud.points_xyz[:, 0] > 0.2499,
+        1: cloud.points_xyz[:, 1] < -0.3499,
+        2: cloud.points_xyz[:, 2] > 0.5999,
+    }
+    for axis, on_face in faces.items():
+        outward = cloud.normals_xyz[on_face, axis] * (-1 if axis == 1 else 1)
+        assert on_face.sum() > 100
+        assert np.median(outward) > 0.999
+        assert (outward > 0.7).mean() > 0.9
+
+
+def test_areas_sum_to_the_surface_that_was_seen(exact: ObjectModel) -> None:
+    areas = exact.cloud().areas
+    assert areas is not None
+    assert areas.sum() == pytest.approx(SEEN_AREA, rel=0.1)
+
+
+def test_looking_often_from_one_side_does_not_pull_the_axis(exact: ObjectModel) -> None:
+    model = exact
+    frame, mask = next(box_shots(1))
+    for _ in range(20):
+        model = model.fused(frame, mask, frame.pose)
+    before, after = (m.cloud().weights @ m.cloud().points_xyz for m in (exact, model))
+    np.testing.assert_allclose(after[:2], before[:2], atol=0.004)
+
+
+def test_a_near_view_does_not_pull_the_axis(exact: ObjectModel) -> None:
+    camera = SimulatedCamera(Scene.with_object(BOX), lambda: station, CAMERA)
+    station = Station(0.0, looking_at([0.75, 0.0, 0.4], [0, 0, 0.3]))
+    frame = camera.capture()
+    mask = camera.truth(station).surface == 0
+    model = exact.fused(frame, mask, frame.pose)
+    before, after = (m.cloud().weights @ m.cloud().points_xyz for m in (exact, model))
+    np.testing.assert_allclose(after, before, atol=0.006)
+
+
+def test_weighted_centre_is_that_of_the_seen_surface(exact: ObjectModel) -> None:
+    cloud = exact.cloud()
+    centre = cloud.weights @ cloud.points_xyz
+    sides = 2 * 0.6 * 1.2
+    expected = (sides * 0.3 + 0.35 * 0.6) / (sides + 0.35)
+    np.testing.assert_allclose(centre, [0, 0, expected], atol=0.012)
+
+
+def test_moving_the_world_moves_the_model() -> None:
+    # By whole blocks of three voxels, so that the same points share the same.
+    moved = RigidTransform.from_translation([0.96, -1.92, 0.48])
+    shots = list(box_shots(2, mesh=block(LOW, (0.25, 0.35, 0.603))))
+    here = fused(shots)
+    there = fused([(frame.at(moved * frame.pose), mask) for frame, mask in shots])
+    gaps, _ = cKDTree(there.cloud().points_xyz - [0.96, -1.92, 0.48]).query(here.cloud().points_xyz)
+    assert np.quantile(gaps, 0.99) < 1e-3
+
+
+def test_the_order_of_frames_does_not_matter() -> None:
+    shots = list(box_shots(4))
+    one, other = fused(shots).cloud(), fused(shots[::-1]).cloud()
+    np.testing.assert_allclose(one.points_xyz, other.points_xyz, atol=1e-9)
+    np.testing.assert_allclose(one.weights, other.weights, atol=1e-12)
+
+
+def test_fusing_returns_a_new_model_and_leaves_the_old_one() -> None:
+    frame, mask = next(box_shots(1))
+    empty = ObjectModel()
+    model = empty.fused(frame, mask, frame.pose)
+    assert (empty.frames, len(empty.sums), len(empty.rays)) == (0, 0, 0)
+    assert model.frames == 1
+
+
+def test_the_same_frame_again_changes_no_point_and_adds_no_ray() -> None:
+    frame, mask = next(box_shots(1))
+    once = ObjectModel().fused(frame, mask, frame.pose)
+    twice = once.fused(frame, mask, frame.pose)
+    np.testing.assert_allclose(twice.points_xyz, once.points_xyz, atol=1e-9)
+    assert len(twice.rays) == len(once.rays)
+
+
+def test_specks_go_and_points_seen_once_go_when_there_are_many_frames() -> None:
+    shots = list(box_shots(10))
+    frame, mask = shots[3]
+    depth = frame.depth.copy()
+    depth[100:104, 4:8] = 1.0
+    speck = np.zeros_like(mask)
+    speck[100:104, 4:8] = True
+    shots[3] = (RgbdFrame(depth, CAMERA, 0.0, frame.pose), mask | speck)
+    model = fused(shots)
+    far_off = distance_to_box(model.points_xyz) > 0.05
+    assert far_off.any()
+    assert not (distance_to_box(model.cloud().points_xyz) > 0.05).any()
+
+
+def test_a_mask_without_depth_changes_nothing() -> None:
+    frame = RgbdFrame(np.full((240, 320), np.nan), CAMERA, 0.0, RigidTransform.identity())
+    model = ObjectModel()
+    assert model.fused(frame, np.ones((240, 320), bool), frame.pose) is model
+
+
+def test_an_empty_model_has_no_cloud() -> None:
+    with pytest.raises(GeometryError, match="empty"):
+        ObjectModel().cloud()
+
+
+def test_rays_stay_few_however_often_one_looks() -> None:
+    shots = list(box_shots(6, DepthNoise()))
+    once = fused(shots)
+    twice, often = fused(shots * 2), fused(shots * 4)
+    # The second round adds the few rays that passed what was not known in the first.
+    assert len(twice.rays) < 1.02 * len(once.rays)
+    assert len(often.rays) == len(twice.rays)
+    assert len(often.sums) == len(twice.sums) == len(once.sums)
+
+
+def test_the_grid_is_occupied_by_the_surface_and_free_beside_it(exact: ObjectModel) -> None:
+    grid = CylindricalGrid.fit(exact.cloud())
+    states = exact.occupancy(grid).states
+    np.testing.assert_array_equal(states == OCCUPIED, grid.hits(exact.cloud()).occupied)
+    rng = np.random.default_rng(0)
+    around = rng.uniform([-0.4, -0.4, 0.05], [0.4, 0.4, 0.8], (4000, 3))
+    cells = grid.indices(around)
+    inside_grid = cells[:, 0] >= 0
+    state = states[tuple(cells[inside_grid].T)]
+    points = around[inside_grid]
+    # Further from the surface than the largest cell is long.
+    apart = distance_to_box(points) > 0.1
+    in_box = ((points > LOW) & (points < HIGH)).all(axis=1)
+    assert (state[in_box & apart] == 0).all(), "nobody looked into the box"
+    assert (state[~in_box & apart] == FREE).mean() > 0.97
+
+
+def test_the_floor_is_not_the_object(exact: ObjectModel) -> None:
+    grid = CylindricalGrid(radius=0.8, half_height=0.8, centre_xyz=(0, 0, 0.3))
+    states = exact.occupancy(grid).states
+    rng = np.random.default_rng(0)
+    floor = np.column_stack([rng.uniform(-0.56, 0.56, (4000, 2)), np.zeros(4000)])
+    beside = floor[(np.abs(floor[:, 0]) > 0.35) | (np.abs(floor[:, 1]) > 0.45)]
+    cells = grid.indices(beside)
+    assert (states[tuple(cells.T)] != OCCUPIED).all()
+
+
+def test_saved_cloud_reads_back(exact: ObjectModel, tmp_path) -> None:
+    exact.save(tmp_path / "model.ply")
+    back = read_cloud(tmp_path / "model.ply")
+    np.testing.assert_allclose(back.points_xyz, exact.cloud().points_xyz, atol=1e-6)
+
+
+def test_settings_reach_the_voxels() -> None:
+    shots = list(box_shots(2))
+    coarse = ObjectModel(ModelSettings(voxel=0.03))
+    for frame, mask in shots:
+        coarse = coarse.fused(frame, mask, frame.pose)
+    assert len(coarse.sums) < 0.3 * len(fused(shots).sums)
+
+
+def test_a_turned_camera_sees_the_same_surface() -> None:
+    frame, mask = next(box_shots(1))
+    upside_down = RigidTransform.from_rotation(Rotation.from_euler("z", 180, degrees=True))
+    turned = RgbdFrame(frame.depth[::-1, ::-1], CAMERA, 0.0, frame.pose * upside_down)
+    one = ObjectModel().fused(frame, mask, frame.pose)
+    other = ObjectModel().fused(turned, mask[::-1, ::-1], turned.pose)
+    gaps, _ = cKDTree(other.points_xyz).query(one.points_xyz)
+    assert np.quantile(gaps, 0.99) < 2e-3

@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
+
+
+def slow_sums(keys: np.ndarray, values: np.ndarray) -> dict[int, np.ndarray]:
+    totals: dict[int, np.ndarray] = {}
+    for key, row in zip(keys.tolist(), values, strict=True):
+        totals[key] = totals.get(key, 0.0) + row
+    return totals
+
+
+def assert_same(sums: VoxelSums, expected: dict[int, np.ndarray]) -> None:
+    assert sums.keys.tolist() == sorted(expected)
+    for key, row in zip(sums.keys.tolist(), sums.totals, strict=True):
+        np.testing.assert_allclose(row, expected[key], atol=1e-9)
+
+
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(0, 60), other=st.integers(0, 60))
+def test_sums_equal_those_of_a_dictionary(seed: int, count: int, other: int) -> None:
+    rng = np.random.default_rng(seed)
+    keys, more = rng.integers(0, 12, count), rng.integers(0, 12, other)
+    values, further = rng.normal(size=(count, 3)), rng.normal(size=(other, 3))
+    one, two = VoxelSums.of(keys, values), VoxelSums.of(more, further)
+    assert_same(one, slow_sums(keys, values))
+    together = slow_sums(np.concatenate([keys, more]), np.concatenate([values, further]))
+    assert_same(one.plus(two), together)
+    assert_same(two.plus(one), together)
+    assert_same(one, slow_sums(keys, values))
+
+
+@given(seed=st.integers(0, 2**32 - 1), side=st.floats(0.002, 0.5))
+def test_points_share_a_key_exactly_where_they_share_a_voxel(seed: int, side: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-4 * side, 4 * side, (80, 3))
+    cells = [tuple(cell) for cell in np.floor(points / side).astype(int).tolist()]
+    keys = voxel_keys(points, side).tolist()
+    assert len(set(cells)) == len(set(keys)) == len(set(zip(cells, keys, strict=True)))

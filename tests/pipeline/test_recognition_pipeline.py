@@ -1,0 +1,196 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+from small_world import blind, frames, pipeline
+
+from circumspect.errors import InputError
+from circumspect.mapping import PoseEstimate, PoseEstimator
+from circumspect.pipeline import (
+    CLASSIFIED,
+    NO_DEPTH,
+    NO_OBJECT,
+    TOO_LITTLE,
+    RecognitionPipeline,
+    RecognitionResult,
+    RecognitionStep,
+)
+from circumspect.sensing import RgbdFrame, Segmentation
+
+
+class Diary:
+    """Remembers what an observer is told."""
+
+    def __init__(self) -> None:
+        self.steps: list[RecognitionStep] = []
+        self.ends: list[RecognitionResult] = []
+
+    def on_step(self, step: RecognitionStep) -> None:
+        self.steps.append(step)
+
+    def on_end(self, result: RecognitionResult) -> None:
+        self.ends.append(result)
+
+
+def test_every_frame_leads_to_a_step_and_an_answer() -> None:
+    diary = Diary()
+    line = pipeline(diary)
+    result = line.run(frames(5))
+    assert [step.index for step in result.steps] == [0, 1, 2, 3, 4]
+    assert {step.outcome for step in result.steps} == {CLASSIFIED}
+    assert all(step.prediction is not None for step in result.steps)
+    assert list(result.steps) == diary.steps
+    assert diary.ends == [result]
+    assert not result.interrupted
+    assert list(result.steps[0].milliseconds) == ["segment", "register", "fuse", "grid", "classify"]
+
+
+def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:
+    line = pipeline()
+    for step in line.run(frames(3)).steps:
+        assert step.grid is not None
+        assert step.prediction is not None
+        again = line.classifier.classify_grid(step.grid)
+        assert step.prediction.probabilities == again.probabilities
+        np.testing.assert_array_equal(step.grid.states, step.model.occupancy(step.grid.grid).states)
+
+
+def test_more_is_seen_with_every_frame_until_all_is() -> None:
+    steps = pipeline().run(frames(8)).steps
+    seen = [step.seen for step in steps]
+    assert seen[0] == pytest.approx(0.25, abs=0.03)
+    assert (np.diff(seen) >= 0).all()
+    assert seen[-1] == 1.0
+
+
+def test_earlier_steps_are_not_changed_by_later_ones() -> None:
+    line = pipeline()
+    shots = list(frames(3))
+    first = line.step(shots[0])
+    points, states = first.model.points_xyz.copy(), first.grid.states.copy()
+    for frame in shots[1:]:
+        line.step(frame)
+    np.testing.assert_array_equal(first.model.points_xyz, points)
+    np.testing.assert_array_equal(first.grid.states, states)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        first.index = 7  # type: ignore[misc]
+
+
+def test_the_start_does_not_change_the_model_s_shape() -> None:
+    one, other = (pipeline().run(frames(12, start)).last.model.cloud() for start in (0.0, 2.0))
+    for axis in range(3):
+        np.testing.assert_allclose(
+            np.quantile(one.points_xyz[:, axis], [0.02, 0.5, 0.98]),
+            np.quantile(other.points_xyz[:, axis], [0.02, 0.5, 0.98]),
+            atol=0.01,
+        )
+
+
+def test_blind_frames_change_nothing_and_are_told() -> None:
+    shots = list(frames(4))
+    line = pipeline()
+    before = line.step(shots[0])
+    told = line.step(blind(shots[1]))
+    assert (told.outcome, told.pose, told.index) == (NO_DEPTH, None, 1)
+    assert told.model is before.model
+    assert told.prediction is before.prediction
+    assert line.step(shots[2]).outcome == CLASSIFIED
+
+
+def test_blind_frames_at_the_start_have_no_answer_yet() -> None:
+    step = pipeline().step(blind(next(frames(1))))
+    assert (step.prediction, step.grid, step.seen) == (None, None, 0.0)
+
+
+def test_frames_without_the_object_change_nothing_and_are_told() -> None:
+    shots = list(frames(2))
+    away = RigidTransform.from_rotation(Rotation.from_euler("z", 90, degrees=True))
+    # Only floor: the same picture with the object's depth gone.
+    line = pipeline()
+    line.step(shots[0])
+    moved = RigidTransform.from_translation([4.0, 0.0, 0.0]) * away
+    told = line.step(shots[1].at(moved * shots[1].pose))
+    assert told.outcome == NO_OBJECT
+    assert told.object_pixels == 0
+    assert told.model.frames == 1
+
+
+def test_a_few_pixels_of_an_object_are_too_little() -> None:
+    class OnePatch(Segmentation):
+        def object_mask(self, frame, known_xyz=None):
+            mask = np.zeros(frame.depth.shape, bool)
+            mask[100:102, 100:102] = True
+            return mask
+
+    line = pipeline()
+    line.segmentation = OnePatch()
+    step = line.step(next(frames(1)))
+    assert step.outcome == TOO_LITTLE
+    assert step.prediction is None
+    assert step.pose is not None
+
+
+def test_a_frame_without_a_pose_is_told_and_steps_so_far_are_kept() -> None:
+    shots = list(frames(3))
+    lost = RgbdFrame(shots[1].depth, shots[1].camera, shots[1].stamp)
+    diary = Diary()
+    with pytest.raises(InputError, match="no pose"):
+        pipeline(diary).run([shots[0], lost, shots[2]])
+    assert len(diary.ends) == 1
+    assert diary.ends[0].interrupted
+    assert len(diary.ends[0].steps) == 1
+
+
+def test_ctrl_c_ends_the_run_after_its_observers_were_told() -> None:
+    def interrupted():
+        yield from frames(2)
+        raise KeyboardInterrupt
+
+    diary = Diary()
+    with pytest.raises(KeyboardInterrupt):
+        pipeline(diary).run(interrupted())
+    assert diary.ends[0].interrupted
+    assert diary.ends[0].prediction is not None
+    assert len(diary.steps) == 2
+
+
+def test_a_run_without_frames_ends_without_an_answer() -> None:
+    result = pipeline().run([])
+    assert (result.last, result.prediction, result.steps) == (None, None, ())
+
+
+def test_a_pose_estimator_drops_in() -> None:
+    """What registration will do: believe the frame's pose first, then correct it."""
+    drift = RigidTransform.from_translation([0.03, -0.02, 0.01])
+    masks: list[int] = []
+
+    class Correcting(PoseEstimator):
+        def prior(self, frame):
+            return frame.pose
+
+        def estimate(self, frame, object_mask, model):
+            masks.append(int(object_mask.sum()))
+            return PoseEstimate(drift.inv() * frame.pose, inliers=5, residual=0.002, gate="open")
+
+    line = pipeline()
+    line.poses = Correcting()
+    drifted = [frame.at(drift * frame.pose) for frame in frames(3)]
+    result = line.run(drifted)
+    true = pipeline().run(frames(3))
+    assert all(count > 100 for count in masks)
+    assert result.steps[0].pose.inliers == 5
+    np.testing.assert_allclose(
+        result.last.model.cloud().points_xyz.mean(axis=0),
+        true.last.model.cloud().points_xyz.mean(axis=0),
+        atol=0.004,
+    )
+
+
+def test_the_parts_are_those_given() -> None:
+    line = pipeline()
+    again = RecognitionPipeline(line.segmentation, line.poses, line.classifier)
+    assert again.model.frames == 0
+    assert again.observers == ()

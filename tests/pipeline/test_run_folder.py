@@ -1,0 +1,136 @@
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from small_world import blind, frames, pipeline
+
+from circumspect.errors import OutputError
+from circumspect.geometry import read_cloud, read_tum
+from circumspect.grid import OccupancyGrid
+from circumspect.pipeline import RecognitionResult, RunFolder
+
+CONFIG = {"command": "test", "truth": "full", "start_deg": 30.0}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RecognitionResult]:
+    path = tmp_path_factory.mktemp("run") / "deep" / "folder"
+    shots = list(frames(4))
+    shots.insert(2, blind(shots[2]))
+    return path, pipeline(RunFolder(path, CONFIG)).run(shots)
+
+
+def test_all_files_are_there_and_nothing_else(finished: tuple[Path, RecognitionResult]) -> None:
+    expected = {
+        "config.json", "log.jsonl", "result.json", "model.ply", "grid.npz", "trajectory.txt",
+        "picture.png",
+    }  # fmt: skip
+    assert {file.name for file in finished[0].iterdir()} == expected
+
+
+def test_log_has_a_line_a_frame(finished: tuple[Path, RecognitionResult]) -> None:
+    path, result = finished
+    lines = [json.loads(line) for line in (path / "log.jsonl").read_text().splitlines()]
+    assert [line["frame"] for line in lines] == [0, 1, 2, 3, 4]
+    assert lines[2]["outcome"] == "no depth in the frame"
+    assert lines[4]["label"] == result.prediction.label
+    assert lines[4]["gate"] == "open"
+
+
+def test_result_is_the_answer(finished: tuple[Path, RecognitionResult]) -> None:
+    path, result = finished
+    document = json.loads((path / "result.json").read_text())
+    assert document["label"] == result.prediction.label
+    assert document["probabilities"] == dict(result.prediction.probabilities)
+    assert document["truth"] == "full"
+    assert document["outcomes"] == {"classified": 4, "no depth in the frame": 1}
+    assert document["milliseconds"]["frame"]["median"] >= document["milliseconds"]["fuse"]["median"]
+    assert json.loads((path / "config.json").read_text()) == CONFIG
+
+
+def test_model_grid_and_trajectory_read_back(finished: tuple[Path, RecognitionResult]) -> None:
+    path, result = finished
+    cloud = read_cloud(path / "model.ply")
+    np.testing.assert_allclose(cloud.points_xyz, result.last.model.cloud().points_xyz, atol=1e-6)
+    grid = OccupancyGrid.load(path / "grid.npz")
+    np.testing.assert_array_equal(grid.states, result.last.grid.states)
+    trajectory = read_tum(path / "trajectory.txt")
+    seen = [step for step in result.steps if step.pose is not None]
+    np.testing.assert_allclose(trajectory.stamps, [step.stamp for step in seen])
+    np.testing.assert_allclose(
+        trajectory.positions_xyz, [step.pose.T_map_camera.translation for step in seen], atol=1e-8
+    )
+
+
+def test_the_picture_is_a_picture(finished: tuple[Path, RecognitionResult]) -> None:
+    with Image.open(finished[0] / "picture.png") as picture:
+        assert picture.size == (1500, 960)
+        colours = np.asarray(picture.convert("RGB")).reshape(-1, 3)
+    assert len(np.unique(colours, axis=0)) > 500
+
+
+def test_equal_stamps_spoil_no_trajectory(tmp_path: Path) -> None:
+    shots = list(frames(3))
+    pipeline(RunFolder(tmp_path, CONFIG)).run([shots[0], shots[2], shots[1], shots[2]])
+    assert len(read_tum(tmp_path / "trajectory.txt")) == 2
+
+
+def test_a_run_that_saw_nothing_says_so(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path, CONFIG)
+    pipeline(folder).run(blind(frame) for frame in frames(2))
+    document = json.loads((tmp_path / "result.json").read_text())
+    assert document["label"] is None
+    assert document["outcomes"] == {"no depth in the frame": 2}
+    assert folder.picture_missing == "the object was never seen"
+    assert not (tmp_path / "model.ply").exists()
+
+
+def test_an_interrupted_run_is_saved(tmp_path: Path) -> None:
+    def interrupted():
+        yield from frames(2)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        pipeline(RunFolder(tmp_path, CONFIG)).run(interrupted())
+    document = json.loads((tmp_path / "result.json").read_text())
+    assert document["interrupted"] is True
+    assert document["frames"] == 2
+    assert (tmp_path / "picture.png").exists()
+    assert (tmp_path / "model.ply").exists()
+
+
+def test_without_matplotlib_everything_but_the_picture_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    folder = RunFolder(tmp_path, CONFIG)
+    pipeline(folder).run(frames(1))
+    assert 'pip install "circumspect[figures]"' in folder.picture_missing
+    assert not (tmp_path / "picture.png").exists()
+    assert (tmp_path / "grid.npz").exists()
+
+
+def test_files_of_an_earlier_run_are_replaced(tmp_path: Path) -> None:
+    for count in (3, 1):
+        pipeline(RunFolder(tmp_path, CONFIG)).run(frames(count))
+    assert len((tmp_path / "log.jsonl").read_text().splitlines()) == 1
+    assert json.loads((tmp_path / "result.json").read_text())["frames"] == 1
+
+
+def test_a_place_that_can_not_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(OutputError, match="file"):
+        RunFolder(tmp_path / "file" / "run", CONFIG)
+
+
+def test_a_log_that_can_not_be_written_is_named(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path, CONFIG)
+    (tmp_path / "log.jsonl").unlink()
+    (tmp_path / "log.jsonl").mkdir()
+    with pytest.raises(OutputError, match=r"log\.jsonl"):
+        pipeline(folder).run(frames(1))
