@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 # Up to so many points all distances at once are quicker than a tree (and than importing one).
 _DENSE_LIMIT = 4096
 _BLOCK_SIZE = 2**16
 _ROUNDING = 1e-13
 
-# The spacing of points is the median distance to this neighbour. The nearest one will not do: on
-# thin walls it is the point on the other side, and the median would be the thickness of the wall.
-SPACING_RANK = 3
+# Points on several sheets that nearly coincide (thin walls, doubled faces) come in clusters, with a
+# jump in the distances from the last neighbour in the cluster to the first one outside of it.
+_LARGEST_CLUSTER = 6
+_JUMP = 1.45  # More than the square root of 2, the largest one in a regular grid.
+_SPACING_SAMPLE = 512
 
-# Start and end of directed pairs, grouped by start, their distance, and the reach.
-_Pairs = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], float]
+# Start and end of directed pairs, grouped by start, and their distance.
+_Pairs = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]
 
 
 def nearest_within_reach(
@@ -28,14 +34,15 @@ def nearest_within_reach(
     Args:
         points_xyz: (n, 3) points of an extent near 1, n >= 2.
         neighbours: How many neighbours to keep at most.
-        reach: In spacings: medians of the distance to neighbour number `SPACING_RANK`.
+        reach: In spacings, see `spacing`.
 
     Returns:
         (n, neighbours) indices, each row filled up with -1, in no particular order; and the reach
         as a distance.
     """
     pairs = _pairs_dense if len(points_xyz) <= _DENSE_LIMIT else _pairs_tree
-    start, end, distance, longest = pairs(points_xyz, neighbours, reach)
+    longest = reach * spacing(points_xyz)
+    start, end, distance = pairs(points_xyz, neighbours, longest)
     amount = np.bincount(start, minlength=len(points_xyz))
     # Only where there are more than asked for does their order matter.
     crowded = np.flatnonzero(amount[start] > neighbours)
@@ -60,35 +67,64 @@ def distances(
     return np.sqrt(squares, out=squares)
 
 
-def _pairs_dense(points: NDArray[np.float64], neighbours: int, reach: float) -> _Pairs:  # noqa: ARG001
-    """All directed pairs within reach, from all squared distances, a block of rows at a time."""
+def spacing(points_xyz: NDArray[np.float64]) -> float:
+    """The typical distance from a point to the nearest one that is not in the same cluster.
+
+    This is the median distance to the nearest neighbour, unless the medians to the second, third,
+    … neighbour jump: then it is the one behind the last jump. On thin walls the nearest neighbour
+    is the point on the other side, and its distance the thickness of the wall.
+
+    Args:
+        points_xyz: (n, 3) points of an extent near 1, n >= 2.
+    """
+    step = max(1, len(points_xyz) // _SPACING_SAMPLE)
+    count = min(_LARGEST_CLUSTER, len(points_xyz) - 1)
+    if len(points_xyz) <= _DENSE_LIMIT:
+        nearest = _nearest_dense(points_xyz, step, count)
+    else:
+        nearest = _tree(points_xyz).query(points_xyz[::step], count + 1)[0][:, 1:]
+    medians = np.median(nearest, axis=0)
+    jumps = np.flatnonzero(medians[1:] > _JUMP * medians[:-1])
+    return float(medians[jumps[-1] + 1 if len(jumps) else 0])
+
+
+def _nearest_dense(points: NDArray[np.float64], step: int, count: int) -> NDArray[np.float64]:
+    """(m, count) distances of every `step`-th point to its nearest neighbours, ascending."""
+    chosen = np.arange(0, len(points), step)
+    nearest = np.empty((len(chosen), count), dtype=np.int64)
+    for first, block in _squared_distances(points, chosen):
+        rows = np.arange(len(block))
+        for rank in range(count):
+            columns = block.argmin(axis=1)
+            block[rows, columns] = np.inf
+            nearest[first + rows, rank] = columns
+    start = np.repeat(chosen, count)
+    return distances(points, start, nearest.ravel()).reshape(nearest.shape)
+
+
+def _pairs_dense(points: NDArray[np.float64], neighbours: int, longest: float) -> _Pairs:  # noqa: ARG001
+    """All directed pairs within reach, from all squared distances."""
     count = len(points)
-    ranked = np.concatenate([_ranked_column(block) for _, block in _squared_distances(points)])
-    longest = reach * float(np.median(distances(points, np.arange(count), ranked)))
     # The blocks are rounded; the exact distance decides.
-    near = np.concatenate(
-        [
-            first * count + np.flatnonzero(block <= longest**2 + _ROUNDING)
-            for first, block in _squared_distances(points)
-        ]
-    )
-    start, end = np.divmod(near, count)
+    near = [
+        first * count + np.flatnonzero(block <= longest**2 + _ROUNDING)
+        for first, block in _squared_distances(points, np.arange(count))
+    ]
+    start, end = np.divmod(np.concatenate(near), count)
     return _within(points, start, end, longest)
 
 
-def _ranked_column(block: NDArray[np.float64]) -> NDArray[np.int64]:
-    """For each row the column of its smallest number but `SPACING_RANK` - 1; spoils the block."""
-    rows = np.arange(len(block))
-    for _ in range(min(SPACING_RANK, block.shape[1] - 1) - 1):
-        block[rows, block.argmin(axis=1)] = np.inf
-    return block.argmin(axis=1)
-
-
-def _squared_distances(points: NDArray[np.float64]) -> Iterator[tuple[int, NDArray[np.float64]]]:
-    """Blocks of rows of the table of squared distances, infinite from a point to itself.
+def _squared_distances(
+    points: NDArray[np.float64], chosen: NDArray[np.int64]
+) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """Blocks of rows of the table of squared distances from the chosen points to all.
 
     |a - b|² = |a|² - 2ab + |b|² is one product of (n, 5) matrices. The blocks stay in the cache
-    and below the size at which BLAS would start threads; each is overwritten by the next.
+    and below the size at which BLAS would start threads; each is overwritten by the next. The
+    distance from a point to itself is infinite.
+
+    Yields:
+        The place of the first row in `chosen`, and the rows.
     """
     centred = points - points.mean(axis=0)
     squares = np.einsum("nx,nx->n", centred, centred)[:, None]
@@ -96,24 +132,27 @@ def _squared_distances(points: NDArray[np.float64]) -> Iterator[tuple[int, NDArr
     left, right = np.hstack([squares, -2 * centred, ones]), np.hstack([ones, centred, squares]).T
     rows = max(1, _BLOCK_SIZE // len(points))
     buffer = np.empty((rows, len(points)))
-    for first in range(0, len(points), rows):
-        chosen = left[first : first + rows]
-        block = np.matmul(chosen, right, out=buffer[: len(chosen)])
-        block.flat[first :: len(points) + 1] = np.inf
+    for first in range(0, len(chosen), rows):
+        some = chosen[first : first + rows]
+        block = np.matmul(left[some], right, out=buffer[: len(some)])
+        block[np.arange(len(some)), some] = np.inf
         yield first, block
 
 
-def _pairs_tree(points: NDArray[np.float64], neighbours: int, reach: float) -> _Pairs:
+def _pairs_tree(points: NDArray[np.float64], neighbours: int, longest: float) -> _Pairs:
     """Directed pairs of nearest neighbours within reach, from a k-d tree."""
-    from scipy.spatial import KDTree
-
-    asked = max(neighbours, SPACING_RANK) + 1  # Each point is its own nearest one.
-    nearest, indices = KDTree(points).query(points, asked)
-    longest = reach * float(np.median(nearest[:, min(SPACING_RANK, len(points) - 1)]))
+    asked = neighbours + 1  # Each point is its own nearest one.
+    _, indices = _tree(points).query(points, asked)
     start = np.repeat(np.arange(len(points)), asked)
     end = indices.ravel()
     valid = (end != start) & (end < len(points))
     return _within(points, start[valid], end[valid], longest)
+
+
+def _tree(points: NDArray[np.float64]) -> KDTree:
+    from scipy.spatial import KDTree
+
+    return KDTree(points)
 
 
 def _within(
@@ -121,4 +160,4 @@ def _within(
 ) -> _Pairs:
     distance = distances(points, start, end)
     kept = distance <= longest
-    return start[kept], end[kept], distance[kept], longest
+    return start[kept], end[kept], distance[kept]

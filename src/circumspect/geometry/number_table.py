@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import warnings
 from collections.abc import Iterable
 from typing import IO
@@ -36,6 +37,11 @@ def read_table(
     """
     if rows == 0:
         return np.empty((0, columns or 0))
+    if rows is not None and isinstance(source, io.BytesIO):
+        # A number and what ends it take two bytes; loadtxt would allocate all announced rows.
+        left = source.getbuffer().nbytes - source.tell()
+        if rows * 2 * (columns or 1) - 1 > left:
+            raise InputError(f"ends too early: {rows} rows announced, {left} bytes left")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # loadtxt only warns of input without a single row.

@@ -21,11 +21,14 @@ POINT_KEYS = ("points_xyz", "points", "xyz")
 NORMAL_KEYS = ("normals_xyz", "normals")
 
 _LARGEST_DEFLATE_RATIO = 1032
+_HEADER_READERS = {
+    (1, 0): npy_format.read_array_header_1_0,
+    (2, 0): npy_format.read_array_header_2_0,
+}
 # Warning filters belong to the whole process: one thread at a time.
 _ALONE = threading.Lock()
-_FAULTS = (
-    ValueError, TypeError, KeyError, SyntaxError, EOFError, RecursionError, OverflowError,
-    NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error,
+_NPZ_FAULTS = (
+    ValueError, KeyError, EOFError, OverflowError, RuntimeError, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 
 
@@ -38,7 +41,7 @@ def read_npy(path: Path) -> FileShape:
     try:
         with path.open("rb") as stream:
             return FileShape(_points(_array(stream, path.stat().st_size), "the array"))
-    except _FAULTS as error:
+    except ValueError as error:
         raise InputError(f"is no readable NPY file ({_reason(error)}); save it again") from error
 
 
@@ -59,7 +62,7 @@ def read_npz(path: Path) -> FileShape:
             normals = [_member(archive, members[key]) for key in NORMAL_KEYS if key in members]
             fitting = [array for array in normals if array.shape == points.shape]
             return FileShape(points, normals_xyz=_points(fitting[0], "") if fitting else None)
-    except _FAULTS as error:
+    except _NPZ_FAULTS as error:
         raise InputError(f"is no readable NPZ file ({_reason(error)}); save it again") from error
 
 
@@ -80,6 +83,8 @@ def _chosen_array(
 
 
 def _member(archive: zipfile.ZipFile, item: zipfile.ZipInfo) -> NDArray[Any]:
+    if item.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise InputError("is packed in a way that NumPy never does; save it again")
     largest = min(item.file_size, item.compress_size * _LARGEST_DEFLATE_RATIO)
     with archive.open(item) as stream:
         return _array(stream, largest)
@@ -87,16 +92,7 @@ def _member(archive: zipfile.ZipFile, item: zipfile.ZipInfo) -> NDArray[Any]:
 
 def _array(stream: IO[bytes], largest: int) -> NDArray[Any]:
     """The array in a stream of at most `largest` bytes; what its header says is not trusted."""
-    with _ALONE, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        version = npy_format.read_magic(stream)
-        read_header = {
-            (1, 0): npy_format.read_array_header_1_0,
-            (2, 0): npy_format.read_array_header_2_0,
-        }.get(version)
-        if read_header is None:
-            raise ValueError(f"version {version} of the format")
-        shape, fortran_order, dtype = read_header(stream)
+    shape, fortran_order, dtype = _header(stream)
     count = math.prod(shape)
     if dtype.kind not in "fiu":
         raise InputError(f"holds an array of {dtype}, not of numbers")
@@ -106,6 +102,19 @@ def _array(stream: IO[bytes], largest: int) -> NDArray[Any]:
     if len(array) < count:
         raise InputError(f"ends too early: shape {shape} announced, {len(array)} numbers found")
     return array.reshape(shape, order="F" if fortran_order else "C")
+
+
+def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether Fortran's order, and type."""
+    version = npy_format.read_magic(stream)
+    if version not in _HEADER_READERS:
+        raise ValueError(f"version {version} of the format is unknown")
+    with _ALONE, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return _HEADER_READERS[version](stream)
+        except Exception as error:  # It is parsed as Python, so that anything may come up.
+            raise ValueError(f"broken header: {_reason(error)}") from error
 
 
 def _points(array: NDArray[Any], name: str) -> NDArray[np.float64]:

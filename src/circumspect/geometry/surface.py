@@ -11,9 +11,9 @@ from circumspect.geometry.near_neighbours import distances, nearest_within_reach
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.triangle_mesh import TriangleMesh
 
-# Enough for both sides of a thin wall, and wide enough to close a Poisson-disk sample.
+# Wide enough to close the surface of a Poisson-disk sample, and enough for doubled sheets.
 NEIGHBOURS = 16
-REACH = 1.6
+REACH = 1.9
 # So many points at a time are looked at as corners, to bound the memory.
 _CORNERS_AT_ONCE = 2**15
 
@@ -29,7 +29,7 @@ def short_edge_triangles(
     Args:
         points_xyz: (n, 3) points.
         neighbours: How many nearest neighbours of a point may share a triangle with it.
-        reach: The longest edge allowed, in medians of the distance to the third nearest neighbour.
+        reach: The longest edge allowed, in units of the points' `spacing`.
 
     Returns:
         The mesh of all such triangles, each once, over the given points.
@@ -42,11 +42,9 @@ def short_edge_triangles(
     require_coordinates(points, "points")
     if neighbours < 2 or not 0 < reach < np.inf:
         raise InputError(f"neighbours must be at least 2 and reach positive: {neighbours}, {reach}")
-    distinct, triangles = np.arange(len(points)), _short_edge_faces(points, neighbours, reach)
-    if triangles is None:  # Most points stand there twice: join the different ones.
-        distinct = np.unique(points, axis=0, return_index=True)[1]
-        triangles = _short_edge_faces(points[distinct], neighbours, reach)
-    if triangles is None or len(triangles) == 0:
+    distinct = _distinct(points)
+    triangles = _short_edge_faces(points[distinct], neighbours, reach)
+    if len(triangles) == 0:
         raise GeometryError("no three points lie near enough to each other to be joined")
     return TriangleMesh(points, distinct[triangles])
 
@@ -91,19 +89,22 @@ def fill_surface(
     )
 
 
+def _distinct(points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Indices of the points without those that stand where another one stands already."""
+    x, y, z = points.T
+    keys = np.sort(x + np.e * y + np.pi * z)  # Points in one place have one key.
+    if (np.diff(keys) > 0).all():
+        return np.arange(len(points))
+    return np.unique(points, axis=0, return_index=True)[1]
+
+
 def _short_edge_faces(
     points: NDArray[np.float64], neighbours: int, reach: float
-) -> NDArray[np.int64] | None:
-    """The triangles; None where the near neighbours are mostly in the same place."""
+) -> NDArray[np.int64]:
     if len(points) < 3:
-        return None
-    extent = float(np.ptp(points, axis=0).max())
-    if not extent > 0:
-        return None
-    scaled = (points - points[0]) / extent
+        return np.empty((0, 3), dtype=np.int64)
+    scaled = (points - points[0]) / float(np.ptp(points, axis=0).max())
     table, longest = nearest_within_reach(scaled, neighbours, reach)
-    if not longest > 0:
-        return None
     triangles = [
         _closed_wedges(scaled, table[first : first + _CORNERS_AT_ONCE], first, longest)
         for first in range(0, len(points), _CORNERS_AT_ONCE)
