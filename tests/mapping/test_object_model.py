@@ -29,7 +29,7 @@ def box_shots(count: int, noise: DepthNoise | None = None, mesh: TriangleMesh = 
 
 
 def fused(shots) -> ObjectModel:
-    model = ObjectModel()
+    model = ObjectModel(ModelSettings(voxel=0.008))
     for frame, mask in shots:
         model = model.fused(frame, mask, frame.pose)
     return model
@@ -219,6 +219,17 @@ def test_settings_reach_the_voxels() -> None:
     for frame, mask in shots:
         coarse = coarse.fused(frame, mask, frame.pose)
     assert len(coarse.sums) < 0.3 * len(fused(shots).sums)
+
+
+@pytest.mark.parametrize(("distance", "voxel"), [(0.4, 0.006), (1.5, 0.010), (6.0, 0.020)])
+def test_voxels_suit_the_distance_of_the_first_frame(distance: float, voxel: float) -> None:
+    wall = RgbdFrame(np.full((240, 320), distance), CAMERA, 0.0, RigidTransform.identity())
+    middle = np.zeros((240, 320), bool)
+    middle[100:140, 140:180] = True
+    model = ObjectModel().fused(wall, middle, wall.pose)
+    assert model.voxel == pytest.approx(voxel, abs=0.0011)
+    nearer = RgbdFrame(wall.depth / 2, CAMERA, 1.0, wall.T_map_camera)
+    assert model.fused(nearer, middle, wall.pose).voxel == model.voxel
 
 
 def test_a_turned_camera_sees_the_same_surface() -> None:

@@ -61,11 +61,11 @@ class FrameSurface:
         camera, matrix = frame.camera, T_map_camera.as_matrix()
         fine = DepthBlocks.of(frame.depth, camera, BLOCK, object_mask)
         rows, columns = np.nonzero(fine.counts)
-        points = fine.points_xyz[rows, columns]
+        points = fine.points_xyz(rows, columns)
         ratio = NORMAL_BLOCK // BLOCK
         coarse = DepthBlocks.of(frame.depth, camera, NORMAL_BLOCK, object_mask)
         normals = coarse.normals()[rows // ratio, columns // ratio]
-        towards = -points / np.linalg.norm(points, axis=1, keepdims=True)
+        towards = -points / np.sqrt(np.einsum("ij,ij->i", points, points))[:, None]
         normals = np.where(np.isfinite(normals[:, :1]), normals, towards)
         cosine = np.maximum(np.einsum("ij,ij->i", normals, towards), GRAZING_COSINE)
         z = points[:, 2]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +29,15 @@ class ModelSettings:
     """How frames are fused.
 
     Attributes:
-        voxel: Side of the voxels over which points are averaged [m].
+        voxel: Side of the voxels over which points are averaged [m]; None means a 150th of the
+            object's distance in the first frame, in whole mm within 6 and 20: about 4 x 4 pixels, and
+            some standard deviations of the depth.
         confirmed_by: Once `frames_until_strict` frames are fused, a voxel needs this many.
         frames_until_strict: See above.
         crowd: Voxels with fewer than this many in their block of 3 x 3 x 3 are specks.
     """
 
-    voxel: float = 0.008
+    voxel: float | None = None
     confirmed_by: int = 2
     frames_until_strict: int = 8
     crowd: int = 3
@@ -46,6 +49,7 @@ class ObjectModel:
 
     Attributes:
         settings: How frames are fused.
+        voxel: Side of the voxels [m]; None before the first frame.
         sums: Per voxel sums over frames.
         areas: Per patch of surface, see `surface_area`.
         rays: The rays that saw the object or passed it.
@@ -53,6 +57,7 @@ class ObjectModel:
     """
 
     settings: ModelSettings = field(default_factory=ModelSettings)
+    voxel: float | None = None
     sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(_COLUMNS))
     areas: VoxelSums = field(default_factory=lambda: VoxelSums.empty(surface_area.COLUMNS))
     rays: SightRays = field(default_factory=SightRays.empty)
@@ -63,7 +68,11 @@ class ObjectModel:
         """How many frames are fused."""
         return len(self.views_xyz)
 
-    @property
+    def __post_init__(self) -> None:
+        if self.voxel is None:
+            object.__setattr__(self, "voxel", self.settings.voxel)
+
+    @cached_property
     def points_xyz(self) -> NDArray[np.float64]:
         """(n, 3) [m]: mean point of every voxel, specks included; may be empty."""
         return self.sums.totals[:, _POINT] / self.sums.totals[:, _WEIGHT, None]
@@ -84,10 +93,12 @@ class ObjectModel:
         surface = FrameSurface.of(frame, object_mask, T_map_camera)
         if len(surface.points_xyz) == 0:
             return self
+        voxel = self.voxel or _fitting_voxel(surface)
         ends, on_object = surface.rays_beside(self.points_xyz)
         return replace(
             self,
-            sums=self.sums.plus(self._voxels(surface)),
+            voxel=voxel,
+            sums=self.sums.plus(_voxel_sums(surface, voxel)),
             areas=self.areas.plus(surface_area.frame_areas(surface)),
             rays=self.rays.with_frame(surface.origin_xyz, ends, on_object),
             views_xyz=np.vstack([self.views_xyz, surface.origin_xyz]),
@@ -99,6 +110,10 @@ class ObjectModel:
         Raises:
             GeometryError: Nothing is fused yet.
         """
+        return self._cloud
+
+    @cached_property
+    def _cloud(self) -> PointCloud:
         if len(self.sums) == 0:
             raise GeometryError("the model is empty: no frame has shown the object yet")
         points = self.points_xyz
@@ -127,27 +142,26 @@ class ObjectModel:
         """
         write_ply(path, self.cloud())
 
-    def _voxels(self, surface: FrameSurface) -> VoxelSums:
-        weight = surface.weights[:, None]
-        columns = np.concatenate(
-            [
-                weight,
-                weight * surface.points_xyz,
-                weight * surface.normals_xyz,
-                np.zeros_like(weight),
-            ],
-            axis=1,
-        )
-        keys = voxel_keys(surface.points_xyz, self.settings.voxel)
-        sums = VoxelSums.of(keys, columns)
-        sums.totals[:, _FRAMES] = 1
-        return sums
-
     def _confirmed(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
-        blocks = voxel_keys(points_xyz, 3 * self.settings.voxel)
+        blocks = voxel_keys(points_xyz, 3 * (self.voxel or 0.0))
         _, block, crowd = np.unique(blocks, return_inverse=True, return_counts=True)
         kept = crowd[block] >= self.settings.crowd
         if self.frames >= self.settings.frames_until_strict:
             kept &= self.sums.totals[:, _FRAMES] >= self.settings.confirmed_by
         # Of an object of a few points everything is kept rather than nothing.
         return kept if kept.any() else np.ones(len(kept), bool)
+
+
+def _fitting_voxel(surface: FrameSurface) -> float:
+    away = np.linalg.norm(surface.points_xyz - surface.origin_xyz, axis=1)
+    return round(float(np.clip(np.median(away) / 150, 0.006, 0.020)), 3)
+
+
+def _voxel_sums(surface: FrameSurface, voxel: float) -> VoxelSums:
+    columns = np.zeros((len(surface.points_xyz), _COLUMNS))
+    columns[:, _WEIGHT] = surface.weights
+    columns[:, _POINT] = surface.points_xyz * surface.weights[:, None]
+    columns[:, _NORMAL] = surface.normals_xyz * surface.weights[:, None]
+    sums = VoxelSums.of(voxel_keys(surface.points_xyz, voxel), columns)
+    sums.totals[:, _FRAMES] = 1
+    return sums

@@ -83,13 +83,22 @@ class DepthBlocks:
         u = np.arange(columns, dtype=np.float32)[None, :] * self.block + middle
         return v, u
 
-    @property
-    def points_xyz(self) -> NDArray[np.floating]:
-        """(rows, columns, 3) [m] in the optical frame; NaN where a block has no depth."""
+    def points_xyz(
+        self, rows: NDArray[np.integer], columns: NDArray[np.integer]
+    ) -> NDArray[np.floating]:
+        """Points of some blocks.
+
+        Args:
+            rows: (n,) of the blocks.
+            columns: (n,) of the blocks.
+
+        Returns:
+            (n, 3) [m] in the optical frame; NaN where a block has no depth.
+        """
         v, u = self.pixels
-        z = 1 / self.inverse_depth
-        x = (u - self.camera.cx) / self.camera.fx * z
-        y = (v - self.camera.cy) / self.camera.fy * z
+        z = 1 / self.inverse_depth[rows, columns]
+        x = (u[0, columns] - self.camera.cx) / self.camera.fx * z
+        y = (v[rows, 0] - self.camera.cy) / self.camera.fy * z
         return np.stack([x, y, z], axis=-1)
 
     def normals(self) -> NDArray[np.float32]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,8 +47,8 @@ class RgbdFrame:
         object.__setattr__(self, "depth", depth)
         if not np.isfinite(self.stamp):
             raise InputError(f"the frame's stamp is {self.stamp}; give seconds")
-        if self.T_map_camera is not None and not np.isfinite(self.T_map_camera.as_matrix()).all():
-            raise InputError(f"the pose of the frame at {self.stamp:.3f} s is not finite")
+        if self.T_map_camera is not None:
+            _finite(self.T_map_camera, self.stamp)
         if self.colour is not None:
             colour = np.array(self.colour, dtype=np.uint8)
             if colour.shape != (*size, 3):
@@ -95,8 +96,15 @@ class RgbdFrame:
         return self.T_map_camera
 
     def at(self, T_map_camera: RigidTransform) -> RgbdFrame:
-        """The same picture, taken from another place."""
-        return replace(self, T_map_camera=T_map_camera)
+        """The same picture, taken from another place.
+
+        Raises:
+            InputError: The pose is not finite.
+        """
+        # The image was checked when it came in and can not have changed since.
+        frame = copy(self)
+        object.__setattr__(frame, "T_map_camera", _finite(T_map_camera, self.stamp))
+        return frame
 
     def points_map(self, mask: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
         """Points of the valid pixels in the map frame.
@@ -117,3 +125,9 @@ class RgbdFrame:
         rays = pixel_rays(self.camera).reshape(-1, 3).take(chosen, axis=0)
         points = rays * self.depth.take(chosen)[:, None]
         return points @ matrix[:3, :3].T.astype(np.float32) + matrix[:3, 3]
+
+
+def _finite(T_map_camera: RigidTransform, stamp: float) -> RigidTransform:
+    if not np.isfinite(T_map_camera.as_matrix()).all():
+        raise InputError(f"the pose of the frame at {stamp:.3f} s is not finite")
+    return T_map_camera
