@@ -57,13 +57,15 @@ def _processes() -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "chair.ply"
         write_ply(file, make_furniture("chair", 3).sampled(32_768, 0))
+        commands = {"--help": ["--help"], "classify": ["classify", str(file)]}
         return [
-            timed(name, lambda words=words: subprocess.run(words, capture_output=True, check=True), 15)
-            for name, words in (
-                ("circumspect --help, whole process", [*program, "--help"]),
-                ("circumspect classify, whole process", [*program, "classify", str(file)]),
-            )
+            timed(f"circumspect {name}, whole process", lambda w=words: _run([*program, *w]), 15)
+            for name, words in commands.items()
         ]
+
+
+def _run(words: list[str]) -> None:
+    subprocess.run(words, capture_output=True, check=True)
 
 
 if __name__ == "__main__":

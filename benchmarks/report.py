@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 from collections.abc import Sequence
@@ -50,7 +49,8 @@ def write_report(name: str, command: str, rows: Sequence[Row]) -> None:
     text = table(rows)
     print(text)
     with atomic_open(RESULTS / f"{name}.md") as stream:
-        stream.write(f"# {name.replace('_', ' ').capitalize()}\n\n`{command}`\n\n```\n{text}\n```\n\n")
+        title = name.replace("_", " ").capitalize()
+        stream.write(f"# {title}\n\n`{command}`\n\n```\n{text}\n```\n\n")
         stream.write("".join(f"- {key}: {value}\n" for key, value in facts.items()))
     document = {"command": command, "machine": facts, "rows": [asdict(row) for row in rows]}
     write_json(RESULTS / f"{name}.json", document)

@@ -152,15 +152,14 @@ def test_not_finite():
 def test_filling_adds_points_and_keeps_the_rest():
     normals = np.tile([0.0, 0.0, 1.0], (len(BOX_POINTS), 1))
     cloud = PointCloud(BOX_POINTS, normals_xyz=normals)
-    filled = fill_surface(cloud, per_triangle=4)
-    triangles = len(short_edge_triangles(BOX_POINTS).faces)
-    assert len(filled) == len(cloud) + 4 * triangles
+    filled = fill_surface(cloud, count=4000)
+    assert len(filled) == len(cloud) + 4000
     np.testing.assert_array_equal(filled.points_xyz[: len(cloud)], BOX_POINTS)
     np.testing.assert_allclose(filled.weights @ filled.points_xyz, BOX_POINTS.mean(axis=0))
     assert (filled.points_xyz <= BOX_POINTS.max(axis=0) + 1e-12).all()
     assert (filled.points_xyz >= BOX_POINTS.min(axis=0) - 1e-12).all()
     np.testing.assert_allclose(filled.normals_xyz, np.tile([0, 0, 1], (len(filled), 1)))
-    np.testing.assert_array_equal(filled.points_xyz, fill_surface(cloud, per_triangle=4).points_xyz)
+    np.testing.assert_array_equal(filled.points_xyz, fill_surface(cloud, count=4000).points_xyz)
     weighted = fill_surface(PointCloud(BOX_POINTS, areas=np.arange(500.0)))
     np.testing.assert_array_equal(weighted.areas[:500], np.arange(500.0))
 

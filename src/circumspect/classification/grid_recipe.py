@@ -25,14 +25,14 @@ class GridRecipe:
             the classifier averages over them.
         fill_below: Clouds of fewer points have holes at this resolution; their surface is
             filled between near neighbours.
-        samples_per_triangle: Points drawn on each triangle of the filled surface.
+        fill_samples: Points added to fill a surface.
     """
 
     kind: Literal["cylindrical", "rectangular"] = "cylindrical"
     shape: tuple[int, int, int] = (32, 32, 32)
     azimuth_views: int = 1
     fill_below: int = 20_000
-    samples_per_triangle: int = 8
+    fill_samples: int = 16_384
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> GridRecipe:
@@ -68,7 +68,7 @@ class GridRecipe:
         """
         if len(cloud) >= self.fill_below:
             return cloud
-        return fill_surface(cloud, self.samples_per_triangle)
+        return fill_surface(cloud, self.fill_samples)
 
     def bounds(self, cloud: PointCloud) -> CylindricalGrid | RectangularGrid:
         """The empty grid around a cloud: axis through its area-weighted centre, isotropic.

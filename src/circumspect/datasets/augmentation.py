@@ -23,7 +23,6 @@ class Augmentation:
         thin: Half of the objects keep a share of their samples, drawn from this … 1.
         holes: Chance that up to four balls are cut out.
         hole_radius: Range of their radius.
-        samples_per_triangle: Samples drawn on each triangle of the surface.
     """
 
     mirror: float = 0.5
@@ -34,19 +33,18 @@ class Augmentation:
     thin: float = 0.3
     holes: float = 0.5
     hole_radius: tuple[float, float] = (0.05, 0.25)
-    samples_per_triangle: int = 2
 
     def apply(
         self,
         points_xyz: NDArray[np.float32],
-        triangles: NDArray[np.int64],
+        triangles: NDArray[np.integer],
         rng: np.random.Generator,
     ) -> NDArray[np.float32]:
         """Change an object and sample its surface anew.
 
         Args:
             points_xyz: (n, 3) evenly spread points of the object.
-            triangles: (t, 3) indices: triangles between near points.
+            triangles: (t, 3) indices: triangles between near points; one sample is drawn on each.
             rng: Source of all chance.
 
         Returns:
@@ -89,11 +87,11 @@ class Augmentation:
     def _between(
         self,
         vertices: NDArray[np.float32],
-        triangles: NDArray[np.int64],
+        triangles: NDArray[np.integer],
         rng: np.random.Generator,
     ) -> NDArray[np.float32]:
-        a, b, c = (vertices[triangles[:, corner], None] for corner in range(3))
-        u, v = rng.random((2, len(triangles), self.samples_per_triangle, 1), np.float32)
+        a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+        u, v = rng.random((2, len(triangles), 1), np.float32)
         fold = u + v > 1
         u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
-        return (a + u * (b - a) + v * (c - a)).reshape(-1, 3)
+        return a + u * (b - a) + v * (c - a)

@@ -18,6 +18,8 @@ from circumspect.errors import GeometryError
 from circumspect.geometry import short_edge_triangles
 from circumspect.grid import hits_batch
 
+TRIANGLES = 10_000
+"""Samples drawn on the surface of each variant."""
 Progress = Callable[[int, int], None]
 
 
@@ -49,7 +51,7 @@ class AugmentedGrids:
     ) -> None:
         self._objects, self._recipe, self._augmentation = objects, recipe, augmentation
         self._seed = seed
-        self._surfaces: list[NDArray[np.int64]] | None = None
+        self._surfaces: list[NDArray[np.int32]] | None = None
         self._replicas: list[PackedGrids] = []
         for replica in range(replicas):
             self._replicas.append(self._cached(replica, cache))
@@ -78,6 +80,7 @@ class AugmentedGrids:
             "objects": self._objects.digest,
             "recipe": self._recipe.to_dict(),
             "augmentation": asdict(self._augmentation),
+            "triangles": TRIANGLES,
             "seed": self._seed,
             "replica": replica,
         }
@@ -105,13 +108,15 @@ class AugmentedGrids:
         return hits_batch([self._recipe.unit_bounds] * len(clouds), clouds, threads=1)
 
 
-def _surfaces(objects: ObjectSet) -> list[NDArray[np.int64]]:
+def _surfaces(objects: ObjectSet) -> list[NDArray[np.int32]]:
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(_surface, objects.points_xyz))
 
 
-def _surface(points_xyz: NDArray[np.float32]) -> NDArray[np.int64]:
+def _surface(points_xyz: NDArray[np.float32]) -> NDArray[np.int32]:
+    """(t, 3) triangles between near points, chosen by area."""
     try:
-        return short_edge_triangles(points_xyz).faces
+        mesh = short_edge_triangles(points_xyz)
+        return mesh.faces[mesh.chosen_by_area(TRIANGLES)].astype(np.int32)
     except GeometryError:
-        return np.empty((0, 3), np.int64)
+        return np.empty((0, 3), np.int32)

@@ -50,7 +50,7 @@ def short_edge_triangles(
 
 
 def fill_surface(
-    cloud: PointCloud, per_triangle: int = 8, rng: np.random.Generator | int = 0
+    cloud: PointCloud, count: int = 16_384, rng: np.random.Generator | int = 0
 ) -> PointCloud:
     """Close the holes between sparse points: add points on the triangles of near neighbours.
 
@@ -59,18 +59,18 @@ def fill_surface(
 
     Args:
         cloud: n evenly spread points.
-        per_triangle: How many points to draw in each triangle.
+        count: How many points to add, spread evenly over the area of all triangles.
         rng: A generator or a seed.
 
     Returns:
         The points given, then the new ones; the cloud itself where no triangle can be made.
     """
+    rng = np.random.default_rng(rng)
     try:
         mesh = short_edge_triangles(cloud.points_xyz)
+        corners = mesh.faces[mesh.chosen_by_area(count, rng)]
     except GeometryError:
         return cloud
-    rng = np.random.default_rng(rng)
-    corners = np.repeat(mesh.faces, per_triangle, axis=0)
     u, v = rng.random((2, len(corners)))
     fold = u + v > 1
     u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)

@@ -67,21 +67,29 @@ class TriangleMesh:
         Raises:
             GeometryError: All triangles have no area, or `count` is not positive.
         """
-        if count < 1:
-            raise GeometryError(f"at least 1 point must be sampled, not {count}")
         rng = np.random.default_rng(rng)
         normals, shares = self._normals_and_shares()
-        # Stratified along the cumulated area: less clumping than independent draws.
-        steps = (np.arange(count) + rng.random(count)) / count
-        usable = np.flatnonzero(shares)
-        cumulated = np.cumsum(shares[usable])
-        places = np.searchsorted(cumulated, steps * cumulated[-1], side="right")
-        chosen = usable[places.clip(max=len(usable) - 1)]
+        chosen = _evenly_chosen(shares, count, rng)
         a, b, c = np.moveaxis(self.vertices_xyz[self.faces[chosen]], 1, 0)
         u, v = rng.random((2, count, 1))
         fold = u + v > 1
         u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
         return PointCloud(a + u * (b - a) + v * (c - a), normals_xyz=normals[chosen])
+
+    def chosen_by_area(self, count: int, rng: np.random.Generator | int = 0) -> NDArray[np.int64]:
+        """Draw triangles, each as often as its share of the area asks for.
+
+        Args:
+            count: How many, at least 1; large triangles come several times.
+            rng: A generator or a seed.
+
+        Returns:
+            (count,) indices of faces, ascending.
+
+        Raises:
+            GeometryError: All triangles have no area, or `count` is not positive.
+        """
+        return _evenly_chosen(self._normals_and_shares()[1], count, np.random.default_rng(rng))
 
     def _normals_and_shares(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(f, 3) unit normals, and (f,) shares of the largest area: 0 where there is no normal.
@@ -98,6 +106,19 @@ class TriangleMesh:
             )
         normals = np.divide(spans, doubled, out=np.zeros_like(spans), where=doubled > 0)
         return normals, doubled[:, 0]
+
+
+def _evenly_chosen(
+    shares: NDArray[np.float64], count: int, rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """Stratified along the cumulated area: less clumping than independent draws."""
+    if count < 1:
+        raise GeometryError(f"at least 1 point must be sampled, not {count}")
+    steps = (np.arange(count) + rng.random(count)) / count
+    usable = np.flatnonzero(shares)
+    cumulated = np.cumsum(shares[usable])
+    places = np.searchsorted(cumulated, steps * cumulated[-1], side="right")
+    return usable[places.clip(max=len(usable) - 1)]
 
 
 def _spans(corners_xyz: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from circumspect.nets.azimuth import RowWisePool, wrap
 
 
 class PlaneConvolution(nn.Module):
-    """Convolution and batch norm on (n, c, azimuth, rows): wrapped in azimuth, zeros beyond rows."""
+    """Convolution and batch norm on (n, c, azimuth, rows), wrapped in azimuth."""
 
     def __init__(self, inputs: int, outputs: int, kernel: int = 3, row_stride: int = 1) -> None:
         super().__init__()
