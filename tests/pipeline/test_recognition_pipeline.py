@@ -119,6 +119,16 @@ def test_frames_without_the_object_change_nothing_and_are_told() -> None:
     assert told.model.frames == 1
 
 
+def test_depth_in_the_wrong_unit_is_no_object_and_takes_no_memory() -> None:
+    shots = list(frames(2))
+    line = pipeline()
+    line.step(shots[0])
+    wrong = RgbdFrame(shots[1].depth * 1000, shots[1].camera, 1.0, shots[1].T_map_camera)
+    step = line.step(wrong)
+    assert step.outcome == NO_OBJECT
+    assert step.model.frames == 1
+
+
 def test_a_few_pixels_of_an_object_are_too_little() -> None:
     class OnePatch(Segmentation):
         def object_mask(self, frame, known_xyz=None):

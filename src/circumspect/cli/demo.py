@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 class Demo:
     """A simulated RGB-D camera circles a piece of furniture from a random start and names it.
 
-    circumspect demo
-    circumspect demo --object chair --start 135
-    circumspect demo --seed 7 --frames 60 --out runs/seven
+    $ circumspect demo
+    $ circumspect demo --object chair --start 135
+    $ circumspect demo --seed 7 --frames 60 --out runs/seven
     """
 
     object: str | None = None

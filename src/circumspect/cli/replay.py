@@ -20,8 +20,8 @@ Box = tuple[float, float, float, float, float, float]
 class Replay:
     """Recorded RGB-D frames through the pipeline: what lies in a box is modelled and named.
 
-    circumspect replay redkitchen --box -1.45 1.30 -1.45 -0.93 2.03 -0.60 --box-frame map
-    circumspect replay redkitchen --box X Y Z X Y Z --every 5 --out runs/chair
+    $ circumspect replay redkitchen --box -1.445 0.746 1.811 -0.947 -0.337 2.101 --every 5
+    $ circumspect replay redkitchen --box -1.45 1.30 -1.46 -0.97 2.03 -0.60 --box-frame map
     """
 
     recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]

@@ -30,8 +30,8 @@ class ModelSettings:
 
     Attributes:
         voxel: Side of the voxels over which points are averaged [m]; None means a 150th of the
-            object's distance in the first frame, in whole mm within 6 and 20: about 4 x 4 pixels, and
-            some standard deviations of the depth.
+            object's distance in the first frame, in whole mm from 6 to 20: about 4 x 4 pixels,
+            and some standard deviations of the depth.
         confirmed_by: Once `frames_until_strict` frames are fused, a voxel needs this many.
         frames_until_strict: See above.
         crowd: Voxels with fewer than this many in their block of 3 x 3 x 3 are specks.

@@ -32,7 +32,7 @@ class GroundSegmentation(Segmentation):
         sigmas: … and this many standard deviations of the height on top of it.
         cell: Side of the plan-view cells [m]; gaps of up to one cell are bridged.
         fewest: Clusters of fewer pixels are specks.
-        noise: The camera's noise.
+        noise: The camera's noise and range; nothing beyond it is looked at.
     """
 
     margin: float = 0.012
@@ -46,6 +46,9 @@ class GroundSegmentation(Segmentation):
     ) -> NDArray[np.bool_]:
         """See `Segmentation.object_mask`."""
         mask = continuous_pixels(frame.depth, frame.camera, self.noise)
+        # What the sensor can not have seen is no object: a wrong unit, a wrong decoder.
+        with np.errstate(invalid="ignore"):
+            mask &= frame.depth <= self.noise.farthest
         mask &= self._above_floor(frame, self._floor(frame, mask))
         points = frame.points_map(mask)
         if len(points) < self.fewest:
