@@ -72,13 +72,8 @@ def draw_side(
     cloud = _thinned(cloud)
     azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    towards = np.array(
-        [
-            np.cos(azimuth) * np.cos(elevation),
-            np.sin(azimuth) * np.cos(elevation),
-            np.sin(elevation),
-        ]
-    )
+    level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    towards = level * np.cos(elevation) + np.array([0.0, 0.0, np.sin(elevation)])
     up = np.cross(towards, right)
     points = cloud.points_xyz - cloud.points_xyz.mean(axis=0)
     facing = np.ones(len(points), bool)
@@ -91,7 +86,7 @@ def draw_side(
     across, above = points @ right, points @ up
     size = float(max(np.ptp(across), np.ptp(above), 1e-6))
     axes.scatter(
-        across[order], above[order], c=shade[order], s=(330 * 0.011 / size) ** 2 + 1,
+        across[order], above[order], c=shade[order], s=(3.6 / size) ** 2 + 1,
         cmap="copper", vmin=0, vmax=1, linewidths=0,
     )  # fmt: skip
     axes.set_aspect("equal")
@@ -100,10 +95,14 @@ def draw_side(
     centre = ((across.max() + across.min()) / 2, (above.max() + above.min()) / 2)
     axes.set(xlim=(centre[0] - half, centre[0] + half), ylim=(centre[1] - half, centre[1] + half))
     axes.set_title(f"Model, seen from {name}", loc="left", color=INK)
+    _draw_scale(axes, centre[0] - half, centre[1] - half, size)
+
+
+def _draw_scale(axes: Axes, x: float, y: float, size: float) -> None:
+    """A bar of a round length below the model."""
     bar = _round_length(size / 3)
-    x, y = centre[0] - half, centre[1] - half
     axes.plot([x, x + bar], [y, y], color=INK, lw=2.5, clip_on=False)
-    axes.text(x + bar / 2, y + 0.02 * size, f"{bar:g} m", ha="center", va="bottom", color=INK)
+    axes.text(x + bar / 2, y - 0.015 * size, f"{bar:g} m", ha="center", va="top", color=INK)
 
 
 def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:

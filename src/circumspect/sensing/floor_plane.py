@@ -47,7 +47,7 @@ class FloorPlane:
             rounds: Iterations.
 
         Returns:
-            The fitted plane, or this one where the fit can not be trusted.
+            The fitted plane; this one where the fit can not be trusted.
         """
         near = points_xyz[np.abs(self.heights(points_xyz)) < band].astype(np.float64)
         if len(near) < fewest:
