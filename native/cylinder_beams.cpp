@@ -132,47 +132,57 @@ inline void cross_layers(const CylinderBeams& b, int n, const Course c, double f
   }
 }
 
+// Finds the crossings of layers; returns the step from one to the next.
+inline int32_t walk_layers(const Cylinder& grid, const CylinderBeams& b, int n, const Course& c,
+                           Crossings& out) {
+  const double layer_height = 2.0 * grid.half_height / grid.shape.k;
+  const int32_t layer = b.first_layer[n], rise = b.last_layer[n] - layer;
+  const int32_t up = rise > 0 ? 1 : -1;
+  out.layers = rise * up;
+  const double side = double(layer + (rise > 0)) * layer_height - grid.half_height;
+  cross_layers(b, n, c, side, up * layer_height, out);
+  return up;
+}
+
+// Finds the crossings of half-planes; returns the step from one sector to the next.
+inline int32_t walk_sectors(const Cylinder& grid, const CylinderBeams& b, int n, const Course& c,
+                            Crossings& out) {
+  const int32_t all = grid.shape.j, most = (all + 1) / 2, sector = b.first_sector[n];
+  int32_t turned = b.last_sector[n] - sector;
+  if (b.sweep[n] == 0.0) {
+    // Through the axis: from one sector straight into the other.
+    out.sides = turned != 0;
+    out.t[0] = c.turn, out.cell[0] = 0;
+    return turned;
+  }
+  const bool forward = b.sweep[n] > 0.0;
+  turned = forward ? turned : -turned;
+  turned += turned < 0 ? all : 0;
+  // A beam turns by less than half round the axis; more means that rounding put an end that lies
+  // on a half-plane behind it.
+  const bool left = forward == (turned <= most);
+  out.sides = turned <= most ? turned : all - turned;
+  const std::size_t next = std::size_t(left ? sector + 1 : all - sector);
+  const HalfPlanes& sides = left ? grid.forward : grid.backward;
+  cross_sectors(b, n, c, sides.x.data() + next, sides.y.data() + next, out);
+  return left ? 1 : -1;
+}
+
 // A column is all rings of one sector and layer. Columns are numbered twice round, so that no
 // step has to close the circle.
 CIRCUMSPECT_MULTIVERSION
 void walk_beams(const Cylinder& grid, const CylinderBeams& b, int count, Crossings& crossings,
                 Columns& columns) {
-  const double layer_height = 2.0 * grid.half_height / grid.shape.k;
-  const int32_t all = grid.shape.j, most = (all + 1) / 2;
+  const double most2 = most_ring2(grid.shape.i);
   const std::ptrdiff_t row = grid.shape.k;
   for (int n = 0; n < count; ++n) {
     if (!(b.start[n] <= b.end[n])) continue;
-    const Course course{b.start[n], b.end[n], b.turn[n], b.nearest2[n], b.speed2[n],
-                        most_ring2(grid.shape.i)};
-    const int32_t layer = b.first_layer[n], rise = b.last_layer[n] - layer;
-    const int32_t up = rise > 0 ? 1 : -1;
-    crossings.layers = rise * up;
-    const double side = double(layer + (rise > 0)) * layer_height - grid.half_height;
-    cross_layers(b, n, course, side, up * layer_height, crossings);
-
-    const int32_t sector = b.first_sector[n];
-    int32_t turned = b.last_sector[n] - sector;
-    std::ptrdiff_t rows = turned;
-    if (b.sweep[n] == 0.0) {
-      // Through the axis: from one sector straight into the other.
-      crossings.sides = turned != 0;
-      crossings.t[0] = course.turn, crossings.cell[0] = 0;
-    } else {
-      const bool forward = b.sweep[n] > 0.0;
-      turned = forward ? turned : -turned;
-      turned += turned < 0 ? all : 0;
-      // A beam turns by less than half round the axis; more means that rounding put an end that
-      // lies on a half-plane behind it.
-      const bool left = forward == (turned <= most);
-      rows = left ? 1 : -1;
-      crossings.sides = turned <= most ? turned : all - turned;
-      const std::size_t next = std::size_t(left ? sector + 1 : all - sector);
-      const HalfPlanes& sides = left ? grid.forward : grid.backward;
-      cross_sectors(b, n, course, sides.x.data() + next, sides.y.data() + next, crossings);
-    }
-    const Walk walk{(rows < 0 ? sector + all : sector) * row + layer, rows * row, up,
-                    course.start, course.end, b.first_ring[n], b.last_ring[n],
-                    course.turn, b.turn_ring[n]};
+    const Course course{b.start[n], b.end[n], b.turn[n], b.nearest2[n], b.speed2[n], most2};
+    const int32_t up = walk_layers(grid, b, n, course, crossings);
+    const int32_t rows = walk_sectors(grid, b, n, course, crossings);
+    const int32_t sector = b.first_sector[n] + (rows < 0 ? grid.shape.j : 0);
+    const Walk walk{sector * row + b.first_layer[n], rows * row, up, course.start, course.end,
+                    b.first_ring[n], b.last_ring[n], course.turn, b.turn_ring[n]};
     columns.set(walk, crossings);
   }
 }
@@ -209,7 +219,8 @@ struct CylinderTracer::Scratch {
 };
 
 CylinderTracer::CylinderTracer(const Cylinder& grid)
-    : grid_(grid), columns_(2 * std::size_t(grid.shape.j) * std::size_t(grid.shape.k), grid.shape.i),
+    : grid_(grid),
+      columns_(2 * std::size_t(grid.shape.j) * std::size_t(grid.shape.k), grid.shape.i),
       scratch_(std::make_unique<Scratch>(grid.shape)) {}
 
 CylinderTracer::~CylinderTracer() = default;
@@ -236,8 +247,9 @@ void CylinderTracer::trace(int count) {
 }
 
 bool CylinderTracer::passed(int32_t i, int32_t j, int32_t k) const {
-  const std::size_t layers = std::size_t(grid_.shape.k), column = std::size_t(j) * layers + std::size_t(k);
-  return columns_.get(column, i) || columns_.get(column + std::size_t(grid_.shape.j) * layers, i);
+  const std::size_t layers = std::size_t(grid_.shape.k), once = std::size_t(grid_.shape.j) * layers;
+  const std::size_t column = std::size_t(j) * layers + std::size_t(k);
+  return columns_.get(column, i) || columns_.get(column + once, i);
 }
 
 }  // namespace circumspect

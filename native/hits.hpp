@@ -30,7 +30,8 @@ int64_t mark_hits(const Grid& grid, const T* points_xyz, std::size_t count, uint
       grid.locate(block, here);
       for (int n = 0; n < here; ++n) {
         if (block.i[n] < 0) continue;
-        const std::size_t row = std::size_t(block.i[n]) * std::size_t(grid.shape.j) + std::size_t(block.j[n]);
+        const std::size_t i = std::size_t(block.i[n]), j = std::size_t(block.j[n]);
+        const std::size_t row = i * std::size_t(grid.shape.j) + j;
         mark(states + row * std::size_t(grid.shape.k) + std::size_t(block.k[n]), value);
       }
     }

@@ -5,7 +5,7 @@
 #if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GLIBC__) && defined(__GNUC__) && \
     !defined(__clang__)
 #define CIRCUMSPECT_MULTIVERSION \
-  __attribute__((noinline, target_clones("default", "avx2", "arch=skylake-avx512")))
+  __attribute__((noinline, target_clones("default", "avx2", "avx512f")))
 #else
 #define CIRCUMSPECT_MULTIVERSION
 #endif

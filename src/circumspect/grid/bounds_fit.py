@@ -10,23 +10,30 @@ from circumspect.geometry import PointCloud
 from circumspect.grid.grid_arguments import LARGEST_LENGTH
 
 
-def axis_centre(cloud: PointCloud) -> NDArray[np.float64]:
-    """The area-weighted average of a cloud, x₀ of section 3.2.
+def about_centre(
+    cloud: PointCloud,
+) -> tuple[NDArray[np.float64], tuple[NDArray[np.float64], ...]]:
+    """The area-weighted average of a cloud, x₀ of section 3.2, and its points about it.
 
     Returns:
-        (3,) [m].
+        (3,) [m] the centre; (n,) x, y and z [m] of the points from there.
 
     Raises:
         GeometryError: Coordinates too large for the arithmetic.
     """
-    points = cloud.points_xyz
-    low, high = points.min(axis=0), points.max(axis=0)
-    if max(-low.min(), high.max()) > LARGEST_LENGTH / 4:
-        raise GeometryError("points lie beyond 1e49 m; check the unit of the file")
-    # Relative to a point of the cloud: far from the origin, sums would lose digits. Clipped:
-    # rounding must not put the centre outside the points.
-    centre = points[0] + cloud.weights @ (points - points[0])
-    return np.clip(centre, low, high)
+    weights = cloud.weights
+    centre, about = np.empty(3), []
+    # A column at a time, each in one piece: several times faster than rows of three.
+    for axis, values in enumerate(np.ascontiguousarray(cloud.points_xyz.T)):
+        low, high = values.min(), values.max()
+        if max(-low, high) > LARGEST_LENGTH / 4:
+            raise GeometryError("points lie beyond 1e49 m; check the unit of the file")
+        # Relative to a point of the cloud: far from the origin, sums would lose digits. Clipped:
+        # rounding must not put the centre outside the points.
+        average = values[0] + weights @ (values - values[0])
+        centre[axis] = min(max(average, low), high)
+        about.append(values - centre[axis])
+    return centre, tuple(about)
 
 
 def require_size(cloud: PointCloud, size: float) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from circumspect.geometry import PointCloud
 from circumspect.grid import _native
-from circumspect.grid.bounds_fit import axis_centre, require_size
+from circumspect.grid.bounds_fit import about_centre, require_size
 from circumspect.grid.grid import Grid
 from circumspect.grid.grid_arguments import (
     checked_centre,
@@ -81,8 +81,7 @@ class CylindricalGrid(Grid):
             InputError: Wrong shape or proportion.
         """
         proportion = checked_length(half_height_per_radius, "half_height_per_radius")
-        centre = axis_centre(cloud)
-        x, y, z = (cloud.points_xyz - centre).T
+        centre, (x, y, z) = about_centre(cloud)
         reach, height = float(np.sqrt(x * x + y * y).max()), float(np.abs(z).max())
         radius = max(reach, height / proportion)
         require_size(cloud, radius)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from circumspect.geometry import PointCloud
 from circumspect.grid import _native
-from circumspect.grid.bounds_fit import axis_centre, require_size
+from circumspect.grid.bounds_fit import about_centre, require_size
 from circumspect.grid.grid import Grid
 from circumspect.grid.grid_arguments import (
     checked_centre,
@@ -64,8 +64,7 @@ class RectangularGrid(Grid):
             InputError: Wrong shape or yaw.
         """
         angle = checked_number(yaw, "yaw")
-        centre = axis_centre(cloud)
-        x, y, z = (cloud.points_xyz - centre).T
+        centre, (x, y, z) = about_centre(cloud)
         cosine, sine = math.cos(angle), math.sin(angle)
         along = (cosine * x + sine * y, cosine * y - sine * x, z)
         half_width = max(float(np.abs(values).max()) for values in along)

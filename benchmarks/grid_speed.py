@@ -1,0 +1,180 @@
+"""Grids: native kernels beside their NumPy twins, trimesh and a plain histogram, in one run.
+
+    python -m benchmarks.grid_speed [FOLDER]
+
+Every row is repeated until a second is over, 8 to 200 times. On a machine that does other work
+the minimum says more than the median.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.report import RESULTS, machine
+from circumspect.furniture import make_furniture
+from circumspect.geometry import PinholeCamera, PointCloud
+from circumspect.grid import CylindricalGrid, RectangularGrid, angular_spectrum, hits_batch
+from circumspect.grid import numpy_twin as twin
+from circumspect.storage import atomic_open, write_json
+
+COMMAND = "python -m benchmarks.grid_speed"
+NOTES = """\
+points: 100,000 drawn evenly over a chair, float64; grids of 32 x 32 x 32 fitted to them
+trimesh points: ops.points_to_indices on the same points, then marked in an array
+trimesh mesh: creation.voxelize, method "subdivide", pitch of 1/32 of the same cube
+histogramdd: cylindrical coordinates in NumPy, then numpy.histogramdd
+frame: 640x480, a ball of 0.35 m whose near side is 0.8 m away, a wall at 3.5 m behind it;
+  all 307,200 beams, grid of 32 x 32 x 32 and radius 0.45 m about the ball
+"""
+
+
+@dataclass(frozen=True)
+class GridRow:
+    """One measurement; times in [ms]."""
+
+    name: str
+    median: float
+    p95: float
+    repeats: int
+    minimum: float
+
+
+def timed(name: str, work: Callable[[], object]) -> GridRow:
+    """Repeat `work` for a second, after a warm-up."""
+    work()
+    times: list[float] = []
+    until = time.perf_counter() + 1.0
+    while len(times) < 8 or (len(times) < 200 and time.perf_counter() < until):
+        start = time.perf_counter()
+        work()
+        times.append(1e3 * (time.perf_counter() - start))
+    p95 = float(np.percentile(times, 95))
+    return GridRow(name, float(np.median(times)), p95, len(times), min(times))
+
+
+def rows() -> list[GridRow]:
+    """All measurements, in one run."""
+    return [*point_rows(), *batch_rows(), *frame_rows()]
+
+
+def point_rows() -> list[GridRow]:
+    """100,000 points into one grid."""
+    mesh = make_furniture("chair", 3)
+    cloud = mesh.sampled(100_000, 0)
+    points = cloud.points_xyz
+    grid, cube = CylindricalGrid.fit(cloud), RectangularGrid.fit(cloud)
+    single = points.astype(np.float32)
+    occupied = grid.hits(points).occupied
+    return [
+        timed("hits, native, 1 thread", partial(grid.hits, points)),
+        timed("hits, native, 2 threads", partial(grid.hits, points, threads=2)),
+        timed("hits, native, float32, 1 thread", partial(grid.hits, single)),
+        timed("hits, NumPy twin", partial(twin.hits, grid, points)),
+        timed("hits, numpy.histogramdd", partial(_histogram, grid, points)),
+        timed("cube hits, native, 1 thread", partial(cube.hits, points)),
+        timed("cube hits, NumPy twin", partial(twin.hits, cube, points)),
+        timed("cube hits, trimesh points", partial(_trimesh_points, cube, points)),
+        timed("cube hits, trimesh mesh", _trimesh_mesh(cube, mesh)),
+        timed("fit, 100,000 points", partial(CylindricalGrid.fit, PointCloud(points))),
+        timed("angular spectrum", partial(angular_spectrum, occupied)),
+    ]
+
+
+def batch_rows() -> list[GridRow]:
+    """64 clouds of 10,000 points."""
+    clouds = [make_furniture("table", seed).sampled(10_000, seed).points_xyz for seed in range(64)]
+    grids = [CylindricalGrid.fit(PointCloud(cloud)) for cloud in clouds]
+    return [
+        timed("64 x 10,000 points, native, 1 thread", partial(hits_batch, grids, clouds, 1)),
+        timed("64 x 10,000 points, native, 2 threads", partial(hits_batch, grids, clouds, 2)),
+        timed("64 x 10,000 points, NumPy twin", partial(twin.hits_batch, grids, clouds)),
+    ]
+
+
+def frame_rows() -> list[GridRow]:
+    """All beams of a 640x480 frame."""
+    origin, ends = frame()
+    bounds: dict[str, Any] = {"centre_xyz": (1.15, 0.0, 0.0)}
+    grid = CylindricalGrid(radius=0.45, half_height=0.45, **bounds)
+    cube = RectangularGrid(half_width=0.45, **bounds)
+    few = ends[::64]
+    return [
+        timed("trace a frame, native, 1 thread", partial(grid.trace, origin, ends)),
+        timed("trace a frame, native, 2 threads", partial(grid.trace, origin, ends, threads=2)),
+        timed("cube trace a frame, native, 1 thread", partial(cube.trace, origin, ends)),
+        timed("trace 1/64 of it, native, 1 thread", partial(grid.trace, origin, few)),
+        timed("trace 1/64 of it, NumPy twin", partial(twin.trace, grid, origin, few)),
+    ]
+
+
+def frame() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(3,) origin and (307200, 3) ends [m] of a frame; x forward, z up."""
+    optical = PinholeCamera.xtion().rays_xyz.reshape(-1, 3)
+    rays = np.stack([optical[:, 2], -optical[:, 0], -optical[:, 1]], axis=1)
+    # |t ray - centre| = 0.35 with the centre 1.15 m ahead.
+    a, b, c = (rays**2).sum(axis=1), 1.15 * rays[:, 0], 1.15**2 - 0.35**2
+    inside = b * b - a * c
+    t = np.where(inside > 0, (b - np.sqrt(np.maximum(inside, 0))) / a, 3.5)
+    return np.zeros(3), t[:, None] * rays
+
+
+def _histogram(grid: CylindricalGrid, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    x, y, z = (points - grid.centre_xyz).T
+    values = np.stack([np.hypot(x, y), np.arctan2(y, x) % math.tau, z], axis=1)
+    limits = ((0, grid.radius), (0, math.tau), (-grid.half_height, grid.half_height))
+    return np.histogramdd(values, bins=grid.shape, range=limits)[0] > 0
+
+
+def _trimesh_points(cube: RectangularGrid, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    from trimesh.voxel.ops import points_to_indices
+
+    pitch = 2 * cube.half_width / cube.shape[0]
+    origin = np.array(cube.centre_xyz) - cube.half_width + pitch / 2
+    occupied = np.zeros(cube.shape, bool)
+    cells = np.clip(points_to_indices(points, pitch, origin), 0, np.array(cube.shape) - 1)
+    occupied[tuple(cells.T)] = True
+    return occupied
+
+
+def _trimesh_mesh(cube: RectangularGrid, mesh: Any) -> Callable[[], object]:
+    import trimesh
+
+    other = trimesh.Trimesh(mesh.vertices_xyz, mesh.faces, process=False)
+    pitch = 2 * cube.half_width / cube.shape[0]
+    return partial(trimesh.voxel.creation.voxelize, other, pitch)
+
+
+def table(found: list[GridRow]) -> str:
+    """Fits 80 columns."""
+    lines = [f"{'what':40} {'median ms':>9} {'p95 ms':>9} {'min ms':>9} {'repeats':>8}"]
+    lines += [
+        f"{row.name:40} {row.median:9.3f} {row.p95:9.3f} {row.minimum:9.3f} {row.repeats:8}"
+        for row in found
+    ]
+    return "\n".join(lines)
+
+
+def main(folder: Path = RESULTS) -> None:
+    """Measure, print, and write `grid_speed.md` and `grid_speed.json` into a folder."""
+    facts, found = machine(), rows()
+    about = "".join(f"- {key}: {value}\n" for key, value in facts.items())
+    text = f"```\n{table(found)}\n\n{NOTES}```\n\n{about}"
+    print(text)
+    with atomic_open(folder / "grid_speed.md") as stream:
+        stream.write(f"# Grid speed\n\n`{COMMAND}`\n\n{text}")
+    document = {"command": COMMAND, "machine": facts, "rows": [asdict(row) for row in found]}
+    write_json(folder / "grid_speed.json", document)
+
+
+if __name__ == "__main__":
+    main(*(Path(argument) for argument in sys.argv[1:2]))
