@@ -30,7 +30,8 @@ def about_centre(
             raise GeometryError("points lie beyond 1e49 m; check the unit of the file")
         # Relative to a point of the cloud: far from the origin, sums would lose digits. Clipped:
         # rounding must not put the centre outside the points.
-        average = values[0] + weights @ (values - values[0])
+        # Not a dot product: BLAS would wait for its threads longer than the sum takes.
+        average = values[0] + (weights * (values - values[0])).sum()
         centre[axis] = min(max(average, low), high)
         about.append(values - centre[axis])
     return centre, tuple(about)
