@@ -12,7 +12,7 @@ from circumspect.datasets import Augmentation, GridCache, ObjectSet
 from circumspect.errors import InputError, WeightsError
 from circumspect.nets import Checkpoint
 from circumspect.training import TrainingSettings, train
-from circumspect.training.draws import draw_epoch, learning_rate_at
+from circumspect.training.draws import class_chances, draw_epoch, learning_rate_at
 
 QUICK = TrainingSettings(epochs=3, batch_size=8, replicas=2, seed=1)
 
@@ -140,7 +140,7 @@ class TestDraws:
     @given(seed=st.integers(0, 1000), sizes=st.lists(st.integers(1, 60), min_size=2, max_size=5))
     def test_balanced_draws_give_each_class_its_share(self, seed, sizes):
         labels = np.repeat(np.arange(len(sizes)), sizes)
-        drawn = draw_epoch(labels, 1.0, np.random.default_rng(seed))
+        drawn = draw_epoch(class_chances(labels, 1.0), len(labels), np.random.default_rng(seed))
         counts = np.bincount(labels[drawn], minlength=len(sizes))
         assert len(drawn) == len(labels)
         assert np.abs(counts - len(labels) / len(sizes)).max() <= 1
@@ -148,7 +148,7 @@ class TestDraws:
     @given(seed=st.integers(0, 1000))
     def test_unbalanced_draws_show_every_object_once(self, seed):
         labels = np.repeat([0, 1, 2], [5, 50, 11])
-        drawn = draw_epoch(labels, 0.0, np.random.default_rng(seed))
+        drawn = draw_epoch(class_chances(labels, 0.0), 66, np.random.default_rng(seed))
         assert sorted(drawn) == list(range(66))
 
 
@@ -159,3 +159,24 @@ def test_learning_rate_warms_up_peaks_and_decays():
     assert rates.index(max(rates)) == 30
     assert all(a >= b for a, b in pairwise(rates[30:]))
     assert rates[-1] < 2e-6
+
+
+def test_furniture_takes_its_share_of_the_draws(tmp_path, monkeypatch):
+    """Procedural pieces are drawn besides, under the set's own class indices."""
+    monkeypatch.setenv("CIRCUMSPECT_CACHE", str(tmp_path / "cache"))
+    rng = np.random.default_rng(0)
+    points = (rng.random((30, 300, 3)) - 0.5).astype(np.float32)
+    labels = np.arange(30) % 2
+    objects = ObjectSet(points, labels, np.array([f"x_{i}" for i in range(30)]), ("chair", "sofa"))
+    settings = TrainingSettings(
+        epochs=1, batch_size=8, replicas=1, furniture=0.5, furniture_each=2, validation=False
+    )
+    checkpoint = run(tmp_path / "run", settings, objects)
+    assert checkpoint.classes == ("chair", "sofa")
+    assert list((tmp_path / "cache" / "packs").glob("furniture-*-2-*.npz"))
+
+
+def test_furniture_needs_known_classes(tmp_path):
+    settings = TrainingSettings(epochs=1, batch_size=8, replicas=1, furniture=0.5)
+    with pytest.raises(InputError, match="plate"):
+        run(tmp_path / "run", settings)

@@ -38,6 +38,10 @@ class Train:
     """Share of the target spread over all classes."""
     replicas: int | None = None
     """Augmented variants made of each object, cached (4 kB each)."""
+    furniture: float | None = None
+    """Share of the draws that are procedural furniture, 0 … 1."""
+    stretch: float | None = None
+    """Each axis is scaled by up to this share in augmentation."""
     validation: bool = True
     """Choose the best epoch on held-back objects; with --no-validation all objects train."""
     validation_salt: str = ""
@@ -76,8 +80,12 @@ class Train:
         return 0
 
     def _settings(self) -> TrainingSettings:
+        from circumspect.datasets import Augmentation
         from circumspect.training import TrainingSettings
 
         known = {f.name for f in fields(TrainingSettings)} & {f.name for f in fields(self)}
         given = {name: getattr(self, name) for name in known}
-        return TrainingSettings(**{k: v for k, v in given.items() if v is not None})
+        given = {name: value for name, value in given.items() if value is not None}
+        if self.stretch is not None:
+            given["augmentation"] = Augmentation(stretch=self.stretch)
+        return TrainingSettings(**given)

@@ -26,7 +26,7 @@ class Augmentation:
     """
 
     mirror: float = 0.5
-    stretch: float = 0.18
+    stretch: float = 0.06
     jitter: float = 0.01
     shift: float = 0.04
     scale: tuple[float, float] = (0.95, 1.15)

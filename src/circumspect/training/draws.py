@@ -1,4 +1,4 @@
-"""Which objects an epoch shows, in which order."""
+"""Which objects an epoch shows, in which order, and how fast it learns from them."""
 
 from __future__ import annotations
 
@@ -6,25 +6,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def draw_epoch(
-    labels: NDArray[np.int64], balance: float, rng: np.random.Generator
-) -> NDArray[np.int64]:
-    """Draw as many objects as there are, each class by its share.
-
-    Systematic resampling: an object expected k times comes floor(k) or ceil(k) times.
+def class_chances(labels: NDArray[np.int64], balance: float) -> NDArray[np.float64]:
+    """How often to draw each object.
 
     Args:
         labels: (n,) class of each object.
         balance: 1 gives all classes the same share, 0 all objects the same chance.
+
+    Returns:
+        (n,) chances that sum to 1.
+    """
+    chances = (1.0 / np.bincount(labels)[labels]) ** balance
+    return chances / chances.sum()
+
+
+def draw_epoch(
+    chances: NDArray[np.float64], count: int, rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """Draw objects by systematic resampling.
+
+    An object expected k times comes floor(k) or ceil(k) times.
+
+    Args:
+        chances: (n,) that sum to 1.
+        count: How many to draw.
         rng: Source of all chance.
 
     Returns:
-        (n,) shuffled indices.
+        (count,) shuffled indices.
     """
-    chances = (1.0 / np.bincount(labels)[labels]) ** balance
-    steps = (np.arange(len(labels)) + rng.random()) / len(labels)
-    drawn = np.searchsorted(np.cumsum(chances / chances.sum()), steps)
-    return rng.permutation(drawn.clip(max=len(labels) - 1))
+    steps = (np.arange(count) + rng.random()) / count
+    drawn = np.searchsorted(np.cumsum(chances), steps)
+    return rng.permutation(drawn.clip(max=len(chances) - 1))
 
 
 def learning_rate_at(step: int, steps: int, peak: float, warm_up: float) -> float:

@@ -25,6 +25,8 @@ class TrainingSettings:
         mixing: Share of the batches in which each grid is blended with another (mixup, Zhang et
             al. 2018); the larger share is drawn from Beta(0.4, 0.4).
         balance: 1 draws all classes equally often, 0 all objects.
+        furniture: Share of the draws that are procedural furniture.
+        furniture_each: Pieces made of each category.
         gradient_norm: Longer gradients are shortened to this.
         replicas: Augmented variants made of each object.
         validation: Choose the best epoch on held-back objects; without it all objects train
@@ -45,6 +47,8 @@ class TrainingSettings:
     averaging: float = 0.998
     mixing: float = 0.5
     balance: float = 1.0
+    furniture: float = 0.0
+    furniture_each: int = 200
     gradient_norm: float = 5.0
     replicas: int = 24
     validation: bool = True
@@ -57,6 +61,9 @@ class TrainingSettings:
         for name in ("epochs", "batch_size", "replicas"):
             if getattr(self, name) < 1:
                 raise CircumspectError(f"{name} must be at least 1, not {getattr(self, name)}")
+        for name in ("label_smoothing", "mixing", "balance", "furniture", "warm_up"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise CircumspectError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as JSON types."""

@@ -18,7 +18,6 @@ from torch.optim.swa_utils import AveragedModel
 
 from circumspect.classification import GridRecipe
 from circumspect.datasets import GridCache, ObjectSet
-from circumspect.datasets.augmented_grids import AugmentedGrids
 from circumspect.datasets.validation_split import validation_split
 from circumspect.errors import InputError
 from circumspect.evaluation.accuracy import mean_class_accuracy
@@ -28,6 +27,7 @@ from circumspect.storage import write_json
 from circumspect.training.draws import draw_epoch, learning_rate_at
 from circumspect.training.resume import load_state, save_state
 from circumspect.training.run_log import RunLog
+from circumspect.training.samples import TrainingSamples
 from circumspect.training.settings import TrainingSettings
 
 STATE = "state.safetensors"
@@ -57,9 +57,7 @@ class _Run:
     net: nn.Module
     averaged: AveragedModel
     optimizer: torch.optim.Optimizer
-    grids: AugmentedGrids
-    labels: np.ndarray
-    classes: int
+    samples: TrainingSamples
     steps: int
 
 
@@ -159,17 +157,16 @@ def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
     """This process' share of the epoch's batches: grids (b, 1, …) and targets (b, c), float32."""
     settings, accelerator = run.settings, run.accelerator
     rng = np.random.default_rng([settings.seed, epoch])
-    draws = draw_epoch(run.labels, settings.balance, rng)
-    replicas = rng.integers(len(run.grids), size=len(draws))
-    size = min(settings.batch_size, len(draws))
+    draws = draw_epoch(run.samples.chances, run.samples.epoch, rng)
+    replicas = rng.integers(settings.replicas, size=len(draws))
     mine = slice(accelerator.process_index, None, accelerator.num_processes)
     for step in range(run.steps):
-        batch = slice(step * size, (step + 1) * size)
+        batch = slice(step * settings.batch_size, (step + 1) * settings.batch_size)
         chosen = draws[batch][mine]
-        grids = torch.from_numpy(run.grids.batch(chosen, replicas[batch][mine]))
-        targets = functional.one_hot(torch.from_numpy(run.labels[chosen]), run.classes)
-        batch_of = grids.to(accelerator.device).float(), targets.to(accelerator.device).float()
-        yield _mixed(*batch_of, rng) if rng.random() < settings.mixing else batch_of
+        grids = torch.from_numpy(run.samples.grids(chosen, replicas[batch][mine]))
+        targets = torch.from_numpy(run.samples.targets[chosen])
+        pair = grids.to(accelerator.device).float(), targets.to(accelerator.device)
+        yield _mixed(*pair, rng) if rng.random() < settings.mixing else pair
 
 
 def _mixed(grids: Tensor, targets: Tensor, rng: np.random.Generator) -> tuple[Tensor, Tensor]:
@@ -253,15 +250,7 @@ def _prepare(
 ) -> _Run:
     accelerator = Accelerator()
     with accelerator.main_process_first():
-        grids = AugmentedGrids(
-            fit,
-            recipe,
-            settings.augmentation,
-            settings.replicas,
-            settings.seed,
-            cache,
-            observer.preparing,
-        )
+        samples = TrainingSamples(fit, settings, recipe, cache, observer.preparing)
     torch.manual_seed(settings.seed)
     net = build_net(settings.net, len(fit.classes), recipe.shape)
     optimizer = torch.optim.AdamW(_parameter_groups(net, settings.weight_decay))
@@ -270,9 +259,7 @@ def _prepare(
         accelerator.unwrap_model(net), avg_fn=_average(settings.averaging), use_buffers=True
     )
     steps = max(1, len(fit) // settings.batch_size)
-    return _Run(
-        settings, accelerator, net, averaged, optimizer, grids, fit.labels, len(fit.classes), steps
-    )
+    return _Run(settings, accelerator, net, averaged, optimizer, samples, steps)
 
 
 def _parameter_groups(net: nn.Module, weight_decay: float) -> list[dict[str, Any]]:

@@ -1,0 +1,92 @@
+"""What a run draws its batches from: the training objects, and procedural furniture beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.classification import GridRecipe
+from circumspect.datasets import GridCache, ObjectSet
+from circumspect.datasets.augmented_grids import AugmentedGrids
+from circumspect.datasets.furniture_set import furniture_set
+from circumspect.errors import InputError
+from circumspect.training.draws import class_chances
+from circumspect.training.settings import TrainingSettings
+
+
+class TrainingSamples:
+    """Augmented grids of all sources under one index.
+
+    Args:
+        fit: The training objects.
+        settings: Of the run.
+        recipe: The grids.
+        cache: Where they are kept.
+        progress: Called with (done, all) while they are made.
+
+    Raises:
+        InputError: Furniture is asked for, but the set has classes that it does not cover.
+        OutputError: The cache can not be written.
+    """
+
+    def __init__(
+        self,
+        fit: ObjectSet,
+        settings: TrainingSettings,
+        recipe: GridRecipe,
+        cache: GridCache,
+        progress: Callable[[int, int], None],
+    ) -> None:
+        sources = [(fit, 1.0 - settings.furniture)]
+        if settings.furniture:
+            sources.append((_furniture_of(fit.classes, settings), settings.furniture))
+        self.epoch = len(fit)
+        """Draws an epoch."""
+        self.chances = np.concatenate(
+            [share * class_chances(source.labels, settings.balance) for source, share in sources]
+        )
+        """(n,) chance of each object; they sum to 1."""
+        labels = np.concatenate([source.labels for source, _ in sources])
+        self.targets = np.eye(len(fit.classes), dtype=np.float32)[labels]
+        """(n, c) one-hot targets."""
+        self._starts = np.cumsum([0] + [len(source) for source, _ in sources])
+        self._parts = [
+            AugmentedGrids(
+                source, recipe, settings.augmentation, settings.replicas, settings.seed,
+                cache, progress,
+            )
+            for source, _ in sources
+        ]  # fmt: skip
+
+    def grids(self, chosen: NDArray[np.int64], replicas: NDArray[np.int64]) -> NDArray[np.uint8]:
+        """Grids of chosen objects.
+
+        Args:
+            chosen: (b,) indices over all sources.
+            replicas: (b,) the variant of each.
+
+        Returns:
+            (b, 1, *shape) uint8, 1 where occupied.
+        """
+        part = np.searchsorted(self._starts, chosen, side="right") - 1
+        local = chosen - self._starts[part]
+        return np.concatenate(
+            [
+                self._parts[p].batch(local[i : i + 1], replicas[i : i + 1])
+                for i, p in enumerate(part)
+            ]
+        )
+
+
+def _furniture_of(classes: tuple[str, ...], settings: TrainingSettings) -> ObjectSet:
+    """Procedural furniture of these classes, labelled in their order."""
+    made = furniture_set(settings.furniture_each)
+    if missing := set(classes) - set(made.classes):
+        raise InputError(
+            f"no procedural furniture of class {', '.join(sorted(missing))}; train without it"
+        )
+    wanted = made.subset(np.isin(made.labels, [made.classes.index(name) for name in classes]))
+    labels = np.array([classes.index(made.classes[label]) for label in wanted.labels])
+    return ObjectSet(wanted.points_xyz, labels, wanted.names, classes)
