@@ -2,10 +2,13 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-PIP := PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check
-SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
+PINS := $(abspath constraints.txt)
+PIP := PIP_CONSTRAINT=$(PINS) PIP_BUILD_CONSTRAINT=$(PINS) $(BIN)/python -m pip install \
+	--quiet --disable-pip-version-check
+SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') \
+	CMakeLists.txt pyproject.toml constraints.txt README.md
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench constraints clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/created:
@@ -19,7 +22,7 @@ $(VENV)/installed-demo: $(VENV)/created $(SOURCES)
 
 $(VENV)/installed-test: $(VENV)/created $(SOURCES)
 	$(PIP) '.[test]'
-	touch $@
+	touch $@ $(VENV)/installed-demo
 
 demo: $(VENV)/installed-demo  ## a simulated camera circles an object and names it
 	$(BIN)/circumspect demo
@@ -35,6 +38,15 @@ lint: $(VENV)/installed-test  ## style, types and import floors
 
 bench: $(VENV)/installed-test  ## the benchmark suite; writes benchmarks/results/
 	$(BIN)/python -m benchmarks.run
+
+constraints:  ## newest versions of everything, written to constraints.txt
+	rm -rf build/constraints && $(PYTHON) -m venv build/constraints
+	build/constraints/bin/python -m pip install --quiet --upgrade pip
+	build/constraints/bin/python -m pip install --quiet '.[test]' scikit-build-core nanobind cmake ninja
+	head -1 constraints.txt > build/constraints.txt
+	build/constraints/bin/python -m pip freeze --exclude circumspect >> build/constraints.txt
+	build/constraints/bin/python -m pip list --format=freeze | grep '^pip==' >> build/constraints.txt
+	mv build/constraints.txt constraints.txt
 
 clean:
 	rm -rf $(VENV) build dist

@@ -28,5 +28,5 @@ class MissingExtraError(CircumspectError):
 
     def __init__(self, package: str, extra: str) -> None:
         super().__init__(
-            f"{package} is not installed; get it with: pip install \"circumspect[{extra}]\""
+            f'{package} is not installed; get it with: pip install "circumspect[{extra}]"'
         )

@@ -161,7 +161,9 @@ def test_real_objects_are_named_whatever_their_yaw(classifier, data_folder):
     """A sample of the validation split, off the cells; the test split is for reports."""
     objects = open_data_set(data_folder / "modelnet10", "validation")
     chosen = objects.subset(np.arange(0, len(objects), 12))
-    grids = np.stack([classifier.recipe.grids(chosen.cloud(i), [0.0, 1.234]) for i in range(len(chosen))])
+    grids = np.stack(
+        [classifier.recipe.grids(chosen.cloud(i), [0.0, 1.234]) for i in range(len(chosen))]
+    )
     answers = [classifier.probabilities(grids[:, k]).argmax(axis=1) for k in range(2)]
     for answer in answers:
         assert (answer == chosen.labels).mean() > 0.88

@@ -23,9 +23,7 @@ class Doctor:
 
     def run(self) -> int:
         """Report; exit code 1 where the runtime itself is incomplete."""
-        found = {
-            extra: {name: _version(name) for name in names} for extra, names in EXTRAS.items()
-        }
+        found = {extra: {name: _version(name) for name in names} for extra, names in EXTRAS.items()}
         if self.json:
             print(json.dumps({"python": platform.python_version(), **found}))  # noqa: T201
         else:

@@ -1,0 +1,21 @@
+"""The whole suite, as `make bench` runs it: one module after the other, on a quiet machine."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+SUITE = ("benchmarks.grid_speed", "benchmarks.classifier_speed")
+
+
+def main() -> int:
+    """Run every module in a process of its own."""
+    load = os.getloadavg()[0]
+    if load > 0.5:
+        print(f"note: the machine is busy (load {load:.1f}); the times will be too long")
+    return max(subprocess.run([sys.executable, "-m", name]).returncode for name in SUITE)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,101 @@
+"""train, evaluate, export and classify, one after the other, as a user would."""
+
+import json
+
+import numpy as np
+import pytest
+
+from circumspect.cli.main import main
+from circumspect.datasets import ObjectSet
+from circumspect.datasets.point_pack import write_point_pack
+from circumspect.furniture import make_furniture
+
+
+def run(*words):
+    return main([str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    """Chairs and sofas as point packs."""
+    folder = tmp_path_factory.mktemp("data")
+    classes = ("chair", "sofa")
+    for split, count in (("train", 40), ("test", 6)):
+        labels = np.arange(count) % 2
+        pieces = [make_furniture(classes[k], 50 + i) for i, k in enumerate(labels)]
+        points = np.stack([piece.sampled(400, 0).points_xyz for piece in pieces])
+        names = np.array([f"{split}_{classes[k]}_{i:04d}" for i, k in enumerate(labels)])
+        objects = ObjectSet(points.astype(np.float32), labels.astype(np.int64), names, classes)
+        write_point_pack(folder / f"{split}.npz", objects)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def trained(data, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    words = ("train", "--data", data, "--out", folder / "run", "--cache", folder / "grids")
+    settings = ("--epochs", 2, "--batch-size", 8, "--replicas", 1)
+    assert run(*words, *settings) == 0
+    return folder / "run"
+
+
+def test_training_says_what_it_kept(trained, data, capsys):
+    again = ("train", "--data", data, "--out", trained, "--cache", trained.parent / "grids")
+    assert run(*again, "--epochs", 2, "--batch-size", 8, "--replicas", 1) == 0
+    assert "mean-class accuracy" in capsys.readouterr().out
+    assert run(*again, "--epochs", 3, "--batch-size", 8, "--replicas", 1) == 2
+    assert "other settings" in capsys.readouterr().err
+
+
+def test_evaluation_writes_metrics_and_figures(trained, data, tmp_path, capsys):
+    words = ("evaluate", "--weights", trained, "--data", data, "--split", "test")
+    assert run(*words, "--yaw", "0,45,90,135", "--out", tmp_path, "--json") == 0
+    printed = json.loads(capsys.readouterr().out)
+    metrics = json.loads((tmp_path / "metrics.json").read_text())
+    assert printed == metrics
+    assert metrics["yaw_deg"] == [0, 45, 90, 135]
+    assert metrics["objects"] == 6
+    assert metrics["classes"] == ["chair", "sofa"]
+    assert {"accuracy", "mean_class_accuracy", "worst", "spread", "flip_rate", "confusion",
+            "milliseconds"} <= set(metrics)  # fmt: skip
+    assert len(list(tmp_path.glob("*.png"))) == 3
+
+
+def test_evaluation_of_weights_for_other_classes(data, tmp_path, capsys):
+    assert run("evaluate", "--data", data, "--split", "test", "--out", tmp_path) == 2
+    assert "evaluate on a set of the same classes" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("yaws", ["north", "0,,90", ""])
+def test_yaws_that_are_no_numbers(data, tmp_path, capsys, yaws):
+    words = ("evaluate", "--data", data, "--out", tmp_path, "--yaw-count", 0, "--yaw", yaws)
+    assert run(*words) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_exported_weights_name_files(trained, tmp_path, capsys):
+    assert run("export", trained, tmp_path / "own.onnx", "--azimuth-views", 2) == 0
+    np.save(tmp_path / "piece.npy", make_furniture("sofa", 7).sampled(3000, 0).points_xyz)
+    words = ("classify", tmp_path / "piece.npy", "--weights", tmp_path / "own.onnx", "--json")
+    capsys.readouterr()
+    assert run(*words) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert set(record["probabilities"]) == {"chair", "sofa"}
+
+
+def test_export_of_nothing(tmp_path, capsys):
+    assert run("export", tmp_path, tmp_path / "own.onnx") == 2
+    assert "no such file" in capsys.readouterr().err
+
+
+def test_evaluation_of_a_folder_without_weights(data, tmp_path, capsys):
+    (tmp_path / "empty").mkdir()
+    assert run("evaluate", "--weights", tmp_path / "empty", "--data", data) == 2
+    assert "train first" in capsys.readouterr().err
+
+
+def test_data_that_is_not_there(tmp_path, capsys):
+    assert run("train", "--data", tmp_path / "none", "--out", tmp_path / "run") == 2
+    assert "none" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

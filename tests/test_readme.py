@@ -1,0 +1,55 @@
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from circumspect.cli.main import COMMANDS, main
+from circumspect.furniture import make_furniture
+from circumspect.geometry import write_ply
+
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text()
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.S)
+
+
+def commands():
+    pages = [README] + [page.read_text() for page in (ROOT / "docs").glob("*.md")]
+    lines = [line for page in pages for line in re.findall(r"^circumspect .*$", page, re.M)]
+    return sorted({line.split("#")[0].strip() for line in lines})
+
+
+@pytest.mark.parametrize("code", blocks("python"))
+def test_python_snippets_run(code, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_ply("chair.ply", make_furniture("chair", 3).sampled(20_000, 0))
+    exec(code, {})
+    assert capsys.readouterr().out.startswith("chair ")
+
+
+@pytest.mark.parametrize("line", commands())
+def test_commands_and_their_flags_exist(line, capsys):
+    name, *words = shlex.split(line)[1:]
+    assert name in COMMANDS
+    with pytest.raises(SystemExit):
+        main([name, "--help"])
+    explained = capsys.readouterr().out
+    for flag in (word for word in words if word.startswith("--")):
+        assert re.search(rf"{flag}\b", explained), f"{name} has no {flag}"
+
+
+def test_short_with_one_picture_that_exists():
+    assert len(README.splitlines()) < 120
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
+    assert len(pictures) == 1
+    assert (ROOT / pictures[0]).is_file()
+
+
+def test_links_lead_somewhere():
+    for page in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")]:
+        for link in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
+            if not link.startswith("http"):
+                assert (page.parent / link).exists(), f"{page.name}: {link}"
