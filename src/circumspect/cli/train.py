@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,6 +11,7 @@ import tyro
 from circumspect.errors import MissingExtraError
 
 if TYPE_CHECKING:
+    from circumspect.classification import GridRecipe
     from circumspect.training import TrainingSettings
 
 
@@ -28,6 +29,8 @@ class Train:
     """One of `circumspect nets`."""
     out: Path | None = None
     """Folder of the run: settings, log, state, best.safetensors; runs/train-NET by default."""
+    cells: tuple[int, int, int] | None = None
+    """Of the grid, such as 32 64 32; without it those the network is meant for."""
     epochs: int | None = None
     """Passes over as many objects as the set holds."""
     batch_size: int | None = None
@@ -70,7 +73,9 @@ class Train:
         settings = self._settings()
         out = self.out or Path("runs") / f"train-{self.net}"
         with TrainingProgress(settings.epochs) as observer:
-            checkpoint = train(objects, settings, out, observer, GridCache(self.cache))
+            checkpoint = train(
+                objects, settings, out, observer, GridCache(self.cache), self._recipe()
+            )
         reached = checkpoint.training["reached"]
         accuracy = reached.get("validation_accuracy")
         kept = f"epoch {reached['epoch']}" + (
@@ -78,6 +83,12 @@ class Train:
         )
         print(f"{out / 'best.safetensors'}: {kept}")  # noqa: T201
         return 0
+
+    def _recipe(self) -> GridRecipe:
+        from circumspect.nets.registry import net_spec
+
+        recipe = net_spec(self.net).recipe
+        return recipe if self.cells is None else replace(recipe, shape=self.cells)
 
     def _settings(self) -> TrainingSettings:
         from circumspect.datasets import Augmentation
