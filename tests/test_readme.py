@@ -48,6 +48,11 @@ def test_short_with_one_picture_that_exists():
     assert (ROOT / pictures[0]).is_file()
 
 
+def test_no_placeholder_is_left():
+    for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
+        assert not re.findall(r"^[A-Z]{4,}$", page.read_text(), re.M), page.name
+
+
 def test_links_lead_somewhere():
     for page in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")]:
         for link in re.findall(r"\]\(([^)#]+)\)", page.read_text()):

@@ -1,4 +1,5 @@
 import json
+from contextlib import suppress
 
 import numpy as np
 import onnx
@@ -134,6 +135,52 @@ class TestLoading:
         with pytest.raises(WeightsError, match=complaint):
             Classifier.load(tmp_path / "changed.onnx")
 
+    def test_any_broken_file_is_a_known_fault(self, tmp_path, shipped_bytes):
+        rng = np.random.default_rng(0)
+        path = tmp_path / "mutated.onnx"
+        for _ in range(25):
+            content = bytearray(shipped_bytes)
+            end = len(content) if rng.random() < 0.5 else 4000
+            for place in rng.integers(0, end, 20):
+                content[place] = rng.integers(256)
+            tail = content[-3000:]
+            content[-3000:] = bytes(tail) if rng.random() < 0.5 else rng.bytes(3000)
+            path.write_bytes(content)
+            with suppress(WeightsError):
+                classifier = Classifier.load(path, threads=1)
+                assert classifier.classes
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            {"temperature": 0},
+            {"temperature": "1"},
+            {"temperature": float("nan")},
+            {"classes": ["a"] * 10},
+            {"grid": {"azimuth_views": 0}},
+            {"grid": {"azimuth_views": "2"}},
+            {"grid": {"kind": "spherical"}},
+        ],
+    )
+    def test_values_that_make_no_sense(self, tmp_path, shipped_bytes, change):
+        network = onnx.load_from_string(shipped_bytes)
+        (entry,) = network.metadata_props
+        described = json.loads(entry.value)
+        described["grid"] |= change.pop("grid", {})
+        entry.value = json.dumps(described | change)
+        onnx.save(network, tmp_path / "changed.onnx")
+        with pytest.raises(WeightsError, match="description is broken"):
+            Classifier.load(tmp_path / "changed.onnx")
+
+
+def test_shipped_file_is_small(shipped_bytes):
+    assert len(shipped_bytes) <= 8_000_000
+
+
+def test_threads_below_zero():
+    with pytest.raises(InputError, match="threads"):
+        Classifier.load(threads=-1)
+
 
 def test_prediction_from_a_vector():
     prediction = Prediction.from_probabilities(("a", "b"), np.array([0.25, 0.75]))
@@ -158,7 +205,7 @@ def test_views_are_turned_by_fractions_of_a_cell():
 
 
 def test_real_objects_are_named_whatever_their_yaw(classifier, data_folder):
-    """A sample of the validation split, off the cells; the test split is for reports."""
+    """Objects that the network was trained on: this shows that nothing broke on the way."""
     objects = open_data_set(data_folder / "modelnet10", "validation")
     chosen = objects.subset(np.arange(0, len(objects), 12))
     grids = np.stack(
@@ -166,7 +213,7 @@ def test_real_objects_are_named_whatever_their_yaw(classifier, data_folder):
     )
     answers = [classifier.probabilities(grids[:, k]).argmax(axis=1) for k in range(2)]
     for answer in answers:
-        assert (answer == chosen.labels).mean() > 0.88
+        assert (answer == chosen.labels).mean() > 0.95
     assert (answers[0] == answers[1]).mean() > 0.95
 
 

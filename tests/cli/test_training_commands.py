@@ -55,10 +55,24 @@ def test_evaluation_writes_metrics_and_figures(trained, data, tmp_path, capsys):
     assert printed == metrics
     assert metrics["yaw_deg"] == [0, 45, 90, 135]
     assert metrics["objects"] == 6
+    assert not metrics["seen_in_training"]
     assert metrics["classes"] == ["chair", "sofa"]
     assert {"accuracy", "mean_class_accuracy", "worst", "spread", "flip_rate", "confusion",
             "milliseconds"} <= set(metrics)  # fmt: skip
     assert len(list(tmp_path.glob("*.png"))) == 3
+
+
+@pytest.mark.parametrize(("split", "seen"), [("validation", False), ("train", True)])
+def test_figures_on_training_objects_are_marked(trained, data, tmp_path, capsys, split, seen):
+    words = ("evaluate", "--weights", trained, "--data", data, "--split", split)
+    assert run(*words, "--yaw", "0", "--out", tmp_path) == 0
+    assert ("do not quote" in capsys.readouterr().out) == seen
+    assert json.loads((tmp_path / "metrics.json").read_text())["seen_in_training"] == seen
+
+
+def test_the_test_split_is_not_for_training(data, tmp_path, capsys):
+    assert run("train", "--data", data / "test.npz", "--out", tmp_path / "run") == 2
+    assert "for reports" in capsys.readouterr().err
 
 
 def test_evaluation_of_weights_for_other_classes(data, tmp_path, capsys):
@@ -67,9 +81,9 @@ def test_evaluation_of_weights_for_other_classes(data, tmp_path, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("yaws", ["north", "0,,90", ""])
+@pytest.mark.parametrize("yaws", ["north", "0,,90", "", "nan,90"])
 def test_yaws_that_are_no_numbers(data, tmp_path, capsys, yaws):
-    words = ("evaluate", "--data", data, "--out", tmp_path, "--yaw-count", 0, "--yaw", yaws)
+    words = ("evaluate", "--data", data, "--out", tmp_path, "--yaw", yaws)
     assert run(*words) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
@@ -86,7 +100,7 @@ def test_exported_weights_name_files(trained, tmp_path, capsys):
 
 def test_export_of_nothing(tmp_path, capsys):
     assert run("export", tmp_path, tmp_path / "own.onnx") == 2
-    assert "no such file" in capsys.readouterr().err
+    assert "train first" in capsys.readouterr().err
 
 
 def test_evaluation_of_a_folder_without_weights(data, tmp_path, capsys):

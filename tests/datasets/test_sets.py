@@ -1,3 +1,5 @@
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -64,6 +66,25 @@ class TestPointPack:
         np.savez(path, labels=np.zeros(3))
         with pytest.raises(InputError, match="lacks points_u16"):
             read_point_pack(path)
+
+    @given(seed=st.integers(0, 2**32 - 1))
+    def test_mutated_packs_give_a_set_or_a_known_fault(self, tmp_path_factory, seed):
+        path = tmp_path_factory.getbasetemp() / "mutated.npz"
+        write_point_pack(path, small_set())
+        rng = np.random.default_rng(seed)
+        content = bytearray(path.read_bytes())
+        for place in rng.integers(0, len(content), rng.integers(1, 6)):
+            content[place] = rng.integers(256)
+        path.write_bytes(content)
+        with suppress(InputError):
+            assert len(read_point_pack(path)) >= 0
+
+    def test_a_lone_test_pack_is_for_reports(self, tmp_path):
+        write_point_pack(tmp_path / "test.npz", small_set())
+        assert len(open_data_set(tmp_path / "test.npz", "test")) == 6
+        for split in ("train", "validation", "fit"):
+            with pytest.raises(InputError, match=r"test\.npz"):
+                open_data_set(tmp_path / "test.npz", split)
 
     def test_nothing_there(self, tmp_path):
         with pytest.raises(InputError, match="give point packs"):

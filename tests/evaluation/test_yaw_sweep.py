@@ -10,7 +10,7 @@ from circumspect.datasets import ObjectSet
 from circumspect.errors import InputError, WeightsError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
 from circumspect.evaluation.figures import draw_all
-from circumspect.evaluation.yaw_sweep import even_yaws, sweep_yaw
+from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
 
 CLASSES = ("flat", "tall")
 
@@ -45,7 +45,7 @@ def objects(count=12):
 
 
 def test_an_invariant_predictor_has_no_spread():
-    sweep = sweep_yaw(ByHeight(), objects(), even_yaws(7))
+    sweep = sweep_yaw(ByHeight(), objects(), spread_yaws(7))
     metrics = sweep.metrics()
     assert metrics["accuracy"] == [1.0] * 7
     assert metrics["mean_class_accuracy"] == [1.0] * 7
@@ -57,7 +57,7 @@ def test_an_invariant_predictor_has_no_spread():
 
 
 def test_a_predictor_that_looks_one_way_is_found_out():
-    sweep = sweep_yaw(ByDirection(), objects(), even_yaws(16))
+    sweep = sweep_yaw(ByDirection(), objects(), spread_yaws(16))
     assert sweep.flip_rate > 0.4
     assert sweep.metrics()["spread"] > 0.2
 
@@ -65,7 +65,7 @@ def test_a_predictor_that_looks_one_way_is_found_out():
 def test_figures_are_written(tmp_path):
     from PIL import Image
 
-    sweep = sweep_yaw(ByDirection(), objects(), even_yaws(8))
+    sweep = sweep_yaw(ByDirection(), objects(), spread_yaws(8))
     files = draw_all(sweep, objects(), tmp_path)
     assert len(files) == 3
     for file in files:
@@ -83,11 +83,15 @@ def test_other_classes_are_refused():
         sweep_yaw(ByHeight(), objects(), [])
 
 
-def test_yaws_are_spread_evenly():
-    assert even_yaws(4) == [0, 90, 180, 270]
-    assert np.unique(np.round(np.array(even_yaws(64)) % (360 / 32), 6)).size == 2
+@given(count=st.integers(2, 200), cells=st.sampled_from([16, 32, 64]))
+def test_yaws_cover_the_turn_and_all_fractions_of_a_cell(count, cells):
+    yaws = np.array(spread_yaws(count))
+    assert yaws[0] == 0
+    assert (np.floor(yaws * count / 360 + 1e-9) == np.arange(count)).all()
+    fractions = np.sort(yaws % (360 / cells)) / (360 / cells)
+    assert len(np.unique(np.round(fractions, 9))) == count
     with pytest.raises(InputError, match="at least one"):
-        even_yaws(0)
+        spread_yaws(0)
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3)), min_size=1, max_size=60))

@@ -1,4 +1,5 @@
 import json
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -103,6 +104,19 @@ class TestCheckpoint:
             path.write_bytes(broken)
             with pytest.raises(WeightsError, match="not a checkpoint"):
                 Checkpoint.load(path)
+
+    def test_mutated_files_load_or_are_named(self, tmp_path):
+        path = tmp_path / "w.safetensors"
+        self.checkpoint().save(path)
+        whole = path.read_bytes()
+        rng = np.random.default_rng(0)
+        for _ in range(60):
+            content = bytearray(whole)
+            for place in rng.integers(0, 6000, 8):
+                content[place] = rng.integers(256)
+            path.write_bytes(content)
+            with suppress(WeightsError, InputError):
+                Checkpoint.load(path).build()
 
     def test_weights_of_another_program(self, tmp_path):
         path = tmp_path / "w.safetensors"

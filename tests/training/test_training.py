@@ -1,16 +1,21 @@
 import csv
 import json
+import os
+import subprocess
+import sys
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
+from safetensors.torch import load_file
 
+from circumspect.classification import GridRecipe
 from circumspect.datasets import Augmentation, GridCache, ObjectSet
-from circumspect.errors import InputError, WeightsError
-from circumspect.nets import Checkpoint
+from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.training import TrainingSettings, train
 from circumspect.training.draws import class_chances, draw_epoch, learning_rate_at
 
@@ -58,13 +63,20 @@ def test_learns_logs_and_keeps_the_best(tmp_path):
     assert list((tmp_path / "run" / "tensorboard").iterdir())
 
 
+def assert_same_state(one, other):
+    """The last state, not the best epoch: nets, averages and the optimizer's moments."""
+    states = [load_file(folder / "state.safetensors") for folder in (one, other)]
+    assert states[0].keys() == states[1].keys()
+    assert any(name.startswith("optimizer/") for name in states[0])
+    for name, value in states[0].items():
+        torch.testing.assert_close(states[1][name], value, rtol=0, atol=0)
+
+
 def test_resumed_run_equals_an_uninterrupted_one(tmp_path):
-    whole = run(tmp_path / "whole")
+    run(tmp_path / "whole")
     run(tmp_path / "parts", stop_after=1)
-    resumed = run(tmp_path / "parts")
-    assert whole.weights.keys() == resumed.weights.keys()
-    for name, value in whole.weights.items():
-        torch.testing.assert_close(resumed.weights[name], value, rtol=0, atol=0)
+    run(tmp_path / "parts")
+    assert_same_state(tmp_path / "whole", tmp_path / "parts")
 
 
 def test_killed_within_an_epoch_it_starts_that_epoch_again(tmp_path):
@@ -75,9 +87,9 @@ def test_killed_within_an_epoch_it_starts_that_epoch_again(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         train(shapes(), QUICK, tmp_path / "run", Killer(), GridCache(tmp_path / "grids"))
-    resumed, whole = run(tmp_path / "run"), run(tmp_path / "whole")
-    for name, value in whole.weights.items():
-        torch.testing.assert_close(resumed.weights[name], value, rtol=0, atol=0)
+    run(tmp_path / "run")
+    run(tmp_path / "whole")
+    assert_same_state(tmp_path / "run", tmp_path / "whole")
 
 
 def test_other_settings_are_not_mixed_in(tmp_path):
@@ -106,8 +118,10 @@ def test_without_validation_all_objects_train_and_the_last_epoch_is_kept(tmp_pat
 def test_bf16_trains(tmp_path):
     settings = TrainingSettings(epochs=2, batch_size=8, replicas=2, precision="bf16", seed=1)
     checkpoint = run(tmp_path / "run", settings)
-    assert np.isfinite(checkpoint.training["reached"]["loss"])
-    assert all(v.dtype != torch.bfloat16 for v in checkpoint.weights.values())
+    plain = run(tmp_path / "plain", TrainingSettings(epochs=2, batch_size=8, replicas=2, seed=1))
+    losses = [c.training["reached"]["loss"] for c in (checkpoint, plain)]
+    assert losses[0] != losses[1]
+    assert losses[0] == pytest.approx(losses[1], rel=0.1)
 
 
 def test_a_class_without_objects_is_named(tmp_path):
@@ -117,11 +131,46 @@ def test_a_class_without_objects_is_named(tmp_path):
         run(tmp_path / "run", objects=three)
 
 
-def test_checkpoint_is_the_one_on_disk(tmp_path):
-    given_back = run(tmp_path / "run")
-    loaded = Checkpoint.load(tmp_path / "run" / "best.safetensors")
-    for name, value in loaded.weights.items():
-        torch.testing.assert_close(value, given_back.weights[name], rtol=0, atol=0)
+def test_settings_that_can_not_work_are_refused_before_anything_is_written(tmp_path):
+    for settings, complaint in (
+        (TrainingSettings(batch_size=1), "batch norm"),
+        (TrainingSettings(net="plane"), "did you mean planes"),
+    ):
+        with pytest.raises(InputError, match=complaint):
+            run(tmp_path / "run", settings)
+        assert not (tmp_path / "run" / "state.safetensors").exists()
+    with pytest.raises(InputError, match="multiples of 8"):
+        run(tmp_path / "run", recipe=GridRecipe(shape=(20, 32, 20)))
+    # The corrected command is not refused.
+    run(tmp_path / "run", stop_after=1)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"epochs": 0}, {"learning_rate": -1.0}, {"learning_rate": float("nan")}, {"mixing": 1.5}],
+)
+def test_values_out_of_range(wrong):
+    with pytest.raises(CircumspectError, match=next(iter(wrong))):
+        TrainingSettings(**wrong)
+
+
+def test_two_processes_train_together(tmp_path):
+    """As `torchrun` starts them, on the CPU."""
+    script = tmp_path / "job.py"
+    script.write_text(
+        "import sys, pathlib\n"
+        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "import test_training as t\n"
+        f"t.run(pathlib.Path({str(tmp_path / 'run')!r}), t.QUICK, stop_after=1)\n"
+    )
+    words = ["-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2", str(script)]
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "ACCELERATE_USE_CPU": "1"}
+    done = subprocess.run(
+        [sys.executable, *words], capture_output=True, text=True, env=environment, timeout=300
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    with (tmp_path / "run" / "epochs.csv").open() as stream:
+        assert len(list(csv.DictReader(stream))) == 1
 
 
 def test_augmentation_belongs_to_the_cache_key(tmp_path):

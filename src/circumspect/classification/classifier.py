@@ -43,6 +43,9 @@ class Classifier(ABC):
     def classify_grid(self, grid: OccupancyGrid) -> Prediction:
         """Name the object that a grid shows.
 
+        A grid is a single view: between whole azimuth cells the answer is a little less steady
+        than that to a cloud, which is gridded anew for every view of the recipe.
+
         Raises:
             InputError: The grid is of another kind or shape than the classifier was trained on.
         """

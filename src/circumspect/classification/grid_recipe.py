@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface, require_extent
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid, hits_batch
+from circumspect.grid.grid_arguments import checked_shape
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,15 @@ class GridRecipe:
     fill_below: int = 20_000
     fill_samples: int = 16_384
 
+    def __post_init__(self) -> None:
+        if self.kind not in ("cylindrical", "rectangular"):
+            raise InputError(f"a grid is cylindrical or rectangular, not {self.kind!r}")
+        object.__setattr__(self, "shape", checked_shape(self.shape))
+        for name in ("azimuth_views", "fill_below", "fill_samples"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
+
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> GridRecipe:
         """Read back what `to_dict` made.
@@ -44,7 +54,7 @@ class GridRecipe:
         known = {f.name for f in fields(cls)}
         if unknown := set(document) - known:
             raise InputError(f"unknown grid settings {sorted(unknown)}; known: {sorted(known)}")
-        return cls(**{**document, "shape": tuple(document["shape"])})
+        return cls(**document)
 
     def to_dict(self) -> dict[str, Any]:
         """The recipe as JSON types."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.prediction import Prediction
-from circumspect.errors import CircumspectError, WeightsError
+from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
 
@@ -32,13 +33,15 @@ class OnnxClassifier(Classifier):
         """What the file says of itself: name, classes, grid, temperature, training."""
         self._classes = tuple(description["classes"])
         self._recipe = GridRecipe.from_dict(description["grid"])
-        self._temperature = float(description.get("temperature", 1.0))
+        if not self._classes or len(set(self._classes)) != len(self._classes):
+            raise WeightsError(f"its classes are not distinct: {', '.join(self._classes)}")
+        self._temperature = checked_temperature(description.get("temperature", 1.0))
 
     @staticmethod
     def load(path: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
         """See `Classifier.load`."""
         if path is None:
-            content = resources.files("circumspect.classification").joinpath(SHIPPED).read_bytes()
+            content = _shipped()
             return _open(content, "the shipped classifier", threads)
         return _open(_read(Path(path)), str(path), threads)
 
@@ -51,6 +54,11 @@ class OnnxClassifier(Classifier):
     def recipe(self) -> GridRecipe:
         """See `Classifier.recipe`."""
         return self._recipe
+
+    @property
+    def training(self) -> Mapping[str, Any]:
+        """How it was trained; empty where the file does not say."""
+        return self.description.get("training", {})
 
     def classify(self, cloud: PointCloud) -> Prediction:
         """See `Classifier.classify`."""
@@ -88,6 +96,17 @@ class OnnxClassifier(Classifier):
         return powers / powers.sum(axis=1, keepdims=True)
 
 
+def checked_temperature(value: Any) -> float:
+    """A divisor of logits.
+
+    Raises:
+        InputError: Not a positive finite number.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < np.inf:
+        raise InputError(f"the temperature must be a positive number, not {value!r}")
+    return float(value)
+
+
 def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
@@ -100,9 +119,18 @@ def _read(path: Path) -> bytes:
         raise WeightsError(f"{path}: can not be read ({reason})") from error
 
 
+def _shipped() -> bytes:
+    try:
+        return resources.files("circumspect.classification").joinpath(SHIPPED).read_bytes()
+    except OSError as error:
+        raise WeightsError("the shipped classifier is missing; install circumspect anew") from error
+
+
 def _open(content: bytes, name: str, threads: int) -> OnnxClassifier:
     import onnxruntime
 
+    if threads < 0:
+        raise InputError(f"threads must be 0 (all cores) or more, not {threads}")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.log_severity_level = 4

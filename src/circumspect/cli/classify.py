@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from circumspect.cli.known_faults import blamed_on
 from circumspect.errors import CircumspectError
 
 if TYPE_CHECKING:
@@ -46,14 +47,19 @@ class Classify:
         """Name each file; a file that fails does not stop the others."""
         from circumspect.classification import Classifier
 
+        if not self.files:
+            raise CircumspectError("nothing to classify; give at least one file")
         classifier = Classifier.load(self.weights, self.threads)
         failed = False
         for file in self.files:
             try:
-                self._tell(_named(file, classifier, self.up, self.samples))
+                with blamed_on(file):
+                    record = _named(file, classifier, self.up, self.samples)
             except CircumspectError as error:
                 failed = True
-                print(f"circumspect: {_with_name(error, file)}", file=sys.stderr)  # noqa: T201
+                print(f"circumspect: {error}", file=sys.stderr)  # noqa: T201
+            else:
+                self._tell(record)
         return 2 if failed else 0
 
     def _tell(self, record: dict[str, Any]) -> None:
@@ -101,8 +107,3 @@ def _readable(record: dict[str, Any], top: int) -> str:
     best = sorted(record["probabilities"].items(), key=lambda item: -item[1])[: max(1, top)]
     ranked = ", ".join(f"{name} {100 * share:.1f} %" for name, share in best)
     return f"{record['file']}: {ranked}"
-
-
-def _with_name(error: CircumspectError, file: Path) -> str:
-    text = str(error)
-    return text if str(file) in text else f"{file}: {text}"

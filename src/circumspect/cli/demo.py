@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Demo:
-    """A simulated RGB-D camera circles a piece of furniture from a random start and names it.
+    """A simulated RGB-D camera circles a piece of furniture and names it.
 
     $ circumspect demo
     $ circumspect demo --object chair --start 135

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import json
+import math
+import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.errors import InputError
+from circumspect import __version__
+from circumspect.errors import InputError, MissingExtraError
+
+if TYPE_CHECKING:
+    from circumspect.datasets import ObjectSet
+    from circumspect.evaluation.yaw_sweep import YawSweep
 
 
 @dataclass(frozen=True)
@@ -17,7 +24,7 @@ class Evaluate:
     """Accuracy at many yaws: the points are turned and gridded anew at each.
 
     $ circumspect evaluate --data modelnet10 --split test --yaw-count 64 --out eval
-    $ circumspect evaluate --weights runs/planes --data modelnet10 --yaw 0,45,90,135
+    $ circumspect evaluate --weights runs/train-planes --data modelnet10 --yaw 0,45,90,135
     """
 
     data: Path
@@ -29,7 +36,7 @@ class Evaluate:
     yaw: Annotated[str | None, tyro.conf.arg(metavar="DEG,DEG,...")] = None
     """Angles in degrees, such as 0,45,90,135."""
     yaw_count: int = 64
-    """This many angles spread evenly over the turn, where --yaw is not given."""
+    """This many angles over the turn, each at another fraction of a cell, without --yaw."""
     out: Path = Path("evaluation")
     """Folder for metrics.json and figures."""
     json: bool = False
@@ -40,34 +47,47 @@ class Evaluate:
     def run(self) -> int:
         """Evaluate, write and tell."""
         from circumspect.cli.progress import progress_bar
-        from circumspect.datasets import open_data_set
-        from circumspect.evaluation.figures import draw_all
+        from circumspect.evaluation.evaluation_set import open_evaluation_set
         from circumspect.evaluation.predictor import load_predictor
-        from circumspect.evaluation.yaw_sweep import even_yaws, sweep_yaw
+        from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
         from circumspect.storage import write_json
 
-        yaws = _parsed(self.yaw) if self.yaw else even_yaws(self.yaw_count)
+        yaws = spread_yaws(self.yaw_count) if self.yaw is None else _parsed(self.yaw)
         predictor = load_predictor(self.weights, self.threads)
         with progress_bar("sampling meshes") as progress:
-            objects = open_data_set(self.data, self.split, progress)
+            evaluated = open_evaluation_set(predictor, self.data, self.split, progress)
         with progress_bar("objects") as progress:
-            sweep = sweep_yaw(predictor, objects, yaws, progress)
+            sweep = sweep_yaw(predictor, evaluated.objects, yaws, progress)
         metrics = {
+            "circumspect": __version__,
             "weights": "shipped" if self.weights is None else str(self.weights),
             "split": self.split,
+            "data": evaluated.objects.digest,
+            "seen_in_training": evaluated.seen,
             **sweep.metrics(),
         }
         write_json(self.out / "metrics.json", metrics)
-        draw_all(sweep, objects, self.out)
         print(json.dumps(metrics) if self.json else _readable(metrics, self.out))  # noqa: T201
+        self._draw(sweep, evaluated.objects)
         return 0
+
+    def _draw(self, sweep: YawSweep, objects: ObjectSet) -> None:
+        from circumspect.evaluation.figures import draw_all
+
+        try:
+            draw_all(sweep, objects, self.out)
+        except MissingExtraError as error:
+            print(f"circumspect: no figures: {error}", file=sys.stderr)  # noqa: T201
 
 
 def _parsed(text: str) -> list[float]:
     try:
-        return [float(word) for word in text.split(",")]
-    except ValueError as error:
-        raise InputError(f"--yaw {text}: give degrees such as 0,45,90,135") from error
+        yaws = [float(word) for word in text.split(",")]
+    except ValueError:
+        yaws = [math.nan]
+    if not all(map(math.isfinite, yaws)):
+        raise InputError(f"--yaw '{text}': give degrees such as 0,45,90,135")
+    return yaws
 
 
 def _readable(metrics: dict[str, Any], out: Path) -> str:
@@ -81,5 +101,7 @@ def _readable(metrics: dict[str, Any], out: Path) -> str:
         f"accuracy worst {metrics['worst']:.4f}, best {max(accuracy):.4f}, "
         f"spread {metrics['spread']:.4f}; {100 * metrics['flip_rate']:.1f} % flip"
     )
+    if metrics["seen_in_training"]:
+        lines.append("the network was trained on these objects: do not quote these figures")
     lines.append(f"metrics and figures: {out}")
     return "\n".join(lines)

@@ -15,7 +15,7 @@ from circumspect.errors import MissingExtraError
 class Export:
     """Turn a trained network into one ONNX file for the robot.
 
-    $ circumspect export runs/planes planes.onnx
+    $ circumspect export runs/train-planes planes.onnx
     """
 
     weights: Annotated[Path, tyro.conf.Positional]
@@ -30,15 +30,13 @@ class Export:
     def run(self) -> int:
         """Export and tell how close the outputs are."""
         try:
-            import torch  # noqa: F401
-
             from circumspect.export import export_onnx
         except ImportError as error:
             raise MissingExtraError("torch or onnx", "train") from error
+        from circumspect.evaluation.predictor import checkpoint_path
         from circumspect.nets import Checkpoint
 
-        path = self.weights / "best.safetensors" if self.weights.is_dir() else self.weights
-        checkpoint = Checkpoint.load(path)
+        checkpoint = Checkpoint.load(checkpoint_path(self.weights))
         difference = export_onnx(checkpoint, self.out, self.azimuth_views, self.temperature)
         size = self.out.stat().st_size / 1e6
         print(f"{self.out}: {size:.1f} MB, logits within {difference:.1g}")  # noqa: T201

@@ -8,6 +8,9 @@ from typing import Annotated, Literal
 
 import tyro
 
+from circumspect.cli.known_faults import blamed_on
+from circumspect.errors import InputError
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -36,10 +39,13 @@ class Grid:
         from circumspect.geometry import read_cloud
         from circumspect.storage import atomic_path
 
-        cloud = read_cloud(self.file, up=self.up, samples=self.samples)
-        recipe = GridRecipe(kind=self.kind, shape=self.cells)
-        grid = recipe.bounds(cloud).hits(recipe.surface(cloud).points_xyz)
         out = self.out or Path(f"{self.file.stem}-grid.npz")
+        if out.suffix.lower() != ".npz":
+            raise InputError(f"--out {out}: a grid is an npz; give a name that ends in .npz")
+        recipe = GridRecipe(kind=self.kind, shape=self.cells)
+        cloud = read_cloud(self.file, up=self.up, samples=self.samples)
+        with blamed_on(self.file):
+            grid = recipe.bounds(cloud).hits(recipe.surface(cloud).points_xyz)
         grid.save(out)
         picture = out.with_suffix(".png")
         with atomic_path(picture) as aside:

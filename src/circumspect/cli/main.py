@@ -52,12 +52,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _complain(str(error))
         return 2
     except KeyboardInterrupt:
-        _complain("interrupted")
+        _complain("interrupted; the same command starts or goes on again")
         return 130
     except BrokenPipeError:
         # The reader of our output went away (`| head`); nothing is left to tell it.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 0
+    except OSError as error:
+        # A full disk behind standard output, or a path that the system refuses.
+        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115
+        _complain(f"{error.filename or 'standard output'}: {(error.strerror or '').lower()}")
+        return 2
     return code
 
 

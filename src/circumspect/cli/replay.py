@@ -18,10 +18,10 @@ Box = tuple[float, float, float, float, float, float]
 
 @dataclass(frozen=True)
 class Replay:
-    """Recorded RGB-D frames through the pipeline: what lies in a box is modelled and named.
+    """Recorded RGB-D frames through the pipeline: names what lies in a box.
 
-    $ circumspect replay redkitchen --box -1.445 0.746 1.811 -0.947 -0.337 2.101 --every 5
-    $ circumspect replay redkitchen --box -1.45 1.30 -1.46 -0.97 2.03 -0.60 --box-frame map
+    $ circumspect replay redkitchen --box -1.445 .746 1.811 -.947 -.337 2.101
+    $ circumspect replay redkitchen --box X Y Z X Y Z --box-frame map --every 5
     """
 
     recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]

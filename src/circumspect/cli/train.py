@@ -59,23 +59,20 @@ class Train:
     def run(self) -> int:
         """Train, and say what was reached."""
         try:
-            import accelerate  # noqa: F401
-            import torch  # noqa: F401
+            from circumspect.training import train
         except ImportError as error:
-            raise MissingExtraError("torch or accelerate", "train") from error
+            raise MissingExtraError(error.name or "torch", "train") from error
         from circumspect.cli.progress import progress_bar
         from circumspect.cli.training_progress import TrainingProgress
         from circumspect.datasets import GridCache, open_data_set
-        from circumspect.training import train
 
+        settings, recipe = self._settings(), self._recipe()
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(self.data, "train", progress)
-        settings = self._settings()
         out = self.out or Path("runs") / f"train-{self.net}"
         with TrainingProgress(settings.epochs) as observer:
-            checkpoint = train(
-                objects, settings, out, observer, GridCache(self.cache), self._recipe()
-            )
+            cache = GridCache(self.cache)
+            checkpoint = train(objects, settings, out, observer, cache, recipe)
         reached = checkpoint.training["reached"]
         accuracy = reached.get("validation_accuracy")
         kept = f"epoch {reached['epoch']}" + (

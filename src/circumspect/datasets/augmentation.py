@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.errors import InputError
+
 
 @dataclass(frozen=True)
 class Augmentation:
@@ -33,6 +35,11 @@ class Augmentation:
     thin: float = 0.3
     holes: float = 0.5
     hole_radius: tuple[float, float] = (0.05, 0.25)
+
+    def __post_init__(self) -> None:
+        for name in ("mirror", "stretch", "jitter", "shift", "thin", "holes"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise InputError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
 
     def apply(
         self,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from circumspect.datasets.cache_folder import cache_folder
 from circumspect.datasets.farthest_points import evenly_sampled
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
+from circumspect.errors import InputError
 from circumspect.furniture import CATEGORIES, make_furniture
 
 VERSION = 1
@@ -32,7 +34,7 @@ def furniture_set(
         OutputError: The cache can not be written.
     """
     cached = cache_folder("packs") / f"furniture-{VERSION}-{each}-{first_seed}.npz"
-    if cached.exists():
+    with suppress(InputError):
         return read_point_pack(cached)
     jobs = [(category, first_seed + i) for category in CATEGORIES for i in range(each)]
 

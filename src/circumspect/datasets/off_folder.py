@@ -6,6 +6,7 @@ import hashlib
 import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.errors import InputError
 from circumspect.geometry import read_mesh
 
+VERSION = 1
 log = logging.getLogger(__name__)
 
 
@@ -38,7 +40,7 @@ def read_off_folder(
     if not files:
         raise InputError(f"{folder}: no <class>/{split}/*.off below it")
     cached = cache_folder("packs") / f"{_fingerprint(files)}.npz"
-    if cached.exists():
+    with suppress(InputError):
         return read_point_pack(cached)
     objects = _sample(files, progress)
     write_point_pack(cached, objects)
@@ -63,7 +65,7 @@ def _sampled(file: Path) -> NDArray[np.float32]:
 
 
 def _fingerprint(files: list[Path]) -> str:
-    state = hashlib.sha256(f"{POINTS} {CANDIDATES}".encode())
+    state = hashlib.sha256(f"{VERSION} {POINTS} {CANDIDATES}".encode())
     for file in files:
         facts = file.stat()
         state.update(f"{file.resolve()} {facts.st_size} {facts.st_mtime_ns}\n".encode())

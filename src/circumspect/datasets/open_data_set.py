@@ -22,7 +22,7 @@ def open_data_set(
 
     Args:
         path: A folder of point packs (`train.npz`, `test.npz`), the OFF folder of ModelNet10,
-            or one point pack, which then stands for its own split.
+            or one point pack, which then stands for all of its split.
         split: "train" is the official training split; "fit" and "validation" are its two
             parts; "test" is for reports only.
         progress: Called with (done, all) while meshes are sampled.
@@ -32,6 +32,8 @@ def open_data_set(
         InputError: Nothing of that kind is there, or a file is broken.
     """
     source = "test" if split == "test" else "train"
+    if path.is_file() and split in ("fit", "validation"):
+        raise InputError(f"{path}: a lone pack is not split; give its folder")
     objects = _read(path, source, progress)
     if split in ("train", "test"):
         return objects
@@ -41,9 +43,15 @@ def open_data_set(
 
 def _read(path: Path, source: str, progress: Callable[[int, int], None] | None) -> ObjectSet:
     if path.is_file():
-        return read_point_pack(path)
+        return _lone_pack(path, source)
     if (path / f"{source}.npz").is_file():
         return read_point_pack(path / f"{source}.npz")
     if path.is_dir():
         return read_off_folder(path, source, progress)
     raise InputError(f"{path}: no such folder or file; give point packs or the OFF folder")
+
+
+def _lone_pack(path: Path, source: str) -> ObjectSet:
+    if source == "train" and path.stem == "test":
+        raise InputError(f"{path}: the test split is for reports, not for training or choosing")
+    return read_point_pack(path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -29,10 +28,18 @@ def read_point_pack(path: Path) -> ObjectSet:
                 raise InputError(f"{path}: not a point pack, it lacks {', '.join(missing)}")
             points = pack["points_u16"]
             labels, names, classes = pack["labels"], pack["names"], pack["classes"]
-    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: can not be read as a point pack ({error})") from error
+    except InputError:
+        raise
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{path}: can not be read ({reason})") from error
+    # Broken archives raise many things: zlib.error, EOFError, NotImplementedError, KeyError …
+    except Exception as error:
+        raise InputError(f"{path}: a broken point pack; fetch or make it anew") from error
     if points.dtype != np.uint16 or points.ndim != 3:
         raise InputError(f"{path}: points_u16 must be uint16 (n, p, 3), not {points.shape}")
+    if labels.dtype.kind not in "iu" or names.dtype.kind != "U" or classes.dtype.kind != "U":
+        raise InputError(f"{path}: labels must be whole numbers, names and classes text")
     try:
         return ObjectSet(
             (points / np.float32(65535)).astype(np.float32),
@@ -59,7 +66,7 @@ def write_point_pack(path: Path, objects: ObjectSet) -> None:
             points_u16=np.rint(unit * 65535).astype(np.uint16),
             offset=low,
             scale=scale,
-            labels=objects.labels.astype(np.int8),
+            labels=objects.labels.astype(np.int16),
             names=objects.names,
             classes=np.array(objects.classes),
         )

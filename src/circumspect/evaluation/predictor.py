@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +29,28 @@ class Predictor(Protocol):
         """How clouds become grids."""
         ...
 
+    @property
+    def training(self) -> Mapping[str, Any]:
+        """How it was trained: `settings`, and `data`, the digest of the training split."""
+        ...
+
     def probabilities(self, grids: NDArray[np.uint8]) -> NDArray[np.float64]:
         """(n, views, *shape) grids to (n, c) probabilities."""
         ...
+
+
+def checkpoint_path(weights: Path) -> Path:
+    """The file that a path names: itself, or the best checkpoint in a run's folder.
+
+    Raises:
+        WeightsError: A folder without one.
+    """
+    if not weights.is_dir():
+        return weights
+    best = weights / f"best{CHECKPOINT_SUFFIX}"
+    if not best.exists():
+        raise WeightsError(f"{weights}: holds no {best.name}; train first")
+    return best
 
 
 def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
@@ -44,10 +64,8 @@ def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
         WeightsError: The file is missing, broken, or of another program.
         MissingExtraError: A checkpoint needs torch.
     """
-    if weights is not None and weights.is_dir():
-        weights = weights / f"best{CHECKPOINT_SUFFIX}"
-        if not weights.exists():
-            raise WeightsError(f"{weights.parent}: holds no best{CHECKPOINT_SUFFIX}; train first")
+    if weights is not None:
+        weights = checkpoint_path(weights)
     if weights is None or weights.suffix != CHECKPOINT_SUFFIX:
         return Classifier.load(weights, threads)
     try:
@@ -67,7 +85,9 @@ def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
         mean = torch.cat(parts).double().view(count, views, -1).mean(1)
         return mean.softmax(1).numpy()
 
-    return _CheckpointPredictor(checkpoint.classes, checkpoint.recipe, probabilities)
+    return _CheckpointPredictor(
+        checkpoint.classes, checkpoint.recipe, checkpoint.training, probabilities
+    )
 
 
 class _Function(Protocol):
@@ -78,4 +98,5 @@ class _Function(Protocol):
 class _CheckpointPredictor:
     classes: tuple[str, ...]
     recipe: GridRecipe
+    training: Mapping[str, Any]
     probabilities: _Function

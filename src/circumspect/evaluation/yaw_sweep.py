@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.classification import GridRecipe
 from circumspect.datasets import ObjectSet
-from circumspect.errors import InputError, WeightsError
+from circumspect.errors import GeometryError, InputError, WeightsError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
 from circumspect.evaluation.predictor import Predictor
 
@@ -74,15 +75,20 @@ class YawSweep:
         }
 
 
-def even_yaws(count: int) -> list[float]:
-    """`count` angles spread evenly over the full turn [deg], from 0; most lie off the cells.
+def spread_yaws(count: int) -> list[float]:
+    """`count` angles over the full turn [deg], no two at the same fraction of an azimuth cell.
+
+    Even steps would meet few fractions: 64 of them fall on whole and half cells of 32 alone. So
+    each angle lies at another place within its step, by the golden ratio; the first is 0.
 
     Raises:
         InputError: Fewer than one.
     """
     if count < 1:
         raise InputError(f"at least one yaw is needed, not {count}")
-    return (np.arange(count) * 360.0 / count).tolist()
+    steps = np.arange(count)
+    golden = (np.sqrt(5) - 1) / 2
+    return ((steps + (steps * golden) % 1.0) * 360.0 / count).tolist()
 
 
 def sweep_yaw(
@@ -128,6 +134,20 @@ def sweep_yaw(
     )
 
 
+def gridded_object(
+    recipe: GridRecipe, objects: ObjectSet, index: int, yaws: Sequence[float]
+) -> NDArray[np.uint8]:
+    """Grids of one object of a set, as `GridRecipe.grids`.
+
+    Raises:
+        InputError: The object spans no shape; the message names it.
+    """
+    try:
+        return recipe.grids(objects.cloud(index), yaws)
+    except GeometryError as error:
+        raise InputError(f"{objects.names[index]}: {error}") from error
+
+
 def _gridded(
     predictor: Predictor, objects: ObjectSet, yaws: NDArray[np.float64]
 ) -> Iterator[tuple[NDArray[np.uint8], float]]:
@@ -135,7 +155,7 @@ def _gridded(
 
     def grid(index: int) -> tuple[NDArray[np.uint8], float]:
         start = time.perf_counter()
-        grids = predictor.recipe.grids(objects.cloud(index), yaws.tolist())
+        grids = gridded_object(predictor.recipe, objects, index, yaws.tolist())
         return grids, time.perf_counter() - start
 
     with ThreadPoolExecutor(1) as pool:

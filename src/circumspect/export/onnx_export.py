@@ -16,7 +16,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from circumspect.classification.onnx_classifier import METADATA_KEY
+from circumspect.classification.onnx_classifier import METADATA_KEY, checked_temperature
 from circumspect.errors import CircumspectError
 from circumspect.nets import Checkpoint
 from circumspect.storage import atomic_path
@@ -51,6 +51,7 @@ def export_onnx(
         The largest difference between a logit of the file and of the checkpoint.
 
     Raises:
+        InputError: Views or temperature out of range.
         CircumspectError: The file answers otherwise than the checkpoint; it is not kept.
         OutputError: The file can not be written.
     """
@@ -61,12 +62,12 @@ def export_onnx(
         "name": checkpoint.net,
         "classes": list(checkpoint.classes),
         "grid": recipe.to_dict(),
-        "temperature": temperature,
+        "temperature": checked_temperature(temperature),
         "training": dict(checkpoint.training),
     }
     probe = _probe(recipe.shape)
     with atomic_path(path) as aside:
-        onnx.save(_converted(net, torch.from_numpy(probe[:2]), description), aside)
+        onnx.save(_converted(net, torch.from_numpy(probe[:2]), description), aside, "protobuf")
         difference = _difference(net, aside, probe)
         if not difference < TOLERANCE:
             raise CircumspectError(

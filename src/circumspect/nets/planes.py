@@ -12,6 +12,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from circumspect.errors import InputError
 from circumspect.nets.azimuth import RowWisePool, wrap
 
 
@@ -104,6 +105,9 @@ class Planes(nn.Module):
         circle_blocks: Circular blocks.
         kernel: Their reach, in azimuth cells.
         dropout: Before each of the two last layers.
+
+    Raises:
+        InputError: Cells that do not divide.
     """
 
     def __init__(
@@ -117,7 +121,13 @@ class Planes(nn.Module):
         dropout: float = 0.4,
     ) -> None:
         super().__init__()
-        radii, _, heights = shape
+        radii, azimuths, heights = shape
+        rows = 2 ** len(widths)
+        if radii % rows or heights % rows or azimuths <= kernel // 2:
+            raise InputError(
+                f"planes needs radii and heights in multiples of {rows} and more than "
+                f"{kernel // 2} azimuths, not {shape}"
+            )
         self.panorama = PlaneBranch(radii, heights, widths)
         self.plan = PlaneBranch(heights, radii, widths)
         joined = self.panorama.features + self.plan.features

@@ -16,6 +16,9 @@ from circumspect.geometry import Trajectory, write_tum
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.storage import write_json
 
+RESULTS = ("result.json", "model.ply", "grid.npz", "trajectory.txt", "picture.png")
+"""Written when a run ends; those of an earlier run are removed when one begins."""
+
 
 class RunFolder:
     """Writes down a run while it goes on; a `PipelineObserver`.
@@ -48,6 +51,8 @@ class RunFolder:
         """Why there is no picture; None where there is one."""
         write_json(self.path / "config.json", self.config)
         self._log("", "w")
+        for name in RESULTS:
+            (self.path / name).unlink(missing_ok=True)
 
     def on_step(self, step: RecognitionStep) -> None:
         """Append the step to the log.

@@ -12,6 +12,7 @@ from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.augmented_grids import AugmentedGrids
 from circumspect.datasets.furniture_set import furniture_set
 from circumspect.errors import InputError
+from circumspect.furniture import CATEGORIES
 from circumspect.training.draws import class_chances
 from circumspect.training.settings import TrainingSettings
 
@@ -82,11 +83,11 @@ class TrainingSamples:
 
 def _furniture_of(classes: tuple[str, ...], settings: TrainingSettings) -> ObjectSet:
     """Procedural furniture of these classes, labelled in their order."""
-    made = furniture_set(settings.furniture_each)
-    if missing := set(classes) - set(made.classes):
+    if missing := set(classes) - set(CATEGORIES):
         raise InputError(
             f"no procedural furniture of class {', '.join(sorted(missing))}; train without it"
         )
+    made = furniture_set(settings.furniture_each)
     wanted = made.subset(np.isin(made.labels, [made.classes.index(name) for name in classes]))
     labels = np.array([classes.index(made.classes[label]) for label in wanted.labels])
     return ObjectSet(wanted.points_xyz, labels, wanted.names, classes)

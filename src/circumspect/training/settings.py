@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
@@ -61,7 +62,10 @@ class TrainingSettings:
         for name in ("epochs", "batch_size", "replicas"):
             if getattr(self, name) < 1:
                 raise CircumspectError(f"{name} must be at least 1, not {getattr(self, name)}")
-        for name in ("label_smoothing", "mixing", "balance", "furniture", "warm_up"):
+        for name in ("learning_rate", "gradient_norm"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise CircumspectError(f"{name} must be positive, not {getattr(self, name)}")
+        for name in ("averaging", "label_smoothing", "mixing", "balance", "furniture", "warm_up"):
             if not 0 <= getattr(self, name) <= 1:
                 raise CircumspectError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,19 +19,18 @@ from circumspect.classification import GridRecipe
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.validation_split import validation_split
 from circumspect.errors import InputError
-from circumspect.evaluation.accuracy import mean_class_accuracy
 from circumspect.nets import Checkpoint, build_net
 from circumspect.nets.registry import net_spec
-from circumspect.storage import write_json
 from circumspect.training.draws import draw_epoch, learning_rate_at
+from circumspect.training.examiner import Examiner
 from circumspect.training.resume import load_state, save_state
+from circumspect.training.run_config import claim_folder, run_config
 from circumspect.training.run_log import RunLog
 from circumspect.training.samples import TrainingSamples
 from circumspect.training.settings import TrainingSettings
 
 STATE = "state.safetensors"
 BEST = "best.safetensors"
-VALIDATION_YAWS: list[float] = np.deg2rad([0.0, 3.0, 7.0, 131.0]).tolist()
 
 
 class TrainingObserver(Protocol):
@@ -89,31 +87,33 @@ def train(
         OutputError: The folder can not be written.
     """
     recipe = recipe or net_spec(settings.net).recipe
-    _claim(folder, settings, recipe, objects)
     fit, validation = _split(objects, settings)
+    claim_folder(folder, run_config(settings, recipe, objects), (folder / STATE).exists())
     run = _prepare(fit, settings, recipe, cache or GridCache(), observer)
-    examiner = _Examiner(validation, recipe, run.accelerator) if len(validation) else None
-    done, history = _resumed(run, folder)
+    examiner = Examiner(validation, recipe, run.accelerator.device) if len(validation) else None
+    history = _resumed(run, folder)
     log = RunLog(folder, history) if run.accelerator.is_main_process else None
-    best = max((row.get("validation_accuracy", 0.0) for row in history), default=0.0)
-    for epoch in range(done, settings.epochs):
-        if stop_after is not None and epoch >= stop_after:
-            break
+    end = settings.epochs if stop_after is None else min(stop_after, settings.epochs)
+    for epoch in range(len(history), end):
         row = _train_epoch(run, epoch, observer)
         if examiner:
             row |= examiner.examine(run.averaged)
         if log:
-            log.add(row)
-            chosen = examiner is None or row["validation_accuracy"] > best
-            if chosen:
-                best = row.get("validation_accuracy", 0.0)
+            if _is_best(row, log.history):
                 _checkpoint(run, objects, recipe, row).save(folder / BEST)
+            log.add(row)
             _save(run, folder, log.history)
             observer.finished_epoch(row)
         run.accelerator.wait_for_everyone()
     if log:
         log.close()
     return Checkpoint.load(folder / BEST)
+
+
+def _is_best(row: dict[str, float], history: list[dict[str, float]]) -> bool:
+    """Better on validation than all epochs before; without validation the last is the best."""
+    accuracy = row.get("validation_accuracy", 1.0)
+    return all(accuracy > before.get("validation_accuracy", 0.0) for before in history)
 
 
 def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str, float]:
@@ -177,59 +177,6 @@ def _mixed(grids: Tensor, targets: Tensor, rng: np.random.Generator) -> tuple[Te
     return torch.lerp(grids[other], grids, share), torch.lerp(targets[other], targets, share)
 
 
-class _Examiner:
-    """Measures a network on the held-back objects, at yaws on and off the cells."""
-
-    def __init__(self, objects: ObjectSet, recipe: GridRecipe, accelerator: Accelerator) -> None:
-        self._labels, self._classes = objects.labels, len(objects.classes)
-        self._device = accelerator.device
-        clouds = (objects.cloud(i) for i in range(len(objects)))
-        self._grids = np.stack([recipe.grids(cloud, VALIDATION_YAWS) for cloud in clouds], axis=1)
-
-    def examine(self, averaged: AveragedModel) -> dict[str, float]:
-        averaged.eval()
-        correct, losses = [], []
-        for grids in self._grids:
-            logits = self._logits(averaged, grids)
-            labels = torch.from_numpy(self._labels)
-            correct.append((logits.argmax(1) == labels).numpy())
-            losses.append(float(functional.cross_entropy(logits, labels)))
-        share = np.mean(correct, axis=0)
-        return {
-            "validation_accuracy": mean_class_accuracy(share, self._labels, self._classes),
-            "validation_instance_accuracy": float(share.mean()),
-            "validation_loss": float(np.mean(losses)),
-        }
-
-    @torch.no_grad()
-    def _logits(self, averaged: AveragedModel, grids: np.ndarray) -> Tensor:
-        count, views = grids.shape[:2]
-        flat = torch.from_numpy(grids.reshape(count * views, 1, *grids.shape[2:]))
-        parts = [averaged(part.to(self._device).float()).float().cpu() for part in flat.split(64)]
-        return torch.cat(parts).view(count, views, -1).mean(1)
-
-
-def _claim(
-    folder: Path, settings: TrainingSettings, recipe: GridRecipe, objects: ObjectSet
-) -> None:
-    """Write the settings, or check that the run already there has the same."""
-    document = json.loads(
-        json.dumps(
-            {"settings": settings.to_dict(), "grid": recipe.to_dict(), "data": objects.digest}
-        )
-    )
-    path = folder / "config.json"
-    if path.exists():
-        try:
-            same = json.loads(path.read_text()) == document
-        except (OSError, ValueError):
-            same = False
-        if not same:
-            raise InputError(f"{folder}: holds a run with other settings; choose another --out")
-    else:
-        write_json(path, document)
-
-
 def _split(objects: ObjectSet, settings: TrainingSettings) -> tuple[ObjectSet, ObjectSet]:
     held_back = np.zeros(len(objects), bool)
     if settings.validation:
@@ -238,6 +185,8 @@ def _split(objects: ObjectSet, settings: TrainingSettings) -> tuple[ObjectSet, O
     if missing := set(range(len(objects.classes))) - set(fit.labels.tolist()):
         names = ", ".join(objects.classes[i] for i in sorted(missing))
         raise InputError(f"no training object of class {names}; complete the data set")
+    if settings.validation and not held_back.any():
+        raise InputError("no object falls into the validation split; train with --no-validation")
     return fit, objects.subset(held_back)
 
 
@@ -248,7 +197,9 @@ def _prepare(
     cache: GridCache,
     observer: TrainingObserver,
 ) -> _Run:
-    accelerator = Accelerator()
+    accelerator = Accelerator(mixed_precision="no")  # `precision` is ours to apply.
+    if min(settings.batch_size, len(fit)) < 2 * accelerator.num_processes:
+        raise InputError("batch norm needs two objects a process and batch; raise --batch-size")
     with accelerator.main_process_first():
         samples = TrainingSamples(fit, settings, recipe, cache, observer.preparing)
     torch.manual_seed(settings.seed)
@@ -299,8 +250,10 @@ def _save(run: _Run, folder: Path, history: list[dict[str, float]]) -> None:
     save_state(folder / STATE, _modules(run), run.optimizer, progress)
 
 
-def _resumed(run: _Run, folder: Path) -> tuple[int, list[dict[str, float]]]:
+def _resumed(run: _Run, folder: Path) -> list[dict[str, float]]:
+    """Restore the state of an interrupted run; the rows of its epochs."""
     if not (folder / STATE).exists():
-        return 0, []
-    progress = load_state(folder / STATE, _modules(run), run.optimizer, run.accelerator.device)
-    return len(progress["history"]), progress["history"]
+        return []
+    return load_state(folder / STATE, _modules(run), run.optimizer, run.accelerator.device)[
+        "history"
+    ]
