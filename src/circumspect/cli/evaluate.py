@@ -24,7 +24,7 @@ class Evaluate:
     """Accuracy at many yaws: the points are turned and gridded anew at each.
 
     $ circumspect evaluate --data modelnet10 --split test --yaw-count 64 --out eval
-    $ circumspect evaluate --weights runs/train-planes --data modelnet10 --yaw 0,45,90,135
+    $ circumspect evaluate --weights runs/train-planes --data modelnet10 --yaw 0,45
     """
 
     data: Path
