@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
 from circumspect.cli.known_faults import blamed_on
-from circumspect.errors import InputError
+from circumspect.errors import InputError, MissingExtraError
+
+if TYPE_CHECKING:
+    from circumspect.grid import OccupancyGrid
 
 
 @dataclass(frozen=True)
@@ -35,9 +39,7 @@ class Grid:
     def run(self) -> int:
         """Grid, save and draw."""
         from circumspect.classification import GridRecipe
-        from circumspect.evaluation.grid_picture import draw_grid
         from circumspect.geometry import read_cloud
-        from circumspect.storage import atomic_path
 
         out = self.out or Path(f"{self.file.stem}-grid.npz")
         if out.suffix.lower() != ".npz":
@@ -47,10 +49,20 @@ class Grid:
         with blamed_on(self.file):
             grid = recipe.bounds(cloud).hits(recipe.surface(cloud).points_xyz)
         grid.save(out)
-        picture = out.with_suffix(".png")
-        with atomic_path(picture) as aside:
-            draw_grid(grid).savefig(aside, dpi=130, facecolor="white")
         share = 100.0 * grid.occupied.mean()
         print(f"{out}: {int(grid.occupied.sum())} cells occupied ({share:.1f} %)")  # noqa: T201
-        print(f"{picture}: the picture")  # noqa: T201
+        self._draw(grid, out.with_suffix(".png"))
         return 0
+
+    def _draw(self, grid: OccupancyGrid, picture: Path) -> None:
+        from circumspect.evaluation.grid_picture import draw_grid
+        from circumspect.storage import atomic_path
+
+        try:
+            figure = draw_grid(grid)
+        except MissingExtraError as error:
+            print(f"circumspect: no picture: {error}", file=sys.stderr)  # noqa: T201
+            return
+        with atomic_path(picture) as aside:
+            figure.savefig(aside, dpi=130, facecolor="white")
+        print(f"{picture}: the picture")  # noqa: T201

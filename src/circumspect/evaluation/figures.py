@@ -56,6 +56,7 @@ def draw_accuracy_over_yaw(sweep: YawSweep) -> Figure:
         axes.plot(angles, percent, "o", color=ACCENT, markersize=8)
     low = 10.0 * np.floor((percent.min() - 5.0) / 10.0)
     axes.set_ylim(max(0.0, low), 100.0)  # pyright: ignore[reportAttributeAccessIssue]
+    axes.set_yticks(np.arange(max(0.0, low), 101.0, 5.0 if low >= 60 else 10.0)[1:])
     axes.set_rlabel_position(100.0)  # pyright: ignore[reportAttributeAccessIssue]
     axes.yaxis.set_major_formatter("{x:.0f} %")
     axes.set_title(
