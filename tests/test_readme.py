@@ -18,7 +18,8 @@ def blocks(language):
 
 def commands():
     pages = [README] + [page.read_text() for page in (ROOT / "docs").glob("*.md")]
-    lines = [line for page in pages for line in re.findall(r"^circumspect .*$", page, re.M)]
+    joined = [re.sub(r"\\\n\s*", "", page) for page in pages]
+    lines = [line for page in joined for line in re.findall(r"^circumspect .*$", page, re.M)]
     return sorted({line.split("#")[0].strip() for line in lines})
 
 
