@@ -2,6 +2,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -58,6 +59,14 @@ class TestClassify:
             assert line.startswith("circumspect: ")
             assert str(file) in line
 
+    def test_no_file_and_names_that_no_system_takes(self, capsys):
+        assert run("classify") == 2
+        assert "at least one file" in capsys.readouterr().err
+        assert run("classify", "x" * 300 + ".ply") == 2
+        assert run("evaluate", "--data", "y" * 300, "--yaw", "0") == 2
+        assert run("classify", "a.ply", "--weights", "z" * 300) == 2
+        assert capsys.readouterr().err.count("\n") == 3
+
     def test_wrong_weights(self, chair, tmp_path, capsys):
         (tmp_path / "w.onnx").write_bytes(b"no")
         assert run("classify", chair, "--weights", tmp_path / "w.onnx") == 2
@@ -74,6 +83,11 @@ class TestGrid:
         assert run("classify", out, "--json") == 0
         record = json.loads(capsys.readouterr().out.splitlines()[-1])
         assert record["label"] == "chair"
+
+    def test_only_npz_names_are_taken(self, chair, tmp_path, capsys):
+        assert run("grid", chair, "--out", tmp_path / "g.png") == 2
+        assert "ends in .npz" in capsys.readouterr().err
+        assert list(tmp_path.iterdir()) == []
 
     def test_a_broken_grid_is_named(self, chair, tmp_path, capsys):
         out = tmp_path / "g.npz"
@@ -150,6 +164,13 @@ class TestProcess:
         )
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
+
+    def test_a_full_disk_behind_standard_output(self, chair):
+        words = [sys.executable, "-m", "circumspect.cli.main", "classify", str(chair)]
+        with Path("/dev/full").open("w") as full:
+            done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
+        assert done.returncode == 2
+        assert done.stderr == "circumspect: standard output: no space left on device\n"
 
     def test_a_reader_that_goes_away_is_no_fault(self, chair):
         words = [sys.executable, "-m", "circumspect.cli.main", "classify", str(chair), str(chair)]

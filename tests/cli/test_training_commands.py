@@ -78,7 +78,14 @@ def test_the_test_split_is_not_for_training(data, tmp_path, capsys):
 def test_evaluation_of_weights_for_other_classes(data, tmp_path, capsys):
     assert run("evaluate", "--data", data, "--split", "test", "--out", tmp_path) == 2
     assert "evaluate on a set of the same classes" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
+    assert not (tmp_path / "metrics.json").exists()
+
+
+def test_a_folder_that_can_not_be_written_is_found_out_first(data, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    words = ("evaluate", "--data", data, "--split", "test", "--out", tmp_path / "file" / "x")
+    assert run(*words) == 2
+    assert "file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("yaws", ["north", "0,,90", "", "nan,90"])

@@ -56,6 +56,9 @@ class Evaluate:
         predictor = load_predictor(self.weights, self.threads)
         with progress_bar("sampling meshes") as progress:
             evaluated = open_evaluation_set(predictor, self.data, self.split, progress)
+        # First of all, so that a folder that can not be written is found out before the work.
+        config = {"data": str(self.data), "split": self.split, "yaw_deg": yaws}
+        write_json(self.out / "config.json", config)
         with progress_bar("objects") as progress:
             sweep = sweep_yaw(predictor, evaluated.objects, yaws, progress)
         metrics = {

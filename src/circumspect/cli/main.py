@@ -56,14 +56,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:
         # The reader of our output went away (`| head`); nothing is left to tell it.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        _close_output()
         return 0
     except OSError as error:
-        # A full disk behind standard output, or a path that the system refuses.
-        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115
+        # A path that the system refuses, or a full disk behind standard output.
+        if error.filename is None:
+            _close_output()
         _complain(f"{error.filename or 'standard output'}: {(error.strerror or '').lower()}")
         return 2
     return code
+
+
+def _close_output() -> None:
+    """Let what is still buffered go nowhere when the interpreter ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def _dispatch(words: list[str]) -> int:
