@@ -32,8 +32,8 @@ def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
     assert isinstance(bounds, CylindricalGrid)
     radii, azimuths, _ = bounds.shape
     occupied = grid.occupied
-    figure = new_figure((11.0, 4.2))
-    wide, plan, profile = figure.subplots(1, 3, width_ratios=(2.2, 1.2, 1.2))
+    figure = new_figure((12.0, 4.2))
+    wide, plan, profile = figure.subplots(1, 3, width_ratios=(2.0, 1.3, 0.9))
     radius_cell = bounds.radius / radii
     outermost = (radii - occupied[::-1].argmax(axis=0)) * radius_cell
     surface = np.where(occupied.any(axis=0), outermost, np.nan)
@@ -42,13 +42,16 @@ def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
         surface.T, origin="lower", extent=extent, aspect="auto", cmap="viridis", vmin=0
     )
     figure.colorbar(shown, ax=wide, label="outermost radius [m]")
-    wide.set(xlabel="azimuth [°]", ylabel="height [m]", title="unrolled over azimuth")
+    wide.set(xlabel="azimuth [°]", ylabel="height [m]", title="outermost surface, unrolled")
     wide.set_xticks(range(0, 361, 90))
     _draw_plan(plan, occupied.sum(axis=2), bounds)
     count = occupied.sum(axis=1)
     extent = (0.0, bounds.radius, -bounds.half_height, bounds.half_height)
-    profile.imshow(count.T, origin="lower", extent=extent, cmap="magma_r", vmin=0, vmax=azimuths)
-    profile.set(xlabel="radius [m]", ylabel="height [m]", title="profile, summed over azimuth")
+    shown = profile.imshow(
+        _nonzero(count).T, origin="lower", extent=extent, cmap="magma_r", vmin=0, vmax=azimuths
+    )
+    figure.colorbar(shown, ax=profile, label="occupied cells")
+    profile.set(xlabel="radius [m]", ylabel="height [m]", title="profile: cells over azimuth")
     return figure
 
 
@@ -60,10 +63,10 @@ def _draw_plan(axes: Axes, count: np.ndarray, bounds: CylindricalGrid) -> None:
     cells = bounds.indices(flat)
     inside = (cells >= 0).all(axis=1)
     picture = np.full(x.size, np.nan)
-    picture[inside] = count[cells[inside, 0], cells[inside, 1]]
+    picture[inside] = _nonzero(count)[cells[inside, 0], cells[inside, 1]]
     extent = (-bounds.radius, bounds.radius, -bounds.radius, bounds.radius)
     axes.imshow(picture.reshape(x.shape), origin="lower", extent=extent, cmap="magma_r", vmin=0)
-    axes.set(xlabel="x [m]", ylabel="y [m]", title="plan, summed over height")
+    axes.set(xlabel="x [m]", ylabel="y [m]", title="plan: cells over height")
 
 
 def _draw_rectangular(grid: OccupancyGrid) -> Figure:
@@ -71,9 +74,18 @@ def _draw_rectangular(grid: OccupancyGrid) -> Figure:
     half = grid.grid.half_width  # pyright: ignore[reportAttributeAccessIssue]
     views = (("plan", 2, "x", "y"), ("front", 1, "x", "z"), ("side", 0, "y", "z"))
     for axes, (title, axis, across, up) in zip(figure.subplots(1, 3), views, strict=True):
-        picture = grid.occupied.sum(axis=axis).T
-        axes.imshow(
-            picture, origin="lower", extent=(-half, half, -half, half), cmap="magma_r", vmin=0
+        shown = axes.imshow(
+            _nonzero(grid.occupied.sum(axis=axis)).T,
+            origin="lower",
+            extent=(-half, half, -half, half),
+            cmap="magma_r",
+            vmin=0,
         )
+        figure.colorbar(shown, ax=axes, label="occupied cells", shrink=0.8)
         axes.set(xlabel=f"{across} [m]", ylabel=f"{up} [m]", title=title)
     return figure
+
+
+def _nonzero(count: np.ndarray) -> np.ndarray:
+    """Counts with NaN, which is drawn white, where nothing is."""
+    return np.where(count > 0, count, np.nan)
