@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -24,6 +25,11 @@ def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: shown.update(task, completed=done, total=total)
 
 
+def speaks() -> bool:
+    """Whether this process tells the user: of those that torchrun starts, the first alone."""
+    return os.environ.get("RANK", "0") == "0"
+
+
 def bars() -> Progress:
     """Bars with a count and the time left; they vanish where nobody watches."""
     console = Console(stderr=True)
@@ -34,5 +40,5 @@ def bars() -> Progress:
         TimeRemainingColumn(),
         TextColumn("{task.fields[note]}"),
         console=console,
-        disable=not console.is_terminal,
+        disable=not (console.is_terminal and speaks()),
     )

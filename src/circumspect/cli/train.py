@@ -62,7 +62,7 @@ class Train:
             from circumspect.training import train
         except ImportError as error:
             raise MissingExtraError(error.name or "torch", "train") from error
-        from circumspect.cli.progress import progress_bar
+        from circumspect.cli.progress import progress_bar, speaks
         from circumspect.cli.training_progress import TrainingProgress
         from circumspect.datasets import GridCache, open_data_set
 
@@ -78,7 +78,8 @@ class Train:
         kept = f"epoch {reached['epoch']}" + (
             "" if accuracy is None else f", mean-class accuracy {accuracy:.4f} on validation"
         )
-        print(f"{out / 'best.safetensors'}: {kept}")  # noqa: T201
+        if speaks():
+            print(f"{out / 'best.safetensors'}: {kept}")  # noqa: T201
         return 0
 
     def _recipe(self) -> GridRecipe:
