@@ -2,32 +2,14 @@
 
 from __future__ import annotations
 
-import statistics
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from benchmarks.report import Row, write_report
+from benchmarks.report import Row, timed, write_report
 from circumspect import Classifier, make_furniture, write_ply
-
-REPEATS = 60
-
-
-def timed(name: str, work: Callable[[], object], repeats: int = REPEATS) -> Row:
-    """Median and 95th percentile of `work`, after a warm-up."""
-    for _ in range(3):
-        work()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(1e3 * (time.perf_counter() - start))
-    return Row(name, statistics.median(times), float(np.percentile(times, 95)), repeats)
 
 
 def rows() -> list[Row]:
@@ -43,12 +25,12 @@ def rows() -> list[Row]:
         found.append(
             timed(
                 f"network, {views} views, {threads} thread{plural}",
-                lambda grids=grids, classifier=classifier: classifier.probabilities(grids),
+                partial(classifier.probabilities, grids),
             )
         )
     recipe = Classifier.load(threads=1).recipe
-    found.append(timed("grids of 32,768 points", lambda: recipe.grids(dense)))
-    found.append(timed("fill and grids of 1,024 points", lambda: recipe.grids(sparse)))
+    found.append(timed("grids of 32,768 points", partial(recipe.grids, dense)))
+    found.append(timed("fill and grids of 1,024 points", partial(recipe.grids, sparse)))
     return found + _processes()
 
 
@@ -59,7 +41,9 @@ def _processes() -> list[Row]:
         write_ply(file, make_furniture("chair", 3).sampled(32_768, 0))
         commands = {"--help": ["--help"], "classify": ["classify", str(file)]}
         return [
-            timed(f"circumspect {name}, whole process", lambda w=words: _run([*program, *w]), 15)
+            timed(
+                f"circumspect {name}, whole process", partial(_run, [*program, *words]), seconds=5.0
+            )
             for name, words in commands.items()
         ]
 

@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,12 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.report import RESULTS, machine
+from benchmarks.report import RESULTS, Row, timed, write_report
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PinholeCamera, PointCloud
 from circumspect.grid import CylindricalGrid, RectangularGrid, angular_spectrum, hits_batch
 from circumspect.grid import numpy_twin as twin
-from circumspect.storage import atomic_open, write_json
 
 COMMAND = "python -m benchmarks.grid_speed"
 NOTES = """\
@@ -38,36 +35,12 @@ frame: 640x480, a ball of 0.35 m whose near side is 0.8 m away, a wall at 3.5 m 
 """
 
 
-@dataclass(frozen=True)
-class GridRow:
-    """One measurement; times in [ms]."""
-
-    name: str
-    median: float
-    p95: float
-    repeats: int
-    minimum: float
-
-
-def timed(name: str, work: Callable[[], object]) -> GridRow:
-    """Repeat `work` for a second, after a warm-up."""
-    work()
-    times: list[float] = []
-    until = time.perf_counter() + 1.0
-    while len(times) < 8 or (len(times) < 200 and time.perf_counter() < until):
-        start = time.perf_counter()
-        work()
-        times.append(1e3 * (time.perf_counter() - start))
-    p95 = float(np.percentile(times, 95))
-    return GridRow(name, float(np.median(times)), p95, len(times), min(times))
-
-
-def rows() -> list[GridRow]:
+def rows() -> list[Row]:
     """All measurements, in one run."""
     return [*point_rows(), *batch_rows(), *frame_rows()]
 
 
-def point_rows() -> list[GridRow]:
+def point_rows() -> list[Row]:
     """100,000 points into one grid."""
     mesh = make_furniture("chair", 3)
     cloud = mesh.sampled(100_000, 0)
@@ -90,7 +63,7 @@ def point_rows() -> list[GridRow]:
     ]
 
 
-def batch_rows() -> list[GridRow]:
+def batch_rows() -> list[Row]:
     """64 clouds of 10,000 points."""
     clouds = [make_furniture("table", seed).sampled(10_000, seed).points_xyz for seed in range(64)]
     grids = [CylindricalGrid.fit(PointCloud(cloud)) for cloud in clouds]
@@ -101,7 +74,7 @@ def batch_rows() -> list[GridRow]:
     ]
 
 
-def frame_rows() -> list[GridRow]:
+def frame_rows() -> list[Row]:
     """All beams of a 640x480 frame."""
     origin, ends = frame()
     bounds: dict[str, Any] = {"centre_xyz": (1.15, 0.0, 0.0)}
@@ -154,26 +127,9 @@ def _trimesh_mesh(cube: RectangularGrid, mesh: Any) -> Callable[[], object]:
     return partial(trimesh.voxel.creation.voxelize, other, pitch)
 
 
-def table(found: list[GridRow]) -> str:
-    """Fits 80 columns."""
-    lines = [f"{'what':40} {'median ms':>9} {'p95 ms':>9} {'min ms':>9} {'repeats':>8}"]
-    lines += [
-        f"{row.name:40} {row.median:9.3f} {row.p95:9.3f} {row.minimum:9.3f} {row.repeats:8}"
-        for row in found
-    ]
-    return "\n".join(lines)
-
-
 def main(folder: Path = RESULTS) -> None:
     """Measure, print, and write `grid_speed.md` and `grid_speed.json` into a folder."""
-    facts, found = machine(), rows()
-    about = "".join(f"- {key}: {value}\n" for key, value in facts.items())
-    text = f"```\n{table(found)}\n\n{NOTES}```\n\n{about}"
-    print(text)
-    with atomic_open(folder / "grid_speed.md") as stream:
-        stream.write(f"# Grid speed\n\n`{COMMAND}`\n\n{text}")
-    document = {"command": COMMAND, "machine": facts, "rows": [asdict(row) for row in found]}
-    write_json(folder / "grid_speed.json", document)
+    write_report("grid_speed", COMMAND, rows(), NOTES, folder)
 
 
 if __name__ == "__main__":

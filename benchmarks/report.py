@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
+
+import numpy as np
 
 from circumspect.storage import atomic_open, write_json
 
@@ -17,19 +20,34 @@ PACKAGES = ("circumspect", "numpy", "scipy", "trimesh", "onnxruntime")
 
 @dataclass(frozen=True)
 class Row:
-    """One measurement.
+    """One measurement; times in [ms].
 
     Attributes:
         name: What was timed.
-        median: [ms].
-        p95: 95th percentile [ms].
+        median: Half of the repetitions were quicker.
+        p95: 95 % of them were.
+        minimum: The quickest, which says more on a machine that does other work.
         repeats: How often.
     """
 
     name: str
     median: float
     p95: float
+    minimum: float
     repeats: int
+
+
+def timed(name: str, work: Callable[[], object], seconds: float = 1.0) -> Row:
+    """Repeat `work` for so long, 8 to 200 times, after a warm-up."""
+    work()
+    times: list[float] = []
+    until = time.perf_counter() + seconds
+    while len(times) < 8 or (len(times) < 200 and time.perf_counter() < until):
+        start = time.perf_counter()
+        work()
+        times.append(1e3 * (time.perf_counter() - start))
+    median, p95 = np.percentile(times, [50, 95])
+    return Row(name, float(median), float(p95), min(times), len(times))
 
 
 def machine() -> dict[str, str | int]:
@@ -43,23 +61,28 @@ def machine() -> dict[str, str | int]:
     }
 
 
-def write_report(name: str, command: str, rows: Sequence[Row]) -> None:
-    """Print the table and write it to `benchmarks/results/NAME.{md,json}`."""
+def write_report(
+    name: str, command: str, rows: Sequence[Row], notes: str = "", folder: Path = RESULTS
+) -> None:
+    """Print the table and write it to `NAME.md` and `NAME.json` in a folder."""
     facts = machine()
-    text = table(rows)
+    text = f"{table(rows)}\n\n{notes}".strip()
     print(text)
-    with atomic_open(RESULTS / f"{name}.md") as stream:
+    with atomic_open(folder / f"{name}.md") as stream:
         title = name.replace("_", " ").capitalize()
         stream.write(f"# {title}\n\n`{command}`\n\n```\n{text}\n```\n\n")
         stream.write("".join(f"- {key}: {value}\n" for key, value in facts.items()))
     document = {"command": command, "machine": facts, "rows": [asdict(row) for row in rows]}
-    write_json(RESULTS / f"{name}.json", document)
+    write_json(folder / f"{name}.json", document)
 
 
 def table(rows: Sequence[Row]) -> str:
     """Fits 80 columns."""
-    lines = [f"{'what':46} {'median ms':>10} {'p95 ms':>10} {'repeats':>8}"]
-    lines += [f"{r.name:46} {r.median:10.3f} {r.p95:10.3f} {r.repeats:8}" for r in rows]
+    lines = [f"{'what':40} {'median ms':>9} {'p95 ms':>9} {'min ms':>9} {'repeats':>8}"]
+    lines += [
+        f"{row.name:40} {row.median:9.3f} {row.p95:9.3f} {row.minimum:9.3f} {row.repeats:8}"
+        for row in rows
+    ]
     return "\n".join(lines)
 
 

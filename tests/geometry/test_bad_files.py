@@ -16,9 +16,8 @@ import pytest
 import shape_files
 
 from circumspect.errors import GeometryError, InputError
-from circumspect.geometry import read_cloud, read_mesh, require_extent
+from circumspect.geometry import read_cloud, read_mesh
 from circumspect.geometry.cloud_files import READERS
-from circumspect.geometry.lzf import decompress_lzf
 
 HUGE = 10**12
 FILES = shape_files.MESHES | shape_files.CLOUDS
@@ -365,58 +364,3 @@ def test_third_parties_are_silent(tmp_path: Path):
         check=True,
     )
     assert (done.stdout, done.stderr) == ("", "")
-
-
-@pytest.mark.parametrize(
-    ("packed", "size", "word"),
-    [
-        (b"\x00a", 2, "1 bytes instead of 2"),
-        (b"\x05ab", 6, "2 bytes instead of 6"),
-        (b"\x20\x00", 3, "before their beginning"),
-        (b"\x00a\xe0", 9, "too early"),
-        (b"\x00a", 10**9, "can not hold"),
-    ],
-)
-def test_broken_lzf(packed: bytes, size: int, word: str):
-    with pytest.raises(InputError, match=word):
-        decompress_lzf(packed, size)
-
-
-@pytest.mark.parametrize("data", [b"", b"a", b"abc" * 5000, bytes(range(256)) * 50, bytes(100_000)])
-def test_lzf_round_trip(data: bytes):
-    assert decompress_lzf(shape_files.lzf_compressed(data), len(data)) == data
-
-
-def cloud_of(points: object, folder: Path) -> object:
-    np.save(folder / "a.npy", np.asarray(points, dtype=float))
-    return read_cloud(folder / "a.npy")
-
-
-LINE = np.linspace(0, 1, 100)[:, None] * [1.0, 2.0, 3.0]
-
-
-@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
-@pytest.mark.parametrize("offset", [0.0, 1.0, 1e3])
-@pytest.mark.parametrize(
-    ("points", "word"),
-    [
-        (np.zeros((1, 3)), "single point"),
-        (np.zeros((5, 3)), "all 5 points lie in one place"),
-        (np.tile([0.1, 0.7, 1 / 3], (1000, 1)), "all 1000 points lie in one place"),
-        (LINE, "all 100 points lie on a line"),
-        (np.eye(3)[:2], "all 2 points lie on a line"),
-    ],
-)
-def test_points_without_extent(points, word: str, offset: float, scale: float, tmp_path: Path):
-    with pytest.raises(GeometryError, match=word):
-        require_extent(cloud_of((points + offset) * scale, tmp_path))
-
-
-@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
-@pytest.mark.parametrize("offset", [0.0, 1.0, 1e6])
-def test_a_plane_has_an_extent(scale: float, offset: float, tmp_path: Path):
-    plane = np.random.default_rng(0).random((100, 3)) * [1, 1, 0]
-    require_extent(cloud_of((plane + offset) * scale, tmp_path))
-    require_extent(
-        cloud_of((LINE + [[0, 0.001 * (i % 2), 0] for i in range(100)] + offset) * scale, tmp_path)
-    )
