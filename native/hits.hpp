@@ -16,10 +16,11 @@ inline void mark(uint8_t* cell, uint8_t value) {
   __atomic_store_n(cell, value, __ATOMIC_RELAXED);
 }
 
-// Writes `value` into each cell that holds a point; returns how many points were not usable.
-template <typename Grid, typename T>
-int64_t mark_hits(const Grid& grid, const T* points_xyz, std::size_t count, uint8_t value,
-                  uint8_t* states, std::size_t threads) {
+// Calls visit(point, i, j, k) with the cell of each point, i < 0 outside; returns how many points
+// were not usable.
+template <typename Grid, typename T, typename Visit>
+int64_t for_each_cell(const Grid& grid, const T* points_xyz, std::size_t count, std::size_t threads,
+                      const Visit& visit) {
   std::atomic<int64_t> bad{0};
   parallel_for(count, threads, kPointsPerThread, [&](std::size_t begin, std::size_t end) {
     Block block;
@@ -29,10 +30,7 @@ int64_t mark_hits(const Grid& grid, const T* points_xyz, std::size_t count, uint
       bad_here += load(points_xyz + 3 * at, here, block);
       grid.locate(block, here);
       for (int n = 0; n < here; ++n) {
-        if (block.i[n] < 0) continue;
-        const std::size_t i = std::size_t(block.i[n]), j = std::size_t(block.j[n]);
-        const std::size_t row = i * std::size_t(grid.shape.j) + j;
-        mark(states + row * std::size_t(grid.shape.k) + std::size_t(block.k[n]), value);
+        visit(at + std::size_t(n), block.i[n], block.j[n], block.k[n]);
       }
     }
     bad += bad_here;
@@ -40,26 +38,28 @@ int64_t mark_hits(const Grid& grid, const T* points_xyz, std::size_t count, uint
   return bad;
 }
 
+// Writes `value` into each cell that holds a point; returns how many points were not usable.
+template <typename Grid, typename T>
+int64_t mark_hits(const Grid& grid, const T* points_xyz, std::size_t count, uint8_t value,
+                  uint8_t* states, std::size_t threads) {
+  const std::size_t rows = std::size_t(grid.shape.j), layers = std::size_t(grid.shape.k);
+  return for_each_cell(grid, points_xyz, count, threads,
+                       [=](std::size_t, int32_t i, int32_t j, int32_t k) {
+                         if (i < 0) return;
+                         const std::size_t row = std::size_t(i) * rows + std::size_t(j);
+                         mark(states + row * layers + std::size_t(k), value);
+                       });
+}
+
 // Writes the (n, 3) cells of points, -1 outside; returns how many points were not usable.
 template <typename Grid, typename T>
 int64_t write_indices(const Grid& grid, const T* points_xyz, std::size_t count, int32_t* indices,
                       std::size_t threads) {
-  std::atomic<int64_t> bad{0};
-  parallel_for(count, threads, kPointsPerThread, [&](std::size_t begin, std::size_t end) {
-    Block block;
-    int64_t bad_here = 0;
-    for (std::size_t at = begin; at < end; at += kBlock) {
-      const int here = int(std::min<std::size_t>(kBlock, end - at));
-      bad_here += load(points_xyz + 3 * at, here, block);
-      grid.locate(block, here);
-      for (int n = 0; n < here; ++n) {
-        int32_t* row = indices + 3 * (at + std::size_t(n));
-        row[0] = block.i[n], row[1] = block.j[n], row[2] = block.k[n];
-      }
-    }
-    bad += bad_here;
-  });
-  return bad;
+  return for_each_cell(grid, points_xyz, count, threads,
+                       [=](std::size_t point, int32_t i, int32_t j, int32_t k) {
+                         int32_t* row = indices + 3 * point;
+                         row[0] = i, row[1] = j, row[2] = k;
+                       });
 }
 
 }  // namespace circumspect
