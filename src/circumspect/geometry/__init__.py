@@ -3,6 +3,7 @@
 from circumspect.geometry.camera import PinholeCamera
 from circumspect.geometry.cloud_files import read_cloud, read_mesh
 from circumspect.geometry.extent import require_extent
+from circumspect.geometry.planar_pose import PlanarPose
 from circumspect.geometry.ply_file import write_ply
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.surface import fill_surface, short_edge_triangles
@@ -12,6 +13,7 @@ from circumspect.geometry.tum_file import read_tum, write_tum
 
 __all__ = [
     "PinholeCamera",
+    "PlanarPose",
     "PointCloud",
     "Trajectory",
     "TriangleMesh",

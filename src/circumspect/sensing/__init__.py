@@ -6,6 +6,7 @@ from circumspect.sensing.depth_noise import DepthNoise
 from circumspect.sensing.floor_plane import FloorPlane
 from circumspect.sensing.flying_pixels import continuous_pixels
 from circumspect.sensing.ground_segmentation import GroundSegmentation
+from circumspect.sensing.odometry import Odometry
 from circumspect.sensing.pixel_rays import pixel_rays
 from circumspect.sensing.rgbd_camera import RgbdCamera
 from circumspect.sensing.rgbd_frame import RgbdFrame
@@ -17,6 +18,7 @@ __all__ = [
     "DepthNoise",
     "FloorPlane",
     "GroundSegmentation",
+    "Odometry",
     "RgbdCamera",
     "RgbdFrame",
     "Segmentation",

@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
+from circumspect.sensing.odometry import Odometry
 from circumspect.sensing.pixel_rays import pixel_rays
 
 
@@ -25,6 +26,8 @@ class RgbdFrame:
         stamp: Time [s].
         T_map_camera: Where the camera is believed to have been (optical frame), or None.
         colour: (height, width, 3) uint8 RGB, or None.
+        odometry: What the wheels said at that time, or None.
+        T_base_camera: Where the camera is mounted on the robot, or None.
 
     Raises:
         InputError: The depth or the colour has not the camera's size, or the stamp or the pose
@@ -36,6 +39,8 @@ class RgbdFrame:
     stamp: float
     T_map_camera: RigidTransform | None = None
     colour: NDArray[np.uint8] | None = None
+    odometry: Odometry | None = None
+    T_base_camera: RigidTransform | None = None
 
     def __post_init__(self) -> None:
         size = (self.camera.height, self.camera.width)
