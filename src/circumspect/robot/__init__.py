@@ -1,1 +1,8 @@
 """The mobile robot: its interface, its kinematics, its odometry, and how it follows a path."""
+
+from circumspect.robot.differential_drive import DifferentialDrive, arc
+from circumspect.robot.mobile_robot import MobileRobot
+from circumspect.robot.velocity import Velocity
+from circumspect.robot.wheel_odometry import WheelOdometry
+
+__all__ = ["DifferentialDrive", "MobileRobot", "Velocity", "WheelOdometry", "arc"]
