@@ -1,5 +1,6 @@
 """The main job: frames in, a named object out."""
 
+from circumspect.pipeline.journey import Journey, PlannedView
 from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
 from circumspect.pipeline.records import (
     CLASSIFIED,
@@ -17,7 +18,9 @@ __all__ = [
     "NO_DEPTH",
     "NO_OBJECT",
     "TOO_LITTLE",
+    "Journey",
     "PipelineObserver",
+    "PlannedView",
     "RecognitionPipeline",
     "RecognitionResult",
     "RecognitionStep",

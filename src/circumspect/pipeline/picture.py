@@ -13,6 +13,7 @@ from circumspect.pipeline.panels import (
     draw_probabilities,
     draw_side,
 )
+from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult
 from circumspect.storage import atomic_path
 
@@ -24,7 +25,10 @@ SIDES = (("−y", -90.0, 12.0), ("+x", 0.0, 12.0), ("above", -60.0, 50.0))
 
 
 def draw_run(
-    path: str | os.PathLike[str], result: RecognitionResult, config: Mapping[str, Any]
+    path: str | os.PathLike[str],
+    result: RecognitionResult,
+    config: Mapping[str, Any],
+    journey: Journey | None = None,  # noqa: ARG001 - drawn soon
 ) -> None:
     """Draw plan view, model from three sides, grid and probabilities.
 
@@ -32,6 +36,7 @@ def draw_run(
         path: The PNG to write.
         result: A run with at least one classified frame.
         config: "truth" and "start_deg", where given, go into the title.
+        journey: Where the robot went.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

@@ -13,6 +13,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import MissingExtraError, OutputError
 from circumspect.geometry import Trajectory, write_tum
+from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.storage import write_json
 
@@ -47,6 +48,8 @@ class RunFolder:
         """
         self.path = Path(path)
         self.config = dict(config)
+        self.journey = Journey()
+        """Where the robot went, for the picture; set by whoever knows before the run ends."""
         self.picture_missing: str | None = None
         """Why there is no picture; None where there is one."""
         write_json(self.path / "config.json", self.config)
@@ -79,7 +82,7 @@ class RunFolder:
         try:
             from circumspect.pipeline.picture import draw_run
 
-            draw_run(self.path / "picture.png", result, self.config)
+            draw_run(self.path / "picture.png", result, self.config, self.journey)
         except MissingExtraError as error:
             self.picture_missing = str(error)
 

@@ -1,0 +1,60 @@
+"""Where a robot went during a run: what its picture shows beside the result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.geometry import PlanarPose, Trajectory
+
+
+class PlannedView(Protocol):
+    """A place that a planner chose to look from."""
+
+    @property
+    def T_map_base(self) -> PlanarPose:
+        """Where the robot stands."""
+        ...
+
+    @property
+    def looks_at_xy(self) -> NDArray[np.float64]:
+        """(2,) [m] the place on the surface that the camera faces, map frame."""
+        ...
+
+    @property
+    def normal_xy(self) -> NDArray[np.float64] | None:
+        """(2,) unit vector: the surface's normal there; None where the planner knows none."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Journey:
+    """A robot's way through a room; everything is in the map frame.
+
+    Attributes:
+        stamps: (n,) [s] of frames, ascending.
+        driven_m: (n,) [m] what the robot had driven by then, as its wheels say.
+        odometry: The camera by odometry alone, beginning where the run's first pose is; None
+            where the wheels said nothing.
+        truth: Where the camera really was; None where nobody knows.
+        views: What the planner chose, in order.
+        walls_xy: Lines that bound the room, each (k, 2) [m].
+        obstacles_xy: (m, 2) [m] what else stands in the way, as the robot saw it.
+    """
+
+    stamps: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    driven_m: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    odometry: Trajectory | None = None
+    truth: Trajectory | None = None
+    views: tuple[PlannedView, ...] = ()
+    walls_xy: tuple[NDArray[np.float64], ...] = ()
+    obstacles_xy: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2)))
+
+    def driven_by(self, stamps: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """(k,) [m] driven at given times [s]; None where that is not known."""
+        if len(self.stamps) == 0:
+            return None
+        return np.interp(stamps, self.stamps, self.driven_m)
