@@ -130,6 +130,28 @@ def relative_pose_error(
     )
 
 
+def alignment_between(
+    estimate: Trajectory,
+    truth: Trajectory,
+    alignment: Alignment = Alignment.RIGID,
+    tolerance: float = TOLERANCE,
+) -> RigidTransform:
+    """`T_true_estimated`: how the estimate's map frame lies in the true one.
+
+    Args:
+        estimate: What was estimated.
+        truth: What is true.
+        alignment: What is made to agree.
+        tolerance: Largest difference of stamps [s].
+
+    Raises:
+        InputError: Too few stamps in common.
+        GeometryError: As `absolute_trajectory_error`.
+    """
+    fewest = FEWEST_POSES if alignment is Alignment.RIGID else 1
+    return _alignment(*associated(estimate, truth, tolerance, fewest), alignment)
+
+
 def associated(
     estimate: Trajectory,
     truth: Trajectory,
@@ -193,7 +215,7 @@ def rigid_alignment(
 
 
 def _alignment(estimate: Trajectory, truth: Trajectory, alignment: Alignment) -> RigidTransform:
-    """`T_true_estimated` of the map frames."""
+    """The same of trajectories that are associated already."""
     match alignment:
         case Alignment.RIGID:
             return rigid_alignment(estimate.positions_xyz, truth.positions_xyz)

@@ -20,13 +20,13 @@ class PlannedView(Protocol):
         ...
 
     @property
-    def looks_at_xy(self) -> NDArray[np.float64]:
-        """(2,) [m] the place on the surface that the camera faces, map frame."""
+    def looks_at_xy(self) -> tuple[float, float]:
+        """The place on the surface that the camera faces [m], map frame."""
         ...
 
     @property
-    def normal_xy(self) -> NDArray[np.float64] | None:
-        """(2,) unit vector: the surface's normal there; None where the planner knows none."""
+    def normal_xy(self) -> tuple[float, float] | None:
+        """The surface's unit normal there; None where the planner knows none."""
         ...
 
 

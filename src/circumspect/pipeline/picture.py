@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from circumspect.errors import MissingExtraError
+from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.panels import (
     draw_grid,
     draw_plan,
     draw_probabilities,
     draw_side,
 )
-from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult
 from circumspect.storage import atomic_path
 

@@ -1,0 +1,103 @@
+"""How far a whole scan is from the truth: trajectory, odometry alone, and shape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import CircumspectError
+from circumspect.evaluation.reconstruction_error import ReconstructionError, reconstruction_error
+from circumspect.evaluation.trajectory_error import (
+    Alignment,
+    TrajectoryError,
+    absolute_trajectory_error,
+    alignment_between,
+)
+from circumspect.evaluation.visible_surface import visible_surface
+from circumspect.geometry import PinholeCamera, Trajectory
+from circumspect.simulation import Scene
+
+MOST_POSES = 120
+"""So many true poses, evenly picked, say what could be seen; a slow robot's differ little."""
+
+
+@dataclass(frozen=True)
+class ScanError:
+    """What a simulator knows about a scan; None where it can not be told.
+
+    Attributes:
+        trajectory: Of the estimate, rigidly aligned.
+        from_start: The same with the first poses aligned: what a robot has that trusts its start.
+        odometry: Of the wheels alone, rigidly aligned.
+        shape: Of the model, placed by the trajectory's alignment.
+        missing: Why something can not be told.
+    """
+
+    trajectory: TrajectoryError | None = None
+    from_start: TrajectoryError | None = None
+    odometry: TrajectoryError | None = None
+    shape: ReconstructionError | None = None
+    missing: tuple[str, ...] = ()
+
+    def summary(self) -> dict[str, float | None]:
+        """The figures by which scans are compared, in JSON types."""
+        trajectory, odometry, shape = self.trajectory, self.odometry, self.shape
+        return {
+            "ate_rmse_m": None if trajectory is None else trajectory.rmse_m,
+            "ate_odometry_rmse_m": None if odometry is None else odometry.rmse_m,
+            "yaw_rmse_deg": None if trajectory is None else trajectory.yaw_rmse_deg,
+            "yaw_odometry_rmse_deg": None if odometry is None else odometry.yaw_rmse_deg,
+            "ate_from_start_rmse_m": None if self.from_start is None else self.from_start.rmse_m,
+            "chamfer_m": None if shape is None else shape.chamfer_m,
+            "accuracy_m": None if shape is None else shape.accuracy_m,
+            "completion_m": None if shape is None else shape.completion_m,
+            "completeness": None if shape is None else shape.completeness,
+        }
+
+
+def scan_error(
+    truth: Trajectory,
+    estimate: Trajectory | None,
+    odometry: Trajectory | None,
+    model_xyz: NDArray[np.float64],
+    scene: Scene,
+    camera: PinholeCamera,
+) -> ScanError:
+    """Measure a scan; a part that can not be measured does not keep the others from it.
+
+    Args:
+        truth: The camera's true poses at the frames, in the scene's frame.
+        estimate: The estimated ones, in the robot's map frame.
+        odometry: Those by odometry alone, in any frame.
+        model_xyz: (n, 3) [m] the model's points, map frame; may be empty.
+        scene: The simulated room, with the scanned thing named "object".
+        camera: The robot's camera.
+    """
+    missing: list[str] = []
+
+    def compared(what: str, other: Trajectory | None, how: Alignment) -> TrajectoryError | None:
+        if other is None:
+            return None
+        try:
+            return absolute_trajectory_error(other, truth, how)
+        except CircumspectError as error:
+            missing.append(f"{what}: {error}")
+            return None
+
+    trajectory = compared("trajectory", estimate, Alignment.RIGID)
+    from_start = compared("trajectory from its start", estimate, Alignment.FIRST_POSE)
+    wheels = compared("odometry", odometry, Alignment.RIGID)
+    shape = None
+    if estimate is not None:
+        how = Alignment.FIRST_POSE if trajectory is None else Alignment.RIGID
+        try:
+            T_world_map = alignment_between(estimate, truth, how)
+            some = np.linspace(0, len(truth) - 1, min(len(truth), MOST_POSES)).astype(int)
+            visible = visible_surface(scene, camera, truth.T_map_camera[some])
+            mesh = next(surface.mesh for surface in scene.surfaces if surface.name == "object")
+            shape = reconstruction_error(T_world_map.apply(model_xyz), mesh, visible)
+        except CircumspectError as error:
+            missing.append(f"shape: {error}")
+    return ScanError(trajectory, from_start, wheels, shape, tuple(missing))
