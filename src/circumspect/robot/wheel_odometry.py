@@ -70,7 +70,8 @@ class WheelOdometry:
 
         Args:
             stamp: Time [s], later than before.
-            left, right: Angles that the wheels have turned since they were first read [rad].
+            left: Angle that the left wheel has turned in all [rad]; the first reading is zero.
+            right: The same of the right wheel.
 
         Raises:
             InputError: A reading is not finite.

@@ -69,3 +69,27 @@ def block(
     quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     faces = [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))]
     return TriangleMesh(low + unit * (high - low), np.array(faces))
+
+
+def cylinder(radius: float, bottom: float, top: float, sides: int = 24) -> TriangleMesh:
+    """An upright cylinder about the z axis, closed.
+
+    Args:
+        radius: [m].
+        bottom: Lowest height [m].
+        top: Highest height [m].
+        sides: How many faces go round.
+    """
+    azimuth = np.arange(sides) * (2 * np.pi / sides)
+    ring = radius * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
+    rims = [np.column_stack([ring, np.full(sides, height)]) for height in (bottom, top)]
+    vertices = np.concatenate([*rims, [[0, 0, bottom], [0, 0, top]]])
+    this, after = np.arange(sides), np.roll(np.arange(sides), -1)
+    low, high = np.full(sides, 2 * sides), np.full(sides, 2 * sides + 1)
+    faces = [
+        np.column_stack([this, after, after + sides]),
+        np.column_stack([this, after + sides, this + sides]),
+        np.column_stack([after, this, low]),
+        np.column_stack([this + sides, after + sides, high]),
+    ]
+    return TriangleMesh(vertices, np.concatenate(faces))

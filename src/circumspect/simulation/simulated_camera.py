@@ -27,6 +27,7 @@ class SimulatedCamera(RgbdCamera):
         noise: DepthNoise | None = None,
         rng: np.random.Generator | int = 0,
         colour: bool = False,
+        tell_pose: bool = True,
     ) -> None:
         """Set up.
 
@@ -37,6 +38,7 @@ class SimulatedCamera(RgbdCamera):
             noise: The depth noise; None means exact depth.
             rng: Source of the noise; the same seed gives the same frames.
             colour: Also make shaded colour images.
+            tell_pose: Frames carry the pose that they were taken from.
 
         Raises:
             MissingExtraError: Embree is not installed.
@@ -47,6 +49,7 @@ class SimulatedCamera(RgbdCamera):
         self._noise = noise
         self._rng = np.random.default_rng(rng)
         self._colour = colour
+        self._tell_pose = tell_pose
 
     @property
     def intrinsics(self) -> PinholeCamera:
@@ -64,7 +67,8 @@ class SimulatedCamera(RgbdCamera):
         if self._noise is not None:
             depth = self._noise.applied(depth, view.incidence, self._intrinsics, self._rng)
         colour = shaded(view, self._caster.scene) if self._colour else None
-        return RgbdFrame(depth, self._intrinsics, station.stamp, station.T_map_camera, colour)
+        pose = station.T_map_camera if self._tell_pose else None
+        return RgbdFrame(depth, self._intrinsics, station.stamp, pose, colour)
 
     def truth(self, station: Station) -> View:
         """What is really there; for tests and measurements, never for the robot."""

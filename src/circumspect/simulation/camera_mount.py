@@ -1,0 +1,51 @@
+"""Where the camera stands on the robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from circumspect.errors import InputError
+from circumspect.robot import DifferentialDrive
+from circumspect.simulation.orbit import MAST_HEIGHT, Orbit
+
+
+@dataclass(frozen=True)
+class CameraMount:
+    """On a mast over the left wheel, looking left and down.
+
+    Attributes:
+        height: Of the camera above the floor [m].
+        tilt: How far it looks down [rad].
+        left: How far left of `base_link` it stands [m].
+
+    Raises:
+        InputError: The camera would stand in the floor or look straight up or down.
+    """
+
+    height: float = MAST_HEIGHT
+    tilt: float = float(np.radians(30.0))
+    left: float = DifferentialDrive().track / 2
+
+    def __post_init__(self) -> None:
+        if not (0 < self.height < np.inf and abs(self.tilt) < np.pi / 2 and abs(self.left) < 1):
+            raise InputError(
+                f"a mast needs a height above 0 m and a tilt within 90°, not {self.height} m and "
+                f"{np.degrees(self.tilt):.0f}°"
+            )
+
+    @classmethod
+    def for_orbit(cls, orbit: Orbit) -> CameraMount:
+        """The mount whose camera, on an orbit, looks at the orbit's target."""
+        drop = orbit.height - orbit.target_height
+        return cls(orbit.height, float(np.arctan2(drop, orbit.radius)))
+
+    @property
+    def T_base_camera(self) -> RigidTransform:
+        """The camera's pose on the robot, optical frame: x to the robot's front."""
+        c, s = np.cos(self.tilt), np.sin(self.tilt)
+        right, down, forward = (1.0, 0.0, 0.0), (0.0, -s, -c), (0.0, c, -s)
+        rotation = Rotation.from_matrix(np.column_stack([right, down, forward]))
+        return RigidTransform.from_components([0.0, self.left, self.height], rotation)
