@@ -1,6 +1,17 @@
 """The simulated room: scenes, rays, a virtual RGB-D camera, and a robot that carries it."""
 
+from circumspect.simulation.camera_faults import (
+    Blackout,
+    DroppedFrames,
+    EqualStamps,
+    NanFrame,
+    UnorderedFrames,
+    WrongUnit,
+)
 from circumspect.simulation.camera_mount import CameraMount
+from circumspect.simulation.faulty_robot import FaultyRobot
+from circumspect.simulation.motion_faults import Blocked, Kidnapped
+from circumspect.simulation.odometry_faults import OdometryGone, OdometryJumping, OdometryStuck
 from circumspect.simulation.orbit import Orbit
 from circumspect.simulation.ray_caster import RayCaster, View
 from circumspect.simulation.room import Room, room
@@ -10,7 +21,17 @@ from circumspect.simulation.simulated_robot import RobotSettings, SimulatedRobot
 from circumspect.simulation.station import Station, looking_at
 
 __all__ = [
+    "Blackout",
+    "Blocked",
     "CameraMount",
+    "DroppedFrames",
+    "EqualStamps",
+    "FaultyRobot",
+    "Kidnapped",
+    "NanFrame",
+    "OdometryGone",
+    "OdometryJumping",
+    "OdometryStuck",
     "Orbit",
     "RayCaster",
     "RobotSettings",
@@ -21,7 +42,9 @@ __all__ = [
     "Station",
     "Surface",
     "Truth",
+    "UnorderedFrames",
     "View",
+    "WrongUnit",
     "block",
     "cylinder",
     "floor",

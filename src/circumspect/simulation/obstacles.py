@@ -45,15 +45,16 @@ def footprint_boxes(scene: Scene, height: float) -> NDArray[np.float64]:
 def _covering(cells: NDArray[np.intp]) -> NDArray[np.int64]:
     """(n, 4) rectangles of whole cells that cover the given (m, 2) cells and no others."""
     low = cells.min(axis=0)
-    free = np.zeros(cells.max(axis=0) - low + 1, dtype=bool)
+    columns, rows = (int(size) for size in cells.max(axis=0) - low + 1)
+    free = np.zeros((columns, rows), dtype=bool)
     free[tuple((cells - low).T)] = True
     found = []
     while free.any():
-        x, y = divmod(int(free.argmax()), free.shape[1])
+        x, y = divmod(int(free.argmax()), rows)
         ends = np.flatnonzero(~free[x, y:])
-        y_end = int(y + ends[0]) if len(ends) else free.shape[1]
+        y_end = int(y + ends[0]) if len(ends) else rows
         full = free[x:, y:y_end].all(axis=1)
-        x_end = int(x + full.argmin()) if not full.all() else free.shape[0]
+        x_end = int(x + full.argmin()) if not full.all() else columns
         free[x:x_end, y:y_end] = False
         found.append((x, y, x_end, y_end))
     return np.array(found) + np.tile(low, 2)
