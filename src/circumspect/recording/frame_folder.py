@@ -1,0 +1,107 @@
+"""What all folders of recorded frames have in common."""
+
+from __future__ import annotations
+
+import logging
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.errors import InputError
+from circumspect.recording.matrix_file import read_numbers
+from circumspect.sensing import RgbdFrame
+
+INTRINSICS_FILE = "camera-intrinsics.txt"
+
+_log = logging.getLogger(__name__)
+
+
+class GivenPoses(Enum):
+    """Which of the recorded poses frames bring along."""
+
+    ALL = "all"
+    FIRST = "first"
+    """Only that of the first frame: it says where the map lies; the others are to be found."""
+    NONE = "none"
+
+
+class FrameFolder(ABC):
+    """RGB-D frames of a folder, in order, read when they are asked for.
+
+    A frame that can not be read is left out and the reason kept in `skipped`.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], every: int, poses: GivenPoses) -> None:
+        """Check what needs no look into files.
+
+        Raises:
+            InputError: No such folder, or `every` is below 1.
+        """
+        self.path = Path(path)
+        if every < 1:
+            raise InputError(f"every {every}: take each first, second, … frame")
+        if not self.path.is_dir():
+            raise InputError(f"{self.path}: no such folder; give one of recorded frames")
+        self.every = every
+        self.poses = poses
+        self.T_map_world = RigidTransform.identity()
+        """Turns the world frame of the recorded poses into the map frame."""
+        self.skipped: dict[str, str] = {}
+        """File name to reason, of the frames left out so far."""
+
+    @property
+    @abstractmethod
+    def names(self) -> list[str]:
+        """Of the depth images, in order, broken ones included."""
+
+    @abstractmethod
+    def read(self, index: int) -> RgbdFrame:
+        """One frame, with its recorded pose unless no poses are wanted.
+
+        Raises:
+            InputError: It can not be read.
+        """
+
+    def __len__(self) -> int:
+        """How many frames there are, broken ones included."""
+        return len(self.names)
+
+    def __iter__(self) -> Iterator[RgbdFrame]:
+        """Read the frames one after the other.
+
+        Raises:
+            InputError: Not a single frame can be read.
+        """
+        read = 0
+        for index, name in enumerate(self.names):
+            try:
+                frame = self.read(index)
+            except InputError as error:
+                self.skipped[name] = str(error)
+                _log.warning("frame left out: %s", error)
+                continue
+            hidden = self.poses is GivenPoses.FIRST and read > 0
+            read += 1
+            yield replace(frame, T_map_camera=None) if hidden else frame
+        if not read:
+            raise InputError(
+                f"{self.path}: none of {len(self)} frames can be read; the first: "
+                f"{next(iter(self.skipped.values()))}"
+            )
+
+    def _camera_matrix(self, default: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(3, 3) from the folder's own file, where it has one."""
+        file = self.path / INTRINSICS_FILE
+        if not file.exists():
+            return default
+        matrix = read_numbers(file, 3, 3)
+        if not (matrix[[0, 1, 0, 1], [0, 1, 2, 2]] > 0).all() or (matrix[2] != [0, 0, 1]).any():
+            raise InputError(f"{file}: is no camera matrix [fx 0 cx; 0 fy cy; 0 0 1]")
+        return matrix
