@@ -45,7 +45,7 @@ def test_every_frame_leads_to_a_step_and_an_answer() -> None:
     assert list(result.steps) == diary.steps
     assert diary.ends == [result]
     assert not result.interrupted
-    assert list(result.steps[0].milliseconds) == ["segment", "register", "fuse", "grid", "classify"]
+    assert list(result.steps[0].milliseconds) == ["register", "segment", "fuse", "grid", "classify"]
 
 
 def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:
@@ -174,16 +174,11 @@ def test_a_run_without_frames_ends_without_an_answer() -> None:
 
 
 def test_a_pose_estimator_drops_in() -> None:
-    """What registration will do: believe the frame's pose first, then correct it."""
+    """What registration does: correct what the frame brings."""
     drift = RigidTransform.from_translation([0.03, -0.02, 0.01])
-    masks: list[int] = []
 
     class Correcting(PoseEstimator):
-        def prior(self, frame):
-            return frame.pose
-
-        def estimate(self, frame, object_mask, model):
-            masks.append(int(object_mask.sum()))
+        def estimate(self, frame):
             return PoseEstimate(drift.inv() * frame.pose, inliers=5, residual=0.002, gate="open")
 
     line = pipeline()
@@ -191,7 +186,6 @@ def test_a_pose_estimator_drops_in() -> None:
     drifted = [frame.at(drift * frame.pose) for frame in frames(3)]
     result = line.run(drifted)
     true = pipeline().run(frames(3))
-    assert all(count > 100 for count in masks)
     assert result.steps[0].pose.inliers == 5
     np.testing.assert_allclose(
         result.last.model.cloud().points_xyz.mean(axis=0),

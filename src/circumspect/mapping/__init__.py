@@ -2,6 +2,7 @@
 
 from circumspect.mapping.object_model import ModelSettings, ObjectModel
 from circumspect.mapping.pose_estimator import GATE_OPEN, KnownPoses, PoseEstimate, PoseEstimator
+from circumspect.mapping.registered_poses import RegisteredPoses, TrackingSettings
 from circumspect.mapping.sight_rays import SightRays
 
 __all__ = [
@@ -11,5 +12,7 @@ __all__ = [
     "ObjectModel",
     "PoseEstimate",
     "PoseEstimator",
+    "RegisteredPoses",
     "SightRays",
+    "TrackingSettings",
 ]

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry import PlanarPose
 from circumspect.sensing import RgbdFrame
-
-if TYPE_CHECKING:
-    from circumspect.mapping.object_model import ObjectModel
 
 GATE_OPEN = "open"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PoseEstimate:
     """The pose of one frame and how it came about.
 
@@ -26,9 +23,15 @@ class PoseEstimate:
         T_map_camera: The pose, optical frame.
         converged: Whether the estimator reached a solution of its own.
         inliers: Points of the frame that support it.
-        residual: Root mean square distance of the inliers to the model [m].
+        residual: Root mean square distance of the inliers to the scene [m].
         gate: "open" where the estimate is used as it is, else the reason why it is not and the
             prior stands in its place.
+        covariance: (6, 6) of changes T exp(φ, ρ) of the pose, turn [rad] before shift [m],
+            optical frame; None where the pose is taken as true.
+        T_map_base: The robot's pose on the floor; None where its mount is not known.
+        T_map_odom: What corrects the odometry's drift (REP 105); None without odometry.
+        certain: Whether the pose is good enough to build on: fuse, plan, drive.
+        prior: What the pose was expected from: "odometry", "constant velocity", ….
     """
 
     T_map_camera: RigidTransform
@@ -36,48 +39,51 @@ class PoseEstimate:
     inliers: int = 0
     residual: float = 0.0
     gate: str = GATE_OPEN
+    covariance: NDArray[np.floating] | None = None
+    T_map_base: PlanarPose | None = None
+    T_map_odom: PlanarPose | None = None
+    certain: bool = True
+    prior: str = "given"
 
 
 class PoseEstimator(ABC):
-    """Says where a frame was taken from."""
+    """Says where frames were taken from; frames are given in the order of their stamps."""
 
     @abstractmethod
-    def prior(self, frame: RgbdFrame) -> RigidTransform:
-        """`T_map_camera` as believed before the frame's depth is looked at.
+    def estimate(self, frame: RgbdFrame) -> PoseEstimate:
+        """Where a frame was taken from, by all that is known until now.
 
         Raises:
             InputError: There is nothing to base a belief on.
         """
 
-    @abstractmethod
-    def estimate(
-        self, frame: RgbdFrame, object_mask: NDArray[np.bool_], model: ObjectModel
-    ) -> PoseEstimate:
-        """`T_map_camera` after the frame's depth was compared with the model.
+    @property
+    def corrections(self) -> int:
+        """How often poses told earlier were corrected; each time `corrected` changes."""
+        return 0
+
+    def corrected(self, told: list[PoseEstimate]) -> list[RigidTransform]:
+        """The poses of earlier frames by what is known now.
 
         Args:
-            frame: The frame, with the prior as its pose.
-            object_mask: (height, width) the object's pixels.
-            model: What is known of the object.
+            told: Estimates that this estimator gave, in that order, all of them.
+
+        Returns:
+            `T_map_camera` of each.
         """
+        return [estimate.T_map_camera for estimate in told]
 
 
 class KnownPoses(PoseEstimator):
     """Every frame brings its pose, and it is taken as true."""
 
-    def prior(self, frame: RgbdFrame) -> RigidTransform:
+    def estimate(self, frame: RgbdFrame) -> PoseEstimate:
         """The frame's own pose.
 
         Raises:
             InputError: The frame has none.
         """
-        return frame.pose
-
-    def estimate(
-        self,
-        frame: RgbdFrame,
-        object_mask: NDArray[np.bool_],
-        model: ObjectModel,  # noqa: ARG002 - nothing to compare: the pose is known
-    ) -> PoseEstimate:
-        """See `PoseEstimator.estimate`."""
-        return PoseEstimate(frame.pose, inliers=int(object_mask.sum()))
+        base = None
+        if frame.T_base_camera is not None:
+            base = PlanarPose.from_transform(frame.pose * frame.T_base_camera.inv())
+        return PoseEstimate(frame.pose, inliers=int(frame.valid.sum()), T_map_base=base)

@@ -15,6 +15,7 @@ from circumspect.pipeline.records import (
     CLASSIFIED,
     NO_DEPTH,
     NO_OBJECT,
+    NO_POSE,
     TOO_LITTLE,
     PipelineObserver,
     RecognitionResult,
@@ -91,20 +92,22 @@ class RecognitionPipeline:
         if not frame.valid.any():
             return self._told(frame, NO_DEPTH, clock)
 
-        # Which pixels show the object, judged from where the camera is believed to be
-        with clock.stage("segment"):
-            believed = frame.at(self.poses.prior(frame))
-            mask = self.segmentation.object_mask(believed, self._known_xyz)
-        if not mask.any():
-            return self._told(frame, NO_OBJECT, clock)
-
         # Where the camera was
         with clock.stage("register"):
-            pose = self.poses.estimate(believed, mask, self.model)
+            pose = self.poses.estimate(frame)
+            placed = frame.at(pose.T_map_camera)
+        if not pose.certain:
+            return self._told(frame, NO_POSE, clock, pose)
+
+        # Which pixels show the object
+        with clock.stage("segment"):
+            mask = self.segmentation.object_mask(placed, self._known_xyz)
+        if not mask.any():
+            return self._told(frame, NO_OBJECT, clock, pose)
 
         # What the object looks like
         with clock.stage("fuse"):
-            self.model = self.model.fused(believed, mask, pose.T_map_camera)
+            self.model = self.model.fused(placed, mask, pose.T_map_camera)
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
         with clock.stage("grid"):

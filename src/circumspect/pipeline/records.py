@@ -13,6 +13,7 @@ from circumspect.mapping import ObjectModel, PoseEstimate
 CLASSIFIED = "classified"
 NO_DEPTH = "no depth in the frame"
 NO_OBJECT = "no object in view"
+NO_POSE = "the pose is not certain enough to build on"
 TOO_LITTLE = "too little of the object seen to span a shape"
 
 

@@ -1,0 +1,137 @@
+"""Where a camera must be by now, before its picture is looked at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping import se3
+from circumspect.sensing import Odometry
+
+ODOMETRY, CONSTANT_VELOCITY = "odometry", "constant velocity"
+
+
+@dataclass(frozen=True)
+class MotionSettings:
+    """How far a camera may stray.
+
+    Attributes:
+        bump_turn, bump_height: Roll and pitch [rad], height [m] of a robot that should stand
+            level at z = 0: standard deviations of a floor that is not quite even.
+        slip: Odometry is trusted to this share of the motion at best.
+        least_shift, least_turn: … and never more than to this [m], [rad] a step.
+        speed, spin: Standard deviation [m/s], [rad/s] about a motion that just goes on.
+        longest: A motion is taken to go on for at most this time [s].
+    """
+
+    bump_turn: float = float(np.radians(0.3))
+    bump_height: float = 0.004
+    slip: float = 0.05
+    least_shift: float = 0.001
+    least_turn: float = float(np.radians(0.05))
+    speed: float = 0.3
+    spin: float = float(np.radians(25.0))
+    longest: float = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Belief:
+    """A pose with its uncertainty.
+
+    Attributes:
+        T_map_camera: The pose.
+        covariance: (6, 6) of changes in the optical frame [rad, m].
+    """
+
+    T_map_camera: RigidTransform
+    covariance: NDArray[np.floating]
+
+    def moved(self, T_old_new: RigidTransform, covariance: NDArray[np.floating]) -> Belief:
+        """The belief after a motion that is itself uncertain.
+
+        Args:
+            T_old_new: The motion, optical frame.
+            covariance: (6, 6) of changes after it.
+        """
+        carried = se3.moved_covariance(T_old_new.inv(), self.covariance)
+        return Belief(self.T_map_camera * T_old_new, carried + covariance)
+
+    def held_to_floor(self, T_base_camera: RigidTransform, settings: MotionSettings) -> Belief:
+        """The belief given that the robot stands level at z = 0, up to bumps.
+
+        A Kalman update with roll, pitch and height of the base, which are zero up to `bump_turn`
+        and `bump_height`.
+        """
+        T_map_base = self.T_map_camera * T_base_camera.inv()
+        matrix = T_map_base.as_matrix()
+        # In the base frame up is the last row of the rotation; level means (0, 0, 1).
+        up = matrix[2, :3]
+        error = np.array([up[1], -up[0], matrix[2, 3]])
+        H = np.zeros((3, 6))
+        H[0, 0] = H[1, 1] = up[2]
+        H[2, 3:] = up
+        H = H @ se3.adjoint(T_base_camera)
+        noise = np.diag([settings.bump_turn**2, settings.bump_turn**2, settings.bump_height**2])
+        gain = self.covariance @ H.T @ np.linalg.inv(H @ self.covariance @ H.T + noise)
+        kept = np.eye(6) - gain @ H
+        covariance = kept @ self.covariance @ kept.T + gain @ noise @ gain.T
+        return Belief(self.T_map_camera * se3.exp(-gain @ error), covariance)
+
+
+def wheel_motion(
+    before: Odometry, now: Odometry, T_base_camera: RigidTransform, settings: MotionSettings
+) -> tuple[RigidTransform, NDArray[np.float64]]:
+    """The camera's motion by the wheels, with its covariance.
+
+    Args:
+        before: Odometry at the last frame.
+        now: Odometry at this frame.
+        T_base_camera: The mount.
+        settings: Bounds of the trust.
+
+    Returns:
+        Camera in its frame before, and (6, 6) of changes after the motion.
+    """
+    D = before.T_odom_base.inverse() @ now.T_odom_base
+    moved = now.T_odom_base.xy - before.T_odom_base.xy
+    F = np.eye(3)
+    F[:2, 2] = -moved[1], moved[0]
+    grown = now.covariance - F @ before.covariance @ F.T
+    yaw = now.T_odom_base.yaw
+    turn = np.eye(3)
+    turn[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    planar = turn.T @ grown @ turn
+    values, vectors = np.linalg.eigh((planar + planar.T) / 2)
+    planar = vectors * np.clip(values, 0, None) @ vectors.T
+    shift = settings.least_shift + settings.slip * float(np.hypot(D.x, D.y))
+    spin = settings.least_turn + settings.slip * abs(D.yaw)
+    base = np.zeros((6, 6))
+    base[np.ix_([3, 4, 2], [3, 4, 2])] = planar + np.diag([shift, shift, spin]) ** 2
+    base[[0, 1, 5], [0, 1, 5]] = (
+        settings.bump_turn**2,
+        settings.bump_turn**2,
+        settings.bump_height**2,
+    )
+    T_camera_base = T_base_camera.inv()
+    motion = T_camera_base * D.as_transform() * T_base_camera
+    return motion, se3.moved_covariance(T_camera_base, base)
+
+
+def steady_motion(
+    last_motion: RigidTransform, last_time: float, time: float, settings: MotionSettings
+) -> tuple[RigidTransform, NDArray[np.float64]]:
+    """The same motion going on, with its covariance.
+
+    Args:
+        last_motion: Camera in its frame before.
+        last_time: What that took [s]; 0 for standing still.
+        time: For how long [s] it goes on.
+        settings: How far it may stray.
+    """
+    share = 0.0 if last_time <= 0 else min(time, settings.longest) / last_time
+    turn, shift = settings.spin * time, settings.speed * time
+    covariance = np.diag([turn] * 3 + [shift] * 3) ** 2
+    return se3.exp(share * se3.log(last_motion)), covariance

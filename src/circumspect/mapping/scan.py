@@ -1,0 +1,86 @@
+"""What one frame shows of the whole scene, thinned for registration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.sensing import DepthBlocks, DepthNoise, RgbdFrame
+
+
+@dataclass(frozen=True)
+class ScanSettings:
+    """How a frame is thinned.
+
+    Attributes:
+        block: Depths are averaged over square blocks of this side [px].
+        voxel: Then one point is kept for each voxel of this side [m].
+        nearest, farthest: Only depths within this range [m] are used: beyond it a
+            structured-light camera bends space more than it helps.
+        enough: With fewer points than this within range everything up to the sensor's own range
+            is used.
+        noise: The camera's noise.
+    """
+
+    block: int = 4
+    voxel: float = 0.03
+    nearest: float = 0.3
+    farthest: float = 2.5
+    enough: int = 1200
+    noise: DepthNoise = field(default_factory=DepthNoise)
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Points of a frame with their uncertainty, optical frame.
+
+    Attributes:
+        points_xyz: (n, 3) float64 [m].
+        sigmas: (n,) [m] standard deviation along the ray.
+    """
+
+    points_xyz: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, frame: RgbdFrame, settings: ScanSettings | None = None) -> Scan:
+        """Thin a frame; the scan is empty where no depth is within range."""
+        s = settings or ScanSettings()
+        blocks = DepthBlocks.of(frame.depth, frame.camera, s.block)
+        rows, columns = np.nonzero(2 * blocks.counts >= s.block**2)
+        points = blocks.points_xyz(rows, columns).astype(np.float64)
+        near = (points[:, 2] > s.nearest) & (points[:, 2] < s.farthest)
+        thin = _thinned(points[near], s.voxel)
+        if len(thin) < s.enough:
+            near = (points[:, 2] > s.nearest) & (points[:, 2] < s.noise.farthest)
+            thin = _thinned(points[near], s.voxel)
+        return cls(thin, s.noise.axial_sigma(thin[:, 2]).astype(np.float64))
+
+    def __len__(self) -> int:
+        return len(self.points_xyz)
+
+    def normals_xyz(self, neighbours: int = 10) -> NDArray[np.float64]:
+        """(n, 3) unit vectors towards the camera; zero where too few points are near.
+
+        Args:
+            neighbours: Points over which each normal is taken, by principal components.
+        """
+        import small_gicp
+
+        if len(self) < neighbours:
+            return np.zeros((len(self), 3))
+        cloud = small_gicp.PointCloud(self.points_xyz)
+        small_gicp.estimate_normals(cloud, num_neighbors=neighbours)
+        normals = np.array(cloud.normals())[:, :3]
+        away = np.einsum("ij,ij->i", normals, self.points_xyz) > 0
+        return np.where(away[:, None], -normals, normals)
+
+
+def _thinned(points_xyz: NDArray[np.float64], voxel: float) -> NDArray[np.float64]:
+    import small_gicp
+
+    if len(points_xyz) == 0:
+        return points_xyz
+    return np.array(small_gicp.voxelgrid_sampling(points_xyz, voxel).points())[:, :3]

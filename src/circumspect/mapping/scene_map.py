@@ -1,0 +1,96 @@
+"""What is known of the whole scene: the target of registration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
+
+if TYPE_CHECKING:
+    from small_gicp import KdTree
+
+# Columns of the sums: information (of points), times point (3), times normal (3).
+_WEIGHT, _POINT, _NORMAL, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7
+
+
+@dataclass(frozen=True, eq=False)
+class SceneMap:
+    """Object, floor, walls and clutter as mean points with normals, map frame.
+
+    Attributes:
+        voxel: Side of the voxels over which points are averaged [m].
+        sums: Per voxel sums over the scans.
+    """
+
+    voxel: float = 0.03
+    sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(_COLUMNS))
+
+    def __len__(self) -> int:
+        return len(self.sums)
+
+    def with_scan(
+        self, scan: Scan, normals_xyz: NDArray[np.float64], T_map_camera: RigidTransform
+    ) -> SceneMap:
+        """The map with one more scan.
+
+        Args:
+            scan: The scan.
+            normals_xyz: (n, 3) of its points, optical frame; zero where unknown.
+            T_map_camera: Where it was taken from.
+        """
+        known = np.einsum("ij,ij->i", normals_xyz, normals_xyz) > 0.5
+        if not known.any():
+            return self
+        matrix = T_map_camera.as_matrix()
+        points = scan.points_xyz[known] @ matrix[:3, :3].T + matrix[:3, 3]
+        weights = scan.sigmas[known, None] ** -2
+        columns = np.empty((len(points), _COLUMNS))
+        columns[:, _WEIGHT] = weights[:, 0]
+        columns[:, _POINT] = weights * points
+        columns[:, _NORMAL] = weights * (normals_xyz[known] @ matrix[:3, :3].T)
+        return SceneMap(
+            self.voxel, self.sums.plus(VoxelSums.of(voxel_keys(points, self.voxel), columns))
+        )
+
+    @cached_property
+    def points_xyz(self) -> NDArray[np.float64]:
+        """(n, 3) [m]."""
+        return self.sums.totals[:, _POINT] / self.sums.totals[:, _WEIGHT, None]
+
+    @cached_property
+    def normals_xyz(self) -> NDArray[np.float64]:
+        """(n, 3) unit vectors."""
+        normals = self.sums.totals[:, _NORMAL]
+        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+    @cached_property
+    def sigmas(self) -> NDArray[np.float64]:
+        """(n,) [m] standard deviation of the mean points."""
+        return self.sums.totals[:, _WEIGHT] ** -0.5
+
+    def nearest(
+        self, points_xyz: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """For each point the nearest of the map.
+
+        Args:
+            points_xyz: (n, 3) [m] map frame.
+
+        Returns:
+            (n,) indices, and (n,) distances [m].
+        """
+        indices, squares = self._tree.batch_knn_search(points_xyz, 1)
+        return np.asarray(indices, np.int64).ravel(), np.sqrt(np.asarray(squares).ravel())
+
+    @cached_property
+    def _tree(self) -> KdTree:
+        from small_gicp import KdTree
+
+        return KdTree(self.points_xyz)
