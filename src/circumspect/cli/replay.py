@@ -10,7 +10,7 @@ import tyro
 
 if TYPE_CHECKING:
     from circumspect.pipeline import RecognitionPipeline
-    from circumspect.recording import SevenScenesFolder
+    from circumspect.recording import FrameFolder
     from circumspect.sensing import BoxSegmentation
 
 Box = tuple[float, float, float, float, float, float]
@@ -25,8 +25,9 @@ class Replay:
     """
 
     recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]
-    """Folder in the layout of 7-Scenes: frame-*.depth.png, frame-*.pose.txt, where present
-    gravity-direction.txt, camera-intrinsics.txt and frame-*.color.jpg."""
+    """Folder in the layout of 7-Scenes (frame-*.depth.png, frame-*.pose.txt, where present
+    gravity-direction.txt and frame-*.color.jpg) or of TUM RGB-D (depth.txt, where present rgb.txt
+    and groundtruth.txt); camera-intrinsics.txt where present."""
     box: Annotated[Box, tyro.conf.arg(metavar="X Y Z X Y Z")]
     """Two opposite corners of an upright box round the object [m]."""
     box_frame: Literal["world", "map"] = "world"
@@ -47,9 +48,9 @@ class Replay:
         from circumspect.cli.run_screen import RunScreen, new_run_folder, tell_result
         from circumspect.mapping import KnownPoses
         from circumspect.pipeline import RecognitionPipeline, RunFolder
-        from circumspect.recording import SevenScenesFolder
+        from circumspect.recording import open_recording
 
-        frames = SevenScenesFolder(self.recording, self.every)
+        frames = open_recording(self.recording, self.every)
         segmentation = self._segmentation(frames)
         pipeline = RecognitionPipeline(segmentation, KnownPoses(), Classifier.load(self.weights))
         config = self._config(segmentation, pipeline)
@@ -68,7 +69,7 @@ class Replay:
         tell_result(result, folder, self.json, head)
         return 0
 
-    def _segmentation(self, frames: SevenScenesFolder) -> BoxSegmentation:
+    def _segmentation(self, frames: FrameFolder) -> BoxSegmentation:
         import numpy as np
 
         from circumspect.sensing import BoxSegmentation

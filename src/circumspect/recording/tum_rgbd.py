@@ -1,0 +1,197 @@
+"""Folders in the layout of the TUM RGB-D benchmark."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Slerp
+
+from circumspect.errors import InputError
+from circumspect.geometry import PinholeCamera, Trajectory, read_tum
+from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder, GivenPoses
+from circumspect.recording.image_files import read_colour, read_depth
+from circumspect.sensing import RgbdFrame
+
+DEPTH_LIST, COLOUR_LIST, POSE_LIST = "depth.txt", "rgb.txt", "groundtruth.txt"
+DEPTH_FACTOR = 5000.0
+"""Depth images hold metres times this."""
+TOLERANCE = 0.02
+"""Depth, colour and pose belong together when their stamps differ by no more than this [s]."""
+LARGEST_LIST = 50_000_000
+"""Longer lists of images are something else [bytes]."""
+# fx, fy, cx, cy that the benchmark states for the colour cameras, onto which depth is registered.
+_FREIBURG = {
+    "1": (517.3, 516.5, 318.6, 255.3),
+    "2": (520.9, 521.0, 325.1, 249.7),
+    "3": (535.4, 539.2, 320.1, 247.6),
+}
+_OTHER = (525.0, 525.0, 319.5, 239.5)
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class StampedFile:
+    """An image of a list.
+
+    Attributes:
+        stamp: [s].
+        name: Path inside the folder.
+    """
+
+    stamp: float
+    name: str
+
+
+class TumRgbdFolder(FrameFolder):
+    """The frames of a folder, in the order of their stamps.
+
+    Files: `depth.txt` (lines `stamp file`; 16 bit images, 5000 a metre, 0 and 65535 invalid), and
+    where present `rgb.txt` (the same for colour images), `groundtruth.txt` (lines
+    `stamp tx ty tz qx qy qz qw`, camera to world, z up) and `camera-intrinsics.txt` (3 x 3, instead
+    of the benchmark's own figures for freiburg1, 2 or 3, told by the folder's name).
+
+    A frame has the colour image nearest in time, and a pose between the two nearest in time. Where
+    there is a `groundtruth.txt`, a frame without a pose within 20 ms is left out; without the file
+    frames have no poses. The reason of each frame left out is kept in `skipped`.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        every: int = 1,
+        poses: GivenPoses = GivenPoses.ALL,
+    ) -> None:
+        """Look the folder over; frames are read when they are asked for.
+
+        Args:
+            path: The folder.
+            every: Take each n-th frame only.
+            poses: Which poses frames bring along.
+
+        Raises:
+            InputError: No such folder, no list of depth images or none in it, a broken list of
+                poses or broken intrinsics.
+        """
+        super().__init__(path, every, poses)
+        self._depth = read_list(self.path / DEPTH_LIST)[::every]
+        colour = self.path / COLOUR_LIST
+        self._colour = read_list(colour) if colour.exists() else []
+        self._colour_stamps = np.array([file.stamp for file in self._colour])
+        self.truth = self._truth()
+        """The recorded poses, world and map frame being the same; None without them."""
+        self._matrix = self._camera_matrix(self._stated_matrix())
+
+    @property
+    def names(self) -> list[str]:
+        """See `FrameFolder.names`."""
+        return [file.name for file in self._depth]
+
+    def read(self, index: int) -> RgbdFrame:
+        """See `FrameFolder.read`."""
+        file = self._depth[index]
+        T_map_camera = None
+        if self.truth is not None and self.poses is not GivenPoses.NONE:
+            T_map_camera = pose_at(self.truth, file.stamp)
+        raw = read_depth(self.path / file.name)
+        height, width = raw.shape
+        (fx, _, cx), (_, fy, cy), _ = self._matrix
+        if not (cx < width and cy < height):
+            raise InputError(
+                f"{self.path / file.name}: is {width} x {height}; the principal point "
+                f"({cx:g}, {cy:g}) of the intrinsics lies outside"
+            )
+        depth = raw.astype(np.float32) / np.float32(DEPTH_FACTOR)
+        depth[(raw == 0) | (raw == 65535)] = np.nan
+        camera = PinholeCamera(width, height, fx, fy, cx, cy)
+        colour = self._colour_at(file.stamp, (width, height))
+        return RgbdFrame(depth, camera, file.stamp, T_map_camera, colour)
+
+    def _colour_at(self, stamp: float, size: tuple[int, int]) -> NDArray[np.uint8] | None:
+        if len(self._colour) == 0:
+            return None
+        nearest = int(np.argmin(np.abs(self._colour_stamps - stamp)))
+        if abs(self._colour_stamps[nearest] - stamp) > TOLERANCE:
+            return None
+        return read_colour(self.path / self._colour[nearest].name, size)
+
+    def _truth(self) -> Trajectory | None:
+        file = self.path / POSE_LIST
+        return read_tum(file) if file.exists() else None
+
+    def _stated_matrix(self) -> NDArray[np.float64]:
+        found = re.search(r"(?:freiburg|fr)_?([123])(?![0-9])", self.path.resolve().name)
+        if found is None:
+            _log.warning(
+                "%s: the name tells no camera (freiburg1, 2 or 3) and there is no %s; taking "
+                "fx = fy = 525, cx = 319.5, cy = 239.5",
+                self.path,
+                INTRINSICS_FILE,
+            )
+        fx, fy, cx, cy = _OTHER if found is None else _FREIBURG[found.group(1)]
+        return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+
+
+def read_list(path: Path) -> list[StampedFile]:
+    """Read the list of a folder's images: lines `stamp file`, # begins a comment.
+
+    Returns:
+        The images in the order of their stamps.
+
+    Raises:
+        InputError: The file can not be read, holds another line, or no images.
+    """
+    try:
+        with path.open("rb") as stream:
+            lines = stream.read(LARGEST_LIST).decode("utf-8").splitlines()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{path}: can not be read ({reason})") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is no text; lines 'stamp file' are expected") from error
+    files: list[StampedFile] = []
+    for number, line in enumerate(lines, start=1):
+        words = line.split("#", 1)[0].split(maxsplit=1)
+        if words:
+            files.append(_entry(words, f"{path}: line {number}"))
+    if not files:
+        raise InputError(f"{path}: names no images")
+    return sorted(files, key=lambda file: file.stamp)
+
+
+def _entry(words: list[str], place: str) -> StampedFile:
+    try:
+        stamp = float(words[0])
+    except ValueError:
+        stamp = np.nan
+    if len(words) != 2 or not np.isfinite(stamp) or not words[1].strip().isprintable():
+        raise InputError(f"{place}: is not 'stamp file' but {' '.join(words)[:80]!r}")
+    return StampedFile(stamp, words[1].strip())
+
+
+def pose_at(trajectory: Trajectory, stamp: float) -> RigidTransform:
+    """The pose at a time: between the two nearest ones, or the nearest alone.
+
+    Raises:
+        InputError: The nearest is more than `TOLERANCE` away in time.
+    """
+    stamps = trajectory.stamps
+    after = int(np.searchsorted(stamps, stamp))
+    around = [index for index in (after - 1, after) if 0 <= index < len(stamps)]
+    near = [index for index in around if abs(stamps[index] - stamp) <= TOLERANCE]
+    if not near:
+        raise InputError(
+            f"no true pose within {TOLERANCE * 1e3:.0f} ms of {stamp:.4f} s in {POSE_LIST}"
+        )
+    if len(near) == 1:
+        return trajectory.T_map_camera[near[0]]
+    share = (stamp - stamps[near[0]]) / (stamps[near[1]] - stamps[near[0]])
+    pair = trajectory.T_map_camera[near]
+    place = (1 - share) * pair.translation[0] + share * pair.translation[1]
+    return RigidTransform.from_components(place, Slerp([0.0, 1.0], pair.rotation)(share))
