@@ -1,1 +1,32 @@
 """Where to look from next, and how to get there."""
+
+from circumspect.planning.alternatives import alternatives
+from circumspect.planning.circle_planner import CirclePlanner
+from circumspect.planning.conviction import Conviction
+from circumspect.planning.convinced_planner import ConvincedPlanner
+from circumspect.planning.next_view import Finished, NextView
+from circumspect.planning.rounds import bearing_turned
+from circumspect.planning.route import NoWay, Route, route
+from circumspect.planning.situation import Situation
+from circumspect.planning.stance import camera_place, fitting_distance, stance
+from circumspect.planning.surface_normal_planner import SurfaceNormalPlanner
+from circumspect.planning.view_planner import ViewPlanner
+
+__all__ = [
+    "CirclePlanner",
+    "Conviction",
+    "ConvincedPlanner",
+    "Finished",
+    "NextView",
+    "NoWay",
+    "Route",
+    "Situation",
+    "SurfaceNormalPlanner",
+    "ViewPlanner",
+    "alternatives",
+    "bearing_turned",
+    "camera_place",
+    "fitting_distance",
+    "route",
+    "stance",
+]

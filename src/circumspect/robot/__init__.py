@@ -2,7 +2,8 @@
 
 from circumspect.robot.differential_drive import DifferentialDrive, arc
 from circumspect.robot.mobile_robot import MobileRobot
+from circumspect.robot.path_follower import PathFollower
 from circumspect.robot.velocity import Velocity
 from circumspect.robot.wheel_odometry import WheelOdometry
 
-__all__ = ["DifferentialDrive", "MobileRobot", "Velocity", "WheelOdometry", "arc"]
+__all__ = ["DifferentialDrive", "MobileRobot", "PathFollower", "Velocity", "WheelOdometry", "arc"]

@@ -1,0 +1,61 @@
+"""How a robot scans an object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from circumspect.errors import InputError
+
+
+@dataclass(frozen=True)
+class ScanSettings:
+    """How the robot drives, when it looks, and when it gives up.
+
+    Attributes:
+        speed: [m/s] (section 3.1).
+        frame_interval: Between frames [s] (section 3.1).
+        tick: Between two commands to the wheels [s].
+        turn_between_frames: The robot turns at most by this from frame to frame [rad].
+        keep: Distance to the object that is worth a detour [m].
+        patience: Without progress for this long, or for 0.2 m at its speed, it is blocked [s].
+        back_off: So far it then goes back [m].
+        most_blocks: So often it may be blocked before it gives up.
+        most_frames: The scan ends after so many frames.
+        lost_after: The scan ends when no frame could be placed for so long [s].
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    speed: float = 0.05
+    frame_interval: float = 0.5
+    tick: float = 0.1
+    turn_between_frames: float = float(np.radians(6.0))
+    keep: float = 0.8
+    patience: float = 4.0
+    back_off: float = 0.2
+    most_blocks: int = 6
+    most_frames: int = 4000
+    lost_after: float = 60.0
+
+    def __post_init__(self) -> None:
+        if not 0.01 <= self.speed <= 1.0:
+            raise InputError(f"the speed must be from 0.01 to 1 m/s, not {self.speed}")
+        if not 0 < self.tick <= self.frame_interval <= 60:
+            raise InputError(
+                f"a frame interval is from {self.tick} to 60 s, not {self.frame_interval}"
+            )
+        if self.most_frames < 1:
+            raise InputError(f"at least one frame is needed, not {self.most_frames}")
+
+    @property
+    def max_turn(self) -> float:
+        """Largest turning rate [rad/s]."""
+        return self.turn_between_frames / self.frame_interval
+
+    @property
+    def stuck_after(self) -> float:
+        """Without progress for this long the robot is blocked [s]."""
+        return max(self.patience, 0.2 / self.speed)

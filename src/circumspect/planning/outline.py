@@ -1,0 +1,77 @@
+"""The object's outline as it is seen from one place, in plan view."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+BIN = float(np.radians(1.0))
+"""One place of the outline for each bearing of this width, as seen from the eye [rad]."""
+PATCH = 0.15
+"""Normals are those of the outline within this distance [m]."""
+FEWEST = 3
+"""A normal needs so many places."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """The nearest places of an object for each bearing, as seen from an eye.
+
+    Attributes:
+        places_xy: (b, 2) [m] from left to right as the eye sees them, which is the way a robot
+            goes that drives with the object on its left.
+        normals_xy: (b, 2) unit normals towards the eye; NaN where the outline has none.
+        incidences: (b,) [rad] angles between normal and line of sight.
+    """
+
+    places_xy: NDArray[np.float64]
+    normals_xy: NDArray[np.float64]
+    incidences: NDArray[np.float64]
+
+    @classmethod
+    def seen_from(cls, footprint_xy: NDArray[np.float64], eye_xy: NDArray[np.float64]) -> Outline:
+        """The outline of a footprint.
+
+        Args:
+            footprint_xy: (c, 2) [m] plan-view cells with object, at least one.
+            eye_xy: (2,) [m].
+        """
+        places = _nearest_by_bearing(footprint_xy, eye_xy)
+        normals = np.array([_normal(places, place, eye_xy) for place in places])
+        sight = eye_xy - places
+        sight /= np.maximum(np.linalg.norm(sight, axis=1, keepdims=True), 1e-9)
+        cosine = np.clip(np.einsum("ij,ij->i", normals, sight), -1, 1)
+        return cls(places, normals, np.arccos(cosine))
+
+
+def _nearest_by_bearing(
+    footprint_xy: NDArray[np.float64], eye_xy: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(b, 2) the nearest cell for each bearing, from left to right."""
+    offset = footprint_xy - eye_xy
+    distance = np.linalg.norm(offset, axis=1)
+    ahead = offset.mean(axis=0)
+    bearing = np.arctan2(offset[:, 1], offset[:, 0]) - np.arctan2(ahead[1], ahead[0])
+    to_the_right = -((bearing + np.pi) % (2 * np.pi) - np.pi)
+    bins = np.round(to_the_right / BIN).astype(np.int64)
+    order = np.lexsort((distance, bins))
+    first = np.flatnonzero(np.diff(bins[order], prepend=bins[order[0]] - 1))
+    return footprint_xy[order[first]]
+
+
+def _normal(
+    places_xy: NDArray[np.float64], place_xy: NDArray[np.float64], eye_xy: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Principal component analysis of the outline round a place: the direction it varies least.
+
+    Of a table top seen from above the footprint is filled: only what is on the outline counts.
+    """
+    near = places_xy[np.linalg.norm(places_xy - place_xy, axis=1) <= PATCH]
+    if len(near) < FEWEST:
+        return np.full(2, np.nan)
+    spread = near - near.mean(axis=0)
+    _, axes = np.linalg.eigh(spread.T @ spread)
+    normal = axes[:, 0]
+    return normal if normal @ (eye_xy - place_xy) >= 0 else -normal

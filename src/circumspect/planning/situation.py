@@ -1,0 +1,54 @@
+"""What is known when the robot asks where to look from next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.planning.next_view import NextView
+
+NOTHING_XY = np.empty((0, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """The object so far, the robot, and what was tried.
+
+    Attributes:
+        points_xyz: (n, 3) [m] surface of the object so far, map frame.
+        normals_xyz: (n, 3) unit normals of those points.
+        T_map_base: Where the robot is.
+        T_base_camera: Where its camera is mounted (optical frame).
+        camera: Says what fits its image.
+        nearest, farthest: Depths that the camera can measure [m].
+        obstacles_xy: (m, 2) [m] everything else that stands in the way, map frame.
+        robot_radius: Of the circle round `base_link` that holds the robot [m].
+        visited: Where the robot was, in order; the last one is near `T_map_base`.
+        unreachable: Views that no way leads to, since the last one that was reached.
+        probabilities: The answers so far, class to probability.
+        shares_seen: For each answer the share of directions seen until then, 0 … 1.
+    """
+
+    points_xyz: NDArray[np.float64]
+    normals_xyz: NDArray[np.float64]
+    T_map_base: PlanarPose
+    T_base_camera: RigidTransform
+    camera: PinholeCamera
+    nearest: float = 0.8
+    farthest: float = 3.5
+    obstacles_xy: NDArray[np.float64] = field(default_factory=lambda: NOTHING_XY)
+    robot_radius: float = 0.3
+    visited: tuple[PlanarPose, ...] = ()
+    unreachable: tuple[NextView, ...] = ()
+    probabilities: tuple[Mapping[str, float], ...] = ()
+    shares_seen: tuple[float, ...] = ()
+
+    @property
+    def seen(self) -> float:
+        """Share of the directions from which the object was seen, 0 … 1."""
+        return self.shares_seen[-1] if self.shares_seen else 0.0

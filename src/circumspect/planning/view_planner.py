@@ -1,0 +1,26 @@
+"""The interface of everything that chooses views."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from circumspect.planning.next_view import Finished, NextView
+from circumspect.planning.rounds import bearing_turned
+from circumspect.planning.situation import Situation
+
+ROUND_COMPLETE = "once round the object"
+FULL_ROUND_DEG = 360.0
+
+
+class ViewPlanner(ABC):
+    """Chooses the robot's next view of an object on its left."""
+
+    @abstractmethod
+    def next_view(self, situation: Situation) -> NextView | Finished:
+        """Where to look from next; asked when the robot has come to a stop."""
+
+    def enough(self, situation: Situation) -> Finished | None:
+        """Whether what was seen is enough; asked after every frame, also while driving."""
+        if bearing_turned(situation) >= FULL_ROUND_DEG:
+            return Finished(ROUND_COMPLETE)
+        return None
