@@ -40,8 +40,9 @@ class Journey:
         odometry: The camera by odometry alone, beginning where the run's first pose is; None
             where the wheels said nothing.
         truth: Where the camera really was; None where nobody knows.
-        views: What the planner chose, in order.
-        walls_xy: Lines that bound the room, each (k, 2) [m].
+        views: What the planner chose and the robot reached, in order.
+        missed: What it chose and the robot did not reach.
+        walls_xy: Outlines of walls and clutter, each (k, 2) [m].
         obstacles_xy: (m, 2) [m] what else stands in the way, as the robot saw it.
     """
 
@@ -50,6 +51,7 @@ class Journey:
     odometry: Trajectory | None = None
     truth: Trajectory | None = None
     views: tuple[PlannedView, ...] = ()
+    missed: tuple[PlannedView, ...] = ()
     walls_xy: tuple[NDArray[np.float64], ...] = ()
     obstacles_xy: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2)))
 

@@ -13,12 +13,14 @@ from circumspect.simulation.faulty_robot import FaultyRobot
 from circumspect.simulation.motion_faults import Blocked, Kidnapped
 from circumspect.simulation.odometry_faults import OdometryGone, OdometryJumping, OdometryStuck
 from circumspect.simulation.orbit import Orbit
+from circumspect.simulation.outlines import outlines
 from circumspect.simulation.ray_caster import RayCaster, View
 from circumspect.simulation.room import Room, room
 from circumspect.simulation.scene import Scene, Surface, block, cylinder, floor
 from circumspect.simulation.simulated_camera import SimulatedCamera, shaded
 from circumspect.simulation.simulated_robot import RobotSettings, SimulatedRobot, Truth
 from circumspect.simulation.station import Station, looking_at
+from circumspect.simulation.witness import Witness
 
 __all__ = [
     "Blackout",
@@ -44,11 +46,13 @@ __all__ = [
     "Truth",
     "UnorderedFrames",
     "View",
+    "Witness",
     "WrongUnit",
     "block",
     "cylinder",
     "floor",
     "looking_at",
+    "outlines",
     "room",
     "shaded",
 ]

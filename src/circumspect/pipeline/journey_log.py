@@ -1,0 +1,121 @@
+"""Writes down a scan's journey while it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry import Trajectory
+from circumspect.pipeline.journey import Journey
+from circumspect.pipeline.records import RecognitionResult, RecognitionStep
+from circumspect.pipeline.run_folder import RunFolder
+from circumspect.pipeline.scan import REACHED, ObjectScan
+
+
+class JourneyLog:
+    """Keeps odometry, distance and views of a scan; a `PipelineObserver`.
+
+    It is told before the run's folder, so that the folder has the journey when it draws.
+    """
+
+    def __init__(
+        self,
+        scan: ObjectScan,
+        folder: RunFolder | None = None,
+        truth: Callable[[], Trajectory] | None = None,
+        walls_xy: tuple[NDArray[np.float64], ...] = (),
+    ) -> None:
+        """Begin with an empty log.
+
+        Args:
+            scan: The scan that is observed.
+            folder: Gets the journey when the run ends.
+            truth: Gives the camera's true trajectory when the run ends, in the world's frame.
+            walls_xy: What stands around, outlines in the world's frame [m]; shown only where the
+                truth says how the robot's map lies in the world.
+        """
+        self._scan = scan
+        self._folder = folder
+        self._truth = truth
+        self._walls_xy = walls_xy
+        self._stamps: list[float] = []
+        self._driven: list[float] = []
+        self._wheels: list[tuple[float, RigidTransform]] = []
+
+    @property
+    def odometry(self) -> Trajectory | None:
+        """The camera by odometry alone, odom frame; None where the wheels said nothing."""
+        return _increasing(self._wheels)
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """Take down what the robot said with the step's frame."""
+        frame = self._scan.frame
+        if not self._stamps or step.stamp > self._stamps[-1]:
+            self._stamps.append(step.stamp)
+            self._driven.append(self._scan.driven_m)
+        if frame is not None and frame.odometry is not None and frame.T_base_camera is not None:
+            T_odom_base = frame.odometry.T_odom_base.as_transform()
+            self._wheels.append((frame.stamp, T_odom_base * frame.T_base_camera))
+
+    def on_end(self, result: RecognitionResult) -> None:
+        """Hand the journey to the folder."""
+        if self._folder is not None:
+            self._folder.journey = self.journey(result)
+
+    def journey(self, result: RecognitionResult) -> Journey:
+        """All of it in the map frame of the result.
+
+        Args:
+            result: The run; its first pose says how odometry and world lie in the map.
+        """
+        first = next((s for s in result.steps if s.pose is not None), None)
+        odometry, truth = self.odometry, self._truth() if self._truth is not None else None
+        walls: tuple[NDArray[np.float64], ...] = ()
+        if first is None or first.pose is None:
+            odometry = truth = None
+        else:
+            pose = first.pose.T_map_camera
+            odometry = _beginning_at(odometry, first.stamp, pose)
+            truth, world = _beginning_at(truth, first.stamp, pose), truth
+            if truth is not None and world is not None:
+                T_map_world = truth.T_map_camera[0] * world.T_map_camera[0].inv()
+                walls = tuple(_carried(T_map_world, line) for line in self._walls_xy)
+        return Journey(
+            stamps=np.array(self._stamps),
+            driven_m=np.array(self._driven),
+            odometry=odometry,
+            truth=truth,
+            views=tuple(record.view for record in self._scan.views if record.outcome == REACHED),
+            missed=tuple(record.view for record in self._scan.views if record.outcome != REACHED),
+            walls_xy=walls,
+        )
+
+
+def _increasing(posed: list[tuple[float, RigidTransform]]) -> Trajectory | None:
+    """Without frames that came late, or twice."""
+    kept: list[tuple[float, RigidTransform]] = []
+    for stamp, pose in posed:
+        if not kept or stamp > kept[-1][0]:
+            kept.append((stamp, pose))
+    if not kept:
+        return None
+    poses = RigidTransform.concatenate([pose for _, pose in kept])
+    return Trajectory(np.array([stamp for stamp, _ in kept]), poses)
+
+
+def _beginning_at(
+    trajectory: Trajectory | None, stamp: float, T_map_camera: RigidTransform
+) -> Trajectory | None:
+    """Moved so that its pose nearest in time to a stamp is the given one."""
+    if trajectory is None:
+        return None
+    nearest = int(np.argmin(np.abs(trajectory.stamps - stamp)))
+    return trajectory.moved(T_map_camera * trajectory.T_map_camera[nearest].inv())
+
+
+def _carried(T_map_world: RigidTransform, line_xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    points = np.column_stack([line_xy, np.zeros(len(line_xy))])
+    return T_map_world.apply(points)[:, :2]
