@@ -45,6 +45,8 @@ class Train:
     """Share of the draws that are procedural furniture, 0 … 1."""
     stretch: float | None = None
     """Each axis is scaled by up to this share in augmentation."""
+    partial: float | None = None
+    """Share of the variants that hold only what a scan of a part of the object sees, 0 … 1."""
     validation: bool = True
     """Choose the best epoch on held-back objects; with --no-validation all objects train."""
     validation_salt: str = ""
@@ -95,6 +97,7 @@ class Train:
         known = {f.name for f in fields(TrainingSettings)} & {f.name for f in fields(self)}
         given = {name: getattr(self, name) for name in known}
         given = {name: value for name, value in given.items() if value is not None}
-        if self.stretch is not None:
-            given["augmentation"] = Augmentation(stretch=self.stretch)
+        changes = {"stretch": self.stretch, "partial": self.partial}
+        changes = {name: value for name, value in changes.items() if value is not None}
+        given["augmentation"] = Augmentation(**changes)
         return TrainingSettings(**given)

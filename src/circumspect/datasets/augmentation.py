@@ -1,4 +1,4 @@
-"""Other objects from one: mirrored, stretched, shifted, with holes; never turned."""
+"""Other objects from one: mirrored, stretched, shifted, seen in part, with holes; never turned."""
 
 from __future__ import annotations
 
@@ -7,7 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.datasets.partial_view import PartialView
 from circumspect.errors import InputError
+
+FLOOR_MARGIN = 0.06
+"""Up to this height above the floor a scan may miss the object, in units of its scale."""
+FEWEST = 100
+"""A scan with fewer samples is no scan."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +31,8 @@ class Augmentation:
         thin: Half of the objects keep a share of their samples, drawn from this … 1.
         holes: Chance that up to four balls are cut out.
         hole_radius: Range of their radius.
+        partial: Chance that only what a camera sees from an arc around the object is kept, and a
+            little is missing above the floor: what a robot's scan looks like.
     """
 
     mirror: float = 0.5
@@ -35,9 +43,10 @@ class Augmentation:
     thin: float = 0.3
     holes: float = 0.5
     hole_radius: tuple[float, float] = (0.05, 0.25)
+    partial: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("mirror", "stretch", "jitter", "shift", "thin", "holes"):
+        for name in ("mirror", "stretch", "jitter", "shift", "thin", "holes", "partial"):
             if not 0 <= getattr(self, name) <= 1:
                 raise InputError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
 
@@ -58,17 +67,12 @@ class Augmentation:
             (m, 3) points in units of the object's scale: those within radius 1 of the axis and
             within ±1 of the centre's height fall into the grid.
         """
-        vertices = self._placed(self._deformed(points_xyz, rng), rng)
+        vertices = self._roughened(_normalised(self._deformed(points_xyz, rng)), rng)
         samples = np.concatenate([vertices, self._between(vertices, triangles, rng)])
-        keep = np.ones(len(samples), bool)
-        if rng.random() < 0.5:
-            keep &= rng.random(len(samples)) < rng.uniform(self.thin, 1.0)
-        if rng.random() < self.holes:
-            centres = vertices[rng.integers(len(vertices), size=rng.integers(1, 5))]
-            radius = rng.uniform(*self.hole_radius)
-            for centre in centres:
-                keep &= ((samples - centre) ** 2).sum(axis=1) > radius**2
-        return samples[keep] if keep.any() else samples
+        if rng.random() < self.partial:
+            samples = _scanned(samples, rng)
+        samples = self._placed(samples, rng)
+        return samples[self._covered(samples, len(vertices), rng)]
 
     def _deformed(
         self, points_xyz: NDArray[np.float32], rng: np.random.Generator
@@ -78,18 +82,34 @@ class Augmentation:
             factors[0] = -factors[0]
         return points_xyz * factors
 
-    def _placed(
-        self, points_xyz: NDArray[np.float32], rng: np.random.Generator
+    def _roughened(
+        self, vertices: NDArray[np.float32], rng: np.random.Generator
     ) -> NDArray[np.float32]:
-        """Normalised as for the grid (centre, isotropic scale), then slightly off."""
-        vertices = points_xyz - points_xyz.mean(axis=0)
-        extent = max(np.hypot(vertices[:, 0], vertices[:, 1]).max(), np.abs(vertices[:, 2]).max())
-        vertices /= np.float32(max(extent, np.finfo(np.float32).tiny) * rng.uniform(*self.scale))
-        angle, reach = rng.uniform(0, 2 * np.pi), self.shift * np.sqrt(rng.random())
-        height = rng.uniform(-self.shift, self.shift)
-        vertices += np.array([reach * np.cos(angle), reach * np.sin(angle), height], np.float32)
         noise = rng.standard_normal(vertices.shape, np.float32)
         return vertices + noise * np.float32(rng.uniform(0, self.jitter))
+
+    def _placed(
+        self, samples: NDArray[np.float32], rng: np.random.Generator
+    ) -> NDArray[np.float32]:
+        """Of another size, slightly off the centre."""
+        angle, reach = rng.uniform(0, 2 * np.pi), self.shift * np.sqrt(rng.random())
+        height = rng.uniform(-self.shift, self.shift)
+        offset = np.array([reach * np.cos(angle), reach * np.sin(angle), height], np.float32)
+        return samples / np.float32(rng.uniform(*self.scale)) + offset
+
+    def _covered(
+        self, samples: NDArray[np.float32], vertices: int, rng: np.random.Generator
+    ) -> NDArray[np.bool_]:
+        """(n,) what is left between the holes; all where nothing would be."""
+        keep = np.ones(len(samples), bool)
+        if rng.random() < 0.5:
+            keep &= rng.random(len(samples)) < rng.uniform(self.thin, 1.0)
+        if rng.random() < self.holes:
+            centres = samples[rng.integers(min(vertices, len(samples)), size=rng.integers(1, 5))]
+            radius = rng.uniform(*self.hole_radius)
+            for centre in centres:
+                keep &= ((samples - centre) ** 2).sum(axis=1) > radius**2
+        return keep if keep.any() else np.ones(len(samples), bool)
 
     def _between(
         self,
@@ -102,3 +122,18 @@ class Augmentation:
         fold = u + v > 1
         u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
         return a + u * (b - a) + v * (c - a)
+
+
+def _normalised(points_xyz: NDArray[np.float32]) -> NDArray[np.float32]:
+    """As for the grid: the centre at the origin, isotropically scaled to reach 1."""
+    centred = points_xyz - points_xyz.mean(axis=0)
+    radius = np.hypot(centred[:, 0], centred[:, 1]).max()
+    extent = max(radius, np.abs(centred[:, 2]).max(), np.finfo(np.float32).tiny)
+    return centred / np.float32(extent)
+
+
+def _scanned(samples: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
+    """What a scan keeps: the seen, less what the floor's margin takes, normalised anew."""
+    floor = samples[:, 2].min() + rng.uniform(0.0, FLOOR_MARGIN)
+    kept = PartialView.drawn(rng).sees(samples) & (samples[:, 2] > floor)
+    return _normalised(samples[kept]) if np.count_nonzero(kept) > FEWEST else samples
