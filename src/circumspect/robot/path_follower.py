@@ -35,7 +35,7 @@ class PathFollower:
     lookahead: float = 0.20
     steepest: float = float(np.radians(50.0))
     max_turn: float = 0.5
-    arrive: float = 0.04
+    arrive: float = 0.05
     arrive_yaw: float = float(np.radians(3.0))
     turn_gain: float = 1.5
     forward_gain: float = 0.8

@@ -10,11 +10,11 @@ from circumspect.geometry import PlanarPose
 from circumspect.robot.differential_drive import DifferentialDrive, arc
 from circumspect.sensing import Odometry
 
-TRAVEL_VARIANCE = 6.3e-4
+TRAVEL_VARIANCE = 2.5e-4
 """What a metre of travel adds to the variance of a wheel's travel [m²/m].
 
 Slip that changes every l metres with a standard deviation of a share s adds s² l: 0.05² times
-0.25 m, the simulated robot's 5 % (see `simulation.WheelSlip`).
+0.1 m, the simulated robot's 5 % (see `simulation.WheelSlip`).
 """
 SKID_VARIANCE = 1e-6
 """What a metre of travel adds to the variance of the way sideways [m²/m]."""

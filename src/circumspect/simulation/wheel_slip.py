@@ -17,7 +17,7 @@ class WheelSlip:
     mean `share` and the variance `share`² `PATCH` a metre.
     """
 
-    PATCH: ClassVar[float] = 0.25
+    PATCH: ClassVar[float] = 0.1
     """Travel on one patch of floor [m]."""
     WORST: ClassVar[float] = 0.9
     """The largest share lost on a patch."""
