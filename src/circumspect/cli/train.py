@@ -97,7 +97,10 @@ class Train:
         known = {f.name for f in fields(TrainingSettings)} & {f.name for f in fields(self)}
         given = {name: getattr(self, name) for name in known}
         given = {name: value for name, value in given.items() if value is not None}
-        changes = {"stretch": self.stretch, "partial": self.partial}
-        changes = {name: value for name, value in changes.items() if value is not None}
-        given["augmentation"] = Augmentation(**changes)
+        augmentation = Augmentation()
+        if self.stretch is not None:
+            augmentation = replace(augmentation, stretch=self.stretch)
+        if self.partial is not None:
+            augmentation = replace(augmentation, partial=self.partial)
+        given["augmentation"] = augmentation
         return TrainingSettings(**given)

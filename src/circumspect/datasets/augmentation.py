@@ -72,7 +72,7 @@ class Augmentation:
         if rng.random() < self.partial:
             samples = _scanned(samples, rng)
         samples = self._placed(samples, rng)
-        return samples[self._covered(samples, len(vertices), rng)]
+        return samples.compress(self._covered(samples, len(vertices), rng), axis=0)
 
     def _deformed(
         self, points_xyz: NDArray[np.float32], rng: np.random.Generator
@@ -95,7 +95,8 @@ class Augmentation:
         angle, reach = rng.uniform(0, 2 * np.pi), self.shift * np.sqrt(rng.random())
         height = rng.uniform(-self.shift, self.shift)
         offset = np.array([reach * np.cos(angle), reach * np.sin(angle), height], np.float32)
-        return samples / np.float32(rng.uniform(*self.scale)) + offset
+        size = np.float32(rng.uniform(*self.scale))
+        return np.asarray(samples / size + offset, np.float32)
 
     def _covered(
         self, samples: NDArray[np.float32], vertices: int, rng: np.random.Generator
