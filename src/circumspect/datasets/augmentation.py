@@ -86,7 +86,8 @@ class Augmentation:
         self, vertices: NDArray[np.float32], rng: np.random.Generator
     ) -> NDArray[np.float32]:
         noise = rng.standard_normal(vertices.shape, np.float32)
-        return vertices + noise * np.float32(rng.uniform(0, self.jitter))
+        noise *= np.float32(rng.uniform(0, self.jitter))
+        return vertices + noise
 
     def _placed(
         self, samples: NDArray[np.float32], rng: np.random.Generator
