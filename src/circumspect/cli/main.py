@@ -13,7 +13,8 @@ from circumspect import __version__
 from circumspect.errors import CircumspectError
 
 COMMANDS = {
-    "demo": ("demo:Demo", "a simulated camera circles an object and names it"),
+    "demo": ("demo:Demo", "a simulated robot drives round an object and names it"),
+    "scan": ("scan:Scan", "the same for an object of your choice"),
     "classify": ("classify:Classify", "class and probabilities of meshes, clouds and grids"),
     "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
     "replay": ("replay:Replay", "a recording through the pipeline"),
@@ -26,7 +27,8 @@ COMMANDS = {
 
 HELP = """circumspect: name an object from any side
 
-  circumspect demo                    a simulated camera circles an object
+  circumspect demo                    a simulated robot drives round an object
+  circumspect scan chair.obj          the same for your own mesh
   circumspect classify chair.ply      name the object in a file
   circumspect COMMAND --help          everything about one command
 

@@ -1,15 +1,17 @@
-"""What `demo` and `replay` show while they run and when they end."""
+"""What `scan`, `demo` and `replay` show while they run and when they end."""
 
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from circumspect.cli.progress import bars
+from circumspect.mapping.pose_estimator import GATE_OPEN
 
 if TYPE_CHECKING:
     from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
@@ -31,11 +33,21 @@ def new_run_folder(command: str) -> Path:
 class RunScreen:
     """Live progress on standard error; a `PipelineObserver` and a context manager."""
 
-    def __init__(self, what: str, frames: int) -> None:
+    def __init__(
+        self, what: str, total: float, done: Callable[[RecognitionStep], float] | None = None
+    ) -> None:
+        """Show nothing yet.
+
+        Args:
+            what: What is being done, in few words.
+            total: When it is all done.
+            done: How much is done after a step; None counts frames.
+        """
         self._progress = bars()
         self._live = self._progress.console.is_terminal
-        self._task = self._progress.add_task(what, total=frames, note="")
-        self._frames = frames
+        self._task = self._progress.add_task(what, total=total, note="")
+        self._total = total
+        self._done = done
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -50,14 +62,19 @@ class RunScreen:
         self._progress.stop()
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Show frame, share of the object seen, running class and probability."""
+        """Show progress, share of the object seen, running class and probability, closed gates."""
         answer = step.outcome
         if step.prediction is not None:
             answer = f"{step.prediction.label} {step.prediction.probability:.2f}"
         note = f"seen {step.seen:4.0%}  {answer}"
-        self._progress.update(self._task, advance=1, note=note)
-        if not self._live and (step.index % TELL_EVERY == 0 or step.index == self._frames - 1):
-            print(f"frame {step.index + 1:3}/{self._frames}  {note}", file=sys.stderr)  # noqa: T201
+        if step.pose is not None and step.pose.gate != GATE_OPEN:
+            note += f"  {step.pose.gate}"
+        count = step.index + 1
+        done = count if self._done is None else min(self._done(step), self._total)
+        self._progress.update(self._task, completed=done, note=note)
+        if not self._live and (step.index % TELL_EVERY == 0 or count == self._total):
+            where = f"/{self._total}" if self._done is None else f"  {done:3.0f}/{self._total}"
+            print(f"frame {count:3}{where}  {note}", file=sys.stderr)  # noqa: T201
 
     def say(self, text: str) -> None:
         """Print a line on standard error above the progress."""
@@ -82,13 +99,19 @@ def tell_result(result: RecognitionResult, folder: RunFolder, as_json: bool, hea
         document = {**head, **result_document(result, folder.config), "run": str(folder.path)}
         print(json.dumps(document))  # noqa: T201
         return
-    print(_sentence(result, folder.config.get("truth")))  # noqa: T201
+    print(verdict(result, folder.config.get("truth")))  # noqa: T201
+    tell_where(folder)
+
+
+def tell_where(folder: RunFolder) -> None:
+    """Print where the run was written, and with what to start."""
     missing = f" (no picture: {folder.picture_missing})" if folder.picture_missing else ""
     shown = folder.path if folder.picture_missing else folder.path / "picture.png"
     print(f"All of it is in {folder.path}; start with {shown}{missing}")  # noqa: T201
 
 
-def _sentence(result: RecognitionResult, truth: str | None) -> str:
+def verdict(result: RecognitionResult, truth: str | None) -> str:
+    """The answer in a sentence, judged where the truth is known."""
     prediction, last = result.prediction, result.last
     if prediction is None or last is None:
         reasons = sorted({step.outcome for step in result.steps})

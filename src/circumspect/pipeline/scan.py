@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,7 @@ from circumspect.planning import (
     Situation,
     ViewPlanner,
     alternatives,
+    bearing_turned,
     route,
 )
 from circumspect.robot import MobileRobot, PathFollower, Velocity
@@ -97,7 +98,10 @@ class ObjectScan:
         turn = min(robot.max_turn, self.settings.max_turn)
         self._follower = PathFollower(max_turn=turn)
         self._whereabouts = Whereabouts(robot.T_base_camera)
-        self._steps: list[RecognitionStep] = []
+        self._frames_taken = 0
+        self._in_view = False
+        self._probabilities: list[Mapping[str, float]] = []
+        self._shares_seen: list[float] = []
         self._visited: list[PlanarPose] = []
         self._unreachable: list[NextView] = []
         self._bumps_xy = NOTHING_XY
@@ -146,7 +150,6 @@ class ObjectScan:
             points, normals = cloud.points_xyz, cloud.normals_xyz
         except GeometryError:
             pass  # Nothing is known of the object yet, and that is what the planner is told.
-        answers = [step for step in self._steps if step.outcome == CLASSIFIED]
         return Situation(
             points_xyz=points,
             normals_xyz=np.zeros_like(points) if normals is None else normals,
@@ -157,14 +160,19 @@ class ObjectScan:
             robot_radius=self.robot.radius,
             visited=tuple(self._visited),
             unreachable=tuple(self._unreachable),
-            probabilities=tuple(s.prediction.probabilities for s in answers if s.prediction),
-            shares_seen=tuple(s.seen for s in answers if s.prediction),
+            probabilities=tuple(self._probabilities),
+            shares_seen=tuple(self._shares_seen),
         )
 
     @property
     def T_map_base(self) -> PlanarPose:
         """Where the robot believes to be."""
         return self._whereabouts.T_map_base(self.robot.odometry())
+
+    @property
+    def turned_deg(self) -> float:
+        """How far round the object the robot has come [degrees]."""
+        return bearing_turned(self.situation)
 
     def _obstacles_xy(self) -> NDArray[np.float64]:
         return NOTHING_XY
@@ -186,7 +194,7 @@ class ObjectScan:
     def _drive(self, view: NextView, way: Route) -> Iterator[RgbdFrame]:
         """Follow a way, taking frames, and tell what became of the view."""
         watch = ProgressWatch(self.settings.stuck_after)
-        outcome, frames = REACHED, len(self._steps)
+        outcome, frames = REACHED, self._frames_taken
         while (velocity := self._velocity(view, way)) is not None:
             yield from self._tick(velocity)
             if watch.stuck(self.robot.now, self.T_map_base):
@@ -218,7 +226,7 @@ class ObjectScan:
         self._unreachable.append(view)
 
     def _skip(self, view: NextView, why: str) -> None:
-        self.views.append(ViewRecord(view, why, NOTHING_XY, len(self._steps)))
+        self.views.append(ViewRecord(view, why, NOTHING_XY, self._frames_taken))
         self._unreachable.append(view)
 
     def _look_round(self, otherwise: str) -> Iterator[RgbdFrame]:
@@ -258,7 +266,7 @@ class ObjectScan:
         self._due = self.robot.now + self.settings.frame_interval
         self.frame = self.robot.observe()
         yield self.frame
-        if len(self._steps) >= self.settings.most_frames:
+        if self._frames_taken >= self.settings.most_frames:
             raise ScanOver(f"the limit of {self.settings.most_frames} frames is reached")
         if self.robot.now - self._placed > self.settings.lost_after:
             raise ScanOver(f"lost: no frame could be placed for {self.settings.lost_after:.0f} s")
@@ -267,17 +275,17 @@ class ObjectScan:
 
     def heard(self, step: RecognitionStep) -> None:
         """Take what a frame led to."""
-        self._steps.append(step)
+        self._frames_taken += 1
+        self._in_view = step.outcome == CLASSIFIED
+        if self._in_view and step.prediction is not None:
+            self._probabilities.append(step.prediction.probabilities)
+            self._shares_seen.append(step.seen)
         if step.pose is None or self.frame is None:
             return
         if step.pose.gate == GATE_OPEN:
             self._placed = self.robot.now
         self._whereabouts.corrected(step.pose, self.frame.odometry)
         self._visited.append(self.T_map_base)
-
-    @property
-    def _in_view(self) -> bool:
-        return bool(self._steps) and self._steps[-1].outcome == CLASSIFIED
 
 
 class _Listener:

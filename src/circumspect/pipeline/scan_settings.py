@@ -8,6 +8,9 @@ import numpy as np
 
 from circumspect.errors import InputError
 
+STUCK_WAY, STUCK_TURN = 0.2, float(np.radians(20.0))
+"""A robot that gets on drives [m] or turns [rad] by far less than this before it is noticed."""
+
 
 @dataclass(frozen=True)
 class ScanSettings:
@@ -19,7 +22,8 @@ class ScanSettings:
         tick: Between two commands to the wheels [s].
         turn_between_frames: The robot turns at most by this from frame to frame [rad].
         keep: Distance to the object that is worth a detour [m].
-        patience: Without progress for this long, or for 0.2 m at its speed, it is blocked [s].
+        patience: Without progress for this long it is blocked, or for as long as it needs for
+            `STUCK_WAY` or `STUCK_TURN` [s].
         back_off: So far it then goes back [m].
         most_blocks: So often it may be blocked before it gives up.
         most_frames: The scan ends after so many frames.
@@ -58,4 +62,4 @@ class ScanSettings:
     @property
     def stuck_after(self) -> float:
         """Without progress for this long the robot is blocked [s]."""
-        return max(self.patience, 0.2 / self.speed)
+        return max(self.patience, STUCK_WAY / self.speed, STUCK_TURN / self.max_turn)

@@ -26,7 +26,7 @@ def footprint(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
     )
     if (counts >= 2).sum() >= FEWEST:
         cells = cells[counts >= 2]
-    return (cells + 0.5) * CELL
+    return (cells.astype(np.float64) + 0.5) * CELL
 
 
 def centre_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -34,4 +34,5 @@ def centre_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
     flat = points[:, :2]
     if len(flat) < 100:
         return (flat.min(axis=0) + flat.max(axis=0)) / 2
-    return np.quantile(flat, [0.01, 0.99], axis=0).mean(axis=0, dtype=np.float64)
+    low, high = np.quantile(flat, [0.01, 0.99], axis=0)
+    return (low + high) / 2

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry import PlanarPose
 from circumspect.planning.circle_planner import (
     ALL_TRIED,
     NOTHING_KNOWN,
@@ -28,6 +30,8 @@ from circumspect.planning.view_planner import ViewPlanner
 
 STEEPEST = float(np.radians(70.0))
 """Surface seen at a larger angle to its normal than this is not taken as seen [rad]."""
+MOST_BACK = float(np.radians(25.0))
+"""A normal that turns back by more than this, seen from here, points into a corner [rad]."""
 FURTHER_OUT = 1.0
 """A normal points into a corner where a view has to be moved out by this to be clear [m]."""
 CLOSE_ENOUGH = 0.03
@@ -68,30 +72,28 @@ class SurfaceNormalPlanner(ViewPlanner):
             return circle_view(situation, float(turn), self.distance)
         eye = camera_place(situation.T_map_base, situation.T_base_camera)
         outline = Outline.seen_from(footprint(situation.points_xyz), eye.xy)
-        for edge, normal, why in self._candidates(outline, eye.xy):
+        for edge, normal, why in self._candidates(outline, eye):
             view = self._view(situation, edge, normal, why)
             if view is not None and self._leads_on(situation, view):
                 return view
         return circle_view(situation, float(np.radians(self.corner_deg)), self.distance)
 
     def _candidates(
-        self, outline: Outline, eye_xy: NDArray[np.float64]
-    ) -> list[tuple[NDArray[np.float64], NDArray[np.float64], str]]:
+        self, outline: Outline, eye: PlanarPose
+    ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], str]]:
         """Edges and directions to look from, the wanted one first."""
         with np.errstate(invalid="ignore"):
             faced = np.flatnonzero(outline.incidences <= STEEPEST)
-        found = []
         last = int(faced[-1]) if len(faced) else len(outline.places_xy) - 1
-        edge, normal = outline.places_xy[last], _unit(eye_xy - outline.places_xy[last])
+        edge, ahead = outline.places_xy[last], _unit(eye.xy - outline.places_xy[last])
         if len(faced):
             normal = outline.normals_xy[last]
-            found.append((edge, normal, "along the normal at the leading edge"))
-        here = _unit(eye_xy - edge)
-        # Whichever of the normal and the line of sight is further round is turned on.
-        ahead = normal if normal[0] * here[1] - normal[1] * here[0] < 0 else here
+            if _turn(-eye.heading_xy, normal) > -MOST_BACK:
+                yield edge, normal, "along the normal at the leading edge"
+            # Whichever of the normal and the line of sight is further round is turned on.
+            ahead = normal if _turn(ahead, normal) > 0 else ahead
         turned = _turned(ahead, np.radians(self.corner_deg))
-        found.append((edge, turned, f"turned {self.corner_deg:.0f}° round the edge"))
-        return found
+        yield edge, turned, f"turned {self.corner_deg:.0f}° round the edge"
 
     def _view(
         self,
@@ -128,6 +130,12 @@ class SurfaceNormalPlanner(ViewPlanner):
 
 def _unit(vector: NDArray[np.float64]) -> NDArray[np.float64]:
     return vector / max(float(np.linalg.norm(vector)), 1e-9)
+
+
+def _turn(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Angle from the first to the second unit vector [rad], counter-clockwise, -π … π."""
+    cross = first[0] * second[1] - first[1] * second[0]
+    return float(np.arctan2(cross, first @ second))
 
 
 def _turned(vector: NDArray[np.float64], angle: float) -> NDArray[np.float64]:

@@ -1,0 +1,153 @@
+"""`circumspect scan OBJECT`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+from circumspect.errors import InputError
+
+if TYPE_CHECKING:
+    from circumspect.cli.simulated_scan import SimulatedScan
+    from circumspect.pipeline.scan_settings import ScanSettings
+    from circumspect.planning import ViewPlanner
+
+
+@dataclass(frozen=True)
+class Scan:
+    """A simulated robot drives round an object, models it and names it.
+
+    $ circumspect scan chair
+    $ circumspect scan sofa-17 --start 135 --slip 0.1 --planner convinced
+    $ circumspect scan desk.obj --up y --height 0.75 --stop-when-sure
+    $ circumspect scan chair_0890 --data modelnet10 --json
+    """
+
+    object: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="OBJECT")]
+    """bathtub, bed, chair, desk, dresser, monitor, night_stand, sofa, table or toilet; one of them
+    with a variant, chair-17; a mesh file; or with --data the name of an object there."""
+    start: float | None = None
+    """Azimuth of the start [degrees], counter-clockwise seen from above; without it drawn."""
+    seed: int | None = None
+    """The same seed gives the same run; without it a new one is drawn."""
+    planner: Literal["normals", "circle", "convinced"] = "normals"
+    """Where to look from next: along the surface's normals as in the paper, on a circle, or on a
+    circle until more views no longer change the answer."""
+    stop_when_sure: bool = False
+    """End as soon as the answer is sure, whatever the planner."""
+    slip: float = 0.05
+    """Share of the wheels' travel that does not become motion."""
+    speed: float = 0.05
+    """The robot's speed [m/s]."""
+    frame_interval: float = 0.5
+    """Time between two frames [s]."""
+    frames: int = 4000
+    """The scan ends after so many frames."""
+    clutter: bool = True
+    """Put other things into the room."""
+    mast_height: float = 1.2
+    """Height of the camera above the floor [m]."""
+    tilt: float | None = None
+    """How far the camera looks down [degrees]; without it so that the object is in view."""
+    data: Path | None = None
+    """ModelNet10's folder of point packs; OBJECT is the name of an object in it."""
+    up: Literal["x", "y", "z"] = "z"
+    """The axis that points up in a mesh file."""
+    height: float | None = None
+    """Scale a mesh file to this height [m]; without it its unit is taken for a metre."""
+    weights: Path | None = None
+    """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    out: Path | None = None
+    """Folder of the run; runs/scan-DATE-TIME by default."""
+    json: bool = False
+    """One JSON line on standard output and nothing else there."""
+
+    def run(self, command: str = "scan") -> int:
+        """Drive, model, name, save.
+
+        Args:
+            command: What the run's folder is named after.
+        """
+        from circumspect.cli.run_screen import RunScreen, new_run_folder
+        from circumspect.cli.scan_report import ScanReport
+
+        scan = self._prepared(command)
+        report = ScanReport(scan, self.out or new_run_folder(command))
+        with RunScreen("round the object [°]", 360, report.round_deg) as screen:
+            scan.pipeline.observers = (screen, *report.observers)
+            try:
+                result = scan.scan.run()
+            except KeyboardInterrupt:
+                screen.say(f"what was gathered so far is in {report.folder.path}")
+                raise
+        report.tell(result, self.json)
+        return 0
+
+    def _prepared(self, command: str) -> SimulatedScan:
+        """Everything that can be wrong with the flags is told here, before anything is written."""
+        import numpy as np
+
+        from circumspect import __version__
+        from circumspect.classification import Classifier
+        from circumspect.cli.scanned_object import scanned_object
+        from circumspect.cli.simulated_scan import RoomSettings, SimulatedScan
+
+        seed = drawn_seed(self.seed)
+        # All chance is drawn in any case, so that a given flag does not change the others.
+        rng = np.random.default_rng(seed)
+        variant, start_deg = int(rng.integers(1000)), float(np.round(rng.uniform(0, 360), 1))
+        if self.start is not None:
+            start_deg = self.start
+        if not np.isfinite(start_deg):
+            raise InputError(f"--start {start_deg}: give degrees")
+        thing = scanned_object(self.object, variant, self.up, self.height, self.data)
+        config = {
+            "command": command,
+            "version": __version__,
+            "object": thing.name,
+            "true_label": thing.label,
+            "truth": thing.label,
+            "seed": seed,
+            "start_deg": start_deg,
+            "planner": self.planner,
+            "stop_when_sure": self.stop_when_sure,
+            "data": None if self.data is None else str(self.data),
+        }
+        world = RoomSettings(self.slip, self.clutter, self.mast_height, self.tilt)
+        classifier = Classifier.load(self.weights)
+        return SimulatedScan.prepared(
+            thing.mesh, world, self._settings(), self._planner(), classifier, config
+        )
+
+    def _settings(self) -> ScanSettings:
+        from circumspect.pipeline.scan_settings import ScanSettings
+
+        if self.frames < 1:
+            raise InputError(f"--frames {self.frames}: at least one frame is needed")
+        return ScanSettings(
+            speed=self.speed, frame_interval=self.frame_interval, most_frames=self.frames
+        )
+
+    def _planner(self) -> ViewPlanner:
+        from circumspect.planning import CirclePlanner, ConvincedPlanner, SurfaceNormalPlanner
+
+        if self.planner == "convinced":
+            return ConvincedPlanner()
+        planner = CirclePlanner() if self.planner == "circle" else SurfaceNormalPlanner()
+        return ConvincedPlanner(planner) if self.stop_when_sure else planner
+
+
+def drawn_seed(given: int | None) -> int:
+    """The seed that was given, or a new one.
+
+    Raises:
+        InputError: A negative one.
+    """
+    import numpy as np
+
+    if given is not None and given < 0:
+        raise InputError(f"--seed {given}: give a whole number of at least 0")
+    return int(np.random.default_rng().integers(2**31)) if given is None else given

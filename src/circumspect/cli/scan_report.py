@@ -1,0 +1,106 @@
+"""What `scan` and `demo` write down and tell."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from circumspect.cli.run_screen import tell_where, verdict
+from circumspect.cli.simulated_scan import SimulatedScan
+from circumspect.errors import CircumspectError
+from circumspect.evaluation.scan_error import ScanError, scan_error
+from circumspect.geometry import Trajectory
+from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
+from circumspect.pipeline.camera_path import camera_path
+from circumspect.pipeline.journey_log import JourneyLog
+from circumspect.pipeline.run_folder import stage_times
+from circumspect.pipeline.scan_file import ScanFile
+from circumspect.simulation import outlines
+
+
+class ScanReport:
+    """Observes a scan on behalf of the command line."""
+
+    def __init__(self, parts: SimulatedScan, path: Path) -> None:
+        """Make the run's folder.
+
+        Args:
+            parts: The scan, not yet begun.
+            path: The folder.
+
+        Raises:
+            OutputError: It can not be written.
+        """
+        self._parts = parts
+        self.folder = RunFolder(path, parts.config)
+        self._log = JourneyLog(parts.scan, self.folder, self._truth, outlines(parts.room.scene))
+        self._file = ScanFile(parts.scan, path / "scan.json")
+        self.observers = (self._log, self._file, self.folder)
+
+    def round_deg(self, step: RecognitionStep) -> float:  # noqa: ARG002 - the scan knows
+        """How far round the object the robot is [degrees]."""
+        return self._parts.scan.turned_deg
+
+    def tell(self, result: RecognitionResult, as_json: bool) -> None:
+        """Measure the scan, write that down too, and print how it ended.
+
+        Args:
+            result: Of the run.
+            as_json: One JSON line instead of sentences.
+        """
+        error = self._error(result)
+        record = self._record(result, error)
+        self._file.write({"measured": {**error.summary(), "missing": list(error.missing)}})
+        if as_json:
+            print(json.dumps(record))  # noqa: T201
+            return
+        print(verdict(result, self.folder.config.get("truth")))  # noqa: T201
+        print(f"It drove {record['distance_m']:.1f} m; the end: {record['ended']}.")  # noqa: T201
+        if (measured := _sentence(error)) is not None:
+            print(measured)  # noqa: T201
+        tell_where(self.folder)
+
+    def _truth(self) -> Trajectory | None:
+        try:
+            return self._parts.witness.trajectory
+        except CircumspectError:
+            return None  # No frame was taken, so there is nothing to compare.
+
+    def _error(self, result: RecognitionResult) -> ScanError:
+        truth, last = self._truth(), result.last
+        if truth is None or last is None or last.grid is None:
+            return ScanError(missing=("the object was never seen",))
+        points = last.model.cloud().points_xyz
+        scene, camera = self._parts.room.scene, self._parts.camera
+        estimate = camera_path(result)
+        return scan_error(truth, estimate, self._log.odometry, points, scene, camera)
+
+    def _record(self, result: RecognitionResult, error: ScanError) -> dict[str, Any]:
+        config, measured, prediction = self.folder.config, error.summary(), result.prediction
+        figures = ("ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness")
+        return {
+            "object": config["object"],
+            "true_label": config["true_label"],
+            "start_deg": config["start_deg"],
+            "label": None if prediction is None else prediction.label,
+            "probability": None if prediction is None else prediction.probability,
+            "frames": len(result.steps),
+            "distance_m": round(self._parts.scan.driven_m, 3),
+            **{name: measured[name] for name in figures},
+            "milliseconds": stage_times(result),
+            "run": str(self.folder.path),
+            "ended": self._parts.scan.ended,
+        }
+
+
+def _sentence(error: ScanError) -> str | None:
+    """How far the scan is from the truth, in words."""
+    if error.trajectory is None:
+        return None
+    told = f"Its path was known within {1e3 * error.trajectory.rmse_m:.0f} mm"
+    if error.odometry is not None:
+        told += f" (wheels alone: {1e3 * error.odometry.rmse_m:.0f} mm)"
+    if error.shape is not None:
+        told += f", the surface within {1e3 * error.shape.chamfer_m:.1f} mm"
+    return f"{told}."

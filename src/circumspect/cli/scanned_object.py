@@ -1,0 +1,92 @@
+"""What `scan` puts into its room: furniture, a mesh file, or an object of a point pack."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from circumspect.errors import InputError
+
+if TYPE_CHECKING:
+    from circumspect.geometry import TriangleMesh
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedObject:
+    """An object on the floor of a room.
+
+    Attributes:
+        name: How to ask for the very same one again.
+        label: Its class where that is known.
+        mesh: Its surface [m], standing on z = 0, the middle of its box on the z axis.
+    """
+
+    name: str
+    label: str | None
+    mesh: TriangleMesh
+
+
+def scanned_object(
+    words: str,
+    variant: int,
+    up: str = "z",
+    height: float | None = None,
+    data: Path | None = None,
+) -> ScannedObject:
+    """Find or make the object that a user asks for.
+
+    Args:
+        words: A category of furniture, one with a variant ("chair-17"), a mesh file, or with
+            `data` the name of an object there.
+        variant: Of the furniture where `words` name none.
+        up: The axis that points up in a mesh file.
+        height: To which a mesh file is scaled [m]; None takes its unit for a metre.
+        data: ModelNet10's folder of point packs.
+
+    Raises:
+        InputError: There is no such object, or a flag does not go with it.
+    """
+    from circumspect.furniture import CATEGORIES, make_furniture
+
+    if data is not None:
+        return _from_pack(words, data)
+    named = re.fullmatch(r"([a-z_]+)(?:-(\d+))?", words)
+    if named is not None and named[1] in CATEGORIES:
+        if height is not None or up != "z":
+            raise InputError(f"--up and --height are for mesh files, not for {words!r}")
+        number = variant if named[2] is None else int(named[2])
+        return ScannedObject(f"{named[1]}-{number}", named[1], make_furniture(named[1], number))
+    if not Path(words).is_file():
+        raise InputError(
+            f"no object {words!r}; give a mesh file or one of: {', '.join(CATEGORIES)}"
+        )
+    return _from_file(Path(words), up, height)
+
+
+def _from_file(file: Path, up: str, height: float | None) -> ScannedObject:
+    from circumspect.cli.known_faults import blamed_on
+    from circumspect.geometry import read_mesh
+
+    if height is not None and not 0 < height <= 10:
+        raise InputError(f"--height {height}: give metres, above 0 and at most 10")
+    with blamed_on(file):
+        return ScannedObject(str(file), None, _standing(read_mesh(file, up=up), height))
+
+
+def _standing(mesh: TriangleMesh, height: float | None) -> TriangleMesh:
+    """On z = 0, the middle of its box on the z axis, as high as wanted."""
+    from circumspect.errors import GeometryError
+    from circumspect.geometry import TriangleMesh
+
+    low, high = mesh.vertices_xyz.min(axis=0), mesh.vertices_xyz.max(axis=0)
+    if not high[2] > low[2]:
+        raise GeometryError("is flat: it has no height; is another axis --up?")
+    scale = 1.0 if height is None else height / float(high[2] - low[2])
+    foot = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]
+    return TriangleMesh((mesh.vertices_xyz - foot) * scale, mesh.faces)
+
+
+def _from_pack(name: str, data: Path) -> ScannedObject:
+    raise InputError(f"{data}: objects of point packs can not be scanned yet: {name}")

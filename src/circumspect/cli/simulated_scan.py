@@ -1,0 +1,124 @@
+"""A simulated robot in its room, put together for a scan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from circumspect.classification import Classifier
+from circumspect.geometry import PinholeCamera, PlanarPose, TriangleMesh
+from circumspect.mapping import RegisteredPoses
+from circumspect.pipeline import RecognitionPipeline
+from circumspect.pipeline.scan import ObjectScan
+from circumspect.pipeline.scan_settings import ScanSettings
+from circumspect.planning import ViewPlanner
+from circumspect.sensing import DepthNoise, GroundSegmentation
+from circumspect.simulation import (
+    CameraMount,
+    RobotSettings,
+    Room,
+    SimulatedRobot,
+    Witness,
+    room,
+)
+
+CLUTTER = 4
+"""Things that stand about."""
+ASKEW = float(np.radians(10.0))
+"""The robot starts up to this far from facing the object [rad]."""
+
+
+@dataclass(frozen=True)
+class RoomSettings:
+    """The world around the object.
+
+    Attributes:
+        slip: Share of the wheels' travel that does not become motion.
+        clutter: Whether other things stand about.
+        mast_height: Of the camera [m].
+        tilt_deg: How far it looks down [degrees]; None for what the object asks for.
+    """
+
+    slip: float = 0.05
+    clutter: bool = True
+    mast_height: float = 1.2
+    tilt_deg: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedScan:
+    """All parts of a scan, ready to run.
+
+    Attributes:
+        scan: The loop.
+        witness: Knows where the robot really was.
+        room: The world.
+        camera: The robot's.
+        config: What the run was started with, JSON types.
+    """
+
+    scan: ObjectScan
+    witness: Witness
+    room: Room
+    camera: PinholeCamera
+    config: Mapping[str, Any]
+
+    @property
+    def pipeline(self) -> RecognitionPipeline:
+        """What registers, fuses and names."""
+        return self.scan.pipeline
+
+    @classmethod
+    def prepared(
+        cls,
+        mesh: TriangleMesh,
+        world: RoomSettings,
+        driving: ScanSettings,
+        planner: ViewPlanner,
+        classifier: Classifier,
+        config: Mapping[str, Any],
+        camera: PinholeCamera | None = None,
+    ) -> Self:
+        """Put a robot into a room with an object.
+
+        Args:
+            mesh: The object, standing on z = 0 [m].
+            world: The room and the robot's faults.
+            driving: How it drives and looks.
+            planner: Chooses views.
+            classifier: Names the object.
+            config: "seed" and "start_deg" and whatever else describes the run.
+            camera: None means the Xtion PRO.
+
+        Raises:
+            InputError: A setting makes no sense, or the object is too large.
+            MissingExtraError: The simulation is not installed.
+        """
+        seed, camera, noise = int(config["seed"]), camera or PinholeCamera.xtion(), DepthNoise()
+        place = room(mesh, seed, camera, world.mast_height, noise, CLUTTER * world.clutter)
+        mount = place.mount
+        if world.tilt_deg is not None:
+            mount = CameraMount(world.mast_height, float(np.radians(world.tilt_deg)))
+        robot_settings = RobotSettings(slip=world.slip)
+        askew = float(np.random.default_rng(seed).uniform(-ASKEW, ASKEW))
+        start = place.start(float(config["start_deg"])) @ PlanarPose(0.0, 0.0, askew)
+        witness = Witness(
+            SimulatedRobot(place.scene, start, mount, robot_settings, camera, noise, seed)
+        )
+        pipeline = RecognitionPipeline(
+            GroundSegmentation(noise=noise), RegisteredPoses(), classifier
+        )
+        told = {
+            **config,
+            "room": asdict(world),
+            "mount": asdict(mount),
+            "scan": asdict(driving),
+            "segmentation": asdict(segmentation),
+            "model": asdict(pipeline.model.settings),
+            "grid": classifier.recipe.to_dict(),
+        }
+        scan = ObjectScan(witness, pipeline, planner, driving)
+        return cls(scan, witness, place, camera, told)
