@@ -108,9 +108,8 @@ class SimulatedScan:
         witness = Witness(
             SimulatedRobot(place.scene, start, mount, robot_settings, camera, noise, seed)
         )
-        pipeline = RecognitionPipeline(
-            GroundSegmentation(noise=noise), RegisteredPoses(), classifier
-        )
+        segmentation = GroundSegmentation(noise=noise)
+        pipeline = RecognitionPipeline(segmentation, RegisteredPoses(), classifier)
         told = {
             **config,
             "room": asdict(world),
