@@ -14,6 +14,7 @@ from circumspect.simulation.motion_faults import Blocked, Kidnapped
 from circumspect.simulation.odometry_faults import OdometryGone, OdometryJumping, OdometryStuck
 from circumspect.simulation.orbit import Orbit
 from circumspect.simulation.outlines import outlines
+from circumspect.simulation.point_surface import surface_from_points
 from circumspect.simulation.ray_caster import RayCaster, View
 from circumspect.simulation.room import Room, room
 from circumspect.simulation.scene import Scene, Surface, block, cylinder, floor
@@ -55,4 +56,5 @@ __all__ = [
     "outlines",
     "room",
     "shaded",
+    "surface_from_points",
 ]

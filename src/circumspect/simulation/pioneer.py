@@ -114,8 +114,8 @@ def _bumps(height: float, centre_xy: NDArray[np.float64], rng: np.random.Generat
     headings = rng.uniform(0, np.pi, count)
     rises = height * rng.uniform(0.3, 1.0, count)
     ends = 0.15 * np.column_stack([np.cos(headings), np.sin(headings)])
+    shape = f'type="capsule" size="{BUMP_RADIUS}" contype="1" conaffinity="0" friction="0.9" {HARD}'
     return "\n    ".join(
-        f'<geom type="capsule" size="{BUMP_RADIUS}" contype="1" conaffinity="0" '
-        f'friction="0.9" {HARD} fromto="{x - a:.5f} {y - b:.5f} {z:.5f} {x + a:.5f} {y + b:.5f} {z:.5f}"/>'
+        f'<geom {shape} fromto="{x - a:.5f} {y - b:.5f} {z:.5f} {x + a:.5f} {y + b:.5f} {z:.5f}"/>'
         for (x, y), (a, b), z in zip(places, ends, rises - BUMP_RADIUS, strict=True)
     )
