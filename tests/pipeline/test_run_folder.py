@@ -69,7 +69,7 @@ def test_model_grid_and_trajectory_read_back(finished: tuple[Path, RecognitionRe
 
 def test_the_picture_is_a_picture(finished: tuple[Path, RecognitionResult]) -> None:
     with Image.open(finished[0] / "picture.png") as picture:
-        assert picture.size == (1500, 960)
+        assert picture.size == (1600, 960)
         colours = np.asarray(picture.convert("RGB")).reshape(-1, 3)
     assert len(np.unique(colours, axis=0)) > 500
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import Trajectory
+from circumspect.pipeline.camera_path import increasing
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.pipeline.run_folder import RunFolder
@@ -25,7 +26,7 @@ class JourneyLog:
         self,
         scan: ObjectScan,
         folder: RunFolder | None = None,
-        truth: Callable[[], Trajectory] | None = None,
+        truth: Callable[[], Trajectory | None] | None = None,
         walls_xy: tuple[NDArray[np.float64], ...] = (),
     ) -> None:
         """Begin with an empty log.
@@ -48,7 +49,7 @@ class JourneyLog:
     @property
     def odometry(self) -> Trajectory | None:
         """The camera by odometry alone, odom frame; None where the wheels said nothing."""
-        return _increasing(self._wheels)
+        return increasing(self._wheels)
 
     def on_step(self, step: RecognitionStep) -> None:
         """Take down what the robot said with the step's frame."""
@@ -92,18 +93,6 @@ class JourneyLog:
             missed=tuple(record.view for record in self._scan.views if record.outcome != REACHED),
             walls_xy=walls,
         )
-
-
-def _increasing(posed: list[tuple[float, RigidTransform]]) -> Trajectory | None:
-    """Without frames that came late, or twice."""
-    kept: list[tuple[float, RigidTransform]] = []
-    for stamp, pose in posed:
-        if not kept or stamp > kept[-1][0]:
-            kept.append((stamp, pose))
-    if not kept:
-        return None
-    poses = RigidTransform.concatenate([pose for _, pose in kept])
-    return Trajectory(np.array([stamp for stamp, _ in kept]), poses)
 
 
 def _beginning_at(

@@ -10,51 +10,20 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid, OccupancyGrid
-from circumspect.pipeline.records import RecognitionResult
+from circumspect.mapping import GATE_OPEN
+from circumspect.pipeline.camera_path import camera_path
+from circumspect.pipeline.journey import Journey
+from circumspect.pipeline.records import CLASSIFIED, RecognitionResult, RecognitionStep
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-PATH_COLOUR, START_COLOUR, INK = "#c2410c", "#15803d", "0.25"
+INK = "0.25"
 CLASS_COLOURS = ("#1d4ed8", "#c2410c", "#15803d", "#7c3aed", "#0e7490")
 LIGHT = np.array([-0.35, -0.55, 0.76])
 MOST_POINTS = 40_000
-
-
-def draw_plan(axes: Axes, cloud: PointCloud, result: RecognitionResult) -> None:
-    """Plan view: the object, the camera's path, where it started and where it looked."""
-    points = _thinned(cloud).points_xyz
-    shades = axes.scatter(
-        points[:, 0], points[:, 1], c=points[:, 2], s=1.0, cmap="viridis", linewidths=0, zorder=2
-    )
-    poses = [step.pose.T_map_camera for step in result.steps if step.pose is not None]
-    places = np.array([pose.translation[:2] for pose in poses])
-    looks = np.array([pose.rotation.as_matrix()[:2, 2] for pose in poses])
-    lengths = np.linalg.norm(looks, axis=1, keepdims=True)
-    looks = looks / np.maximum(lengths, 1e-9)
-    axes.plot(*places.T, "-", color=PATH_COLOUR, lw=1.2, zorder=1)
-    every = max(1, len(places) // 24)
-    axes.quiver(
-        *places[::every].T, *looks[::every].T, color=PATH_COLOUR, width=0.006,
-        scale=4.5, scale_units="inches", units="width", headwidth=4.5, zorder=3,
-    )  # fmt: skip
-    axes.plot(*places[0], "o", color=START_COLOUR, ms=10, mec="white", mew=1.5, zorder=4)
-    outward = places[0] - points[:, :2].mean(axis=0)
-    axes.annotate(
-        "start", places[0], xytext=14 * outward / max(float(np.linalg.norm(outward)), 1e-9),
-        textcoords="offset points", color=START_COLOUR, fontweight="bold", ha="center",
-        va="center", zorder=4,
-    )  # fmt: skip
-    everything = np.concatenate([places, points[:, :2]])
-    middle = (everything.max(axis=0) + everything.min(axis=0)) / 2
-    half = 0.56 * float(np.ptp(everything, axis=0).max()) + 0.1
-    axes.set(
-        xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half),
-        aspect="equal", xlabel="x [m]", ylabel="y [m]",
-    )  # fmt: skip
-    axes.set_title("Plan view: path, start, camera directions", loc="left", color=INK)
-    bar = axes.figure.colorbar(shades, ax=axes, shrink=0.75, pad=0.02, aspect=25)
-    bar.set_label("height z [m]")
+SHORTEST_PATH = 0.05
+"""A camera that moved less stood still [m]."""
 
 
 def draw_side(
@@ -69,7 +38,7 @@ def draw_side(
         azimuth_deg: Where the eye is, seen from the model.
         elevation_deg: The same, above the horizon.
     """
-    cloud = _thinned(cloud)
+    cloud = thinned(cloud)
     azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
@@ -106,7 +75,7 @@ def _draw_scale(axes: Axes, x: float, y: float, size: float) -> None:
 
 
 def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
-    """The grid unrolled: outermost occupied radius over azimuth and height."""
+    """The grid unrolled: outermost occupied radius over azimuth and height; white is free."""
     bounds = grid.grid
     if not isinstance(bounds, CylindricalGrid):
         axes.text(0.5, 0.5, "not a cylindrical grid", ha="center", transform=axes.transAxes)
@@ -125,52 +94,76 @@ def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
         np.ma.masked_equal(outermost, 0).T, cmap="magma_r", vmin=0, vmax=bounds.radius, **shown
     )
     axes.set_xticks(np.arange(0, 361, 45))
-    axes.set(xlabel="azimuth [°], counter-clockwise from +x", ylabel="height z [m]")
-    cells = " x ".join(str(n) for n in bounds.shape)
-    axes.set_title(
-        f"Grid of {cells}, unrolled (white: seen free, grey: never seen)", loc="left", color=INK
-    )
+    axes.set(xlabel="azimuth [°] from +x", ylabel="height z [m]")
+    axes.set_title("Grid, unrolled (grey: never seen)", loc="left", color=INK)
     bar = axes.figure.colorbar(heat, ax=axes, pad=0.015, aspect=18)
     bar.set_label("outermost radius [m]")
 
 
-def draw_probabilities(axes: Axes, result: RecognitionResult, most: int = 4) -> None:
-    """Probability of the leading classes after each frame."""
-    from matplotlib.ticker import MaxNLocator
+def draw_probabilities(
+    axes: Axes, result: RecognitionResult, journey: Journey, most: int = 4
+) -> None:
+    """Probability of the leading classes over what was driven.
 
+    Frames that led to no answer, or whose pose was not believed, are marked at the bottom.
+    """
     told = [step for step in result.steps if step.prediction is not None]
-    frames = np.array([step.index + 1 for step in told])
     names = list(told[-1].prediction.probabilities) if told and told[-1].prediction else []
     table = np.array(
         [[step.prediction.probabilities[n] for n in names] for step in told if step.prediction]
     )
+    along, what = _progress(result, journey)
+    places = along[[step.index for step in told]]
     # Those that matter at the end come first, then those that mattered on the way.
     rank = np.argsort(-(table[-1] + 0.25 * table.mean(axis=0)))[:most]
     ends = _spread_labels(table[-1, rank], 0.075)
+    style = "-o" if len(told) <= 60 else "-"
     for place, (index, colour) in enumerate(zip(rank, CLASS_COLOURS, strict=False)):
         axes.plot(
-            frames, table[:, index], "-o", color=colour, lw=2.4 if place == 0 else 1.5, ms=2.5
+            places, table[:, index], style, color=colour, lw=2.4 if place == 0 else 1.5, ms=2.5
         )
         axes.annotate(
-            f"{names[index].replace('_', ' ')} {table[-1, index]:.2f}", (1.015, ends[place]),
+            f"{names[index].replace('_', ' ')} {table[-1, index]:.2f}", (1.02, ends[place]),
             xycoords=("axes fraction", "data"), color=colour, va="center", annotation_clip=False,
             fontweight="bold" if place == 0 else "normal",
         )  # fmt: skip
+    doubted = [step.index for step in result.steps if _doubtful(step)]
+    if doubted:
+        axes.plot(along[doubted], np.full(len(doubted), -0.05), "|", color="#b91c1c", ms=7)
+        axes.text(
+            0.02, 0.93, "| frame not used, or its pose not believed", color="#b91c1c",
+            transform=axes.transAxes, fontsize=9.5,
+        )  # fmt: skip
+    spare = 0.01 * float(np.ptp(along)) or 0.5
     axes.set(
-        xlim=(frames[0] - 0.5, frames[-1] + 0.5),
-        ylim=(-0.03, 1.03),
-        xlabel="frame",
-        ylabel="probability",
-    )
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    box = axes.get_position()
-    axes.set_position((box.x0, box.y0, box.width * 0.8, box.height))
+        xlim=(along.min() - spare, along.max() + spare), ylim=(-0.09, 1.03), xlabel=what,
+        ylabel="probability", yticks=np.linspace(0, 1, 6),
+    )  # fmt: skip
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(axis="y", color="0.9")
-    axes.set_title("Answer after each frame", loc="left", color=INK)
+    axes.set_title("Answer on the way", loc="left", color=INK)
 
 
-def _thinned(cloud: PointCloud) -> PointCloud:
+def _progress(result: RecognitionResult, journey: Journey) -> tuple[NDArray[np.float64], str]:
+    """(n,) how far the run had got at each step, and what that is."""
+    stamps = np.array([step.stamp for step in result.steps])
+    driven = journey.driven_by(stamps)
+    if driven is not None:
+        return driven, "distance driven [m]"
+    path = camera_path(result)
+    if path is not None and len(path) > 1:
+        steps = np.linalg.norm(np.diff(path.positions_xyz, axis=0), axis=1)
+        if steps.sum() > SHORTEST_PATH:
+            far = np.interp(stamps, path.stamps, np.concatenate([[0.0], np.cumsum(steps)]))
+            return far, "way of the camera [m]"
+    return np.arange(1.0, len(stamps) + 1.0), "frame"
+
+
+def _doubtful(step: RecognitionStep) -> bool:
+    return step.outcome != CLASSIFIED or (step.pose is not None and step.pose.gate != GATE_OPEN)
+
+
+def thinned(cloud: PointCloud) -> PointCloud:
     """At most `MOST_POINTS` of the points, evenly picked."""
     step = -(-len(cloud) // MOST_POINTS)
     if step == 1:

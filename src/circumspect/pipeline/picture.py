@@ -8,12 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from circumspect.errors import MissingExtraError
 from circumspect.pipeline.journey import Journey
-from circumspect.pipeline.panels import (
-    draw_grid,
-    draw_plan,
-    draw_probabilities,
-    draw_side,
-)
+from circumspect.pipeline.panels import draw_grid, draw_probabilities, draw_side, thinned
+from circumspect.pipeline.plan_panel import draw_plan
 from circumspect.pipeline.records import RecognitionResult
 from circumspect.storage import atomic_path
 
@@ -28,7 +24,7 @@ def draw_run(
     path: str | os.PathLike[str],
     result: RecognitionResult,
     config: Mapping[str, Any],
-    journey: Journey | None = None,  # noqa: ARG001 - drawn soon
+    journey: Journey | None = None,
 ) -> None:
     """Draw plan view, model from three sides, grid and probabilities.
 
@@ -47,39 +43,29 @@ def draw_run(
         from matplotlib.figure import Figure
     except ImportError as error:
         raise MissingExtraError("matplotlib", "figures") from error
-    figure = Figure(figsize=(15, 9.6), dpi=100, facecolor="white")
+    figure = Figure(figsize=(16, 9.6), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
-    _arrange(figure, result, config)
+    _arrange(figure, result, config, journey or Journey())
     with atomic_path(path) as aside:
         figure.savefig(aside, format="png")
 
 
-def _arrange(figure: Figure, result: RecognitionResult, config: Mapping[str, Any]) -> None:
+def _arrange(
+    figure: Figure, result: RecognitionResult, config: Mapping[str, Any], journey: Journey
+) -> None:
     last = result.last
     if last is None or last.grid is None:
         raise ValueError("a run without a classified frame has no picture")
-    cloud = last.model.cloud()
+    cloud = thinned(last.model.cloud())
     title, note = captions(result, config)
     figure.text(0.035, 0.957, title, fontsize=21, fontweight="bold", va="center")
     figure.text(0.035, 0.922, note, fontsize=12.5, color="0.35", va="center")
-    top = figure.add_gridspec(
-        1,
-        4,
-        left=0.05,
-        right=0.985,
-        bottom=0.50,
-        top=0.87,
-        width_ratios=(1.25, 1, 1, 1),
-        wspace=0.06,
-    )
-    draw_plan(figure.add_subplot(top[0, 0]), cloud, result)
-    for column, (name, azimuth, elevation) in enumerate(SIDES, start=1):
-        draw_side(figure.add_subplot(top[0, column]), cloud, name, azimuth, elevation)
-    bottom = figure.add_gridspec(
-        1, 2, left=0.05, right=0.985, bottom=0.075, top=0.40, width_ratios=(1.25, 1), wspace=0.13
-    )
-    draw_grid(figure.add_subplot(bottom[0, 0]), last.grid)
-    draw_probabilities(figure.add_subplot(bottom[0, 1]), result)
+    draw_plan(figure.add_axes((0.055, 0.235, 0.36, 0.62)), cloud, result, journey)
+    sides = figure.add_gridspec(1, 3, left=0.475, right=0.985, bottom=0.53, top=0.855, wspace=0.08)
+    for column, (name, azimuth, elevation) in enumerate(SIDES):
+        draw_side(figure.add_subplot(sides[0, column]), cloud, name, azimuth, elevation)
+    draw_grid(figure.add_axes((0.5, 0.085, 0.23, 0.335)), last.grid)
+    draw_probabilities(figure.add_axes((0.805, 0.085, 0.12, 0.335)), result, journey)
 
 
 def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str, str]:

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import MissingExtraError, OutputError
-from circumspect.geometry import Trajectory, write_tum
+from circumspect.geometry import write_tum
+from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.storage import write_json
@@ -72,7 +72,8 @@ class RunFolder:
             OutputError: A file can not be written.
         """
         write_json(self.path / "result.json", result_document(result, self.config))
-        self._write_trajectory(result)
+        if (path := camera_path(result)) is not None:
+            write_tum(self.path / "trajectory.txt", path)
         last = result.last
         if last is None or last.grid is None:
             self.picture_missing = "the object was never seen"
@@ -94,18 +95,6 @@ class RunFolder:
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise OutputError(f"{path}: can not be written ({reason}); free space") from error
-
-    def _write_trajectory(self, result: RecognitionResult) -> None:
-        stamps: list[float] = []
-        poses: list[RigidTransform] = []
-        for step in result.steps:
-            # A frame that came late, or twice, has its place in the log but not here.
-            if step.pose is not None and (not stamps or step.stamp > stamps[-1]):
-                stamps.append(step.stamp)
-                poses.append(step.pose.T_map_camera)
-        if poses:
-            trajectory = Trajectory(np.array(stamps), RigidTransform.concatenate(poses))
-            write_tum(self.path / "trajectory.txt", trajectory)
 
 
 def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dict[str, Any]:

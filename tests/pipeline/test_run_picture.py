@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from small_world import blind, frames, pipeline
+
+from circumspect.geometry import PlanarPose, Trajectory
+from circumspect.pipeline import Journey, RecognitionResult
+from circumspect.pipeline.camera_path import camera_path, increasing
+from circumspect.pipeline.panels import draw_probabilities
+from circumspect.pipeline.picture import draw_run
+from circumspect.pipeline.plan_panel import draw_plan
+from circumspect.planning import NextView
+
+
+@pytest.fixture(scope="module")
+def result() -> RecognitionResult:
+    shots = list(frames(5))
+    shots.insert(2, blind(shots[2]))
+    return pipeline().run(shots)
+
+
+def full_journey(result: RecognitionResult) -> Journey:
+    path = camera_path(result)
+    stamps = np.array([step.stamp for step in result.steps])
+    return Journey(
+        stamps=stamps,
+        driven_m=np.linspace(0, 4.5, len(stamps)),
+        odometry=path,
+        truth=path,
+        views=(
+            NextView(PlanarPose(1.2, 0.0, 1.5), (0.3, 0.0), (1.0, 0.0), "along the normal"),
+            NextView(PlanarPose(0.0, 1.3, 3.1), (0.0, 0.3), None, "on the circle"),
+        ),
+        missed=(NextView(PlanarPose(-1.2, 0.0, 0.0), (-0.3, 0.0), None, "on the circle"),),
+        walls_xy=(np.array([[2.0, -2], [2.2, -2], [2.2, 2], [2, 2], [2, -2]]),),
+    )
+
+
+def axes():
+    figure = Figure(figsize=(6, 6))
+    FigureCanvasAgg(figure)
+    return figure.add_subplot()
+
+
+def labels(panel) -> list[str]:
+    return [text.get_text() for text in panel.get_legend().get_texts()]
+
+
+def test_a_journey_s_paths_and_views_are_told_apart(result: RecognitionResult) -> None:
+    panel = axes()
+    draw_plan(panel, result.last.model.cloud(), result, full_journey(result))
+    assert labels(panel) == [
+        "true path",
+        "path by odometry alone",
+        "path of the camera, estimated",
+        "chosen view and what it faces",
+        "surface normal",
+        "view not reached",
+    ]
+    texts = {text.get_text() for text in panel.texts}
+    assert {"1", "2", "start"} <= texts
+
+
+def test_a_replay_shows_only_what_it_knows(result: RecognitionResult) -> None:
+    panel = axes()
+    draw_plan(panel, result.last.model.cloud(), result, Journey())
+    assert labels(panel) == ["path of the camera, estimated"]
+
+
+def test_everything_driven_lies_within_the_plan(result: RecognitionResult) -> None:
+    panel = axes()
+    far = camera_path(result)
+    drifted = Trajectory(far.stamps, far.T_map_camera).moved(
+        PlanarPose(3.0, -1.0, 0.4).as_transform()
+    )
+    draw_plan(panel, result.last.model.cloud(), result, Journey(odometry=drifted))
+    (left, right), (low, high) = panel.get_xlim(), panel.get_ylim()
+    for places in (far.positions_xyz, drifted.positions_xyz):
+        assert ((places[:, 0] > left) & (places[:, 0] < right)).all()
+        assert ((places[:, 1] > low) & (places[:, 1] < high)).all()
+    assert right - left == pytest.approx(high - low)
+
+
+def test_the_answer_is_drawn_over_the_distance(result: RecognitionResult) -> None:
+    panel = axes()
+    draw_probabilities(panel, result, full_journey(result))
+    assert panel.get_xlabel() == "distance driven [m]"
+    assert panel.get_xlim()[1] == pytest.approx(4.5, abs=0.1)
+    panel = axes()
+    draw_probabilities(panel, result, Journey())
+    assert panel.get_xlabel() == "way of the camera [m]"
+    way = np.linalg.norm(np.diff(camera_path(result).positions_xyz, axis=0), axis=1).sum()
+    assert panel.get_xlim()[1] == pytest.approx(way, rel=0.02)
+
+
+def test_frames_without_use_are_marked(result: RecognitionResult) -> None:
+    panel = axes()
+    draw_probabilities(panel, result, Journey())
+    assert any("frame not used" in text.get_text() for text in panel.texts)
+    panel = axes()
+    draw_probabilities(panel, pipeline().run(frames(2)), Journey())
+    assert not any("frame not used" in text.get_text() for text in panel.texts)
+
+
+def test_a_camera_that_stands_still_is_drawn_over_frames(tmp_path: Path) -> None:
+    shot = next(frames(1))
+    still = pipeline().run([shot, shot, shot])
+    panel = axes()
+    draw_probabilities(panel, still, Journey())
+    assert panel.get_xlabel() == "frame"
+    draw_run(tmp_path / "still.png", still, {})
+    assert (tmp_path / "still.png").stat().st_size > 10_000
+
+
+def test_stamps_that_go_back_leave_no_place_in_the_path(result: RecognitionResult) -> None:
+    poses = [step.pose.T_map_camera for step in result.steps if step.pose is not None]
+    path = increasing(zip([0.0, 1.0, 0.5, 1.0, 2.0], poses, strict=True))
+    np.testing.assert_array_equal(path.stamps, [0.0, 1.0, 2.0])
+    assert increasing([]) is None
