@@ -34,7 +34,7 @@ def footprint_boxes(scene: Scene, height: float) -> NDArray[np.float64]:
         if surface.name == "floor":
             continue
         mesh = surface.mesh
-        count = int(np.clip(mesh.areas.sum() / (CELL / 3) ** 2, 100, MOST_SAMPLES))
+        count = int(np.clip(mesh.areas.sum() / (CELL / 2) ** 2, 100, MOST_SAMPLES))
         points = np.concatenate([mesh.sampled(count, 0).points_xyz, mesh.vertices_xyz])
         within = points[(points[:, 2] > STEP_OVER) & (points[:, 2] < height)]
         if len(within):
