@@ -229,3 +229,14 @@ def test_furniture_needs_known_classes(tmp_path):
     settings = TrainingSettings(epochs=1, batch_size=8, replicas=1, furniture=0.5)
     with pytest.raises(InputError, match="plate"):
         run(tmp_path / "run", settings)
+
+
+def test_members_of_a_committee_are_judged_apart():
+    from circumspect.training.train import _loss
+
+    targets = torch.eye(3)[[0, 2]]
+    one, other = torch.randn(2, 3), torch.randn(2, 3)
+    together = _loss(torch.stack([one, other], 1), targets, 0.1)
+    torch.testing.assert_close(
+        together, (_loss(one, targets, 0.1) + _loss(other, targets, 0.1)) / 2
+    )

@@ -10,6 +10,7 @@ from torch import nn
 
 from circumspect.classification import GridRecipe
 from circumspect.errors import InputError
+from circumspect.nets.committee import Committee
 from circumspect.nets.planes import Planes
 
 
@@ -30,6 +31,10 @@ class NetSpec:
     recipe: GridRecipe = field(default_factory=GridRecipe)
 
 
+def _pair(classes: int, shape: tuple[int, int, int]) -> Committee:
+    return Committee(Planes(classes, shape, widths=(24, 48, 96), circle=192) for _ in range(2))
+
+
 NETS = {
     spec.name: spec
     for spec in (
@@ -38,6 +43,7 @@ NETS = {
             "ours: wrapped 2D convolutions on two stacks of planes, circular mixing, RWMP and mean",
             Planes,
         ),
+        NetSpec("planes-pair", "ours: two narrower `planes`, averaged", _pair),
     )
 }
 

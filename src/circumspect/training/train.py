@@ -133,16 +133,15 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
             group["lr"] = rate
         with torch.autocast(accelerator.device.type, torch.bfloat16, settings.precision == "bf16"):
             logits = run.net(grids)
-        loss = functional.cross_entropy(
-            logits.float(), targets, label_smoothing=settings.label_smoothing
-        )
+        loss = _loss(logits.float(), targets, settings.label_smoothing)
         accelerator.backward(loss)
         accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
         run.optimizer.step()
         run.optimizer.zero_grad(set_to_none=True)
         run.averaged.update_parameters(accelerator.unwrap_model(run.net))
         losses += loss.item()
-        hits += int((logits.argmax(1) == targets.argmax(1)).sum())
+        answers = logits if logits.ndim == 2 else logits.mean(1)
+        hits += int((answers.argmax(1) == targets.argmax(1)).sum())
         seen += len(targets)
         observer.stepped(epoch, step + 1, run.steps, loss.item())
     return {
@@ -151,6 +150,13 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         "training_accuracy": hits / seen,
         "seconds": time.perf_counter() - start,
     }
+
+
+def _loss(logits: Tensor, targets: Tensor, label_smoothing: float) -> Tensor:
+    """Cross-entropy; each member of a committee, (n, members, c), answers for itself."""
+    answers = logits.flatten(0, -2)
+    wanted = targets.repeat_interleave(len(answers) // len(targets), 0)
+    return functional.cross_entropy(answers, wanted, label_smoothing=label_smoothing)
 
 
 def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
