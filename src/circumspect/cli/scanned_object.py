@@ -89,4 +89,19 @@ def _standing(mesh: TriangleMesh, height: float | None) -> TriangleMesh:
 
 
 def _from_pack(name: str, data: Path) -> ScannedObject:
-    raise InputError(f"{data}: objects of point packs can not be scanned yet: {name}")
+    """An object of ModelNet10 from its points, in metres by the typical size of its class."""
+    from circumspect.cli.known_faults import blamed_on
+    from circumspect.datasets.point_pack import read_point_pack
+    from circumspect.simulation import surface_from_points
+
+    packs = sorted(data.glob("*.npz")) if data.is_dir() else [data]
+    if not packs:
+        raise InputError(f"{data}: no point packs there (test.npz, train.npz)")
+    for pack in packs:
+        objects = read_point_pack(pack)
+        for index in (objects.names == name).nonzero()[0]:
+            label = objects.classes[int(objects.labels[index])]
+            with blamed_on(data / name):
+                surface = surface_from_points(objects.points_xyz[index], label)
+            return ScannedObject(name, label, surface)
+    raise InputError(f"{data}: no object {name!r} there; names are like chair_0890")
