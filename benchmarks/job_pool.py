@@ -1,0 +1,76 @@
+"""Many long jobs over processes; what is done already is not done again."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+Record = dict[str, Any]
+
+
+class Job(Protocol):
+    """Something to do, told from others by its key."""
+
+    @property
+    def key(self) -> str: ...
+
+
+SomeJob = TypeVar("SomeJob", bound=Job)
+
+
+def records(path: Path) -> list[Record]:
+    """What was written down so far; a line that an interruption cut is left out."""
+    if not path.exists():
+        return []
+    found = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            found.append(json.loads(line))
+        except ValueError:
+            print(f"{path}: a broken line is left out", file=sys.stderr)
+    return found
+
+
+def run_all(
+    jobs: Sequence[SomeJob], work: Callable[[SomeJob], Record], path: Path, workers: int
+) -> list[Record]:
+    """Do what is not done yet, appending one JSON line for each job as it ends.
+
+    A job that fails for an unknown reason is told and left for the next time.
+
+    Returns:
+        The records of all given jobs that are done.
+    """
+    done = {record["key"] for record in records(path)}
+    open_jobs = [job for job in jobs if job.key not in done]
+    print(f"{len(jobs) - len(open_jobs)} of {len(jobs)} are done already", file=sys.stderr)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    # One thread a process: more would only wait for each other.
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    start = time.monotonic()
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, max_tasks_per_child=8) as pool:
+        pending = {pool.submit(work, job): job for job in open_jobs}
+        for number, future in enumerate(as_completed(pending), start=1):
+            job = pending[future]
+            error = future.exception()
+            if error is not None:
+                print(f"{job.key} failed: {error!r}", file=sys.stderr)
+                continue
+            with path.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(future.result(), default=float) + "\n")
+            spent = (time.monotonic() - start) / 60
+            left = spent / number * (len(open_jobs) - number)
+            print(
+                f"{number}/{len(open_jobs)} {job.key} {spent:.1f} min, {left:.0f} min left",
+                file=sys.stderr,
+            )
+    keys = {job.key for job in jobs}
+    return [record for record in records(path) if record["key"] in keys]

@@ -1,0 +1,169 @@
+"""One simulated scan of the suite, and all that is measured of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import asdict, dataclass
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from circumspect.classification import Classifier
+from circumspect.cli.scanned_object import scanned_object
+from circumspect.cli.simulated_scan import RoomSettings, SimulatedScan
+from circumspect.errors import CircumspectError
+from circumspect.evaluation.scan_error import ScanError, scan_error
+from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.pipeline.camera_path import camera_path
+from circumspect.pipeline.journey_log import JourneyLog
+from circumspect.pipeline.scan_settings import ScanSettings
+from circumspect.planning import (
+    CirclePlanner,
+    ConvincedPlanner,
+    SurfaceNormalPlanner,
+    ViewPlanner,
+)
+
+PLANNERS = {
+    "normals": SurfaceNormalPlanner,
+    "circle": CirclePlanner,
+    "convinced": ConvincedPlanner,
+}
+SLIP = 0.05
+
+
+@dataclass(frozen=True)
+class ScanJob:
+    """What is scanned, and how.
+
+    Attributes:
+        suite: The table that the scan belongs to.
+        object: As `circumspect scan` takes it.
+        start_deg: Azimuth of the start.
+        seed: Of room, slip and noise.
+        planner: One of `PLANNERS`.
+        frame_interval: [s].
+        frames: At most so many.
+        data: Folder of the point packs, where the object is one of theirs.
+        detailed: Keep the time of every stage of every frame.
+    """
+
+    suite: str
+    object: str
+    start_deg: float
+    seed: int
+    planner: str = "normals"
+    frame_interval: float = 0.5
+    frames: int = 4000
+    data: str | None = None
+    detailed: bool = False
+
+    @property
+    def key(self) -> str:
+        """Tells it from all others."""
+        what = f"{self.suite}/{self.object}/{self.start_deg:g}/{self.seed}/{self.planner}"
+        return f"{what}/{self.frame_interval:g}/{self.frames}"
+
+
+def prepared(job: ScanJob, planner: ViewPlanner | None = None) -> SimulatedScan:
+    """The scan of a job, ready to run."""
+    thing = scanned_object(job.object, 0, data=None if job.data is None else Path(job.data))
+    config = {
+        "object": thing.name, "true_label": thing.label, "truth": thing.label, "seed": job.seed,
+        "start_deg": job.start_deg, "planner": job.planner,
+    }  # fmt: skip
+    driving = ScanSettings(frame_interval=job.frame_interval, most_frames=job.frames)
+    return SimulatedScan.prepared(
+        thing.mesh, RoomSettings(slip=SLIP), driving, planner or PLANNERS[job.planner](),
+        Classifier.load(threads=1), config,
+    )  # fmt: skip
+
+
+def run_job(job: ScanJob) -> dict[str, Any]:
+    """Scan and measure; a known fault becomes part of the record.
+
+    Returns:
+        JSON types: the job, its key, and what came of it.
+    """
+    head = {"key": job.key, **asdict(job)}
+    try:
+        parts = prepared(job)
+    except CircumspectError as error:
+        return {**head, "label": None, "ended": f"not begun: {error}", "frames": 0}
+    log = JourneyLog(parts.scan)
+    watch = Watch()
+    parts.pipeline.observers = (log, watch)
+    result = parts.scan.run()
+    error = measured(parts, result, log)
+    return {
+        **head,
+        "true_label": parts.config["true_label"],
+        **told(result),
+        "ended": parts.scan.ended,
+        "distance_m": parts.scan.driven_m,
+        **settled(result, log),
+        **error.summary(),
+        "missing": list(error.missing),
+        "views": dict(Counter(record.outcome for record in parts.scan.views)),
+        "milliseconds": watch.summary(),
+        **({"stages": watch.stages} if job.detailed else {}),
+    }
+
+
+class Watch:
+    """Keeps the time of every stage; a `PipelineObserver`."""
+
+    def __init__(self) -> None:
+        self.stages: dict[str, list[float]] = {}
+
+    def on_step(self, step: RecognitionStep) -> None:
+        for name, spent in step.milliseconds.items():
+            self.stages.setdefault(name, []).append(round(spent, 2))
+        self.stages.setdefault("frame", []).append(round(sum(step.milliseconds.values()), 2))
+
+    def on_end(self, result: RecognitionResult) -> None:
+        """Nothing more to keep."""
+
+    def summary(self) -> dict[str, dict[str, float]]:
+        return {
+            name: {"median": float(np.median(spent)), "p95": float(np.percentile(spent, 95))}
+            for name, spent in self.stages.items()
+        }
+
+
+def measured(parts: SimulatedScan, result: RecognitionResult, log: JourneyLog) -> ScanError:
+    """The scan against the truth."""
+    last = result.last
+    if last is None or last.grid is None:
+        return ScanError(missing=("the object was never seen",))
+    return scan_error(
+        parts.witness.trajectory, camera_path(result), log.odometry,
+        last.model.cloud().points_xyz, parts.room.scene, parts.camera,
+    )  # fmt: skip
+
+
+def told(result: RecognitionResult) -> dict[str, Any]:
+    """What the pipeline says."""
+    prediction, last = result.prediction, result.last
+    gates = Counter(step.pose.gate for step in result.steps if step.pose is not None)
+    return {
+        "label": None if prediction is None else prediction.label,
+        "probability": None if prediction is None else prediction.probability,
+        "frames": len(result.steps),
+        "seen": 0.0 if last is None else last.seen,
+        "outcomes": dict(Counter(step.outcome for step in result.steps)),
+        "gates": dict(gates),
+    }
+
+
+def settled(result: RecognitionResult, log: JourneyLog) -> dict[str, float | None]:
+    """Where the final answer stood for good: after it the label changed no more."""
+    labels = [None if s.prediction is None else s.prediction.label for s in result.steps]
+    driven = log.journey(result).driven_by(np.array([step.stamp for step in result.steps]))
+    if not labels or labels[-1] is None or driven is None:
+        return {"settled_m": None, "settled_frame": None}
+    back = next((k for k in count(1) if k == len(labels) or labels[-k - 1] != labels[-1]), 1)
+    first = len(labels) - back
+    return {"settled_m": float(driven[first]), "settled_frame": first}

@@ -1,0 +1,181 @@
+"""Tables of the scans, as Markdown and JSON."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.complete_clouds import complete_answers
+from benchmarks.report import machine
+from circumspect.storage import atomic_open, write_json
+
+Record = dict[str, Any]
+LIMITS = {"ate_mm": 10.0, "yaw_deg": 0.5, "ratio": 0.2, "chamfer_mm": 6.0, "completeness": 0.9}
+"""What is wanted; a figure that misses its limit is bold."""
+
+
+def write_tables(found: Sequence[Record], folder: Path, command: str) -> None:
+    """Write `scans.md` and `scans.json`; tables of suites that were not run are left out."""
+    by_suite: dict[str, list[Record]] = defaultdict(list)
+    for record in found:
+        by_suite[record["suite"]].append(record)
+    document: dict[str, Any] = {"command": command, "machine": machine()}
+    parts = [f"# Scans\n\n`{command}`; what the figures mean: [scans](../../docs/scans.md)\n"]
+    makers: tuple[tuple[str, str, Callable[[list[Record]], tuple[str, Any]]], ...] = (
+        ("furniture", "Trajectory and shape", trajectory_and_shape),
+        ("planners", "Distance driven", distances),
+        ("modelnet", "Answers on ModelNet10's test objects", answers),
+        ("timing", "Time a frame [ms]", times),
+    )
+    for suite, title, maker in makers:
+        if by_suite[suite]:
+            text, figures = maker(by_suite[suite])
+            parts.append(f"## {title}\n\n{text}\n")
+            document[suite] = figures
+    parts.append("".join(f"- {key}: {value}\n" for key, value in document["machine"].items()))
+    with atomic_open(folder / "scans.md") as stream:
+        stream.write("\n".join(parts))
+    write_json(folder / "scans.json", document)
+
+
+def trajectory_and_shape(found: list[Record]) -> tuple[str, Any]:
+    """Errors per category and in all: median and worst."""
+    groups = _grouped(found, "true_label")
+    groups["all"] = found
+    rows, figures = [], {}
+    for name, some in groups.items():
+        f = figures[name] = _errors(some)
+        rows.append([
+            name.replace("_", " "), str(f["scans"]),
+            _shown(f["ate_mm"], "ate_mm"), _shown(f["yaw_deg"], "yaw_deg", 2),
+            f"{f['odometry_mm']['median']:.0f}", _shown(f["ratio"], "ratio", 3),
+            _shown(f["chamfer_mm"], "chamfer_mm"), _shown(f["completeness"], "completeness", 3, -1),
+            f"{f['right']}/{f['scans']}",
+        ])  # fmt: skip
+    head = [
+        "category", "scans", "ATE [mm]", "yaw [°]", "odometry [mm]", "ATE / odometry",
+        "chamfer [mm]", "completeness", "right",
+    ]  # fmt: skip
+    note = (
+        "Median (worst) of the scans; ATE and yaw are root mean squares over a scan's frames. "
+        "Bold: the worst scan misses 10 mm, 0.5°, a fifth of odometry, 6 mm or 90 %.\n\n"
+    )
+    return note + table(head, rows), figures
+
+
+def _errors(some: list[Record]) -> dict[str, Any]:
+    measured = [r for r in some if r.get("ate_rmse_m") is not None]
+    ratio = [r["ate_rmse_m"] / r["ate_odometry_rmse_m"] for r in measured]
+    shaped = [r for r in some if r.get("chamfer_m") is not None]
+    return {
+        "scans": len(some),
+        "measured": len(measured),
+        "ate_mm": _spread(1e3 * r["ate_rmse_m"] for r in measured),
+        "yaw_deg": _spread(r["yaw_rmse_deg"] for r in measured),
+        "odometry_mm": _spread(1e3 * r["ate_odometry_rmse_m"] for r in measured),
+        "ratio": _spread(ratio),
+        "chamfer_mm": _spread(1e3 * r["chamfer_m"] for r in shaped),
+        "completeness": _spread((r["completeness"] for r in shaped), worst=min),
+        "right": sum(r["label"] == r.get("true_label") for r in some),
+    }
+
+
+def distances(found: list[Record]) -> tuple[str, Any]:
+    """How far each planner drove, and after how far the final answer stood."""
+    rows, figures = [], {}
+    for name, some in _grouped(found, "planner").items():
+        ended = [r for r in some if r.get("settled_m") is not None]
+        f = figures[name] = {
+            "scans": len(some),
+            "settled_m": _spread(r["settled_m"] for r in ended),
+            "driven_m": _spread(r["distance_m"] for r in ended),
+            "right": sum(r["label"] == r.get("true_label") for r in some),
+        }
+        rows.append([
+            name, str(f["scans"]), f"{f['settled_m']['median']:.1f} ({f['settled_m']['p95']:.1f})",
+            f"{f['driven_m']['median']:.1f} ({f['driven_m']['p95']:.1f})",
+            f"{f['right']}/{f['scans']}",
+        ])  # fmt: skip
+    head = ["planner", "scans", "answer stands after [m]", "driven in all [m]", "right"]
+    return "Median (95th percentile).\n\n" + table(head, rows), figures
+
+
+def answers(found: list[Record]) -> tuple[str, Any]:
+    """Right answers per class and start, agreement over starts, loss against complete clouds."""
+    starts = sorted({r["start_deg"] for r in found})
+    complete = complete_answers(found)
+    groups = _grouped(found, "true_label")
+    groups["all"] = found
+    rows, figures = [], {}
+    for name, some in groups.items():
+        objects = _grouped(some, "object")
+        same = [len({r["label"] for r in scans}) == 1 for scans in objects.values()]
+        shares = [_right([r for r in some if r["start_deg"] == start]) for start in starts]
+        whole = np.mean([complete[key] == scans[0]["true_label"] for key, scans in objects.items()])
+        figures[name] = {
+            "objects": len(objects),
+            "by_start": dict(zip(map(str, starts), shares, strict=True)),
+            "right": _right(some),
+            "same_from_all_starts": float(np.mean(same)),
+            "complete_cloud": float(whole),
+        }
+        cells = [f"{share:.2f}" for share in shares]
+        tail = [f"{_right(some):.3f}", f"{np.mean(same):.2f}", f"{whole:.3f}"]
+        rows.append([name.replace("_", " "), str(len(objects)), *cells, *tail])
+    head = [
+        "class", "objects", *(f"{start:.0f}°" for start in starts), "all starts",
+        "same from all starts", "complete cloud",
+    ]  # fmt: skip
+    return "Share of right answers by azimuth of the start.\n\n" + table(head, rows), figures
+
+
+def times(found: list[Record]) -> tuple[str, Any]:
+    """Median and 95th percentile over the frames of all scans."""
+    stages: dict[str, list[float]] = defaultdict(list)
+    for record in found:
+        for name, spent in record.get("stages", {}).items():
+            stages[name] += spent
+    rows, figures = [], {}
+    for name, spent in stages.items():
+        figures[name] = _spread(spent)
+        rows.append([name, f"{figures[name]['median']:.1f}", f"{figures[name]['p95']:.1f}"])
+    frames = len(stages.get("frame", []))
+    return (
+        f"{frames} frames of {len(found)} scans, one after the other.\n\n"
+        + table(["stage", "median", "95 %"], rows),
+        figures,
+    )
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Markdown."""
+    lines = ["| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows]]
+    return "\n".join(lines)
+
+
+def _spread(values: Iterable[float], worst: Callable[..., float] = max) -> dict[str, float]:
+    known = list(values)
+    if not known:
+        return {"median": float("nan"), "p95": float("nan"), "worst": float("nan")}
+    median, p95 = np.percentile(known, [50, 95])
+    return {"median": float(median), "p95": float(p95), "worst": float(worst(known))}
+
+
+def _shown(spread: dict[str, float], limit: str, digits: int = 1, sign: int = 1) -> str:
+    text = f"{spread['median']:.{digits}f} ({spread['worst']:.{digits}f})"
+    return text if sign * spread["worst"] <= sign * LIMITS[limit] else f"**{text}**"
+
+
+def _right(some: list[Record]) -> float:
+    return float(np.mean([r["label"] == r.get("true_label") for r in some])) if some else 0.0
+
+
+def _grouped(found: list[Record], key: str) -> dict[str, list[Record]]:
+    groups: dict[str, list[Record]] = defaultdict(list)
+    for record in found:
+        groups[str(record.get(key))].append(record)
+    return dict(sorted(groups.items()))
