@@ -116,6 +116,7 @@ def test_a_moved_trajectory_has_no_error(seed: int) -> None:
     moved = truth.moved(some_pose(rng))
     for error in (
         absolute_trajectory_error(moved, truth),
+        absolute_trajectory_error(moved, truth, Alignment.ORIENTATIONS),
         absolute_trajectory_error(moved, truth, Alignment.FIRST_POSE),
         relative_pose_error(moved, truth, 3),
     ):
@@ -216,7 +217,21 @@ def test_a_line_determines_no_rigid_alignment(along: list[float]) -> None:
     line = Trajectory(np.arange(5), poses)
     with pytest.raises(GeometryError, match="align the first poses instead"):
         absolute_trajectory_error(line, line)
-    assert absolute_trajectory_error(line, line, Alignment.FIRST_POSE).max_m == 0
+    for alignment in (Alignment.FIRST_POSE, Alignment.ORIENTATIONS):
+        assert absolute_trajectory_error(line, line, alignment).max_m < 1e-12
+
+
+def test_orientations_place_a_short_path_better_than_its_places_do() -> None:
+    rng = np.random.default_rng(4)
+    truth = wandering(rng)
+    short = Trajectory(
+        truth.stamps,
+        RigidTransform.from_components(0.002 * truth.positions_xyz, truth.T_map_camera.rotation),
+    )
+    estimate = disturbed(short, rng, metres=0.002, radians=0.002)
+    by_places = absolute_trajectory_error(estimate, short, Alignment.RIGID)
+    by_turns = absolute_trajectory_error(estimate, short, Alignment.ORIENTATIONS)
+    assert by_turns.rotation_rmse_deg < 0.5 < by_places.rotation_rmse_deg
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ class ScanError:
         trajectory: Of the estimate, rigidly aligned.
         from_start: The same with the first poses aligned: what a robot has that trusts its start.
         odometry: Of the wheels alone, rigidly aligned.
-        shape: Of the model, placed by the trajectory's alignment.
+        shape: Of the model, placed by the mean difference of all poses.
         missing: Why something can not be told.
     """
 
@@ -91,9 +91,8 @@ def scan_error(
     wheels = compared("odometry", odometry, Alignment.RIGID)
     shape = None
     if estimate is not None:
-        how = Alignment.FIRST_POSE if trajectory is None else Alignment.RIGID
         try:
-            T_world_map = alignment_between(estimate, truth, how)
+            T_world_map = alignment_between(estimate, truth, Alignment.ORIENTATIONS)
             some = np.linspace(0, len(truth) - 1, min(len(truth), MOST_POSES)).astype(int)
             visible = visible_surface(scene, camera, truth.T_map_camera[some])
             mesh = next(surface.mesh for surface in scene.surfaces if surface.name == "object")

@@ -29,6 +29,9 @@ class Alignment(Enum):
 
     RIGID = "rigid"
     """Turned and shifted so that the sum of squared distances is smallest."""
+    ORIENTATIONS = "orientations"
+    """Turned by the mean difference of the orientations, then shifted by that of the places: also
+    determined where the path is a short line."""
     FIRST_POSE = "first pose"
     """Moved so that the first poses agree: what a robot sees that trusts its start."""
     NONE = "none"
@@ -219,6 +222,10 @@ def _alignment(estimate: Trajectory, truth: Trajectory, alignment: Alignment) ->
     match alignment:
         case Alignment.RIGID:
             return rigid_alignment(estimate.positions_xyz, truth.positions_xyz)
+        case Alignment.ORIENTATIONS:
+            turn = (truth.T_map_camera.rotation * estimate.T_map_camera.rotation.inv()).mean()
+            shift = (truth.positions_xyz - turn.apply(estimate.positions_xyz)).mean(axis=0)
+            return RigidTransform.from_components(shift, turn)
         case Alignment.FIRST_POSE:
             return truth.T_map_camera[0] * estimate.T_map_camera[0].inv()
         case Alignment.NONE:
