@@ -131,7 +131,7 @@ def draw_probabilities(
     if doubted:
         axes.plot(along[doubted], np.full(len(doubted), -0.05), "|", color="#b91c1c", ms=7)
         axes.text(
-            0.02, 0.93, "| frame not used, or its pose not believed", color="#b91c1c",
+            0.02, 0.93, "| frame not used or believed", color="#b91c1c",
             transform=axes.transAxes, fontsize=9.5,
         )  # fmt: skip
     spare = 0.01 * float(np.ptp(along)) or 0.5

@@ -19,7 +19,7 @@ PATH_COLOUR, START_COLOUR, VIEW_COLOUR, INK = "#c2410c", "#15803d", "#1d4ed8", "
 ODOMETRY_COLOUR, TRUTH_COLOUR, MISSED_COLOUR = "#7c3aed", "0.1", "0.5"
 NORMAL_LENGTH = 0.06
 """Of the arrows that show surface normals, as a share of the view's width."""
-SPACING = 0.012
+SPACING = 0.015
 """Side of a point as drawn [m]."""
 MARGIN = 0.25
 """Round everything that is shown [m]."""
@@ -124,10 +124,10 @@ def _draw_directions(axes: Axes, path: Trajectory, half: float) -> None:
 
 def _draw_start(axes: Axes, place: NDArray[np.float64], middle: NDArray[np.float64]) -> None:
     axes.plot(*place, "o", color=START_COLOUR, ms=10, mec="white", mew=1.5, zorder=7)
-    # Towards the object, where no other path is.
-    inward = middle - place
+    outward = place - middle
+    shift = 15 * outward / max(float(np.linalg.norm(outward)), 1e-9)
     axes.annotate(
-        "start", _pair(place), xytext=_pair(24 * inward / max(float(np.linalg.norm(inward)), 1e-9)),
+        "start", _pair(place), xytext=_pair(shift),
         textcoords="offset points", color=START_COLOUR, fontweight="bold", ha="center",
         va="center", zorder=7,
     )  # fmt: skip
