@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
@@ -15,6 +15,7 @@ from circumspect.pipeline import RecognitionPipeline
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.scan_settings import ScanSettings
 from circumspect.planning import ViewPlanner
+from circumspect.robot import MobileRobot
 from circumspect.sensing import DepthNoise, GroundSegmentation
 from circumspect.simulation import (
     CameraMount,
@@ -81,6 +82,7 @@ class SimulatedScan:
         classifier: Classifier,
         config: Mapping[str, Any],
         camera: PinholeCamera | None = None,
+        faulty: Callable[[Witness], MobileRobot] | None = None,
     ) -> Self:
         """Put a robot into a room with an object.
 
@@ -92,6 +94,7 @@ class SimulatedScan:
             classifier: Names the object.
             config: "seed" and "start_deg" and whatever else describes the run.
             camera: None means the Xtion PRO.
+            faulty: Makes of the robot one with something wrong.
 
         Raises:
             InputError: A setting makes no sense, or the object is too large.
@@ -119,5 +122,6 @@ class SimulatedScan:
             "model": asdict(pipeline.model.settings),
             "grid": classifier.recipe.to_dict(),
         }
-        scan = ObjectScan(witness, pipeline, planner, driving)
+        robot = witness if faulty is None else faulty(witness)
+        scan = ObjectScan(robot, pipeline, planner, driving)
         return cls(scan, witness, place, camera, told)

@@ -13,7 +13,8 @@ from circumspect.pipeline.camera_path import increasing
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.pipeline.run_folder import RunFolder
-from circumspect.pipeline.scan import REACHED, ObjectScan
+from circumspect.pipeline.scan import ObjectScan
+from circumspect.pipeline.view_record import REACHED
 
 
 class JourneyLog:

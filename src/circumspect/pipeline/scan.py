@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
 from circumspect.geometry import PlanarPose
-from circumspect.mapping import GATE_OPEN
 from circumspect.pipeline.progress_watch import ProgressWatch
 from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
 from circumspect.pipeline.records import CLASSIFIED, RecognitionResult, RecognitionStep
 from circumspect.pipeline.scan_settings import ScanSettings
+from circumspect.pipeline.view_record import BLOCKED, CLOSED, REACHED, UNSURE, ViewRecord
 from circumspect.pipeline.whereabouts import Whereabouts
 from circumspect.planning import (
     Finished,
@@ -25,37 +24,25 @@ from circumspect.planning import (
     ViewPlanner,
     alternatives,
     bearing_turned,
+    passable,
     route,
 )
 from circumspect.robot import MobileRobot, PathFollower, Velocity
 from circumspect.sensing import RgbdFrame
 
-REACHED = "reached"
+LOST = "lost: no frame can be placed any more"
 INTERRUPTED = "interrupted"
+TRIES = 2
+"""So often a view is tried that something comes in between of."""
 LOOK_ROUND = 1.1
 """A look round is this many turns."""
+BUMP_XY = np.array([[0.3, side] for side in (-0.2, -0.1, 0.0, 0.1, 0.2)])
+"""What a blocked robot takes to be in its way, in its own frame [m]."""
 NOTHING_XY = np.empty((0, 2))
 
 
 class ScanOver(Exception):  # noqa: N818 - no fault, but the end
     """Raised inside the scan to end it; its message is the reason."""
-
-
-@dataclass(frozen=True, eq=False)
-class ViewRecord:
-    """What became of a view that the planner chose.
-
-    Attributes:
-        view: The view.
-        outcome: `REACHED`, or why not.
-        path_xy: (n, 2) [m] the way that was planned to it; empty without one.
-        frame: Number of the frame after which it was chosen.
-    """
-
-    view: NextView
-    outcome: str
-    path_xy: NDArray[np.float64]
-    frame: int
 
 
 class ObjectScan:
@@ -106,6 +93,7 @@ class ObjectScan:
         self._unreachable: list[NextView] = []
         self._bumps_xy = NOTHING_XY
         self._blocks = 0
+        self._failed = 0
         self._due = robot.now
         self._placed = robot.now
 
@@ -129,13 +117,13 @@ class ObjectScan:
             while True:
                 view = self.planner.next_view(self.situation)
                 if isinstance(view, Finished):
-                    raise ScanOver(view.why)
+                    raise ScanOver(self._explained(view))
                 view, way = self._way_to(view)
                 if isinstance(way, NoWay):
-                    self._skip(view, way.why)
+                    self._record(view, way.why)
                     continue
                 yield from self._drive(view, way)
-                yield from self._look_round("the object was lost from view")
+                yield from self._look_round("the object is in view no more after a look round")
         except ScanOver as over:
             self.ended = str(over)
 
@@ -174,6 +162,11 @@ class ObjectScan:
         """How far round the object the robot has come [degrees]."""
         return bearing_turned(self.situation)
 
+    @property
+    def _unsure(self) -> bool:
+        """Whether no frame could be placed with certainty for long."""
+        return self.robot.now - self._placed > self.settings.unsure_after
+
     def _obstacles_xy(self) -> NDArray[np.float64]:
         return NOTHING_XY
 
@@ -192,42 +185,56 @@ class ObjectScan:
         return view, first
 
     def _drive(self, view: NextView, way: Route) -> Iterator[RgbdFrame]:
-        """Follow a way, taking frames, and tell what became of the view."""
+        """Follow a way, taking frames, until the view is reached or something is in between."""
         watch = ProgressWatch(self.settings.stuck_after)
-        outcome, frames = REACHED, self._frames_taken
-        while (velocity := self._velocity(view, way)) is not None:
+        frame, outcome = self.frame, REACHED
+        while outcome == REACHED and (velocity := self._velocity(view, way)) is not None:
             yield from self._tick(velocity)
             if watch.stuck(self.robot.now, self.T_map_base):
-                outcome = "blocked on the way"
-                break
+                outcome = BLOCKED
+            elif self._unsure:
+                outcome = UNSURE
+            elif self.frame is not frame and not passable(self.situation, way.path_xy):
+                outcome = CLOSED
+            frame = self.frame
         self.robot.stop()
-        self.views.append(ViewRecord(view, outcome, way.path_xy, frames))
-        if outcome == REACHED:
-            self._unreachable.clear()
-        else:
-            yield from self._back_off(view)
+        self._record(view, outcome, way)
+        if outcome == BLOCKED:
+            yield from self._back_off()
 
     def _velocity(self, view: NextView, way: Route) -> Velocity | None:
         return self._follower.velocity(
             self.T_map_base, way.path_xy, view.T_map_base, self.settings.speed
         )
 
-    def _back_off(self, view: NextView) -> Iterator[RgbdFrame]:
-        """Remember what is in the way, go back a little, and give the view up at the second try."""
+    def _back_off(self) -> Iterator[RgbdFrame]:
+        """Remember what is in the way and go back a little."""
         self._blocks += 1
         if self._blocks > self.settings.most_blocks:
             raise ScanOver(f"blocked {self._blocks} times: nothing more can be reached")
-        here = self.T_map_base
-        ahead = [[0.3, side] for side in (-0.2, -0.1, 0.0, 0.1, 0.2)]
-        self._bumps_xy = np.vstack([self._bumps_xy, here.applied(np.array(ahead))])
-        for _ in range(round(self.settings.back_off / self.settings.speed / self.settings.tick)):
-            yield from self._tick(Velocity(-self.settings.speed))
+        self._bumps_xy = np.vstack([self._bumps_xy, self.T_map_base.applied(BUMP_XY)])
+        s = self.settings
+        for _ in range(round(s.back_off / s.speed / s.tick)):
+            yield from self._tick(Velocity(-s.speed))
         self.robot.stop()
-        self._unreachable.append(view)
 
-    def _skip(self, view: NextView, why: str) -> None:
-        self.views.append(ViewRecord(view, why, NOTHING_XY, self._frames_taken))
-        self._unreachable.append(view)
+    def _record(self, view: NextView, outcome: str, way: Route | None = None) -> None:
+        """Keep what became of a view; what has no way, or failed twice, is not tried again."""
+        path = NOTHING_XY if way is None else way.path_xy
+        self.views.append(ViewRecord(view, outcome, path, self._frames_taken))
+        if outcome == REACHED:
+            self._unreachable.clear()
+            self._failed = 0
+            return
+        self._failed += 1
+        if way is None or self._failed >= TRIES:
+            self._unreachable.append(view)
+
+    def _explained(self, finished: Finished) -> str:
+        """Why the planner finished; with the last hindrance where views were left out."""
+        if not self._unreachable:
+            return finished.why
+        return f"{finished.why} ({self.views[-1].outcome})"
 
     def _look_round(self, otherwise: str) -> Iterator[RgbdFrame]:
         """Turn on the spot until the object is in view.
@@ -240,7 +247,7 @@ class ObjectScan:
         turned = 0.0
         while not self._in_view:
             if turned > LOOK_ROUND * 2 * np.pi:
-                raise ScanOver(otherwise)
+                raise ScanOver(LOST if self._unsure else otherwise)
             yield from self._tick(turn)
             turned += turn.turn * self.settings.tick
         self.robot.stop()
@@ -254,10 +261,11 @@ class ObjectScan:
         self.robot.wait(self.settings.tick)
         self._whereabouts.moved(velocity, self.settings.tick)
         after = self.robot.odometry()
-        step = abs(velocity.forward) * self.settings.tick
+        step = most = abs(velocity.forward) * self.settings.tick
         if before is not None and after is not None:
             step = float(np.linalg.norm(after.T_odom_base.xy - before.T_odom_base.xy))
-        self.driven_m += step
+        # Odometry that jumps is no way driven.
+        self.driven_m += min(step, 2 * most)
         if self.robot.now >= self._due - 1e-6:
             yield from self._look()
 
@@ -268,8 +276,6 @@ class ObjectScan:
         yield self.frame
         if self._frames_taken >= self.settings.most_frames:
             raise ScanOver(f"the limit of {self.settings.most_frames} frames is reached")
-        if self.robot.now - self._placed > self.settings.lost_after:
-            raise ScanOver(f"lost: no frame could be placed for {self.settings.lost_after:.0f} s")
         if self._in_view and (finished := self.planner.enough(self.situation)) is not None:
             raise ScanOver(finished.why)
 
@@ -282,7 +288,7 @@ class ObjectScan:
             self._shares_seen.append(step.seen)
         if step.pose is None or self.frame is None:
             return
-        if step.pose.gate == GATE_OPEN:
+        if step.pose.certain:
             self._placed = self.robot.now
         self._whereabouts.corrected(step.pose, self.frame.odometry)
         self._visited.append(self.T_map_base)

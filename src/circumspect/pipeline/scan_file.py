@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
-from circumspect.pipeline.scan import ObjectScan, ViewRecord
+from circumspect.pipeline.scan import ObjectScan
+from circumspect.pipeline.view_record import ViewRecord
 from circumspect.storage import write_json
 
 

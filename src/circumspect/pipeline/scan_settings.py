@@ -27,7 +27,8 @@ class ScanSettings:
         back_off: So far it then goes back [m].
         most_blocks: So often it may be blocked before it gives up.
         most_frames: The scan ends after so many frames.
-        lost_after: The scan ends when no frame could be placed for so long [s].
+        lost_after: When no frame could be placed with certainty for so long, or for five frames,
+            the robot stops and looks round [s].
 
     Raises:
         InputError: A value makes no sense.
@@ -42,7 +43,7 @@ class ScanSettings:
     back_off: float = 0.2
     most_blocks: int = 6
     most_frames: int = 4000
-    lost_after: float = 60.0
+    lost_after: float = 10.0
 
     def __post_init__(self) -> None:
         if not 0.01 <= self.speed <= 1.0:
@@ -63,3 +64,8 @@ class ScanSettings:
     def stuck_after(self) -> float:
         """Without progress for this long the robot is blocked [s]."""
         return max(self.patience, STUCK_WAY / self.speed, STUCK_TURN / self.max_turn)
+
+    @property
+    def unsure_after(self) -> float:
+        """Without a frame placed with certainty for this long the robot looks round [s]."""
+        return max(self.lost_after, 5 * self.frame_interval)

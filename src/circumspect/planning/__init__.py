@@ -6,7 +6,7 @@ from circumspect.planning.conviction import Conviction
 from circumspect.planning.convinced_planner import ConvincedPlanner
 from circumspect.planning.next_view import Finished, NextView
 from circumspect.planning.rounds import bearing_turned
-from circumspect.planning.route import NoWay, Route, route
+from circumspect.planning.route import NoWay, Route, passable, route
 from circumspect.planning.situation import Situation
 from circumspect.planning.stance import camera_place, fitting_distance, stance
 from circumspect.planning.surface_normal_planner import SurfaceNormalPlanner
@@ -27,6 +27,7 @@ __all__ = [
     "bearing_turned",
     "camera_place",
     "fitting_distance",
+    "passable",
     "route",
     "stance",
 ]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import PlanarPose
 from circumspect.planning.costmap import CELL, Costmap
+from circumspect.planning.plan_view import footprint
 from circumspect.planning.situation import Situation
 
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
@@ -73,6 +74,24 @@ def route(situation: Situation, goal: PlanarPose, keep: float = 0.0) -> Route | 
         return NoWay("no free way leads there")
     places = np.vstack([situation.T_map_base.xy, costmap.middles(cells[1:-1]), goal.xy])
     return Route(_smoothed(places, costmap))
+
+
+def passable(situation: Situation, path_xy: NDArray[np.float64]) -> bool:
+    """Whether the rest of a way is still free of the object and of obstacles.
+
+    Args:
+        situation: Object, obstacles and robot.
+        path_xy: (n, 2) [m] the way; what the robot has passed does not count.
+    """
+    passed = int(np.argmin(np.linalg.norm(path_xy - situation.T_map_base.xy, axis=1)))
+    rest = path_xy[passed:]
+    away = np.linalg.norm(rest - situation.T_map_base.xy, axis=1)
+    rest = rest[away > situation.robot_radius]
+    things = np.vstack([footprint(situation.points_xyz), situation.obstacles_xy])
+    if len(rest) == 0 or len(things) == 0:
+        return True
+    gaps = np.linalg.norm(rest[:, None] - things[None, :], axis=2)
+    return bool(gaps.min() >= situation.robot_radius)
 
 
 def _price(
