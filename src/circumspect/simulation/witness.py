@@ -21,14 +21,14 @@ class Witness(FaultyRobot):
 
     def __init__(self, robot: SimulatedRobot) -> None:
         super().__init__(robot)
-        self._simulated = robot
+        self.simulated = robot
         self._stamps: list[float] = []
         self._poses: list[RigidTransform] = []
 
     def _seen(self, frame: RgbdFrame) -> RgbdFrame:
         if not self._stamps or frame.stamp > self._stamps[-1]:
             self._stamps.append(frame.stamp)
-            self._poses.append(self._simulated.truth().T_map_camera)
+            self._poses.append(self.simulated.truth().T_map_camera)
         return frame
 
     @property

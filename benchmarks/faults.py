@@ -1,0 +1,249 @@
+"""What becomes of a scan when something goes wrong: a table of faults against outcome.
+
+    python -m benchmarks.faults                      # all faults, a few scans each
+    python -m benchmarks.faults --only kidnapped
+
+Every scan is one JSON line in `benchmarks/results/faults.jsonl`; what is there is not done again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.job_pool import records, run_all
+from benchmarks.report import RESULTS, machine
+from benchmarks.scan_job import ScanJob, measured, prepared, told
+from benchmarks.scan_tables import table
+from circumspect.cli.simulated_scan import SimulatedScan
+from circumspect.errors import CircumspectError
+from circumspect.geometry import PlanarPose, Trajectory, TriangleMesh
+from circumspect.mapping import GATE_OPEN
+from circumspect.pipeline import RecognitionResult
+from circumspect.pipeline.journey_log import JourneyLog
+from circumspect.pipeline.scan import ObjectScan
+from circumspect.robot import MobileRobot
+from circumspect.simulation import (
+    Blackout,
+    Blocked,
+    DroppedFrames,
+    EqualStamps,
+    Kidnapped,
+    NanFrame,
+    OdometryGone,
+    OdometryJumping,
+    OdometryStuck,
+    SimulatedRobot,
+    UnorderedFrames,
+    Witness,
+    WrongUnit,
+    room,
+)
+
+AFTER = 40.0
+"""When a fault begins [s]: a sixth of the way round."""
+OBJECTS = ("chair-100000", "sofa-100000", "night_stand-100000")
+AWAY = PlanarPose(0.3, -0.1, 0.35)
+"""To where a kidnapper carries the robot."""
+
+Wrapper = Callable[[MobileRobot], MobileRobot]
+FAULTS: dict[str, Wrapper] = {
+    "none": lambda robot: robot,
+    "blackout of 5 s": lambda robot: Blackout(robot, AFTER),
+    "30 % of the frames dropped": lambda robot: DroppedFrames(robot, 0.3),
+    "20 % of the frames late": lambda robot: UnorderedFrames(robot, 0.2),
+    "20 % of the stamps twice": lambda robot: EqualStamps(robot, 0.2),
+    "a NaN frame": lambda robot: NanFrame(robot, 30),
+    "depth in mm from 40 s on": lambda robot: WrongUnit(robot, AFTER),
+    "depth in mm from the start": lambda robot: WrongUnit(robot),
+    "odometry gone from the start": lambda robot: OdometryGone(robot),
+    "odometry gone from 40 s on": lambda robot: OdometryGone(robot, AFTER),
+    "odometry jumping": lambda robot: OdometryJumping(robot, AFTER),
+    "odometry stuck": lambda robot: OdometryStuck(robot, AFTER),
+    "robot blocked for 20 s": lambda robot: Blocked(robot, AFTER, 20.0),
+    "robot kidnapped": lambda robot: _kidnapped(robot),
+}
+WORLDS = ("no object in view", "object larger than the room")
+"""Faults of the world instead of the robot."""
+
+
+@dataclass(frozen=True)
+class FaultJob:
+    """A scan with something wrong.
+
+    Attributes:
+        fault: One of `FAULTS` or `WORLDS`.
+        scan: What would be scanned if all were well.
+    """
+
+    fault: str
+    scan: ScanJob
+
+    @property
+    def key(self) -> str:
+        """Tells it from all others."""
+        return f"{self.fault}/{self.scan.key}"
+
+
+def run_fault(job: FaultJob) -> dict[str, Any]:
+    """Scan with the fault and say how it ended; JSON types."""
+    head = {"key": job.key, "fault": job.fault, "object": job.scan.object}
+    try:
+        parts = _parts(job)
+        scan = ObjectScan(
+            FAULTS.get(job.fault, FAULTS["none"])(parts.witness), parts.pipeline,
+            parts.scan.planner, parts.scan.settings,
+        )  # fmt: skip
+    except CircumspectError as error:
+        return {**head, "ended": f"refused: {error}", "label": None, "frames": 0}
+    log = JourneyLog(scan)
+    parts.pipeline.observers = (log,)
+    try:
+        result = scan.run()
+    except CircumspectError as error:
+        return {**head, "ended": f"error: {error}", "label": None, "frames": 0}
+    error = measured(parts, result, log)
+    return {
+        **head,
+        "true_label": None if job.fault == "no object in view" else parts.config["true_label"],
+        **told(result),
+        "ended": scan.ended,
+        "distance_m": scan.driven_m,
+        **error.summary(),
+        "missing": list(error.missing),
+        **trusted_error(result, parts.witness.trajectory),
+    }
+
+
+def trusted_error(result: RecognitionResult, truth: Trajectory) -> dict[str, float | None]:
+    """The largest error [m] of a pose that was presented as sure, and the share of such poses.
+
+    Places are compared from the first pose on, which defines the map.
+    """
+    posed = [step for step in result.steps if step.pose is not None]
+    if not posed or posed[0].pose is None:
+        return {"worst_trusted_m": None, "trusted": None}
+    at = _nearest(truth, posed[0].stamp)
+    T_world_map = truth.T_map_camera[at] * posed[0].pose.T_map_camera.inv()
+    errors = [
+        float(np.linalg.norm(
+            (T_world_map * step.pose.T_map_camera).translation
+            - truth.positions_xyz[_nearest(truth, step.stamp)]
+        ))
+        for step in posed
+        if step.pose is not None and step.pose.gate == GATE_OPEN
+    ]  # fmt: skip
+    return {
+        "worst_trusted_m": max(errors) if errors else None,
+        "trusted": len(errors) / len(result.steps),
+    }
+
+
+def _nearest(trajectory: Trajectory, stamp: float) -> int:
+    return int(np.argmin(np.abs(trajectory.stamps - stamp)))
+
+
+def _parts(job: FaultJob) -> SimulatedScan:
+    """The scan in its world; for `WORLDS` another world."""
+    parts = prepared(job.scan)
+    if job.fault == "object larger than the room":
+        mesh = parts.room.scene.surfaces[0].mesh
+        room(TriangleMesh(8 * mesh.vertices_xyz, mesh.faces), job.scan.seed)
+    if job.fault == "no object in view":
+        # Bare walls: a thing that stands about would be taken for the object, and rightly so.
+        empty = tuple(s for s in parts.room.scene.surfaces if s.name.startswith(("floor", "wall")))
+        start = parts.room.start(job.scan.start_deg)
+        robot = SimulatedRobot(
+            replace(parts.room.scene, surfaces=empty), start, parts.room.mount,
+            seed=job.scan.seed,
+        )  # fmt: skip
+        return replace(parts, witness=Witness(robot))
+    return parts
+
+
+def _kidnapped(robot: MobileRobot) -> MobileRobot:
+    """The witness's robot is carried away, and the witness sees it."""
+    assert isinstance(robot, Witness)
+    return _WitnessedKidnapping(robot)
+
+
+class _WitnessedKidnapping(Kidnapped):
+    """Kidnaps the simulated robot inside of a witness."""
+
+    def __init__(self, witness: Witness) -> None:
+        super().__init__(witness.simulated, AFTER, AWAY)
+        self.robot = witness
+
+
+def rows(found: list[dict[str, Any]]) -> list[list[str]]:
+    """One a fault, over its scans."""
+    lines = []
+    for fault in [*FAULTS, *WORLDS]:
+        some = [record for record in found if record["fault"] == fault]
+        if some:
+            right = sum(r["label"] is not None and r["label"] == r.get("true_label") for r in some)
+            answered = sum(r["label"] is not None for r in some)
+            lines.append([
+                fault, f"{right} right of {answered} answers", _worst(some, "ate_rmse_m"),
+                _worst(some, "worst_trusted_m"), _mean(some, "trusted"),
+                "; ".join(sorted({str(r["ended"]) for r in some})),
+            ])  # fmt: skip
+    return lines
+
+
+def _worst(some: list[dict[str, Any]], name: str) -> str:
+    known = [1e3 * r[name] for r in some if r.get(name) is not None]
+    return f"{max(known):.0f}" if known else "–"
+
+
+def _mean(some: list[dict[str, Any]], name: str) -> str:
+    known = [r[name] for r in some if r.get(name) is not None]
+    return f"{np.mean(known):.0%}" if known else "–"
+
+
+def main() -> int:
+    """Run what is not there yet and write `faults.md`."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", choices=[*FAULTS, *WORLDS], action="append")
+    parser.add_argument("--frame-interval", type=float, default=0.5, help="between frames [s]")
+    parser.add_argument("--frames", type=int, default=4000, help="at most so many a scan")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    a = parser.parse_args()
+    jobs = [
+        FaultJob(fault, ScanJob("faults", name, 30.0 + 110 * number, number, "normals",
+                                a.frame_interval, a.frames))
+        for fault in a.only or [*FAULTS, *WORLDS]
+        for number, name in enumerate(OBJECTS)
+    ]  # fmt: skip
+    path: Path = a.out / "faults.jsonl"
+    run_all(jobs, run_fault, path, a.workers)
+    write(rows(records(path)), a.out)
+    return 0
+
+
+def write(lines: list[list[str]], folder: Path) -> None:
+    """Write `faults.md`."""
+    head = [
+        "fault", "answer", "ATE [mm], worst", "pose told as sure, worst error [mm]",
+        "poses told as sure", "ended",
+    ]  # fmt: skip
+    facts = "".join(f"- {key}: {value}\n" for key, value in machine().items())
+    path = folder / "faults.md"
+    path.write_text(
+        f"# Faults\n\n`python -m benchmarks.faults`, {len(OBJECTS)} scans a fault "
+        f"({', '.join(OBJECTS)})\n\n{table(head, lines)}\n\n{facts}",
+        encoding="utf-8",
+    )
+    print(path.read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
