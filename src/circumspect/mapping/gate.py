@@ -7,8 +7,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.mapping.pose_estimator import GATE_OPEN
 from circumspect.mapping.registration import Registration
+
+GATE_OPEN = "open"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the gate says.
+
+    Attributes:
+        reason: "open", or why the registration is not to be believed.
+        contradicts: The frame does not show what it should from there: the belief itself is in
+            doubt. Where False and not open, the frame just says too little.
+    """
+
+    reason: str = GATE_OPEN
+    contradicts: bool = False
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the registration is believed."""
+        return self.reason == GATE_OPEN
 
 
 @dataclass(frozen=True)
@@ -16,46 +36,65 @@ class GateSettings:
     """When the gate closes.
 
     Attributes:
+        fewest_points: A frame with fewer says nothing.
         fewest_inliers: Fewer points than this support nothing.
         least_overlap: Share of the scan that must lie on what is known.
         largest_misfit: In standard deviations of the noise, root mean square.
+        most_through: Share of the known surface in view that the frame may look through.
         weakest: The scene must hold every direction to this standard deviation [m]; turns count
             by what they move at 1 m.
         farthest: Squared Mahalanobis distance to the prior; 38 is passed by chance once in a
             million frames (six degrees of freedom).
     """
 
+    fewest_points: int = 300
     fewest_inliers: int = 200
     least_overlap: float = 0.35
     largest_misfit: float = 2.5
+    most_through: float = 0.12
     weakest: float = 0.03
     farthest: float = 38.0
 
-    def verdict(self, found: Registration, prior_information: NDArray[np.float64]) -> str:
-        """ "open", or the reason why the registration is not to be believed.
+    def verdict(
+        self,
+        found: Registration,
+        prior_information: NDArray[np.floating],
+        through: float = 0.0,
+        least_overlap: float | None = None,
+    ) -> Verdict:
+        """Judge a registration.
 
         Args:
             found: The registration.
             prior_information: (6, 6) that it was given.
+            through: Share of the map in view that the frame looks through; see `seen_through`.
+            least_overlap: In place of the settings' where it is larger.
         """
+        least = max(self.least_overlap, least_overlap or 0.0)
+        if found.points < self.fewest_points:
+            return Verdict(f"{found.points} points in range; {self.fewest_points} are needed")
         if found.inliers < self.fewest_inliers:
-            return f"{found.inliers} inliers; {self.fewest_inliers} are needed"
-        if found.overlap < self.least_overlap:
-            return (
-                f"{found.overlap:.0%} of the frame lie on what is known; "
-                f"{self.least_overlap:.0%} are needed"
+            return Verdict(f"{found.inliers} inliers; {self.fewest_inliers} are needed", True)
+        if found.overlap < least:
+            return Verdict(
+                f"{found.overlap:.0%} of the frame lie on what is known; {least:.0%} are needed",
+                True,
             )
+        if through > self.most_through:
+            return Verdict(f"looks through {through:.0%} of what is known to be there", True)
         if not found.converged:
-            return f"not converged after {found.iterations} steps"
+            return Verdict(f"not converged after {found.iterations} steps", True)
         if found.misfit > self.largest_misfit:
-            return f"residual of {found.misfit:.1f} standard deviations ({found.residual:.4f} m)"
+            return Verdict(f"residual of {found.misfit:.1f} standard deviations", True)
         distance = squared_distance(found, prior_information)
         if distance > self.farthest:
-            return f"{np.sqrt(distance):.1f} standard deviations from where it was expected"
+            return Verdict(
+                f"{np.sqrt(distance):.1f} standard deviations from where it was expected", True
+            )
         weakest = weakest_direction(found.hessian)
         if weakest > self.weakest:
-            return f"the scene holds one direction to {weakest:.3f} m only"
-        return GATE_OPEN
+            return Verdict(f"the scene holds one direction to {weakest:.3f} m only")
+        return Verdict()
 
 
 def weakest_direction(hessian: NDArray[np.float64]) -> float:
@@ -65,10 +104,10 @@ def weakest_direction(hessian: NDArray[np.float64]) -> float:
     by what they move at a distance of 1 m.
     """
     smallest = float(np.linalg.eigvalsh(hessian)[0])
-    return float(max(smallest, 1e-12) ** -0.5)
+    return float(max(smallest, 1e-6) ** -0.5)
 
 
-def squared_distance(found: Registration, prior_information: NDArray[np.float64]) -> float:
+def squared_distance(found: Registration, prior_information: NDArray[np.floating]) -> float:
     """Squared Mahalanobis distance of the scan's own optimum to the prior.
 
     With δ the change from the prior to the joint optimum, H the scan's and Λ the prior's

@@ -65,15 +65,7 @@ class Belief:
         A Kalman update with roll, pitch and height of the base, which are zero up to `bump_turn`
         and `bump_height`.
         """
-        T_map_base = self.T_map_camera * T_base_camera.inv()
-        matrix = T_map_base.as_matrix()
-        # In the base frame up is the last row of the rotation; level means (0, 0, 1).
-        up = matrix[2, :3]
-        error = np.array([up[1], -up[0], matrix[2, 3]])
-        H = np.zeros((3, 6))
-        H[0, 0] = H[1, 1] = up[2]
-        H[2, 3:] = up
-        H = H @ se3.adjoint(T_base_camera)
+        error, H = se3.level_error(self.T_map_camera, T_base_camera)
         noise = np.diag([settings.bump_turn**2, settings.bump_turn**2, settings.bump_height**2])
         gain = self.covariance @ H.T @ np.linalg.inv(H @ self.covariance @ H.T + noise)
         kept = np.eye(6) - gain @ H

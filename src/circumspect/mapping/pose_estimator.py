@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
+from circumspect.mapping.gate import GATE_OPEN
 from circumspect.sensing import RgbdFrame
-
-GATE_OPEN = "open"
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +32,8 @@ class PoseEstimate:
         T_map_odom: What corrects the odometry's drift (REP 105); None without odometry.
         certain: Whether the pose is good enough to build on: fuse, plan, drive.
         prior: What the pose was expected from: "odometry", "constant velocity", ….
+        anchor: Number of the keyframe that the pose moves with when it is corrected, if any.
+        T_anchor_camera: The pose in that keyframe's.
     """
 
     T_map_camera: RigidTransform
@@ -44,6 +46,8 @@ class PoseEstimate:
     T_map_odom: PlanarPose | None = None
     certain: bool = True
     prior: str = "given"
+    anchor: int | None = None
+    T_anchor_camera: RigidTransform | None = None
 
 
 class PoseEstimator(ABC):
@@ -62,11 +66,14 @@ class PoseEstimator(ABC):
         """How often poses told earlier were corrected; each time `corrected` changes."""
         return 0
 
-    def corrected(self, told: list[PoseEstimate]) -> list[RigidTransform]:
+    def settle(self) -> None:  # noqa: B027 - nothing to do is a fine default
+        """Do what was put off: no more frames come for now."""
+
+    def corrected(self, told: Sequence[PoseEstimate]) -> list[RigidTransform]:
         """The poses of earlier frames by what is known now.
 
         Args:
-            told: Estimates that this estimator gave, in that order, all of them.
+            told: Estimates that this estimator gave.
 
         Returns:
             `T_map_camera` of each.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -10,13 +11,18 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
 from circumspect.mapping import motion, se3
-from circumspect.mapping.gate import GateSettings
+from circumspect.mapping.gate import GateSettings, Verdict
+from circumspect.mapping.keyframes import Keyframes, KeyframeSettings
 from circumspect.mapping.motion import Belief, MotionSettings
-from circumspect.mapping.pose_estimator import GATE_OPEN, PoseEstimate, PoseEstimator
+from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
 from circumspect.mapping.registration import Registration, RegistrationSettings, register
+from circumspect.mapping.relocalisation import RelocalisationSettings, relocalise
 from circumspect.mapping.scan import Scan, ScanSettings
 from circumspect.mapping.scene_map import SceneMap
+from circumspect.mapping.visibility import seen_through
 from circumspect.sensing import Odometry, RgbdFrame
+
+RECOGNISED = "a place seen before"
 
 
 @dataclass(frozen=True)
@@ -28,18 +34,48 @@ class TrackingSettings:
         registration: How they are fitted.
         motion: What is expected between frames.
         gate: What is believed.
-        key_shift, key_turn: The scene map grows by a frame that is this far [m], [rad] from all
-            that it is made of.
+        keyframes: What the scene map is made of.
+        relocalisation: How a lost camera is found again.
         certain: Largest standard deviation of the place [m] of a pose to build on.
+        keeps_overlap: Share of the last frames' overlap that a frame must have.
+        doubt: Standard deviations that a frame which contradicts its pose adds [rad, m].
+        lost_after: So many such frames in a row, and the camera is lost.
     """
 
     scan: ScanSettings = field(default_factory=ScanSettings)
     registration: RegistrationSettings = field(default_factory=RegistrationSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     gate: GateSettings = field(default_factory=GateSettings)
-    key_shift: float = 0.2
-    key_turn: float = float(np.radians(12.0))
+    keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
+    relocalisation: RelocalisationSettings = field(default_factory=RelocalisationSettings)
     certain: float = 0.02
+    keeps_overlap: float = 0.6
+    doubt: tuple[float, float] = (float(np.radians(5.0)), 0.1)
+    lost_after: int = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A belief about one frame's pose, and what speaks for it.
+
+    Attributes:
+        belief: The pose after the frame was looked at.
+        verdict: Of the gate.
+        source: Of the prediction.
+        found: The registration, if there was one.
+    """
+
+    belief: Belief
+    verdict: Verdict
+    source: str
+    found: Registration | None = None
+
+    def doubted(self, doubt: tuple[float, float]) -> Attempt:
+        """The same, less sure by standard deviations of turn [rad] and shift [m]."""
+        added = np.diag([doubt[0]] * 3 + [doubt[1]] * 3) ** 2
+        return replace(
+            self, belief=Belief(self.belief.T_map_camera, self.belief.covariance + added)
+        )
 
 
 class RegisteredPoses(PoseEstimator):
@@ -64,12 +100,18 @@ class RegisteredPoses(PoseEstimator):
         self.settings = settings or TrackingSettings()
         self.scene = SceneMap(self.settings.scan.voxel)
         self._T_map_first = T_map_first
-        self._keys: list[RigidTransform] = []
+        s = self.settings
+        bumps = [s.motion.bump_turn, s.motion.bump_turn, s.motion.bump_height]
+        self.keyframes = Keyframes(
+            s.scan.voxel, s.keyframes, s.registration, s.gate, np.diag(np.array(bumps) ** -2.0)
+        )
         self._belief: Belief | None = None
         self._stamp = 0.0
         self._odometry: Odometry | None = None
         self._motion = RigidTransform.identity()
         self._motion_time = 0.0
+        self._overlap = 0.0
+        self._doubts = 0
 
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
         """See `PoseEstimator.estimate`."""
@@ -77,26 +119,31 @@ class RegisteredPoses(PoseEstimator):
         if self._belief is None:
             return self._first(frame, scan)
 
-        # Where the camera should be, and what the frame says
-        believed, source = self._predicted(frame)
-        information = np.linalg.inv(believed.covariance)
-        found = register(
-            scan, self.scene, believed.T_map_camera, information, self.settings.registration
-        )
+        # Where the camera should be by each source of motion, and what the frame says to it
+        attempts = []
+        for believed, source in self._predictions(frame):
+            attempts.append(self._attempt(frame, scan, believed, source))
+            if not attempts[-1].verdict.contradicts:
+                break
+        best = attempts[-1] if attempts[-1].verdict.is_open else attempts[0]
 
-        # Both together where the frame is to be believed, else the prediction
-        gate = self.settings.gate.verdict(found, information)
-        if gate == GATE_OPEN:
-            believed = Belief(found.T_map_camera, np.linalg.inv(found.information))
-        self._remember(frame, believed)
-        if gate == GATE_OPEN:
-            self._grow(scan, believed.T_map_camera)
-        return self._told(frame, believed, gate, source, found)
+        # A frame that fits nowhere near: perhaps the robot was carried off
+        if best.verdict.contradicts and (found := self._recognised(frame, scan)) is not None:
+            best = found
+        if best.verdict.contradicts:
+            best = best.doubted(self.settings.doubt)
+
+        self._doubts = self._doubts + 1 if best.verdict.contradicts else 0
+        self._remember(frame, best)
+        if best.verdict.is_open:
+            self._grow(frame, scan)
+        return self._told(frame, best)
 
     def _first(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
-        T = self._T_map_first
-        if T is None and frame.odometry is not None and frame.T_base_camera is not None:
-            T = frame.odometry.T_odom_base.as_transform() * frame.T_base_camera
+        T, s = self._T_map_first, self.settings.motion
+        covariance, mount = np.diag([1e-4] * 6) ** 2, frame.T_base_camera
+        if T is None and frame.odometry is not None and mount is not None:
+            T = frame.odometry.T_odom_base.as_transform() * mount
         if T is None:
             T = frame.T_map_camera
         if T is None:
@@ -104,47 +151,117 @@ class RegisteredPoses(PoseEstimator):
                 f"the frame at {frame.stamp:.3f} s has neither odometry nor pose; registration "
                 "needs the pose of the first frame"
             )
-        believed = Belief(T, np.diag([1e-4] * 3 + [1e-4] * 3) ** 2)
-        self._remember(frame, believed)
-        self._motion_time = 0.0
-        self._grow(scan, T)
-        return self._told(frame, believed, GATE_OPEN, "first frame", None)
+        if mount is not None:
+            # The map is laid by place and heading; how the robot stands on bumps is not known.
+            bumps = np.diag([s.bump_turn, s.bump_turn, 0.0, 0.0, 0.0, s.bump_height]) ** 2
+            covariance = covariance + se3.moved_covariance(mount.inv(), bumps)
+        first = Attempt(Belief(T, covariance), Verdict(), "first frame")
+        self._remember(frame, first)
+        if len(scan) >= self.settings.gate.fewest_points:
+            self._grow(frame, scan)
+        else:
+            # Nothing to begin a map with.
+            first = replace(first, verdict=Verdict(f"{len(scan)} points in range"))
+            self._belief = None
+        return self._told(frame, first)
 
-    def _predicted(self, frame: RgbdFrame) -> tuple[Belief, str]:
+    def _attempt(self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str) -> Attempt:
+        """Fit a frame from one prediction, and judge."""
+        information = np.linalg.inv(believed.covariance)
+        found = register(
+            scan, self.scene, believed.T_map_camera, information, self.settings.registration
+        )
+        through = seen_through(frame, self.scene, found.T_map_camera)
+        least = self.settings.keeps_overlap * self._overlap
+        verdict = self.settings.gate.verdict(found, information, through, least)
+        if verdict.contradicts or found.points < self.settings.gate.fewest_points:
+            return Attempt(believed, verdict, source, found)
+        # By their information; directions that the scene does not hold stay as predicted.
+        fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
+        return Attempt(fused, verdict, source, found)
+
+    def _recognised(self, frame: RgbdFrame, scan: Scan) -> Attempt | None:
+        """The frame among all keyframes, where it fits one beyond doubt."""
+        s = self.settings
+        found = relocalise(
+            frame, scan, self.scene, self.keyframes.places, s.registration, s.gate, s.relocalisation
+        )
+        if found is None:
+            return None
+        belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
+        return Attempt(belief, Verdict(), RECOGNISED, found)
+
+    def _predictions(self, frame: RgbdFrame) -> Iterator[tuple[Belief, str]]:
         assert self._belief is not None
         s, mount, time = self.settings.motion, frame.T_base_camera, frame.stamp - self._stamp
         if frame.odometry is not None and self._odometry is not None and mount is not None:
             step = motion.wheel_motion(self._odometry, frame.odometry, mount, s)
-            return self._belief.moved(*step).held_to_floor(mount, s), motion.ODOMETRY
+            yield self._belief.moved(*step).held_to_floor(mount, s), motion.ODOMETRY
         step = motion.steady_motion(self._motion, self._motion_time, time, s)
-        believed = self._belief.moved(*step)
+        steady = self._belief.moved(*step)
         if mount is not None:
-            believed = believed.held_to_floor(mount, s)
-        return believed, motion.CONSTANT_VELOCITY
+            steady = steady.held_to_floor(mount, s)
+        yield steady, motion.CONSTANT_VELOCITY
 
-    def _remember(self, frame: RgbdFrame, believed: Belief) -> None:
-        if self._belief is not None:
-            self._motion = self._belief.T_map_camera.inv() * believed.T_map_camera
+    def _remember(self, frame: RgbdFrame, attempt: Attempt) -> None:
+        if self._belief is not None and attempt.verdict.is_open and attempt.source != RECOGNISED:
+            self._motion = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
             self._motion_time = frame.stamp - self._stamp
-        self._belief, self._stamp, self._odometry = believed, frame.stamp, frame.odometry
+        elif attempt.source == RECOGNISED:
+            self._motion, self._motion_time = RigidTransform.identity(), 0.0
+        if attempt.verdict.is_open and attempt.found is not None:
+            self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
+        self._belief, self._stamp, self._odometry = attempt.belief, frame.stamp, frame.odometry
 
-    def _grow(self, scan: Scan, T_map_camera: RigidTransform) -> None:
-        s = self.settings
-        for key in self._keys:
-            apart = se3.log(key.inv() * T_map_camera)
-            if np.linalg.norm(apart[:3]) < s.key_turn and np.linalg.norm(apart[3:]) < s.key_shift:
-                return
-        self._keys.append(T_map_camera)
-        self.scene = self.scene.with_scan(scan, scan.normals_xyz(), T_map_camera)
+    def _grow(self, frame: RgbdFrame, scan: Scan) -> None:
+        """Take a new keyframe in, or work a little on what the last ones are to be fitted to."""
+        assert self._belief is not None
+        keys, T_map_camera = self.keyframes, self._belief.T_map_camera
+        if len(keys) == 0 or keys.nearest(T_map_camera)[1] >= 1:
+            key = keys.add(T_map_camera, scan, frame.T_base_camera)
+            self.scene = self.scene.with_scan(scan, key.normals_xyz, T_map_camera)
+        elif keys.pending:
+            keys.fit_next()
+            if not keys.pending:
+                self._correct(anyway=False)
 
-    def _told(
-        self,
-        frame: RgbdFrame,
-        believed: Belief,
-        gate: str,
-        source: str,
-        found: Registration | None,
-    ) -> PoseEstimate:
+    def _correct(self, anyway: bool) -> None:
+        """Move the keyframes to where their graph says, and what hangs on them."""
+        assert self._belief is not None
+        T_map_camera = self._belief.T_map_camera
+        number, _ = self.keyframes.nearest(T_map_camera)
+        T_anchor_camera = self.keyframes[number].T_map_camera.inv() * T_map_camera
+        if not self.keyframes.correct(anyway):
+            return
+        moved = self.keyframes.anchored(number, T_anchor_camera)
+        self._belief = Belief(moved, self._belief.covariance)
+        self.scene = self.keyframes.scene()
+
+    @property
+    def corrections(self) -> int:
+        """See `PoseEstimator.corrections`."""
+        return self.keyframes.corrections
+
+    def corrected(self, told: Sequence[PoseEstimate]) -> list[RigidTransform]:
+        """See `PoseEstimator.corrected`."""
+        return [
+            self.keyframes.anchored(estimate.anchor, estimate.T_anchor_camera)
+            if estimate.anchor is not None and estimate.T_anchor_camera is not None
+            else estimate.T_map_camera
+            for estimate in told
+        ]
+
+    def settle(self) -> None:
+        """See `PoseEstimator.settle`."""
+        if len(self.keyframes) < 2:
+            return
+        while self.keyframes.pending:
+            self.keyframes.fit_next()
+        self._correct(anyway=True)
+
+    def _told(self, frame: RgbdFrame, attempt: Attempt) -> PoseEstimate:
+        believed = self._belief or attempt.belief
+        found, verdict = attempt.found, attempt.verdict
         T_map_base = T_map_odom = None
         if frame.T_base_camera is not None:
             T_map_base = PlanarPose.from_transform(
@@ -152,16 +269,23 @@ class RegisteredPoses(PoseEstimator):
             )
             if frame.odometry is not None:
                 T_map_odom = T_map_base @ frame.odometry.T_odom_base.inverse()
+        number = T_anchor_camera = None
+        if len(self.keyframes):
+            number, _ = self.keyframes.nearest(believed.T_map_camera)
+            T_anchor_camera = self.keyframes[number].T_map_camera.inv() * believed.T_map_camera
         place = float(np.sqrt(np.linalg.eigvalsh(believed.covariance[3:, 3:])[-1]))
+        lost = self._doubts >= self.settings.lost_after
         return PoseEstimate(
             believed.T_map_camera,
             converged=found is None or found.converged,
             inliers=0 if found is None else found.inliers,
             residual=0.0 if found is None else found.residual,
-            gate=gate,
+            gate=f"lost: {verdict.reason}" if lost else verdict.reason,
             covariance=believed.covariance,
             T_map_base=T_map_base,
             T_map_odom=T_map_odom,
-            certain=gate == GATE_OPEN or place < self.settings.certain,
-            prior=source,
+            certain=not verdict.contradicts and place < self.settings.certain,
+            prior=attempt.source,
+            anchor=number,
+            T_anchor_camera=T_anchor_camera,
         )

@@ -33,8 +33,8 @@ class RegistrationSettings:
 
     reach: float = 0.05
     rounds: int = 20
-    turn: float = 1e-4
-    shift: float = 1e-4
+    turn: float = 2e-4
+    shift: float = 2e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +46,7 @@ class Registration:
         hessian: (6, 6) information of the scan alone about changes of the pose (optical frame).
         information: (6, 6) that of the scan and the prior.
         innovation: (6,) change from the prior to the optimum.
+        points: Of the scan.
         inliers: Points with a correspondence and a say.
         overlap: Share of the scan's points that have a correspondence.
         residual: Root mean square distance of the inliers to the map's planes [m].
@@ -56,8 +57,9 @@ class Registration:
 
     T_map_camera: RigidTransform
     hessian: NDArray[np.float64]
-    information: NDArray[np.float64]
+    information: NDArray[np.floating]
     innovation: NDArray[np.float64]
+    points: int
     inliers: int
     overlap: float
     residual: float
@@ -82,7 +84,7 @@ def register(
     scan: Scan,
     scene: SceneMap,
     T_map_prior: RigidTransform,
-    prior_information: NDArray[np.float64],
+    prior_information: NDArray[np.floating],
     settings: RegistrationSettings | None = None,
 ) -> Registration:
     """Fit a scan to the scene, held by a prior.
@@ -123,6 +125,7 @@ def register(
         hessian=fit.hessian,
         information=fit.hessian + prior_information,
         innovation=change,
+        points=len(scan),
         inliers=fit.inliers,
         overlap=fit.matched / max(len(scan), 1),
         residual=fit.residual,

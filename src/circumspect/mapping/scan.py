@@ -16,19 +16,16 @@ class ScanSettings:
 
     Attributes:
         block: Depths are averaged over square blocks of this side [px].
-        voxel: Then one point is kept for each voxel of this side [m].
-        nearest, farthest: Only depths within this range [m] are used: beyond it a
-            structured-light camera bends space more than it helps.
-        enough: With fewer points than this within range everything up to the sensor's own range
-            is used.
+        voxel: Then averaged over voxels of this side [m].
+        nearest, farthest: Only depths within this range [m] are used. A real structured-light
+            camera that was not calibrated bends space from about 2.5 m on.
         noise: The camera's noise.
     """
 
     block: int = 4
     voxel: float = 0.03
     nearest: float = 0.3
-    farthest: float = 2.5
-    enough: int = 1200
+    farthest: float = 3.4
     noise: DepthNoise = field(default_factory=DepthNoise)
 
 
@@ -53,9 +50,6 @@ class Scan:
         points = blocks.points_xyz(rows, columns).astype(np.float64)
         near = (points[:, 2] > s.nearest) & (points[:, 2] < s.farthest)
         thin = _thinned(points[near], s.voxel)
-        if len(thin) < s.enough:
-            near = (points[:, 2] > s.nearest) & (points[:, 2] < s.noise.farthest)
-            thin = _thinned(points[near], s.voxel)
         return cls(thin, s.noise.axial_sigma(thin[:, 2]).astype(np.float64))
 
     def __len__(self) -> int:

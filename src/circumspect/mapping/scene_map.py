@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -45,19 +46,23 @@ class SceneMap:
             normals_xyz: (n, 3) of its points, optical frame; zero where unknown.
             T_map_camera: Where it was taken from.
         """
-        known = np.einsum("ij,ij->i", normals_xyz, normals_xyz) > 0.5
-        if not known.any():
-            return self
-        matrix = T_map_camera.as_matrix()
-        points = scan.points_xyz[known] @ matrix[:3, :3].T + matrix[:3, 3]
-        weights = scan.sigmas[known, None] ** -2
-        columns = np.empty((len(points), _COLUMNS))
-        columns[:, _WEIGHT] = weights[:, 0]
-        columns[:, _POINT] = weights * points
-        columns[:, _NORMAL] = weights * (normals_xyz[known] @ matrix[:3, :3].T)
-        return SceneMap(
-            self.voxel, self.sums.plus(VoxelSums.of(voxel_keys(points, self.voxel), columns))
-        )
+        return self.with_scans([(scan, normals_xyz, T_map_camera)])
+
+    def with_scans(
+        self, scans: Sequence[tuple[Scan, NDArray[np.float64], RigidTransform]]
+    ) -> SceneMap:
+        """The map with more scans; see `with_scan`."""
+        keys, columns = [np.empty(0, np.int64)], [np.empty((0, _COLUMNS))]
+        for scan, normals_xyz, T_map_camera in scans:
+            known = np.einsum("ij,ij->i", normals_xyz, normals_xyz) > 0.5
+            matrix = T_map_camera.as_matrix()
+            points = scan.points_xyz[known] @ matrix[:3, :3].T + matrix[:3, 3]
+            weights = scan.sigmas[known, None] ** -2
+            normals = normals_xyz[known] @ matrix[:3, :3].T
+            keys.append(voxel_keys(points, self.voxel))
+            columns.append(np.hstack([weights, weights * points, weights * normals]))
+        added = VoxelSums.of(np.concatenate(keys), np.concatenate(columns))
+        return SceneMap(self.voxel, self.sums.plus(added))
 
     @cached_property
     def points_xyz(self) -> NDArray[np.float64]:

@@ -24,36 +24,35 @@ def log(T: RigidTransform) -> NDArray[np.float64]:
 
 
 def skew(v: NDArray[np.floating]) -> NDArray[np.float64]:
-    """(3, 3) the matrix [v]× with [v]× w = v × w."""
-    x, y, z = (float(value) for value in v)
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    """(…, 3, 3) the matrices [v]× with [v]× w = v × w, of (…, 3) vectors."""
+    x, y, z = np.moveaxis(np.asarray(v, np.float64), -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def adjoint(T: RigidTransform) -> NDArray[np.float64]:
-    """(6, 6) Ad with T exp(ξ) = exp(Ad ξ) T: the same change, told in the other frame."""
+    """(…, 6, 6) Ad with T exp(ξ) = exp(Ad ξ) T: the same change, told in the other frame."""
     matrix = T.as_matrix()
-    R, t = matrix[:3, :3], matrix[:3, 3]
-    result = np.zeros((6, 6))
-    result[:3, :3] = result[3:, 3:] = R
-    result[3:, :3] = skew(t) @ R
-    return result
-
-
-def small_adjoint(change: NDArray[np.floating]) -> NDArray[np.float64]:
-    """(6, 6) ad with ad ξ' = [ξ, ξ'], the derivative of `adjoint`."""
-    result = np.zeros((6, 6))
-    result[:3, :3] = result[3:, 3:] = skew(change[:3])
-    result[3:, :3] = skew(change[3:])
+    R, t = matrix[..., :3, :3], matrix[..., :3, 3]
+    result = np.zeros((*matrix.shape[:-2], 6, 6))
+    result[..., :3, :3] = result[..., 3:, 3:] = R
+    result[..., 3:, :3] = skew(t) @ R
     return result
 
 
 def right_jacobian_inverse(change: NDArray[np.floating]) -> NDArray[np.float64]:
-    """(6, 6) J with log(exp(ξ) exp(δ)) = ξ + J δ for small δ.
+    """(…, 6, 6) J with log(exp(ξ) exp(δ)) = ξ + J δ for small δ.
 
-    The series with Bernoulli's numbers up to the fourth order: for turns below one radian exact
-    to 1e-4, and 0 changes nothing.
+    The series with Bernoulli's numbers, 1 + ad/2 + ad²/12 - ad⁴/720; for turns below one radian
+    right to 1e-4.
+
+    Args:
+        change: (…, 6) ξ [rad, m].
     """
-    ad = small_adjoint(change)
+    ad = np.zeros((*change.shape[:-1], 6, 6))
+    ad[..., :3, :3] = ad[..., 3:, 3:] = skew(change[..., :3])
+    ad[..., 3:, :3] = skew(change[..., 3:])
     square = ad @ ad
     return np.eye(6) + ad / 2 + square / 12 - square @ square / 720
 
@@ -64,3 +63,33 @@ def moved_covariance(
     """(6, 6) a covariance of changes in frame `from`, told in frame `to`."""
     Ad = adjoint(T_to_from)
     return Ad @ covariance @ Ad.T
+
+
+def moved_information(
+    T_to_from: RigidTransform, information: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """(6, 6) an inverse covariance of changes in frame `from`, told in frame `to`."""
+    Ad = adjoint(T_to_from.inv())
+    return Ad.T @ information @ Ad
+
+
+def level_error(
+    T_map_camera: RigidTransform, T_base_camera: RigidTransform
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How a robot departs from standing level at z = 0.
+
+    Args:
+        T_map_camera: The camera's pose.
+        T_base_camera: Its mount.
+
+    Returns:
+        (3,) roll [rad], pitch [rad] and height [m] of the base, and (3, 6) their derivative by
+        changes of the camera's pose.
+    """
+    matrix = (T_map_camera * T_base_camera.inv()).as_matrix()
+    # The third row of the rotation is the map's z in the base's frame: (0, 0, 1) when level.
+    up = matrix[2, :3]
+    by_base = np.zeros((3, 6))
+    by_base[0, 0] = by_base[1, 1] = up[2]
+    by_base[2, 3:] = up
+    return np.array([up[1], -up[0], matrix[2, 3]]), by_base @ adjoint(T_base_camera)

@@ -1,0 +1,265 @@
+"""The few frames that the scene map is made of, and how they hold each other."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping import se3
+from circumspect.mapping.gate import GateSettings
+from circumspect.mapping.pose_graph import Edge, Level, PoseGraph
+from circumspect.mapping.registration import RegistrationSettings, register
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scene_map import SceneMap
+
+TRACKED_SIGMAS = np.array([np.radians(0.3)] * 3 + [0.01] * 3)
+"""How well tracking alone places two keyframes to each other [rad, m], where their scans do not
+tell."""
+BELIEVED_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
+"""How far two keyframes may be from where they are believed to be when their scans are fitted."""
+
+
+@dataclass(frozen=True)
+class KeyframeSettings:
+    """When a frame becomes a keyframe, and what is done with them.
+
+    Attributes:
+        shift, turn: A keyframe is this far [m], [rad] from all others.
+        most: So many are kept; the one that adds least gives way.
+        neighbours: Each is fitted to so many others …
+        near_shift, near_turn: … that are within this distance [m], [rad].
+        rebuild_shift, rebuild_turn: Corrections from this size on [m], [rad] are carried out at
+            once; smaller ones when the run ends.
+    """
+
+    shift: float = 0.2
+    turn: float = float(np.radians(12.0))
+    most: int = 240
+    neighbours: int = 4
+    near_shift: float = 0.7
+    near_turn: float = float(np.radians(40.0))
+    rebuild_shift: float = 0.004
+    rebuild_turn: float = float(np.radians(0.3))
+
+
+@dataclass(frozen=True, eq=False)
+class Keyframe:
+    """One frame that the scene map is made of.
+
+    Attributes:
+        number: Its name for good.
+        T_map_camera: Where it was taken from, by what is known now.
+        scan: What it shows.
+        normals_xyz: (n, 3) of the scan's points, optical frame.
+        T_base_camera: The mount; None where not known.
+    """
+
+    number: int
+    T_map_camera: RigidTransform
+    scan: Scan
+    normals_xyz: NDArray[np.float64]
+    T_base_camera: RigidTransform | None = None
+
+
+class Keyframes:
+    """A bounded number of keyframes and a pose graph over them."""
+
+    def __init__(
+        self,
+        voxel: float,
+        settings: KeyframeSettings,
+        registration: RegistrationSettings,
+        gate: GateSettings,
+        level_information: NDArray[np.float64],
+    ) -> None:
+        """Begin without any."""
+        self.settings = settings
+        self.corrections = 0
+        """How often poses were corrected."""
+        self.loops = 0
+        """Edges that closed a loop."""
+        self._voxel, self._registration, self._gate = voxel, registration, gate
+        self._level_information = level_information
+        self._by_number: dict[int, Keyframe] = {}
+        self._edges: list[Edge] = []
+        self._queue: deque[tuple[int, int]] = deque()
+        self._moved_to: dict[int, tuple[int, RigidTransform]] = {}
+        self._next = 0
+
+    def __len__(self) -> int:
+        return len(self._by_number)
+
+    def __getitem__(self, number: int) -> Keyframe:
+        return self._by_number[number]
+
+    def anchored(self, number: int, T_anchor_camera: RigidTransform) -> RigidTransform:
+        """`T_map_camera`, now, of a frame that was taken near a keyframe.
+
+        Args:
+            number: The keyframe, even one that gave way since.
+            T_anchor_camera: The frame's pose in the keyframe's.
+        """
+        while number in self._moved_to:
+            number, T_heir_anchor = self._moved_to[number]
+            T_anchor_camera = T_heir_anchor * T_anchor_camera
+        return self[number].T_map_camera * T_anchor_camera
+
+    @property
+    def places(self) -> list[RigidTransform]:
+        """`T_map_camera` of all."""
+        return [key.T_map_camera for key in self._by_number.values()]
+
+    def nearest(self, T_map_camera: RigidTransform) -> tuple[int, float]:
+        """The keyframe nearest to a pose, and how far it is (from 1 on: far enough for a new one).
+
+        Raises:
+            ValueError: There are none.
+        """
+        numbers, apart = self._apart(T_map_camera)
+        best = int(apart.argmin())
+        return numbers[best], float(apart[best])
+
+    def _apart(self, T_map_camera: RigidTransform) -> tuple[list[int], NDArray[np.float64]]:
+        numbers = list(self._by_number)
+        poses = RigidTransform.concatenate([self[n].T_map_camera for n in numbers])
+        between = poses.inv() * T_map_camera
+        shift = np.linalg.norm(between.translation, axis=-1) / self.settings.shift
+        turn = between.rotation.magnitude() / self.settings.turn
+        return numbers, np.maximum(shift, turn)
+
+    def add(
+        self, T_map_camera: RigidTransform, scan: Scan, T_base_camera: RigidTransform | None
+    ) -> Keyframe:
+        """Take a frame in, and put down which others it is to be fitted to."""
+        number, self._next = self._next, self._next + 1
+        key = Keyframe(number, T_map_camera, scan, scan.normals_xyz(), T_base_camera)
+        if self._by_number:
+            numbers, apart = self._apart(T_map_camera)
+            last = numbers[-1]
+            near = [numbers[i] for i in np.argsort(apart) if self._near(numbers[i], T_map_camera)]
+            chosen = [last, *[n for n in near if n != last][: self.settings.neighbours - 1]]
+            # One of the nearest that was taken long ago closes a loop, if there is one.
+            old = [n for n in near if n not in chosen and number - n > 3 * len(chosen)][:1]
+            self._queue.extend((n, number) for n in [*chosen, *old])
+        self._by_number[number] = key
+        if len(self) > self.settings.most:
+            self._give_way()
+        return key
+
+    def _near(self, number: int, T_map_camera: RigidTransform) -> bool:
+        between = self[number].T_map_camera.inv() * T_map_camera
+        s = self.settings
+        return bool(
+            np.linalg.norm(between.translation) < s.near_shift
+            and between.rotation.magnitude() < s.near_turn
+        )
+
+    @property
+    def pending(self) -> int:
+        """Pairs of keyframes that wait for being fitted."""
+        return len(self._queue)
+
+    def fit_next(self) -> None:
+        """Fit the next pair that waits to each other: an edge of the graph."""
+        first, second = self._queue.popleft()
+        if first not in self._by_number or second not in self._by_number:
+            return
+        one, other = self[first], self[second]
+        expected = one.T_map_camera.inv() * other.T_map_camera
+        target = SceneMap(self._voxel).with_scan(
+            one.scan, one.normals_xyz, RigidTransform.identity()
+        )
+        believed = np.diag(BELIEVED_SIGMAS**-2.0)
+        found = register(other.scan, target, expected, believed, self._registration)
+        consecutive = second - first == 1
+        if self._gate.verdict(found, believed).is_open:
+            edge = Edge(first, second, found.T_map_camera, found.hessian, robust=not consecutive)
+            self._edges.append(edge)
+        elif consecutive:
+            self._edges.append(Edge(first, second, expected, np.diag(TRACKED_SIGMAS**-2.0)))
+
+    def graph(self) -> PoseGraph:
+        """The pose graph; its poses are in the order of the keyframes."""
+        place = {number: index for index, number in enumerate(self._by_number)}
+        edges = tuple(
+            replace(edge, first=place[edge.first], second=place[edge.second])
+            for edge in self._edges
+        )
+        levels = tuple(
+            Level(place[number], key.T_base_camera, self._level_information)
+            for number, key in self._by_number.items()
+            if key.T_base_camera is not None
+        )
+        return PoseGraph(tuple(key.T_map_camera for key in self._by_number.values()), edges, levels)
+
+    def correct(self, anyway: bool = False) -> bool:
+        """Optimise the graph and move the keyframes to where they belong.
+
+        Args:
+            anyway: Also where the correction is small.
+
+        Returns:
+            Whether they were moved.
+        """
+        graph = self.graph()
+        poses = graph.optimised().poses
+        changes = se3.log(
+            RigidTransform.concatenate(list(graph.poses)).inv()
+            * RigidTransform.concatenate(list(poses))
+        )
+        turn, shift = np.linalg.norm(changes.reshape(-1, 2, 3), axis=2).max(axis=0)
+        s = self.settings
+        if not anyway and shift < s.rebuild_shift and turn < s.rebuild_turn:
+            return False
+        for number, pose in zip(self._by_number, poses, strict=True):
+            self._by_number[number] = replace(self[number], T_map_camera=pose)
+        self.corrections += 1
+        return True
+
+    def scene(self) -> SceneMap:
+        """The scene map of all keyframes."""
+        return SceneMap(self._voxel).with_scans(
+            [(key.scan, key.normals_xyz, key.T_map_camera) for key in self._by_number.values()]
+        )
+
+    def _give_way(self) -> None:
+        """Take out the keyframe that is nearest to another one."""
+        numbers = list(self._by_number)
+        poses = RigidTransform.concatenate([self[n].T_map_camera for n in numbers])
+        closest, least = (numbers[1], numbers[0]), np.inf
+        for index, number in enumerate(numbers[1:-1], start=1):
+            between = poses.inv() * poses[index]
+            apart = np.maximum(
+                np.linalg.norm(between.translation, axis=1) / self.settings.shift,
+                between.rotation.magnitude() / self.settings.turn,
+            )
+            apart[index] = np.inf
+            if apart.min() < least:
+                least, closest = float(apart.min()), (number, numbers[int(apart.argmin())])
+        gone, heir = closest
+        T_heir_gone = self[heir].T_map_camera.inv() * self[gone].T_map_camera
+        self._moved_to[gone] = (heir, T_heir_gone)
+        self._edges = _bridged(self._edges, gone, heir, T_heir_gone)
+        del self._by_number[gone]
+
+
+def _bridged(edges: list[Edge], gone: int, heir: int, T_heir_gone: RigidTransform) -> list[Edge]:
+    """The edges after a pose was taken out: those at it are hung on its heir."""
+    kept = []
+    for edge in edges:
+        if gone not in (edge.first, edge.second):
+            kept.append(edge)
+        elif heir in (edge.first, edge.second):
+            continue
+        elif edge.first == gone:
+            measured = T_heir_gone * edge.T_first_second
+            kept.append(Edge(heir, edge.second, measured, edge.information, robust=True))
+        else:
+            measured = edge.T_first_second * T_heir_gone.inv()
+            information = se3.moved_information(T_heir_gone, edge.information)
+            kept.append(Edge(edge.first, heir, measured, information, robust=True))
+    return kept

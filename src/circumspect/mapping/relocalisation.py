@@ -1,0 +1,116 @@
+"""Where a lost camera is, by the places it has been at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.errors import InputError
+from circumspect.mapping.gate import GateSettings
+from circumspect.mapping.registration import Registration, RegistrationSettings, register
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scene_map import SceneMap
+from circumspect.mapping.visibility import seen_through
+from circumspect.sensing import RgbdFrame
+
+SAMPLE = 400
+"""So many points of the scan are tried at every known place."""
+LOOSE = 0.1
+"""A point within this distance [m] of the map speaks for a place."""
+TRIED = 3
+"""The best places are fitted."""
+COARSE_REACH = 0.3
+"""How far points may be from their counterparts at first [m]."""
+SIGMAS = np.array([np.radians(10.0)] * 3 + [0.2] * 3)
+"""How far the camera may be from the place that it is compared with [rad, m]."""
+
+
+@dataclass(frozen=True)
+class RelocalisationSettings:
+    """When a place is recognised; stricter than the gate of tracking, for nothing else vouches.
+
+    Attributes:
+        least_overlap: Share of the scan that must lie on what is known.
+        most_through: Share of what is known and in view that may be looked through.
+    """
+
+    least_overlap: float = 0.75
+    most_through: float = 0.05
+
+
+def relocalise(
+    frame: RgbdFrame,
+    scan: Scan,
+    scene: SceneMap,
+    places: list[RigidTransform],
+    registration: RegistrationSettings,
+    gate: GateSettings,
+    settings: RelocalisationSettings,
+) -> Registration | None:
+    """Find a frame among known places.
+
+    Every place is scored by how many points of the scan would lie on the map; the best ones are
+    aligned coarsely by generalised ICP (small_gicp) and then like any frame.
+
+    Returns:
+        The registration; None where no place fits beyond doubt.
+    """
+    if len(scan) < gate.fewest_points or len(scene) == 0:
+        return None
+    some = scan.points_xyz[:: max(1, len(scan) // SAMPLE)]
+    scores = [float((scene.nearest(place.apply(some))[1] < LOOSE).mean()) for place in places]
+    information = np.diag(SIGMAS**-2.0)
+    best: Registration | None = None
+    for index in np.argsort(scores)[::-1][:TRIED]:
+        coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, places[int(index)])
+        found = register(scan, scene, coarse, information, registration)
+        through = seen_through(frame, scene, found.T_map_camera)
+        verdict = gate.verdict(found, information, through, settings.least_overlap)
+        if not verdict.is_open or through > settings.most_through:
+            continue
+        if best is None or found.overlap > best.overlap:
+            best = found
+    return best
+
+
+def coarsely_aligned(
+    source_xyz: NDArray[np.float64],
+    target_xyz: NDArray[np.float64],
+    T_target_source: RigidTransform,
+    voxel: float = 0.06,
+) -> RigidTransform:
+    """Generalised ICP over long distances.
+
+    Args:
+        source_xyz: (n, 3) [m].
+        target_xyz: (m, 3) [m].
+        T_target_source: Where to begin.
+        voxel: Both are thinned to this [m].
+
+    Returns:
+        T_target_source after the alignment.
+
+    Raises:
+        InputError: Points that are not (n, 3) and finite; small_gicp would take them for none and
+            return the identity.
+    """
+    import small_gicp
+
+    for name, points in (("source", source_xyz), ("target", target_xyz)):
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise InputError(f"{name} points must be finite with shape (n, 3), not {points.shape}")
+    result = small_gicp.align(
+        np.ascontiguousarray(target_xyz, np.float64),
+        np.ascontiguousarray(source_xyz, np.float64),
+        np.ascontiguousarray(T_target_source.as_matrix(), np.float64),
+        registration_type="GICP",
+        downsampling_resolution=float(voxel),
+        max_correspondence_distance=COARSE_REACH,
+    )
+    matrix = np.asarray(result.T_target_source)
+    if result.num_inliers == 0 or not np.isfinite(matrix).all():
+        return T_target_source
+    return RigidTransform.from_matrix(matrix)

@@ -1,0 +1,51 @@
+"""Whether a frame looks through what is known to be there."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping.scene_map import SceneMap
+from circumspect.sensing import RgbdFrame
+
+SAMPLE = 4000
+"""So many points of the map are looked at."""
+SLACK = 0.06
+"""Depths this much [m] beyond a point of the map, all round it, look through it."""
+ROUND_IT = ((0, 0), (-6, 0), (6, 0), (0, -6), (0, 6))
+"""Offsets of the pixels [px] that count as round it: rims are no contradiction."""
+NEAREST, FARTHEST = 0.5, 3.0
+"""Range [m] within which points should be seen well."""
+
+
+def seen_through(frame: RgbdFrame, scene: SceneMap, T_map_camera: RigidTransform) -> float:
+    """Share of the map's points in view that the frame looks through.
+
+    A frame taken from elsewhere than believed shows free space where the map has surfaces. What
+    hides a point of the map is no contradiction: the scene may hold more than the map.
+
+    Args:
+        frame: The frame.
+        scene: The map.
+        T_map_camera: Where the frame is believed to be taken from.
+
+    Returns:
+        0 where no point is in view.
+    """
+    step = max(1, len(scene) // SAMPLE)
+    matrix, camera = T_map_camera.as_matrix(), frame.camera
+    points = (scene.points_xyz[::step] - matrix[:3, 3]) @ matrix[:3, :3]
+    facing = np.einsum("ij,ij->i", points, scene.normals_xyz[::step] @ matrix[:3, :3]) < 0
+    points = points[facing & (points[:, 2] > NEAREST) & (points[:, 2] < FARTHEST)]
+    x, y, z = points.T
+    u = np.rint(x / z * camera.fx + camera.cx).astype(np.intp)
+    v = np.rint(y / z * camera.fy + camera.cy).astype(np.intp)
+    inside = (u >= 6) & (u < camera.width - 6) & (v >= 6) & (v < camera.height - 6)
+    u, v, z = u[inside], v[inside], z[inside]
+    around = np.stack([frame.depth[v + dv, u + du] for dv, du in ROUND_IT])
+    measured = np.isfinite(around).all(axis=0)
+    nearest = around[:, measured].min(axis=0) if measured.any() else np.empty(0)
+    z = z[measured]
+    through = int((nearest > z + SLACK).sum())
+    seen = int((np.abs(around[0, measured] - z) <= SLACK).sum())
+    return through / (through + seen) if through + seen else 0.0
