@@ -23,9 +23,9 @@ from circumspect.planning import (
     Situation,
     ViewPlanner,
     alternatives,
-    bearing_turned,
     passable,
     route,
+    sectors_visited,
 )
 from circumspect.robot import MobileRobot, PathFollower, Velocity
 from circumspect.sensing import RgbdFrame
@@ -91,6 +91,7 @@ class ObjectScan:
         self._shares_seen: list[float] = []
         self._visited: list[PlanarPose] = []
         self._unreachable: list[NextView] = []
+        self._given_up: list[NextView] = []
         self._bumps_xy = NOTHING_XY
         self._blocks = 0
         self._failed = 0
@@ -148,6 +149,7 @@ class ObjectScan:
             robot_radius=self.robot.radius,
             visited=tuple(self._visited),
             unreachable=tuple(self._unreachable),
+            given_up=tuple(self._given_up),
             probabilities=tuple(self._probabilities),
             shares_seen=tuple(self._shares_seen),
         )
@@ -159,8 +161,8 @@ class ObjectScan:
 
     @property
     def turned_deg(self) -> float:
-        """How far round the object the robot has come [degrees]."""
-        return bearing_turned(self.situation)
+        """On how much of the way round the object the robot has been, 0 … 360 [degrees]."""
+        return 360 * float(sectors_visited(self.situation).mean())
 
     @property
     def _unsure(self) -> bool:
@@ -229,6 +231,7 @@ class ObjectScan:
         self._failed += 1
         if way is None or self._failed >= TRIES:
             self._unreachable.append(view)
+            self._given_up.append(view)
 
     def _explained(self, finished: Finished) -> str:
         """Why the planner finished; with the last hindrance where views were left out."""

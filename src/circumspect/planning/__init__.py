@@ -5,7 +5,7 @@ from circumspect.planning.circle_planner import CirclePlanner
 from circumspect.planning.conviction import Conviction
 from circumspect.planning.convinced_planner import ConvincedPlanner
 from circumspect.planning.next_view import Finished, NextView
-from circumspect.planning.rounds import bearing_turned
+from circumspect.planning.rounds import bearing_turned, sectors_visited
 from circumspect.planning.route import NoWay, Route, passable, route
 from circumspect.planning.situation import Situation
 from circumspect.planning.stance import camera_place, fitting_distance, stance
@@ -29,5 +29,6 @@ __all__ = [
     "fitting_distance",
     "passable",
     "route",
+    "sectors_visited",
     "stance",
 ]

@@ -21,7 +21,7 @@ class Outline:
 
     Attributes:
         places_xy: (b, 2) [m] from left to right as the eye sees them, which is the way a robot
-            goes that drives with the object on its left.
+            goes that drives with the object on its left; each the mean of its neighbourhood.
         normals_xy: (b, 2) unit normals towards the eye; NaN where the outline has none.
         incidences: (b,) [rad] angles between normal and line of sight.
     """
@@ -38,8 +38,9 @@ class Outline:
             footprint_xy: (c, 2) [m] plan-view cells with object, at least one.
             eye_xy: (2,) [m].
         """
-        places = _nearest_by_bearing(footprint_xy, eye_xy)
-        normals = np.array([_normal(places, place, eye_xy) for place in places])
+        nearest = _nearest_by_bearing(footprint_xy, eye_xy)
+        patches = np.array([_patch(nearest, place, eye_xy) for place in nearest])
+        places, normals = patches[:, 0], patches[:, 1]
         sight = eye_xy - places
         sight /= np.maximum(np.linalg.norm(sight, axis=1, keepdims=True), 1e-9)
         cosine = np.clip(np.einsum("ij,ij->i", normals, sight), -1, 1)
@@ -61,17 +62,18 @@ def _nearest_by_bearing(
     return footprint_xy[order[first]]
 
 
-def _normal(
+def _patch(
     places_xy: NDArray[np.float64], place_xy: NDArray[np.float64], eye_xy: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Principal component analysis of the outline round a place: the direction it varies least.
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Middle and normal of the outline round a place, by principal component analysis.
 
-    Of a table top seen from above the footprint is filled: only what is on the outline counts.
+    The normal is the direction in which the patch varies least. Of a table top seen from above
+    the footprint is filled, but only what is on the outline counts.
     """
     near = places_xy[np.linalg.norm(places_xy - place_xy, axis=1) <= PATCH]
     if len(near) < FEWEST:
-        return np.full(2, np.nan)
-    spread = near - near.mean(axis=0)
-    _, axes = np.linalg.eigh(spread.T @ spread)
+        return place_xy, np.full(2, np.nan)
+    middle = near.mean(axis=0)
+    _, axes = np.linalg.eigh((near - middle).T @ (near - middle))
     normal = axes[:, 0]
-    return normal if normal @ (eye_xy - place_xy) >= 0 else -normal
+    return middle, normal if normal @ (eye_xy - place_xy) >= 0 else -normal

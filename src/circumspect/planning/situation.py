@@ -29,7 +29,8 @@ class Situation:
         obstacles_xy: (m, 2) [m] everything else that stands in the way, map frame.
         robot_radius: Of the circle round `base_link` that holds the robot [m].
         visited: Where the robot was, in order; the last one is near `T_map_base`.
-        unreachable: Views that no way leads to, since the last one that was reached.
+        unreachable: Views that could not be reached, since the last one that was.
+        given_up: All views that could not be reached.
         probabilities: The answers so far, class to probability.
         shares_seen: For each answer the share of directions seen until then, 0 … 1.
     """
@@ -45,6 +46,7 @@ class Situation:
     robot_radius: float = 0.3
     visited: tuple[PlanarPose, ...] = ()
     unreachable: tuple[NextView, ...] = ()
+    given_up: tuple[NextView, ...] = ()
     probabilities: tuple[Mapping[str, float], ...] = ()
     shares_seen: tuple[float, ...] = ()
 

@@ -9,12 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import PlanarPose
-from circumspect.planning.circle_planner import (
-    ALL_TRIED,
-    NOTHING_KNOWN,
-    circle_view,
-    furthest_tried,
-)
+from circumspect.planning.circle_planner import NOTHING_KNOWN, beyond, circle_view
 from circumspect.planning.next_view import Finished, NextView
 from circumspect.planning.outline import Outline
 from circumspect.planning.plan_view import centre_of, footprint
@@ -66,10 +61,7 @@ class SurfaceNormalPlanner(ViewPlanner):
         if (done := self.enough(situation)) is not None:
             return done
         if situation.unreachable:
-            turn = furthest_tried(situation) + np.radians(self.corner_deg)
-            if turn >= 2 * np.pi:
-                return Finished(ALL_TRIED)
-            return circle_view(situation, float(turn), self.distance)
+            return beyond(situation, float(np.radians(self.corner_deg)), self.distance)
         eye = camera_place(situation.T_map_base, situation.T_base_camera)
         outline = Outline.seen_from(footprint(situation.points_xyz), eye.xy)
         for edge, normal, why in self._candidates(outline, eye):

@@ -5,10 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from circumspect.planning.next_view import Finished, NextView
-from circumspect.planning.rounds import bearing_turned
+from circumspect.planning.rounds import all_tried, bearing_turned
 from circumspect.planning.situation import Situation
 
 ROUND_COMPLETE = "once round the object"
+AS_FAR_AS_POSSIBLE = "round the object as far as it can be reached"
 FULL_ROUND_DEG = 360.0
 
 
@@ -23,4 +24,6 @@ class ViewPlanner(ABC):
         """Whether what was seen is enough; asked after every frame, also while driving."""
         if bearing_turned(situation) >= FULL_ROUND_DEG:
             return Finished(ROUND_COMPLETE)
+        if situation.given_up and all_tried(situation):
+            return Finished(AS_FAR_AS_POSSIBLE)
         return None

@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from analytic_shapes import CAMERA, MOUNT, box, circle, facing_centre, situation, walls
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.planning import camera_place, fitting_distance, stance
+from circumspect.planning.alternatives import NEAREST, alternatives
+from circumspect.planning.next_view import NextView
+
+PLACE = st.tuples(st.floats(-3, 3), st.floats(-3, 3))
+
+
+@given(camera=PLACE, towards=PLACE)
+def test_the_camera_is_where_it_should_be_and_looks_where_it_should(camera, towards) -> None:
+    if np.hypot(camera[0] - towards[0], camera[1] - towards[1]) < 0.05:
+        return
+    base = stance(camera, towards, MOUNT)
+    seen = camera_place(base, MOUNT)
+    np.testing.assert_allclose(seen.xy, camera, atol=1e-9)
+    direction = np.subtract(towards, camera) / np.linalg.norm(np.subtract(towards, camera))
+    np.testing.assert_allclose(seen.heading_xy, direction, atol=1e-9)
+    # The camera looks left: the object is on the left of the way forward.
+    side = base.heading_xy[0] * direction[1] - base.heading_xy[1] * direction[0]
+    assert side == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("size", [0.3, 0.8, 1.4])
+def test_at_the_fitting_distance_all_of_a_low_object_is_in_the_image(size) -> None:
+    points = walls(box(size, size).outline_xy)
+    away = fitting_distance(situation(points, facing_centre(0, 2)), np.array([1.0, 0.0]))
+    base = stance((size / 2 + away, 0.0), (0.0, 0.0), MOUNT)
+    pixels = CAMERA.project((base.as_transform() * MOUNT).inv().apply(points))
+    inside = (pixels >= 0).all(axis=1) & (pixels < [CAMERA.width, CAMERA.height]).all(axis=1)
+    assert inside.mean() > 0.97
+    assert away >= 0.8
+
+
+def test_the_fitting_distance_grows_with_the_object_and_ends_with_the_range() -> None:
+    side = np.array([0.0, 1.0])
+    found = [
+        fitting_distance(situation(walls(circle(r).outline_xy), facing_centre(0, 3)), side)
+        for r in (0.2, 0.5, 0.9, 4.0)
+    ]
+    assert found[0] == pytest.approx(0.8, abs=0.11)
+    assert found[0] <= found[1] < found[2]
+    assert found[3] <= 3.5
+
+
+def test_alternatives_look_at_the_same_place_from_the_same_side() -> None:
+    view = NextView(facing_centre(0.7, 1.0), (0.0, 0.0), None, "wanted")
+    found = list(alternatives(view, MOUNT))
+    assert len(found) >= 4
+    wanted = camera_place(view.T_map_base, MOUNT)
+    for other in found:
+        eye = camera_place(other.T_map_base, MOUNT)
+        assert eye.yaw == pytest.approx(wanted.yaw)
+        assert np.linalg.norm(eye.xy) >= NEAREST - 1e-9
+        np.testing.assert_allclose(
+            eye.xy / np.linalg.norm(eye.xy), wanted.xy / np.linalg.norm(wanted.xy), atol=1e-9
+        )
+        assert other.why.startswith("wanted, but")
