@@ -1,0 +1,122 @@
+"""Memory over a long scan: `python -m benchmarks.scan_memory` drives on for 30 minutes.
+
+The robot goes round and round one object and never finds that it has seen enough.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.report import RESULTS, machine
+from benchmarks.scan_job import ScanJob, prepared
+from benchmarks.scan_tables import table
+from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.planning import CirclePlanner, Finished, NextView, Situation, ViewPlanner
+from circumspect.storage import atomic_open, write_json
+
+PAGE = os.sysconf("SC_PAGE_SIZE")
+TELL_EVERY_S = 120.0
+"""Robot's time between two rows [s]."""
+
+
+@dataclass(frozen=True)
+class RestlessPlanner(ViewPlanner):
+    """Goes on round the object for ever."""
+
+    circle: CirclePlanner = field(default_factory=CirclePlanner)
+
+    def next_view(self, situation: Situation) -> NextView | Finished:
+        """A circle planner that forgets where it was."""
+        return self.circle.next_view(replace(situation, visited=situation.visited[-1:]))
+
+    def enough(self, situation: Situation) -> Finished | None:  # noqa: ARG002
+        """Never."""
+        return None
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Memory and speed at a moment.
+
+    Attributes:
+        frames: So far.
+        stamp: Robot's time [s].
+        resident_mb: Memory of the process.
+        frame_ms: Median time a frame since the sample before.
+    """
+
+    frames: int
+    stamp: float
+    resident_mb: float
+    frame_ms: float
+
+
+class MemoryWatch:
+    """Takes samples; a `PipelineObserver`."""
+
+    def __init__(self) -> None:
+        self.samples: list[Sample] = []
+        self._spent: list[float] = []
+
+    def on_step(self, step: RecognitionStep) -> None:
+        self._spent.append(sum(step.milliseconds.values()))
+        last = self.samples[-1].stamp if self.samples else -TELL_EVERY_S
+        if step.stamp - last >= TELL_EVERY_S:
+            self._take(step)
+
+    def on_end(self, result: RecognitionResult) -> None:
+        if result.last is not None:
+            self._take(result.last)
+
+    def _take(self, step: RecognitionStep) -> None:
+        median = float(np.median(self._spent)) if self._spent else 0.0
+        self.samples.append(Sample(step.index + 1, step.stamp, resident_mb(), median))
+        self._spent.clear()
+        print(self.samples[-1], file=sys.stderr)
+
+
+def resident_mb() -> float:
+    """Resident memory of this process, by Linux's own count."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * PAGE / 1e6
+
+
+def main() -> int:
+    """Drive, sample, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--minutes", type=float, default=30.0, help="of the robot's time")
+    parser.add_argument("--object", default="chair-100000")
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    arguments = parser.parse_args()
+    job = ScanJob("memory", arguments.object, 0.0, 0, frames=round(arguments.minutes * 60 / 0.5))
+    parts = prepared(job, RestlessPlanner())
+    watch = MemoryWatch()
+    parts.pipeline.observers = (watch,)
+    start = time.monotonic()
+    parts.scan.run()
+    rows = [
+        [f"{s.stamp / 60:.0f}", str(s.frames), f"{s.resident_mb:.0f}", f"{s.frame_ms:.0f}"]
+        for s in watch.samples
+    ]
+    text = (
+        table(["minutes", "frames", "resident [MB]", "frame [ms], median"], rows)
+        + f"\n\nIt ended: {parts.scan.ended}. {(time.monotonic() - start) / 60:.0f} min of work."
+    )
+    print(text)
+    facts = machine()
+    with atomic_open(arguments.out / "scan_memory.md") as stream:
+        stream.write(f"# Memory over a long scan\n\n`python -m benchmarks.scan_memory`\n\n{text}\n")
+    document = {"machine": facts, "samples": [vars(sample) for sample in watch.samples]}
+    write_json(arguments.out / "scan_memory.json", document)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
