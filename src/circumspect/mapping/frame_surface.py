@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,18 @@ class FrameSurface:
             facing / cosine,
             weights,
             frame.at(T_map_camera).points_map(sparse & ~object_mask),
+        )
+
+    def moved(self, T_target_map: RigidTransform) -> FrameSurface:
+        """The same in another frame."""
+        matrix = T_target_map.as_matrix()
+        R, t = matrix[:3, :3], matrix[:3, 3]
+        return replace(
+            self,
+            origin_xyz=R @ self.origin_xyz + t,
+            points_xyz=self.points_xyz @ R.T + t,
+            normals_xyz=self.normals_xyz @ R.T.astype(np.float32),
+            behind_xyz=self.behind_xyz @ R.T + t,
         )
 
     def rays_beside(

@@ -51,7 +51,7 @@ class GateSettings:
     fewest_inliers: int = 200
     least_overlap: float = 0.35
     largest_misfit: float = 2.5
-    most_through: float = 0.12
+    most_through: float = 0.04
     weakest: float = 0.03
     farthest: float = 38.0
 

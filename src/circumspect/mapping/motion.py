@@ -12,6 +12,8 @@ from circumspect.mapping import se3
 from circumspect.sensing import Odometry
 
 ODOMETRY, CONSTANT_VELOCITY = "odometry", "constant velocity"
+CLOSE_SHIFT, CLOSE_TURN = 0.015, float(np.radians(1.0))
+"""Predictions within this [m], [rad] of each other say the same."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,12 @@ class Belief:
         kept = np.eye(6) - gain @ H
         covariance = kept @ self.covariance @ kept.T + gain @ noise @ gain.T
         return Belief(self.T_map_camera * se3.exp(-gain @ error), covariance)
+
+
+def close(one: RigidTransform, other: RigidTransform) -> bool:
+    """Whether two predictions of a pose say the same, by `CLOSE_SHIFT` and `CLOSE_TURN`."""
+    turn, shift = np.linalg.norm(se3.log(one.inv() * other).reshape(2, 3), axis=1)
+    return bool(turn < CLOSE_TURN and shift < CLOSE_SHIFT)
 
 
 def wheel_motion(

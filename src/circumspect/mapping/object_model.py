@@ -21,7 +21,7 @@ from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 from circumspect.sensing import RgbdFrame
 
 # Columns of the sums: weight, weighted point (3), weighted normal (3), frames.
-_WEIGHT, _POINT, _NORMAL, _FRAMES, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8
+WEIGHT, POINT, NORMAL, FRAMES, COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class ObjectModel:
 
     settings: ModelSettings = field(default_factory=ModelSettings)
     voxel: float | None = None
-    sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(_COLUMNS))
+    sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(COLUMNS))
     areas: VoxelSums = field(default_factory=lambda: VoxelSums.empty(surface_area.COLUMNS))
     rays: SightRays = field(default_factory=SightRays.empty)
     views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
@@ -75,7 +75,7 @@ class ObjectModel:
     @cached_property
     def points_xyz(self) -> NDArray[np.float64]:
         """(n, 3) [m]: mean point of every voxel, specks included; may be empty."""
-        return self.sums.totals[:, _POINT] / self.sums.totals[:, _WEIGHT, None]
+        return self.sums.totals[:, POINT] / self.sums.totals[:, WEIGHT, None]
 
     def fused(
         self, frame: RgbdFrame, object_mask: NDArray[np.bool_], T_map_camera: RigidTransform
@@ -90,7 +90,10 @@ class ObjectModel:
         Returns:
             A new model; this one where the mask shows no surface.
         """
-        surface = FrameSurface.of(frame, object_mask, T_map_camera)
+        return self.with_surface(FrameSurface.of(frame, object_mask, T_map_camera))
+
+    def with_surface(self, surface: FrameSurface) -> ObjectModel:
+        """The model with what one more frame shows; this one where that is nothing."""
         if len(surface.points_xyz) == 0:
             return self
         voxel = self.voxel or _fitting_voxel(surface)
@@ -98,7 +101,7 @@ class ObjectModel:
         return replace(
             self,
             voxel=voxel,
-            sums=self.sums.plus(_voxel_sums(surface, voxel)),
+            sums=self.sums.plus(voxel_sums(surface, voxel)),
             areas=self.areas.plus(surface_area.frame_areas(surface)),
             rays=self.rays.with_frame(surface.origin_xyz, ends, on_object),
             views_xyz=np.vstack([self.views_xyz, surface.origin_xyz]),
@@ -119,7 +122,7 @@ class ObjectModel:
         points = self.points_xyz
         kept = self._confirmed(points)
         totals = self.sums.totals[kept]
-        normals = totals[:, _NORMAL]
+        normals = totals[:, NORMAL]
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         upright = np.where(lengths > 1e-9, normals / np.maximum(lengths, 1e-9), [0.0, 0.0, 1.0])
         areas = surface_area.point_areas(self.areas, points[kept], upright)
@@ -147,7 +150,7 @@ class ObjectModel:
         _, block, crowd = np.unique(blocks, return_inverse=True, return_counts=True)
         kept = crowd[block] >= self.settings.crowd
         if self.frames >= self.settings.frames_until_strict:
-            kept &= self.sums.totals[:, _FRAMES] >= self.settings.confirmed_by
+            kept &= self.sums.totals[:, FRAMES] >= self.settings.confirmed_by
         # Of an object of a few points everything is kept rather than nothing.
         return kept if kept.any() else np.ones(len(kept), bool)
 
@@ -157,11 +160,20 @@ def _fitting_voxel(surface: FrameSurface) -> float:
     return round(float(np.clip(np.median(away) / 150, 0.006, 0.020)), 3)
 
 
-def _voxel_sums(surface: FrameSurface, voxel: float) -> VoxelSums:
-    columns = np.zeros((len(surface.points_xyz), _COLUMNS))
-    columns[:, _WEIGHT] = surface.weights
-    columns[:, _POINT] = surface.points_xyz * surface.weights[:, None]
-    columns[:, _NORMAL] = surface.normals_xyz * surface.weights[:, None]
+def voxel_sums(surface: FrameSurface, voxel: float, with_area: bool = False) -> VoxelSums:
+    """What one frame adds to a model's sums.
+
+    Args:
+        surface: What the frame shows.
+        voxel: Side of the voxels [m].
+        with_area: One more column with the area [m²].
+    """
+    columns = np.zeros((len(surface.points_xyz), COLUMNS + with_area))
+    columns[:, WEIGHT] = surface.weights
+    columns[:, POINT] = surface.points_xyz * surface.weights[:, None]
+    columns[:, NORMAL] = surface.normals_xyz * surface.weights[:, None]
+    if with_area:
+        columns[:, COLUMNS] = surface.areas
     sums = VoxelSums.of(voxel_keys(surface.points_xyz, voxel), columns)
-    sums.totals[:, _FRAMES] = 1
+    sums.totals[:, FRAMES] = 1
     return sums

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,6 +23,8 @@ from circumspect.mapping.visibility import seen_through
 from circumspect.sensing import Odometry, RgbdFrame
 
 RECOGNISED = "a place seen before"
+BETTER = 0.8
+"""A frame fits clearly better at this share of the mean distance to the map."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,12 @@ class Attempt:
     verdict: Verdict
     source: str
     found: Registration | None = None
+
+    def fits_better_than(self, other: Attempt) -> bool:
+        """Whether the frame lies clearly nearer to the map."""
+        if self.found is None or other.found is None:
+            return False
+        return self.found.distance < BETTER * other.found.distance
 
     def doubted(self, doubt: tuple[float, float]) -> Attempt:
         """The same, less sure by standard deviations of turn [rad] and shift [m]."""
@@ -119,13 +127,8 @@ class RegisteredPoses(PoseEstimator):
         if self._belief is None:
             return self._first(frame, scan)
 
-        # Where the camera should be by each source of motion, and what the frame says to it
-        attempts = []
-        for believed, source in self._predictions(frame):
-            attempts.append(self._attempt(frame, scan, believed, source))
-            if not attempts[-1].verdict.contradicts:
-                break
-        best = attempts[-1] if attempts[-1].verdict.is_open else attempts[0]
+        # Where the camera should be, and what the frame says to it
+        best = self._best_attempt(frame, scan)
 
         # A frame that fits nowhere near: perhaps the robot was carried off
         if best.verdict.contradicts and (found := self._recognised(frame, scan)) is not None:
@@ -165,6 +168,23 @@ class RegisteredPoses(PoseEstimator):
             self._belief = None
         return self._told(frame, first)
 
+    def _best_attempt(self, frame: RgbdFrame, scan: Scan) -> Attempt:
+        """By odometry; where that is doubtful, also as if the last motion just went on."""
+        believed, source = self._predictions(frame)[0]
+        first = self._attempt(frame, scan, believed, source)
+        if source != motion.ODOMETRY:
+            return first
+        steady, source = self._predictions(frame)[1]
+        agree = motion.close(believed.T_map_camera, steady.T_map_camera)
+        if agree and not first.verdict.contradicts:
+            return first
+        second = self._attempt(frame, scan, steady, source)
+        if not second.verdict.is_open:
+            return first
+        if not first.verdict.contradicts and not second.fits_better_than(first):
+            return first
+        return second
+
     def _attempt(self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str) -> Attempt:
         """Fit a frame from one prediction, and judge."""
         information = np.linalg.inv(believed.covariance)
@@ -191,17 +211,19 @@ class RegisteredPoses(PoseEstimator):
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(belief, Verdict(), RECOGNISED, found)
 
-    def _predictions(self, frame: RgbdFrame) -> Iterator[tuple[Belief, str]]:
+    def _predictions(self, frame: RgbdFrame) -> list[tuple[Belief, str]]:
+        """What the sources of motion say, the best first."""
         assert self._belief is not None
         s, mount, time = self.settings.motion, frame.T_base_camera, frame.stamp - self._stamp
+        told: list[tuple[Belief, str]] = []
         if frame.odometry is not None and self._odometry is not None and mount is not None:
             step = motion.wheel_motion(self._odometry, frame.odometry, mount, s)
-            yield self._belief.moved(*step).held_to_floor(mount, s), motion.ODOMETRY
+            told.append((self._belief.moved(*step).held_to_floor(mount, s), motion.ODOMETRY))
         step = motion.steady_motion(self._motion, self._motion_time, time, s)
         steady = self._belief.moved(*step)
         if mount is not None:
             steady = steady.held_to_floor(mount, s)
-        yield steady, motion.CONSTANT_VELOCITY
+        return [*told, (steady, motion.CONSTANT_VELOCITY)]
 
     def _remember(self, frame: RgbdFrame, attempt: Attempt) -> None:
         if self._belief is not None and attempt.verdict.is_open and attempt.source != RECOGNISED:

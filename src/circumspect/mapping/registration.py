@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,12 @@ TUKEY = 4.685
 CORRELATION = 6.0
 """So many points count as one independent measurement; see docs/derivations.md for how it is
 measured."""
+FLOOR = 0.05
+"""What is within this height of z = 0 [m] may be floor, and floor looks the same everywhere."""
+STANDING = 100
+"""So many points off the floor are enough to tell the overlap by them alone."""
+FAR = 0.02
+"""A point this far [m] from the map's planes or further just does not fit."""
 FEWEST = 6
 """Correspondences without which there is nothing to solve."""
 
@@ -48,7 +54,9 @@ class Registration:
         innovation: (6,) change from the prior to the optimum.
         points: Of the scan.
         inliers: Points with a correspondence and a say.
-        overlap: Share of the scan's points that have a correspondence.
+        overlap: Share of the scan's points that have a correspondence; where enough of them
+            stand off the floor, those alone are asked.
+        distance: Mean distance of the same points to the map's planes [m], each at most `FAR`.
         residual: Root mean square distance of the inliers to the map's planes [m].
         misfit: The same in standard deviations of the noise; 1 is expected.
         iterations: Gauss-Newton steps taken.
@@ -62,6 +70,7 @@ class Registration:
     points: int
     inliers: int
     overlap: float
+    distance: float
     residual: float
     misfit: float
     iterations: int
@@ -72,12 +81,13 @@ class Registration:
 class _Fit:
     """The point-to-plane problem, linear about one pose."""
 
-    hessian: NDArray[np.float64]
-    gradient: NDArray[np.float64]
-    inliers: int
-    matched: int
-    residual: float
-    misfit: float
+    hessian: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 6)))
+    gradient: NDArray[np.float64] = field(default_factory=lambda: np.zeros(6))
+    inliers: int = 0
+    overlap: float = 0.0
+    distance: float = FAR
+    residual: float = 0.0
+    misfit: float = 0.0
 
 
 def register(
@@ -106,7 +116,7 @@ def register(
     """
     s = settings or RegistrationSettings()
     change, T = np.zeros(6), T_map_prior
-    fit, steps, converged = _Fit(np.zeros((6, 6)), np.zeros(6), 0, 0, 0.0, 0.0), 0, False
+    fit, steps, converged = _Fit(), 0, False
     while steps < s.rounds:
         steps += 1
         fit = _linearised(scan, scene, T, s.reach)
@@ -127,7 +137,8 @@ def register(
         innovation=change,
         points=len(scan),
         inliers=fit.inliers,
-        overlap=fit.matched / max(len(scan), 1),
+        overlap=fit.overlap,
+        distance=fit.distance,
         residual=fit.residual,
         misfit=fit.misfit,
         iterations=steps,
@@ -137,14 +148,14 @@ def register(
 
 def _linearised(scan: Scan, scene: SceneMap, T: RigidTransform, reach: float) -> _Fit:
     if len(scan) == 0 or len(scene) == 0:
-        return _Fit(np.zeros((6, 6)), np.zeros(6), 0, 0, 0.0, 0.0)
+        return _Fit()
     matrix = T.as_matrix()
     R, t = matrix[:3, :3], matrix[:3, 3]
     placed = scan.points_xyz @ R.T + t
     indices, distances = scene.nearest(placed)
     matched = np.flatnonzero(distances < reach)
     if len(matched) < FEWEST:
-        return _Fit(np.zeros((6, 6)), np.zeros(6), 0, len(matched), 0.0, 0.0)
+        return _Fit()
     targets = indices[matched]
     normals = scene.normals_xyz[targets]
     r = np.einsum("ij,ij->i", placed[matched] - scene.points_xyz[targets], normals)
@@ -163,7 +174,21 @@ def _linearised(scan: Scan, scene: SceneMap, T: RigidTransform, reach: float) ->
         weighted.T @ J,
         weighted.T @ u,
         int(say.sum()),
-        len(matched),
+        *_agreement(matched, np.abs(r), placed[:, 2]),
         float(np.sqrt((weight * r**2).sum() / total)),
         float(np.sqrt((weight * u**2).sum() / total)),
     )
+
+
+def _agreement(
+    matched: NDArray[np.intp], r: NDArray[np.float64], height: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Overlap and mean distance, by the points off the floor where there are enough."""
+    standing = np.abs(height) > FLOOR
+    if standing.sum() < STANDING:
+        standing[:] = True
+    near = np.zeros(len(height), bool)
+    near[matched] = True
+    distance = np.full(len(height), FAR)
+    distance[matched] = np.minimum(r, FAR)
+    return float(near[standing].mean()), float(distance[standing].mean())

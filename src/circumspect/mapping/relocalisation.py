@@ -37,8 +37,8 @@ class RelocalisationSettings:
         most_through: Share of what is known and in view that may be looked through.
     """
 
-    least_overlap: float = 0.75
-    most_through: float = 0.05
+    least_overlap: float = 0.85
+    most_through: float = 0.01
 
 
 def relocalise(

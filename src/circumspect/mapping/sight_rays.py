@@ -52,12 +52,28 @@ class SightRays:
             ends_xyz: (m, 3) [m].
             on_object: (m,) bool.
         """
-        keys, first = np.unique(_keys(origin_xyz, ends_xyz, on_object), return_index=True)
+        origins = np.broadcast_to(np.asarray(origin_xyz, np.float32), (len(ends_xyz), 3))
+        return self.with_rays(origins, ends_xyz, on_object)
+
+    def with_rays(
+        self,
+        origins_xyz: NDArray[np.floating],
+        ends_xyz: NDArray[np.floating],
+        on_object: NDArray[np.bool_],
+    ) -> SightRays:
+        """These rays and those of others that say something new.
+
+        Args:
+            origins_xyz: (m, 3) [m].
+            ends_xyz: (m, 3) [m].
+            on_object: (m,) bool.
+        """
+        keys, first = np.unique(_keys(origins_xyz, ends_xyz, on_object), return_index=True)
         places = np.searchsorted(self.keys, keys)
         if len(self):
             new = self.keys[np.minimum(places, len(self) - 1)] != keys
             keys, first, places = keys[new], first[new], places[new]
-        origins = np.broadcast_to(np.asarray(origin_xyz, np.float32), (len(keys), 3))
+        origins = origins_xyz[first].astype(np.float32)
         ends = ends_xyz[first].astype(np.float32)
         return SightRays(
             np.insert(self.keys, places, keys),
@@ -68,16 +84,14 @@ class SightRays:
 
 
 def _keys(
-    origin_xyz: NDArray[np.floating],
+    origins_xyz: NDArray[np.floating],
     ends_xyz: NDArray[np.floating],
     on_object: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
     ends = np.floor(ends_xyz / END_CELL).astype(np.int64) & ((1 << END_BITS) - 1)
-    origin = np.floor(np.asarray(origin_xyz) / ORIGIN_CELL).astype(np.int64)
-    place = 0
-    for value in origin & ((1 << ORIGIN_BITS) - 1):
-        place = (place << ORIGIN_BITS) | int(value)
+    origins = np.floor(origins_xyz / ORIGIN_CELL).astype(np.int64) & ((1 << ORIGIN_BITS) - 1)
+    place = (origins[:, 0] << (2 * ORIGIN_BITS)) | (origins[:, 1] << ORIGIN_BITS) | origins[:, 2]
     key = (ends[:, 0] << (2 * END_BITS)) | (ends[:, 1] << END_BITS) | ends[:, 2]
     # 45 bits for the end, 18 for the origin; the sign bit tells the object from the rest.
-    key |= np.int64(place) << (3 * END_BITS)
+    key |= place << (3 * END_BITS)
     return np.where(on_object, key, -key - 1)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.mapping.registration import FLOOR
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.sensing import RgbdFrame
 
 SAMPLE = 4000
 """So many points of the map are looked at."""
+FEWEST = 50
+"""Fewer points in view say nothing."""
 SLACK = 0.06
 """Depths this much [m] beyond a point of the map, all round it, look through it."""
 ROUND_IT = ((0, 0), (-6, 0), (6, 0), (0, -6), (0, 6))
@@ -19,7 +22,7 @@ NEAREST, FARTHEST = 0.5, 3.0
 
 
 def seen_through(frame: RgbdFrame, scene: SceneMap, T_map_camera: RigidTransform) -> float:
-    """Share of the map's points in view that the frame looks through.
+    """Share of the map's points in view and off the floor that the frame looks through.
 
     A frame taken from elsewhere than believed shows free space where the map has surfaces. What
     hides a point of the map is no contradiction: the scene may hold more than the map.
@@ -32,10 +35,11 @@ def seen_through(frame: RgbdFrame, scene: SceneMap, T_map_camera: RigidTransform
     Returns:
         0 where no point is in view.
     """
-    step = max(1, len(scene) // SAMPLE)
+    standing = np.flatnonzero(np.abs(scene.points_xyz[:, 2]) > FLOOR)
+    chosen = standing[:: max(1, len(standing) // SAMPLE)]
     matrix, camera = T_map_camera.as_matrix(), frame.camera
-    points = (scene.points_xyz[::step] - matrix[:3, 3]) @ matrix[:3, :3]
-    facing = np.einsum("ij,ij->i", points, scene.normals_xyz[::step] @ matrix[:3, :3]) < 0
+    points = (scene.points_xyz[chosen] - matrix[:3, 3]) @ matrix[:3, :3]
+    facing = np.einsum("ij,ij->i", points, scene.normals_xyz[chosen] @ matrix[:3, :3]) < 0
     points = points[facing & (points[:, 2] > NEAREST) & (points[:, 2] < FARTHEST)]
     x, y, z = points.T
     u = np.rint(x / z * camera.fx + camera.cx).astype(np.intp)
@@ -48,4 +52,4 @@ def seen_through(frame: RgbdFrame, scene: SceneMap, T_map_camera: RigidTransform
     z = z[measured]
     through = int((nearest > z + SLACK).sum())
     seen = int((np.abs(around[0, measured] - z) <= SLACK).sum())
-    return through / (through + seen) if through + seen else 0.0
+    return through / (through + seen) if through + seen >= FEWEST else 0.0

@@ -23,6 +23,16 @@ def voxel_keys(points_xyz: NDArray[np.floating], side: float) -> NDArray[np.int6
     return (cells[:, 0] << (2 * BITS)) | (cells[:, 1] << BITS) | cells[:, 2]
 
 
+def largest(keys: NDArray[np.int64], values: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(m,) the largest of the (n,) values of each key, in ascending order of the keys."""
+    if len(keys) == 0:
+        return np.empty(0)
+    order = np.argsort(keys, kind="stable")
+    ordered = keys[order]
+    first = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
+    return np.maximum.reduceat(values[order], first)
+
+
 @dataclass(frozen=True, eq=False)
 class VoxelSums:
     """For each voxel the sum of some columns.

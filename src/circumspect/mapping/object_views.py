@@ -1,0 +1,123 @@
+"""What frames showed of the object, kept so that the model can be rebuilt after a correction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping import surface_area
+from circumspect.mapping.frame_surface import FrameSurface
+from circumspect.mapping.object_model import (
+    COLUMNS,
+    FRAMES,
+    NORMAL,
+    POINT,
+    WEIGHT,
+    ModelSettings,
+    ObjectModel,
+    voxel_sums,
+)
+from circumspect.mapping.sight_rays import SightRays
+from circumspect.mapping.voxel_sums import VoxelSums, largest, voxel_keys
+
+MOST = 300
+"""So many patches are kept; the one that fewest frames showed gives way."""
+_AREA = COLUMNS
+"""Column of the area [m²], after those of the model."""
+
+
+@dataclass(frozen=True, eq=False)
+class ViewPatch:
+    """What the frames near one keyframe show of the object, in the keyframe's frame.
+
+    Attributes:
+        sums: Per voxel those of the model, and the area.
+        rays: That saw the object or passed it.
+        views_xyz: (f, 3) [m] where the frames were taken from.
+    """
+
+    sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(COLUMNS + 1))
+    rays: SightRays = field(default_factory=SightRays.empty)
+    views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectViews:
+    """Patches by the number of their keyframe; `with_view` returns a new one.
+
+    Attributes:
+        patches: Keyframe to patch.
+    """
+
+    patches: Mapping[int, ViewPatch] = field(default_factory=lambda: MappingProxyType({}))
+
+    def with_view(
+        self, anchor: int, T_map_anchor: RigidTransform, surface: FrameSurface, model: ObjectModel
+    ) -> ObjectViews:
+        """The views with one more frame.
+
+        Args:
+            anchor: Number of the keyframe that the frame hangs on.
+            T_map_anchor: Where that is believed to be.
+            surface: What the frame shows, map frame.
+            model: The model that the frame was fused into; gives the voxel.
+        """
+        old = self.patches.get(anchor, ViewPatch())
+        local = surface.moved(T_map_anchor.inv())
+        sums = voxel_sums(local, model.voxel or 0.01, with_area=True)
+        ends, on_object = surface.rays_beside(model.points_xyz)
+        patch = ViewPatch(
+            old.sums.plus(sums),
+            old.rays.with_frame(local.origin_xyz, T_map_anchor.inv().apply(ends), on_object),
+            np.vstack([old.views_xyz, local.origin_xyz]),
+        )
+        patches = {**self.patches, anchor: patch}
+        if len(patches) > MOST:
+            others = [number for number in patches if number != anchor]
+            del patches[min(others, key=lambda number: len(patches[number].views_xyz))]
+        return replace(self, patches=MappingProxyType(patches))
+
+    def rebuilt(
+        self, settings: ModelSettings, voxel: float | None, place: Callable[[int], RigidTransform]
+    ) -> ObjectModel:
+        """The model with every patch where its keyframe is now.
+
+        Args:
+            settings: How frames are fused.
+            voxel: Side of the model's voxels [m].
+            place: Number of a keyframe to its `T_map_camera`.
+        """
+        model = ObjectModel(settings, voxel)
+        for number, patch in self.patches.items():
+            model = _with_patch(model, patch, place(number))
+        return model
+
+
+def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_anchor: RigidTransform) -> ObjectModel:
+    matrix = T_map_anchor.as_matrix()
+    R, t = matrix[:3, :3], matrix[:3, 3]
+    rows = patch.sums.totals
+    points = (rows[:, POINT] / rows[:, WEIGHT, None]) @ R.T + t
+    columns = rows[:, :COLUMNS].copy()
+    columns[:, POINT] = points * rows[:, WEIGHT, None]
+    columns[:, NORMAL] = rows[:, NORMAL] @ R.T
+    keys = voxel_keys(points, model.voxel or 0.01)
+    sums = VoxelSums.of(keys, columns)
+    # Two voxels of a patch may come to lie in one: it was seen in as many frames as either.
+    sums.totals[:, FRAMES] = largest(keys, rows[:, FRAMES])
+    normals = columns[:, NORMAL] / rows[:, WEIGHT, None]
+    areas = surface_area.patch_areas(points, normals, rows[:, _AREA], rows[:, FRAMES])
+    ends = patch.rays.ends_xyz @ R.T.astype(np.float32) + t.astype(np.float32)
+    origins = patch.rays.origins_xyz @ R.T.astype(np.float32) + t.astype(np.float32)
+    return replace(
+        model,
+        sums=model.sums.plus(sums),
+        areas=model.areas.plus(areas),
+        rays=model.rays.with_rays(origins, ends, patch.rays.on_object),
+        views_xyz=np.vstack([model.views_xyz, patch.views_xyz @ R.T + t]),
+    )
