@@ -42,7 +42,7 @@ def test_every_frame_leads_to_a_step_and_an_answer() -> None:
     assert [step.index for step in result.steps] == [0, 1, 2, 3, 4]
     assert {step.outcome for step in result.steps} == {CLASSIFIED}
     assert all(step.prediction is not None for step in result.steps)
-    assert list(result.steps) == diary.steps
+    assert [step.index for step in diary.steps] == [0, 1, 2, 3, 4]
     assert diary.ends == [result]
     assert not result.interrupted
     assert list(result.steps[0].milliseconds) == ["register", "segment", "fuse", "grid", "classify"]
@@ -50,12 +50,21 @@ def test_every_frame_leads_to_a_step_and_an_answer() -> None:
 
 def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:
     line = pipeline()
-    for step in line.run(frames(3)).steps:
+    for step in map(line.step, frames(3)):
         assert step.grid is not None
         assert step.prediction is not None
         again = line.classifier.classify_grid(step.grid)
         assert step.prediction.probabilities == again.probabilities
         np.testing.assert_array_equal(step.grid.states, step.model.occupancy(step.grid.grid).states)
+
+
+def test_of_a_run_only_the_last_model_is_kept() -> None:
+    diary = Diary()
+    result = pipeline(diary).run(frames(4))
+    assert [len(step.model.sums) > 0 for step in result.steps] == [False, False, False, True]
+    assert [step.grid is None for step in result.steps] == [True, True, True, False]
+    assert result.last.model is diary.steps[-1].model
+    assert [step.prediction for step in result.steps] == [step.prediction for step in diary.steps]
 
 
 def test_more_is_seen_with_every_frame_until_all_is() -> None:

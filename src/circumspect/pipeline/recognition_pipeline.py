@@ -69,7 +69,10 @@ class RecognitionPipeline:
         complete = False
         try:
             for frame in frames:
-                steps.append(self.step(frame))
+                step = self.step(frame)
+                if steps:
+                    steps[-1] = steps[-1].lightened()
+                steps.append(step)
                 for observer in self.observers:
                     observer.on_step(steps[-1])
             complete = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from circumspect.classification import Prediction
@@ -45,6 +45,10 @@ class RecognitionStep:
     prediction: Prediction | None
     milliseconds: Mapping[str, float] = field(default_factory=dict)
 
+    def lightened(self) -> RecognitionStep:
+        """The same without model and grid, which in a long run would fill the memory."""
+        return replace(self, model=ObjectModel(self.model.settings), grid=None)
+
     def summary(self) -> dict[str, Any]:
         """The record in JSON types, without arrays."""
         position = None if self.pose is None else self.pose.T_map_camera.translation.tolist()
@@ -74,7 +78,7 @@ class RecognitionResult:
     """What a run led to.
 
     Attributes:
-        steps: One for each frame.
+        steps: One for each frame; only the last one holds model and grid.
         interrupted: The run ended before its frames did.
     """
 
