@@ -62,19 +62,21 @@ def _nearest(
     points_xyz: NDArray[np.floating], heading: float, elevation: float
 ) -> NDArray[np.bool_]:
     """(n,) the points that nothing hides from one direction."""
+    level, rise = np.cos(elevation), np.sin(elevation)
+    towards = np.array([level * np.cos(heading), level * np.sin(heading), rise])
     across = np.array([-np.sin(heading), np.cos(heading), 0.0])
-    towards = np.array([*(np.cos(elevation) * np.array([np.cos(heading), np.sin(heading)])), 0.0])
-    towards[2] = np.sin(elevation)
-    upward = np.cross(towards, across)
-    along = points_xyz @ np.column_stack([across, upward, towards])
-    low = along[:, :2].min(axis=0)
-    side = max(float((along[:, :2].max(axis=0) - low).max()), 1e-9) / (PIXELS - 1)
-    u, v = ((along[:, :2] - low) / side).astype(np.intp).T
-    front = np.full((PIXELS + 2, PIXELS + 2), -np.inf)
-    np.maximum.at(front, (u + 1, v + 1), along[:, 2])
-    # A pixel without a sample of its own is a gap between samples, not a hole: of the four
-    # neighbours the second nearest closes it and leaves outlines as they are.
-    around = np.stack([front[:-2, 1:-1], front[2:, 1:-1], front[1:-1, :-2], front[1:-1, 2:]])
-    inner = front[1:-1, 1:-1]
-    closed = np.maximum(inner, np.sort(around, axis=0)[1])
-    return along[:, 2] >= closed[u, v] - THICKNESS
+    axes = np.column_stack([across, np.cross(towards, across), towards])
+    u, v, depth = (points_xyz @ axes.astype(points_xyz.dtype)).T
+    u, v = u - u.min(), v - v.min()
+    side = max(float(u.max()), float(v.max()), 1e-9) / (PIXELS - 1)
+    # One more pixel on every side, so that each has four neighbours.
+    width = PIXELS + 2
+    pixel = ((u / side).astype(np.intp) + 1) * width + (v / side).astype(np.intp) + 1
+    front = np.full(width * width, -np.inf, depth.dtype)
+    np.maximum.at(front, pixel, depth)
+    image = front.reshape(width, width)
+    # A pixel without a sample of its own is a gap between samples, not a hole, where three of its
+    # four neighbours have one.
+    around = [image[:-2, 1:-1], image[2:, 1:-1], image[1:-1, :-2], image[1:-1, 2:]]
+    image[1:-1, 1:-1] = np.maximum(image[1:-1, 1:-1], np.sort(around, axis=0)[1])
+    return depth >= front[pixel] - THICKNESS
