@@ -13,7 +13,9 @@ from circumspect.pipeline import (
     CLASSIFIED,
     NO_DEPTH,
     NO_OBJECT,
+    OUT_OF_ORDER,
     TOO_LITTLE,
+    WRONG_UNIT,
     RecognitionPipeline,
     RecognitionResult,
     RecognitionStep,
@@ -128,14 +130,30 @@ def test_frames_without_the_object_change_nothing_and_are_told() -> None:
     assert told.model.frames == 1
 
 
-def test_depth_in_the_wrong_unit_is_no_object_and_takes_no_memory() -> None:
+@pytest.mark.parametrize("factor", [1000, 0.001])
+def test_depth_in_the_wrong_unit_is_told_and_takes_no_memory(factor: float) -> None:
     shots = list(frames(2))
     line = pipeline()
     line.step(shots[0])
-    wrong = RgbdFrame(shots[1].depth * 1000, shots[1].camera, 1.0, shots[1].T_map_camera)
+    wrong = RgbdFrame(
+        shots[1].depth * factor, shots[1].camera, shots[1].stamp, shots[1].T_map_camera
+    )
     step = line.step(wrong)
-    assert step.outcome == NO_OBJECT
+    assert step.outcome == WRONG_UNIT
     assert step.model.frames == 1
+
+
+@pytest.mark.parametrize("late", [0.0, 0.5])
+def test_frames_out_of_order_or_with_equal_stamps_are_told_and_skipped(late: float) -> None:
+    shots = list(frames(3))
+    line = pipeline()
+    line.step(shots[0])
+    before = line.step(shots[1])
+    again = RgbdFrame(shots[2].depth, shots[2].camera, shots[1].stamp - late, shots[2].T_map_camera)
+    told = line.step(again)
+    assert (told.outcome, told.pose) == (OUT_OF_ORDER, None)
+    assert told.model is before.model
+    assert line.step(shots[2]).outcome == CLASSIFIED
 
 
 def test_a_few_pixels_of_an_object_are_too_little() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,17 @@ class PoseEstimate:
     anchor: int | None = None
     T_anchor_camera: RigidTransform | None = None
 
+    def at(self, T_map_camera: RigidTransform) -> PoseEstimate:
+        """The same with a corrected pose."""
+        if self.T_map_base is None:
+            return replace(self, T_map_camera=T_map_camera)
+        moved = T_map_camera * self.T_map_camera.inv() * self.T_map_base.as_transform()
+        base = PlanarPose.from_transform(moved)
+        odom = self.T_map_odom
+        if odom is not None:
+            odom = base @ self.T_map_base.inverse() @ odom
+        return replace(self, T_map_camera=T_map_camera, T_map_base=base, T_map_odom=odom)
+
 
 class PoseEstimator(ABC):
     """Says where frames were taken from; frames are given in the order of their stamps."""
@@ -65,6 +76,14 @@ class PoseEstimator(ABC):
     def corrections(self) -> int:
         """How often poses told earlier were corrected; each time `corrected` changes."""
         return 0
+
+    def anchor_pose(self, number: int) -> RigidTransform:
+        """`T_map_camera`, now, of a keyframe that an estimate named as its anchor.
+
+        Raises:
+            KeyError: No estimate did.
+        """
+        raise KeyError(number)
 
     def settle(self) -> None:  # noqa: B027 - nothing to do is a fine default
         """Do what was put off: no more frames come for now."""

@@ -273,6 +273,10 @@ class RegisteredPoses(PoseEstimator):
             for estimate in told
         ]
 
+    def anchor_pose(self, number: int) -> RigidTransform:
+        """See `PoseEstimator.anchor_pose`."""
+        return self.keyframes.anchored(number, RigidTransform.identity())
+
     def settle(self) -> None:
         """See `PoseEstimator.settle`."""
         if len(self.keyframes) < 2:

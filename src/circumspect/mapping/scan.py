@@ -19,13 +19,15 @@ class ScanSettings:
         voxel: Then averaged over voxels of this side [m].
         nearest, farthest: Only depths within this range [m] are used. A real structured-light
             camera that was not calibrated bends space from about 2.5 m on.
+        enough: With fewer points than this within range, the sensor's own range counts.
         noise: The camera's noise.
     """
 
     block: int = 4
     voxel: float = 0.03
     nearest: float = 0.3
-    farthest: float = 3.4
+    farthest: float = 2.5
+    enough: int = 1200
     noise: DepthNoise = field(default_factory=DepthNoise)
 
 
@@ -50,6 +52,9 @@ class Scan:
         points = blocks.points_xyz(rows, columns).astype(np.float64)
         near = (points[:, 2] > s.nearest) & (points[:, 2] < s.farthest)
         thin = _thinned(points[near], s.voxel)
+        if len(thin) < s.enough:
+            near = (points[:, 2] > s.nearest) & (points[:, 2] <= s.noise.farthest)
+            thin = _thinned(points[near], s.voxel)
         return cls(thin, s.noise.axial_sigma(thin[:, 2]).astype(np.float64))
 
     def __len__(self) -> int:

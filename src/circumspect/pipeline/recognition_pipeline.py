@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +11,22 @@ from numpy.typing import NDArray
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import GeometryError
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import ModelSettings, ObjectModel, PoseEstimate, PoseEstimator
+from circumspect.mapping import (
+    FrameSurface,
+    ModelSettings,
+    ObjectModel,
+    ObjectViews,
+    PoseEstimate,
+    PoseEstimator,
+)
 from circumspect.pipeline.records import (
     CLASSIFIED,
     NO_DEPTH,
     NO_OBJECT,
     NO_POSE,
+    OUT_OF_ORDER,
     TOO_LITTLE,
+    WRONG_UNIT,
     PipelineObserver,
     RecognitionResult,
     RecognitionStep,
@@ -24,6 +34,11 @@ from circumspect.pipeline.records import (
 from circumspect.pipeline.stage_clock import StageClock
 from circumspect.pipeline.views import share_seen
 from circumspect.sensing import RgbdFrame, Segmentation
+
+SHORTEST, LONGEST = 0.05, 50.0
+"""Median depths outside of this [m] are in another unit."""
+SPARSE = 16
+"""One pixel of each block of this side [px] tells the unit."""
 
 
 class RecognitionPipeline:
@@ -54,6 +69,9 @@ class RecognitionPipeline:
         self.grid: OccupancyGrid | None = None
         self.prediction: Prediction | None = None
         self._known_xyz: NDArray[np.float64] | None = None
+        self._views = ObjectViews()
+        self._corrections = poses.corrections
+        self._stamp: float | None = None
         self._count = 0
 
     def run(self, frames: Iterable[RgbdFrame]) -> RecognitionResult:
@@ -77,7 +95,7 @@ class RecognitionPipeline:
                     observer.on_step(steps[-1])
             complete = True
         finally:
-            result = RecognitionResult(tuple(steps), interrupted=not complete)
+            result = RecognitionResult(self._settled(steps), interrupted=not complete)
             for observer in self.observers:
                 observer.on_end(result)
         return result
@@ -85,15 +103,15 @@ class RecognitionPipeline:
     def step(self, frame: RgbdFrame) -> RecognitionStep:
         """Take one frame.
 
-        A frame without depth, without the object, or with too little of it changes nothing but
-        is told in the step's `outcome`.
+        A frame that comes too late, without depth, without a certain pose, without the object, or
+        with too little of it changes nothing but is told in the step's `outcome`.
 
         Raises:
             InputError: The frame has no pose and the pose estimator needs one.
         """
         clock = StageClock()
-        if not frame.valid.any():
-            return self._told(frame, NO_DEPTH, clock)
+        if (fault := self._fault(frame)) is not None:
+            return self._told(frame, fault, clock)
 
         # Where the camera was
         with clock.stage("register"):
@@ -110,22 +128,73 @@ class RecognitionPipeline:
 
         # What the object looks like
         with clock.stage("fuse"):
-            self.model = self.model.fused(placed, mask, pose.T_map_camera)
+            self._rebuild_if_corrected()
+            self._fuse(FrameSurface.of(placed, mask, pose.T_map_camera), pose)
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
         with clock.stage("grid"):
-            try:
-                cloud = self.model.cloud()
-                self._known_xyz = cloud.points_xyz
-                bounds = self.classifier.recipe.bounds(cloud)
-            except GeometryError:
-                return self._told(frame, TOO_LITTLE, clock, pose, int(mask.sum()))
-            self.grid = self.model.occupancy(bounds)
+            gridded = self._grid_model()
+        if not gridded or self.grid is None:
+            return self._told(frame, TOO_LITTLE, clock, pose, int(mask.sum()))
 
         # What it is
         with clock.stage("classify"):
             self.prediction = self.classifier.classify_grid(self.grid)
         return self._told(frame, CLASSIFIED, clock, pose, int(mask.sum()))
+
+    def _fault(self, frame: RgbdFrame) -> str | None:
+        """Why a frame can not be used at all."""
+        if self._stamp is not None and frame.stamp <= self._stamp:
+            return OUT_OF_ORDER
+        self._stamp = frame.stamp
+        if not frame.valid.any():
+            return NO_DEPTH
+        some = frame.depth[::SPARSE, ::SPARSE]
+        some = some[np.isfinite(some)]
+        if len(some) and not SHORTEST < float(np.median(some)) < LONGEST:
+            return WRONG_UNIT
+        return None
+
+    def _fuse(self, surface: FrameSurface, pose: PoseEstimate) -> None:
+        self.model = self.model.with_surface(surface)
+        if pose.anchor is not None and len(surface.points_xyz):
+            T_map_anchor = self.poses.anchor_pose(pose.anchor)
+            self._views = self._views.with_view(pose.anchor, T_map_anchor, surface, self.model)
+
+    def _rebuild_if_corrected(self) -> bool:
+        """Put the model together anew where poses told earlier were corrected since."""
+        if self.poses.corrections == self._corrections:
+            return False
+        self._corrections = self.poses.corrections
+        self.model = self._views.rebuilt(
+            self.model.settings, self.model.voxel, self.poses.anchor_pose
+        )
+        return True
+
+    def _grid_model(self) -> bool:
+        """Fit and fill the grid; False where too little is known to span one."""
+        try:
+            cloud = self.model.cloud()
+            self._known_xyz = cloud.points_xyz
+            bounds = self.classifier.recipe.bounds(cloud)
+        except GeometryError:
+            return False
+        self.grid = self.model.occupancy(bounds)
+        return True
+
+    def _settled(self, steps: list[RecognitionStep]) -> tuple[RecognitionStep, ...]:
+        """The steps by what is known when no more frames come."""
+        self.poses.settle()
+        if not steps or not self._rebuild_if_corrected():
+            return tuple(steps)
+        if self._grid_model() and self.grid is not None:
+            self.prediction = self.classifier.classify_grid(self.grid)
+        told = [number for number, step in enumerate(steps) if step.pose is not None]
+        poses = self.poses.corrected([step.pose for step in steps if step.pose is not None])
+        for number, T_map_camera in zip(told, poses, strict=True):
+            steps[number] = steps[number].at(T_map_camera)
+        steps[-1] = replace(steps[-1], model=self.model, grid=self.grid, prediction=self.prediction)
+        return tuple(steps)
 
     def _told(
         self,

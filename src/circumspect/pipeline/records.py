@@ -6,11 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
+from scipy.spatial.transform import RigidTransform
+
 from circumspect.classification import Prediction
 from circumspect.grid import OccupancyGrid
 from circumspect.mapping import ObjectModel, PoseEstimate
 
 CLASSIFIED = "classified"
+OUT_OF_ORDER = "not later than the frame before"
+WRONG_UNIT = "depths that no camera has; are they in metres?"
 NO_DEPTH = "no depth in the frame"
 NO_OBJECT = "no object in view"
 NO_POSE = "the pose is not certain enough to build on"
@@ -49,6 +53,12 @@ class RecognitionStep:
         """The same without model and grid, which in a long run would fill the memory."""
         return replace(self, model=ObjectModel(self.model.settings), grid=None)
 
+    def at(self, T_map_camera: RigidTransform) -> RecognitionStep:
+        """The same with a corrected pose; as it is where it has none."""
+        if self.pose is None:
+            return self
+        return replace(self, pose=self.pose.at(T_map_camera))
+
     def summary(self) -> dict[str, Any]:
         """The record in JSON types, without arrays."""
         position = None if self.pose is None else self.pose.T_map_camera.translation.tolist()
@@ -69,6 +79,8 @@ class RecognitionStep:
             "inliers": None if self.pose is None else self.pose.inliers,
             "residual": None if self.pose is None else self.pose.residual,
             "gate": None if self.pose is None else self.pose.gate,
+            "prior": None if self.pose is None else self.pose.prior,
+            "certain": None if self.pose is None else self.pose.certain,
             "milliseconds": {name: round(ms, 3) for name, ms in self.milliseconds.items()},
         }
 
@@ -80,6 +92,9 @@ class RecognitionResult:
     Attributes:
         steps: One for each frame; only the last one holds model and grid.
         interrupted: The run ended before its frames did.
+
+    The poses of the steps are those that were known when the run ended: where the way round the
+    object closed, they are corrected.
     """
 
     steps: tuple[RecognitionStep, ...]
