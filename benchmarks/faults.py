@@ -25,8 +25,8 @@ from benchmarks.scan_tables import table
 from circumspect.cli.simulated_scan import SimulatedScan
 from circumspect.errors import CircumspectError
 from circumspect.geometry import PlanarPose, Trajectory, TriangleMesh
-from circumspect.mapping import GATE_OPEN
-from circumspect.pipeline import RecognitionResult
+from circumspect.mapping import PoseEstimate
+from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.robot import MobileRobot
@@ -104,7 +104,8 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
     except CircumspectError as error:
         return {**head, "ended": f"refused: {error}", "label": None, "frames": 0}
     log = JourneyLog(scan)
-    parts.pipeline.observers = (log,)
+    live = LivePoses()
+    parts.pipeline.observers = (log, live)
     try:
         result = scan.run()
     except CircumspectError as error:
@@ -118,31 +119,48 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
         "distance_m": scan.driven_m,
         **error.summary(),
         "missing": list(error.missing),
-        **trusted_error(result, parts.witness.trajectory),
+        **trusted_error(live.poses, parts.witness.trajectory),
     }
 
 
-def trusted_error(result: RecognitionResult, truth: Trajectory) -> dict[str, float | None]:
-    """The largest error [m] of a pose that was presented as sure, and the share of such poses.
+class LivePoses:
+    """Keeps poses as they were told, before later corrections; a `PipelineObserver`."""
+
+    def __init__(self) -> None:
+        self.poses: list[tuple[float, PoseEstimate | None]] = []
+
+    def on_step(self, step: RecognitionStep) -> None:
+        self.poses.append((step.stamp, step.pose))
+
+    def on_end(self, result: RecognitionResult) -> None:
+        """Nothing more to keep."""
+
+
+def trusted_error(
+    told: list[tuple[float, PoseEstimate | None]], truth: Trajectory
+) -> dict[str, float | None]:
+    """The largest error [m] of a pose that was told as certain, and the share of such frames.
 
     Places are compared from the first pose on, which defines the map.
     """
-    posed = [step for step in result.steps if step.pose is not None]
-    if not posed or posed[0].pose is None:
+    posed = [(stamp, pose) for stamp, pose in told if pose is not None]
+    if not posed:
         return {"worst_trusted_m": None, "trusted": None}
-    at = _nearest(truth, posed[0].stamp)
-    T_world_map = truth.T_map_camera[at] * posed[0].pose.T_map_camera.inv()
+    first, pose = posed[0]
+    T_world_map = truth.T_map_camera[_nearest(truth, first)] * pose.T_map_camera.inv()
     errors = [
-        float(np.linalg.norm(
-            (T_world_map * step.pose.T_map_camera).translation
-            - truth.positions_xyz[_nearest(truth, step.stamp)]
-        ))
-        for step in posed
-        if step.pose is not None and step.pose.gate == GATE_OPEN
-    ]  # fmt: skip
+        float(
+            np.linalg.norm(
+                (T_world_map * pose.T_map_camera).translation
+                - truth.positions_xyz[_nearest(truth, stamp)]
+            )
+        )
+        for stamp, pose in posed
+        if pose.certain
+    ]
     return {
         "worst_trusted_m": max(errors) if errors else None,
-        "trusted": len(errors) / len(result.steps),
+        "trusted": len(errors) / len(told),
     }
 
 
