@@ -22,6 +22,7 @@ class Replay:
 
     $ circumspect replay redkitchen --box -1.445 .746 1.811 -.947 -.337 2.101
     $ circumspect replay redkitchen --box X Y Z X Y Z --box-frame map --every 5
+    $ circumspect replay redkitchen --box X Y Z X Y Z --poses hidden
     """
 
     recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]
@@ -33,6 +34,9 @@ class Replay:
     box_frame: Literal["world", "map"] = "world"
     """Frame of the corners: world, that of the recorded poses, or map, the same turned so that z
     is up. The edges of the box are along the map's axes in both cases."""
+    poses: Literal["given", "hidden"] = "given"
+    """given: the recorded poses are taken as true. hidden: only the first one is; the others are
+    found by registration and compared with the recorded ones at the end."""
     every: int = 1
     """Take each n-th frame only."""
     out: Path | None = None
@@ -45,28 +49,34 @@ class Replay:
     def run(self) -> int:
         """Replay, model, name, save."""
         from circumspect.classification import Classifier
+        from circumspect.cli.recorded_poses import RecordedPoses
         from circumspect.cli.run_screen import RunScreen, new_run_folder, tell_result
-        from circumspect.mapping import KnownPoses
+        from circumspect.mapping import KnownPoses, RegisteredPoses
         from circumspect.pipeline import RecognitionPipeline, RunFolder
         from circumspect.recording import open_recording
 
         frames = open_recording(self.recording, self.every)
         segmentation = self._segmentation(frames)
-        pipeline = RecognitionPipeline(segmentation, KnownPoses(), Classifier.load(self.weights))
+        poses = RegisteredPoses() if self.poses == "hidden" else KnownPoses()
+        pipeline = RecognitionPipeline(segmentation, poses, Classifier.load(self.weights))
+        recorded = RecordedPoses()
         config = self._config(segmentation, pipeline)
         folder = RunFolder(self.out or new_run_folder("replay"), config)
         with RunScreen("replaying frames", len(frames)) as screen:
             pipeline.observers = (screen, folder)
             try:
-                result = pipeline.run(frames)
+                result = pipeline.run(recorded.hidden(frames) if self.poses == "hidden" else frames)
             except KeyboardInterrupt:
                 screen.say(f"what was gathered so far is in {folder.path}")
                 raise
             finally:
                 for name, reason in frames.skipped.items():
                     screen.say(f"{name} left out: {reason}")
-        head = {"recording": str(self.recording), "skipped": len(frames.skipped)}
+        head: dict[str, Any] = {"recording": str(self.recording), "skipped": len(frames.skipped)}
+        head |= recorded.errors(result)
         tell_result(result, folder, self.json, head)
+        if not self.json and "ate_rmse_m" in head:
+            print(recorded.sentence(head))  # noqa: T201
         return 0
 
     def _segmentation(self, frames: FrameFolder) -> BoxSegmentation:
@@ -88,6 +98,7 @@ class Replay:
             "command": "replay",
             "version": __version__,
             "recording": str(self.recording),
+            "poses": self.poses,
             "every": self.every,
             "box": list(self.box),
             "box_frame": self.box_frame,

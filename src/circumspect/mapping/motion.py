@@ -36,7 +36,7 @@ class MotionSettings:
     least_turn: float = float(np.radians(0.05))
     speed: float = 0.3
     spin: float = float(np.radians(25.0))
-    longest: float = 0.5
+    longest: float = 1.5
 
 
 @dataclass(frozen=True, eq=False)

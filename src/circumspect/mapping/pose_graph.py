@@ -70,9 +70,9 @@ class PoseGraph:
         squares = self._edge_errors()[1]
         robust = np.array([edge.robust for edge in self.edges])
         total = float(np.where(robust, KERNEL**2 * np.log1p(squares / KERNEL**2), squares).sum())
-        for level in self.levels:
-            error, _ = se3.level_error(self.poses[level.number], level.T_base_camera)
-            total += float(error @ level.information @ error)
+        if self.levels:
+            errors, _, omega = self._level_errors()
+            total += float(np.einsum("mi,mij,mj->", errors, omega, errors))
         return total
 
     def optimised(self) -> PoseGraph:
@@ -120,6 +120,17 @@ class PoseGraph:
     def _informations(self) -> NDArray[np.float64]:
         return np.stack([edge.information for edge in self.edges])
 
+    def _level_errors(
+        self,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """(m, 3) errors, (m, 3, 6) derivatives and (m, 3, 3) information of the levels."""
+        poses = RigidTransform.concatenate([self.poses[level.number] for level in self.levels])
+        mounts = RigidTransform.concatenate([level.T_base_camera for level in self.levels])
+        return (
+            *se3.level_error(poses, mounts),
+            np.stack([level.information for level in self.levels]),
+        )
+
     def _step(self, damping: float) -> NDArray[np.float64]:
         """(6 n,) the Gauss-Newton step; zero for the first pose."""
         from scipy.sparse import coo_array, csc_array, diags_array
@@ -157,10 +168,12 @@ class PoseGraph:
                 blocks.append(np.einsum("mki,mkl,mlj->mij", Ja, omega, Jb))
                 rows.append(a)
                 columns.append(b)
-        for level in self.levels:
-            error, J = se3.level_error(self.poses[level.number], level.T_base_camera)
-            blocks.append((J.T @ level.information @ J)[None])
-            rows.append(np.array([level.number]))
-            columns.append(np.array([level.number]))
-            gradient[6 * level.number : 6 * level.number + 6] += J.T @ level.information @ error
+        if self.levels:
+            errors, J, omega = self._level_errors()
+            numbers = np.array([level.number for level in self.levels])
+            blocks.append(np.einsum("mki,mkl,mlj->mij", J, omega, J))
+            rows.append(numbers)
+            columns.append(numbers)
+            pull = np.einsum("mki,mkl,ml->mi", J, omega, errors)
+            np.add.at(gradient.reshape(-1, 6), numbers, pull)
         return np.concatenate(blocks), np.concatenate(rows), np.concatenate(columns), gradient

@@ -23,8 +23,11 @@ from circumspect.mapping.visibility import seen_through
 from circumspect.sensing import Odometry, RgbdFrame
 
 RECOGNISED = "a place seen before"
-BETTER = 0.8
-"""A frame fits clearly better at this share of the mean distance to the map."""
+BETTER = 0.9
+"""At this share of the mean distance to the map a frame fits clearly better."""
+UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
+"""A frame that is this many times further from the map than the last ones, and than this [m], may
+have been fitted from a wrong prediction."""
 
 
 @dataclass(frozen=True)
@@ -72,11 +75,10 @@ class Attempt:
     source: str
     found: Registration | None = None
 
-    def fits_better_than(self, other: Attempt) -> bool:
-        """Whether the frame lies clearly nearer to the map."""
-        if self.found is None or other.found is None:
-            return False
-        return self.found.distance < BETTER * other.found.distance
+    @property
+    def distance(self) -> float:
+        """Mean distance of the frame to the map [m]; the larger, the worse."""
+        return np.inf if self.found is None else self.found.distance
 
     def doubted(self, doubt: tuple[float, float]) -> Attempt:
         """The same, less sure by standard deviations of turn [rad] and shift [m]."""
@@ -119,6 +121,7 @@ class RegisteredPoses(PoseEstimator):
         self._motion = RigidTransform.identity()
         self._motion_time = 0.0
         self._overlap = 0.0
+        self._distance = 0.0
         self._doubts = 0
 
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
@@ -175,15 +178,15 @@ class RegisteredPoses(PoseEstimator):
         if source != motion.ODOMETRY:
             return first
         steady, source = self._predictions(frame)[1]
+        usual = first.distance < UNUSUAL * max(self._distance, LEAST_DISTANCE)
         agree = motion.close(believed.T_map_camera, steady.T_map_camera)
-        if agree and not first.verdict.contradicts:
+        if agree and usual and not first.verdict.contradicts:
             return first
         second = self._attempt(frame, scan, steady, source)
         if not second.verdict.is_open:
             return first
-        if not first.verdict.contradicts and not second.fits_better_than(first):
-            return first
-        return second
+        doubtful = first.verdict.contradicts or second.distance < BETTER * first.distance
+        return second if doubtful else first
 
     def _attempt(self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str) -> Attempt:
         """Fit a frame from one prediction, and judge."""
@@ -233,6 +236,7 @@ class RegisteredPoses(PoseEstimator):
             self._motion, self._motion_time = RigidTransform.identity(), 0.0
         if attempt.verdict.is_open and attempt.found is not None:
             self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
+            self._distance = 0.5 * (self._distance + attempt.found.distance)
         self._belief, self._stamp, self._odometry = attempt.belief, frame.stamp, frame.odometry
 
     def _grow(self, frame: RgbdFrame, scan: Scan) -> None:

@@ -21,6 +21,8 @@ FLOOR = 0.05
 """What is within this height of z = 0 [m] may be floor, and floor looks the same everywhere."""
 STANDING = 100
 """So many points off the floor are enough to tell the overlap by them alone."""
+THINNED, COARSE = 3, 5.0
+"""Every third point is enough until a step changes less than five times what ends the iteration."""
 FAR = 0.02
 """A point this far [m] from the map's planes or further just does not fit."""
 FEWEST = 6
@@ -117,9 +119,11 @@ def register(
     s = settings or RegistrationSettings()
     change, T = np.zeros(6), T_map_prior
     fit, steps, converged = _Fit(), 0, False
+    # The way is found with few points, the end with all of them.
+    part = scan.thinned(THINNED)
     while steps < s.rounds:
         steps += 1
-        fit = _linearised(scan, scene, T, s.reach)
+        fit = _linearised(part, scene, T, s.reach)
         if fit.inliers < FEWEST:
             change, T = np.zeros(6), T_map_prior
             break
@@ -127,9 +131,13 @@ def register(
         delta = -np.linalg.solve(fit.hessian + prior_information + 1e-9 * np.eye(6), gradient)
         T = T * se3.exp(delta)
         change = se3.log(T_map_prior.inv() * T)
-        if np.linalg.norm(delta[:3]) < s.turn and np.linalg.norm(delta[3:]) < s.shift:
+        turn, shift = np.linalg.norm(delta.reshape(2, 3), axis=1)
+        small = turn < s.turn and shift < s.shift
+        if part is scan and small:
             converged = True
             break
+        if small or (turn < COARSE * s.turn and shift < COARSE * s.shift):
+            part = scan
     return Registration(
         T_map_camera=T,
         hessian=fit.hessian,

@@ -60,6 +60,10 @@ class Scan:
     def __len__(self) -> int:
         return len(self.points_xyz)
 
+    def thinned(self, step: int) -> Scan:
+        """Every `step`-th point."""
+        return Scan(self.points_xyz[::step], self.sigmas[::step])
+
     def normals_xyz(self, neighbours: int = 10) -> NDArray[np.float64]:
         """(n, 3) unit vectors towards the camera; zero where too few points are near.
 

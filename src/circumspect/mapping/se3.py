@@ -79,17 +79,18 @@ def level_error(
     """How a robot departs from standing level at z = 0.
 
     Args:
-        T_map_camera: The camera's pose.
-        T_base_camera: Its mount.
+        T_map_camera: One camera pose, or n.
+        T_base_camera: Its mount, or n.
 
     Returns:
-        (3,) roll [rad], pitch [rad] and height [m] of the base, and (3, 6) their derivative by
-        changes of the camera's pose.
+        (…, 3) roll [rad], pitch [rad] and height [m] of the base, and (…, 3, 6) their derivative
+        by changes of the camera's pose.
     """
     matrix = (T_map_camera * T_base_camera.inv()).as_matrix()
     # The third row of the rotation is the map's z in the base's frame: (0, 0, 1) when level.
-    up = matrix[2, :3]
-    by_base = np.zeros((3, 6))
-    by_base[0, 0] = by_base[1, 1] = up[2]
-    by_base[2, 3:] = up
-    return np.array([up[1], -up[0], matrix[2, 3]]), by_base @ adjoint(T_base_camera)
+    up = matrix[..., 2, :3]
+    by_base = np.zeros((*up.shape[:-1], 3, 6))
+    by_base[..., 0, 0] = by_base[..., 1, 1] = up[..., 2]
+    by_base[..., 2, 3:] = up
+    error = np.stack([up[..., 1], -up[..., 0], matrix[..., 2, 3]], axis=-1)
+    return error, by_base @ adjoint(T_base_camera)
