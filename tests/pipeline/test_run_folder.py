@@ -20,8 +20,8 @@ CONFIG = {"command": "test", "truth": "full", "start_deg": 30.0}
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RecognitionResult]:
     path = tmp_path_factory.mktemp("run") / "deep" / "folder"
-    shots = list(frames(4))
-    shots.insert(2, blind(shots[2]))
+    shots = list(frames(5))
+    shots[2] = blind(shots[2])
     return path, pipeline(RunFolder(path, CONFIG)).run(shots)
 
 

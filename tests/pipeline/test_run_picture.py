@@ -19,8 +19,8 @@ from circumspect.planning import NextView
 
 @pytest.fixture(scope="module")
 def result() -> RecognitionResult:
-    shots = list(frames(5))
-    shots.insert(2, blind(shots[2]))
+    shots = list(frames(6))
+    shots[2] = blind(shots[2])
     return pipeline().run(shots)
 
 
