@@ -22,13 +22,14 @@ class ScanSettings:
         tick: Between two commands to the wheels [s].
         turn_between_frames: The robot turns at most by this from frame to frame [rad].
         keep: Distance to the object that is worth a detour [m].
-        patience: Without progress for this long it is blocked, or for as long as it needs for
-            `STUCK_WAY` or `STUCK_TURN` [s].
+        patience: Without progress for this long it is blocked, but see `stuck_after` [s].
         back_off: So far it then goes back [m].
         most_blocks: So often it may be blocked before it gives up.
         most_frames: The scan ends after so many frames.
-        lost_after: When no frame could be placed with certainty for so long, or for five frames,
+        doubt_after: When no frame could be placed with certainty for so long, or for five frames,
             the robot stops and looks round [s].
+        blind_after: The same when there was no depth, as beside a wall: the wheels are trusted
+            for longer [s].
 
     Raises:
         InputError: A value makes no sense.
@@ -43,7 +44,8 @@ class ScanSettings:
     back_off: float = 0.2
     most_blocks: int = 6
     most_frames: int = 4000
-    lost_after: float = 10.0
+    doubt_after: float = 10.0
+    blind_after: float = 60.0
 
     def __post_init__(self) -> None:
         if not 0.01 <= self.speed <= 1.0:
@@ -63,9 +65,10 @@ class ScanSettings:
     @property
     def stuck_after(self) -> float:
         """Without progress for this long the robot is blocked [s]."""
-        return max(self.patience, STUCK_WAY / self.speed, STUCK_TURN / self.max_turn)
+        moving = max(STUCK_WAY / self.speed, STUCK_TURN / self.max_turn)
+        return max(self.patience, moving, 2.5 * self.frame_interval)
 
     @property
     def unsure_after(self) -> float:
         """Without a frame placed with certainty for this long the robot looks round [s]."""
-        return max(self.lost_after, 5 * self.frame_interval)
+        return max(self.doubt_after, 5 * self.frame_interval)

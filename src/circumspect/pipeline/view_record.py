@@ -12,6 +12,7 @@ from circumspect.planning import NextView
 REACHED = "reached"
 BLOCKED = "blocked on the way"
 CLOSED = "something stands in the way"
+HIDDEN = "the object is not in view from there"
 UNSURE = "not sure where it was"
 
 

@@ -5,6 +5,7 @@ from circumspect.planning.circle_planner import CirclePlanner
 from circumspect.planning.conviction import Conviction
 from circumspect.planning.convinced_planner import ConvincedPlanner
 from circumspect.planning.next_view import Finished, NextView
+from circumspect.planning.plan_view import footprint
 from circumspect.planning.rounds import bearing_turned, sectors_visited
 from circumspect.planning.route import NoWay, Route, passable, route
 from circumspect.planning.situation import Situation
@@ -27,6 +28,7 @@ __all__ = [
     "bearing_turned",
     "camera_place",
     "fitting_distance",
+    "footprint",
     "passable",
     "route",
     "sectors_visited",

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from circumspect.planning.next_view import Finished, NextView
-from circumspect.planning.plan_view import centre_of
 from circumspect.planning.rounds import bearings_of, next_turn
 from circumspect.planning.situation import Situation
 from circumspect.planning.stance import SURFACE_DISTANCE, fitting_distance, stance
@@ -55,7 +54,7 @@ def circle_view(situation: Situation, turn: float, distance: float) -> NextView:
     The circle is `distance` [m] outside of all that is known, or further off on sides from which
     the object would not fit the image.
     """
-    centre = centre_of(situation.points_xyz)
+    centre = situation.centre_xy
     bearing = float(bearings_of([situation.T_map_base.xy], centre)[0]) + turn
     outward = np.array([np.cos(bearing), np.sin(bearing)])
     offset = situation.points_xyz[:, :2] - centre

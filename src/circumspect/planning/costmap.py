@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.planning.plan_view import footprint
 from circumspect.planning.situation import Situation
 
 CELL = 0.05
@@ -45,7 +44,7 @@ class Costmap:
             situation: Object, obstacles and robot.
             places_xy: (2,) each [m] places that must lie on the map.
         """
-        flat = footprint(situation.points_xyz)
+        flat = situation.footprint_xy
         everything = np.vstack([flat, situation.T_map_base.xy, *places_xy])
         low = everything.min(axis=0) - MARGIN
         shape = np.ceil((everything.max(axis=0) + MARGIN - low) / CELL).astype(int)

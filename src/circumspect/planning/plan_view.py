@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 CELL = 0.02
 """Points in the same cell of this side [m] are one in plan view."""
+KEY_BITS = 24
+"""Of the number of a cell for y; the rest is for x."""
 FEWEST = 8
 """Below so many points a shape is too thin to ignore any of them."""
 
@@ -21,12 +23,22 @@ def footprint(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Of a larger object, cells with a single point are noise and left out.
     """
-    cells, counts = np.unique(
-        np.floor(points_xyz[:, :2] / CELL).astype(np.int64), axis=0, return_counts=True
-    )
+    keys, counts = np.unique(cell_keys(points_xyz[:, :2], CELL), return_counts=True)
     if (counts >= 2).sum() >= FEWEST:
-        cells = cells[counts >= 2]
-    return (cells.astype(np.float64) + 0.5) * CELL
+        keys = keys[counts >= 2]
+    return cell_middles(keys, CELL)
+
+
+def cell_keys(places_xy: NDArray[np.floating], side: float) -> NDArray[np.int64]:
+    """(n,) one number for the cell of each (n, 2) place [m]; `side` is that of the cells [m]."""
+    cells = np.floor(places_xy / side).astype(np.int64)
+    return (cells[:, 0] << KEY_BITS) + cells[:, 1]
+
+
+def cell_middles(keys: NDArray[np.int64], side: float) -> NDArray[np.float64]:
+    """(n, 2) [m] the middles of cells given by their numbers."""
+    x = (keys + (1 << (KEY_BITS - 1))) >> KEY_BITS
+    return (np.stack([x, keys - (x << KEY_BITS)], axis=1).astype(np.float64) + 0.5) * side
 
 
 def centre_of(points: NDArray[np.float64]) -> NDArray[np.float64]:

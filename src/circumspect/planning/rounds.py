@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.geometry import PlanarPose
-from circumspect.planning.plan_view import centre_of
 from circumspect.planning.situation import Situation
 
 SECTORS = 72
@@ -16,9 +15,7 @@ SECTOR = 2 * np.pi / SECTORS
 WIDTH = float(np.radians(8.0))
 """The robot was in a direction when it was within this angle of it [rad]."""
 BESIDE = float(np.radians(25.0))
-"""A view that was given up stands for all within this angle of it [rad]."""
-BEHIND = float(np.radians(15.0))
-"""A view less than this behind the robot is behind it, not ahead round the object [rad]."""
+"""A view that could not be reached stands for all within this angle of it [rad]."""
 
 
 def bearing_turned(situation: Situation) -> float:
@@ -28,7 +25,7 @@ def bearing_turned(situation: Situation) -> float:
     """
     if len(situation.visited) < 2 or len(situation.points_xyz) == 0:
         return 0.0
-    centre = centre_of(situation.points_xyz)
+    centre = situation.centre_xy
     places = np.array([pose.xy for pose in situation.visited])
     bearings = np.unwrap(bearings_of(places, centre))
     return float(np.degrees(bearings[-1] - bearings[0]))
@@ -40,13 +37,21 @@ def sectors_visited(situation: Situation) -> NDArray[np.bool_]:
 
 
 def all_tried(situation: Situation) -> bool:
-    """Whether the robot was, or tried in vain to be, on every side of the object."""
-    given_up = [view.T_map_base for view in situation.given_up]
-    return bool((sectors_visited(situation) | _near(situation, given_up, BESIDE)).all())
+    """Whether the robot was on every side of the object but for some that it could not reach."""
+    visited = sectors_visited(situation)
+    bases = [view.T_map_base for view in situation.given_up]
+    # What could not be reached first and was passed later is no side that is missing.
+    missing = [base for base in bases if not visited[_sector_of(situation, base)]]
+    return bool(missing) and bool((visited | _near(situation, missing, BESIDE)).all())
+
+
+def _sector_of(situation: Situation, base: PlanarPose) -> int:
+    bearing = float(bearings_of([base.xy], situation.centre_xy)[0])
+    return int(bearing % (2 * np.pi) / SECTOR) % SECTORS
 
 
 def next_turn(situation: Situation, step: float) -> float | None:
-    """How far on the next side is where the robot was not yet, beyond the views just tried.
+    """How far on the next side is where the robot was not yet, and did not just try to be.
 
     Args:
         situation: With views that could not be reached.
@@ -55,15 +60,11 @@ def next_turn(situation: Situation, step: float) -> float | None:
     Returns:
         Angle [rad] counter-clockwise from the robot; None where it was everywhere.
     """
-    centre = centre_of(situation.points_xyz)
-    here = situation.T_map_base
-    turns = [ahead(here, view.T_map_base, centre) for view in situation.unreachable]
-    # What is a little behind is not almost once round.
-    furthest = max((turn for turn in turns if turn < 2 * np.pi - BEHIND), default=0.0)
-    bearing = float(bearings_of([here.xy], centre)[0])
-    visited = sectors_visited(situation)
-    for turn in np.arange(furthest + step, 2 * np.pi - BEHIND, step):
-        if not visited[int((bearing + turn) / SECTOR) % SECTORS]:
+    bearing = float(bearings_of([situation.T_map_base.xy], situation.centre_xy)[0])
+    refused = [view.T_map_base for view in situation.unreachable]
+    tried = sectors_visited(situation) | _near(situation, refused, BESIDE)
+    for turn in np.arange(step, 2 * np.pi, step):
+        if not tried[int((bearing + turn) % (2 * np.pi) / SECTOR) % SECTORS]:
             return float(turn)
     return None
 
@@ -73,7 +74,7 @@ def _near(situation: Situation, poses: Sequence[PlanarPose], within: float) -> N
     if len(poses) == 0 or len(situation.points_xyz) == 0:
         return np.zeros(SECTORS, bool)
     places = np.array([pose.xy for pose in poses])
-    bearings = bearings_of(places, centre_of(situation.points_xyz))
+    bearings = bearings_of(places, situation.centre_xy)
     apart = (np.arange(SECTORS) + 0.5)[:, None] * SECTOR - bearings[None, :]
     return np.any(np.abs((apart + np.pi) % (2 * np.pi) - np.pi) <= within, axis=1)
 
@@ -82,9 +83,3 @@ def bearings_of(places_xy: ArrayLike, centre_xy: NDArray[np.float64]) -> NDArray
     """(n,) [rad] directions from the centre to (n, 2) places."""
     offset = np.asarray(places_xy, float) - centre_xy
     return np.arctan2(offset[:, 1], offset[:, 0])
-
-
-def ahead(pose: PlanarPose, other: PlanarPose, centre_xy: NDArray[np.float64]) -> float:
-    """Angle [rad] by which `other` is further round than `pose`, in [0, 2π)."""
-    first, second = bearings_of([pose.xy, other.xy], centre_xy)
-    return float(np.mod(second - first, 2 * np.pi))

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import PlanarPose
 from circumspect.planning.costmap import CELL, Costmap
-from circumspect.planning.plan_view import footprint
 from circumspect.planning.situation import Situation
 
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
@@ -87,7 +86,7 @@ def passable(situation: Situation, path_xy: NDArray[np.float64]) -> bool:
     rest = path_xy[passed:]
     away = np.linalg.norm(rest - situation.T_map_base.xy, axis=1)
     rest = rest[away > situation.robot_radius]
-    things = np.vstack([footprint(situation.points_xyz), situation.obstacles_xy])
+    things = np.vstack([situation.footprint_xy, situation.obstacles_xy])
     if len(rest) == 0 or len(things) == 0:
         return True
     gaps = np.linalg.norm(rest[:, None] - things[None, :], axis=2)

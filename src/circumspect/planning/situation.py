@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.planning.next_view import NextView
+from circumspect.planning.plan_view import centre_of, footprint
 
 NOTHING_XY = np.empty((0, 2))
 
@@ -49,6 +51,16 @@ class Situation:
     given_up: tuple[NextView, ...] = ()
     probabilities: tuple[Mapping[str, float], ...] = ()
     shares_seen: tuple[float, ...] = ()
+
+    @cached_property
+    def footprint_xy(self) -> NDArray[np.float64]:
+        """(c, 2) [m] plan-view cells in which the object has points."""
+        return footprint(self.points_xyz)
+
+    @cached_property
+    def centre_xy(self) -> NDArray[np.float64]:
+        """(2,) [m] the middle of what is known of the object."""
+        return centre_of(self.points_xyz)
 
     @property
     def seen(self) -> float:

@@ -12,7 +12,6 @@ from circumspect.geometry import PlanarPose
 from circumspect.planning.circle_planner import NOTHING_KNOWN, beyond, circle_view
 from circumspect.planning.next_view import Finished, NextView
 from circumspect.planning.outline import Outline
-from circumspect.planning.plan_view import centre_of, footprint
 from circumspect.planning.rounds import bearings_of
 from circumspect.planning.situation import Situation
 from circumspect.planning.stance import (
@@ -63,7 +62,7 @@ class SurfaceNormalPlanner(ViewPlanner):
         if situation.unreachable:
             return beyond(situation, float(np.radians(self.corner_deg)), self.distance)
         eye = camera_place(situation.T_map_base, situation.T_base_camera)
-        outline = Outline.seen_from(footprint(situation.points_xyz), eye.xy)
+        outline = Outline.seen_from(situation.footprint_xy, eye.xy)
         for edge, normal, why in self._candidates(outline, eye):
             view = self._view(situation, edge, normal, why)
             if view is not None and self._leads_on(situation, view):
@@ -98,7 +97,7 @@ class SurfaceNormalPlanner(ViewPlanner):
 
         None where the normal points into a corner.
         """
-        flat = footprint(situation.points_xyz)
+        flat = situation.footprint_xy
         fitting = fitting_distance(situation, normal_xy, self.distance)
         for away in np.arange(fitting, fitting + FURTHER_OUT, 0.05):
             place_xy = edge_xy + away * normal_xy
@@ -112,7 +111,7 @@ class SurfaceNormalPlanner(ViewPlanner):
 
     def _leads_on(self, situation: Situation, view: NextView) -> bool:
         """Whether a view is further round the object, and not too far."""
-        centre = centre_of(situation.points_xyz)
+        centre = situation.centre_xy
         mounting = situation.T_base_camera
         places = [camera_place(p, mounting).xy for p in (situation.T_map_base, view.T_map_base)]
         here, there = bearings_of(places, centre)

@@ -24,6 +24,6 @@ class ViewPlanner(ABC):
         """Whether what was seen is enough; asked after every frame, also while driving."""
         if bearing_turned(situation) >= FULL_ROUND_DEG:
             return Finished(ROUND_COMPLETE)
-        if situation.given_up and all_tried(situation):
+        if all_tried(situation):
             return Finished(AS_FAR_AS_POSSIBLE)
         return None

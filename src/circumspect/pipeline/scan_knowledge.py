@@ -1,0 +1,129 @@
+"""What a scan has learnt so far: what its planner and its driving go by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import GeometryError
+from circumspect.geometry import PlanarPose
+from circumspect.mapping import ObjectModel
+from circumspect.pipeline.obstacle_map import ObstacleMap
+from circumspect.pipeline.records import CLASSIFIED, RecognitionStep
+from circumspect.pipeline.whereabouts import Whereabouts
+from circumspect.planning import NextView, Situation, footprint
+from circumspect.robot import MobileRobot
+from circumspect.sensing import RgbdFrame
+
+BUMP_XY = np.array([[0.3, side] for side in (-0.2, -0.1, 0.0, 0.1, 0.2)])
+"""What a blocked robot takes to be in its way, in its own frame [m]."""
+STRIDE = 0.02
+"""Places nearer than this to the last one are not kept [m]."""
+
+
+class ScanKnowledge:
+    """Where the robot is and was, what stands about, and the answers so far.
+
+    Attributes:
+        whereabouts: Where the robot is.
+        frames: How many frames went through the pipeline.
+        in_view: Whether the latest one showed the object.
+        certain: Whether the latest one could be placed with certainty.
+        unreachable: Views that could not be reached, since the last one that was.
+    """
+
+    def __init__(self, robot: MobileRobot) -> None:
+        """Know nothing but the robot."""
+        self._robot = robot
+        self.whereabouts = Whereabouts(robot.T_base_camera)
+        self.frames = 0
+        self.in_view = self.certain = False
+        self._certain_at = robot.now
+        self._doubtful = False
+        self.unreachable: list[NextView] = []
+        self._given_up: list[NextView] = []
+        self._visited: list[PlanarPose] = []
+        self._probabilities: list[Mapping[str, float]] = []
+        self._shares_seen: list[float] = []
+        self._obstacles = ObstacleMap()
+        self._bumps_xy = np.empty((0, 2))
+
+    @property
+    def T_map_base(self) -> PlanarPose:
+        """Where the robot is now."""
+        return self.whereabouts.T_map_base(self._robot.odometry())
+
+    @property
+    def doubted_for(self) -> float:
+        """So long no frame could be placed with certainty though there was depth [s]."""
+        return self._robot.now - self._certain_at if self._doubtful else 0.0
+
+    @property
+    def blind_for(self) -> float:
+        """So long no frame could be placed with certainty for whatever reason [s]."""
+        return self._robot.now - self._certain_at
+
+    def heard(self, step: RecognitionStep, frame: RgbdFrame) -> None:
+        """Take what a frame led to."""
+        self.frames += 1
+        self.in_view = step.outcome == CLASSIFIED
+        self.certain = step.pose is not None and step.pose.certain
+        if step.pose is not None:
+            self.whereabouts.corrected(step.pose, frame.odometry)
+            self._doubtful = not self.certain
+            if self.certain:
+                self._certain_at = self._robot.now
+                self._obstacles = self._obstacles.with_frame(frame, step.pose.T_map_camera)
+        if self.in_view and step.prediction is not None:
+            self._visit()
+            self._probabilities.append(step.prediction.probabilities)
+            self._shares_seen.append(step.seen)
+
+    def _visit(self) -> None:
+        here = self.T_map_base
+        if not self._visited or np.linalg.norm(here.xy - self._visited[-1].xy) >= STRIDE:
+            self._visited.append(here)
+
+    def bumped(self) -> None:
+        """Remember that something is before the robot that the camera did not see."""
+        self._bumps_xy = np.vstack([self._bumps_xy, self.T_map_base.applied(BUMP_XY)])
+
+    def give_up(self, view: NextView) -> None:
+        """Remember that a view can not be reached."""
+        self.unreachable.append(view)
+        self._given_up.append(view)
+
+    def situation(self, model: ObjectModel) -> Situation:
+        """All of it, as a planner wants it.
+
+        Args:
+            model: The object so far.
+        """
+        points, normals = _surface(model)
+        obstacles = self._obstacles.places_xy(footprint(points))
+        return Situation(
+            points_xyz=points,
+            normals_xyz=normals,
+            T_map_base=self.T_map_base,
+            T_base_camera=self._robot.T_base_camera,
+            camera=self._robot.camera.intrinsics,
+            obstacles_xy=np.vstack([obstacles, self._bumps_xy]),
+            robot_radius=self._robot.radius,
+            visited=tuple(self._visited),
+            unreachable=tuple(self.unreachable),
+            given_up=tuple(self._given_up),
+            probabilities=tuple(self._probabilities),
+            shares_seen=tuple(self._shares_seen),
+        )
+
+
+def _surface(model: ObjectModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(n, 3) points and normals; none while nothing is known of the object."""
+    try:
+        cloud = model.cloud()
+    except GeometryError:
+        return np.empty((0, 3)), np.empty((0, 3))
+    points, normals = cloud.points_xyz, cloud.normals_xyz
+    return points, np.zeros_like(points) if normals is None else normals
