@@ -22,6 +22,9 @@ tell."""
 BELIEVED_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
 """How far two keyframes may be from where they are believed to be when their scans are fitted."""
 
+OLD = 12
+"""Keyframes so many apart in number, yet near each other, close a loop."""
+
 
 @dataclass(frozen=True)
 class KeyframeSettings:
@@ -55,6 +58,7 @@ class Keyframe:
         T_map_camera: Where it was taken from, by what is known now.
         scan: What it shows.
         normals_xyz: (n, 3) of the scan's points, optical frame.
+        covariance: (6, 6) of changes of the pose, optical frame, since the first keyframe.
         T_base_camera: The mount; None where not known.
     """
 
@@ -62,6 +66,7 @@ class Keyframe:
     T_map_camera: RigidTransform
     scan: Scan
     normals_xyz: NDArray[np.float64]
+    covariance: NDArray[np.floating]
     T_base_camera: RigidTransform | None = None
 
 
@@ -131,19 +136,46 @@ class Keyframes:
         turn = between.rotation.magnitude() / self.settings.turn
         return numbers, np.maximum(shift, turn)
 
+    def covariance(
+        self, T_map_camera: RigidTransform, to_scene: NDArray[np.floating]
+    ) -> NDArray[np.floating]:
+        """(6, 6) of a pose: that of the keyframe it was fitted to, and that of the fit.
+
+        Args:
+            T_map_camera: The pose.
+            to_scene: (6, 6) of its place in the scene near by.
+        """
+        if not self._by_number:
+            return to_scene
+        near = self[self.nearest(T_map_camera)[0]]
+        T_camera_near = T_map_camera.inv() * near.T_map_camera
+        return se3.moved_covariance(T_camera_near, near.covariance) + to_scene
+
     def add(
-        self, T_map_camera: RigidTransform, scan: Scan, T_base_camera: RigidTransform | None
+        self,
+        T_map_camera: RigidTransform,
+        to_scene: NDArray[np.floating],
+        scan: Scan,
+        T_base_camera: RigidTransform | None,
     ) -> Keyframe:
-        """Take a frame in, and put down which others it is to be fitted to."""
+        """Take a frame in, and put down which others it is to be fitted to.
+
+        Args:
+            T_map_camera: Where it was taken from.
+            to_scene: (6, 6) covariance of that in the scene near by.
+            scan: What it shows.
+            T_base_camera: The mount, if known.
+        """
         number, self._next = self._next, self._next + 1
-        key = Keyframe(number, T_map_camera, scan, scan.normals_xyz(), T_base_camera)
+        covariance = self.covariance(T_map_camera, to_scene)
+        key = Keyframe(number, T_map_camera, scan, scan.normals_xyz(), covariance, T_base_camera)
         if self._by_number:
             numbers, apart = self._apart(T_map_camera)
             last = numbers[-1]
             near = [numbers[i] for i in np.argsort(apart) if self._near(numbers[i], T_map_camera)]
             chosen = [last, *[n for n in near if n != last][: self.settings.neighbours - 1]]
             # One of the nearest that was taken long ago closes a loop, if there is one.
-            old = [n for n in near if n not in chosen and number - n > 3 * len(chosen)][:1]
+            old = [n for n in near if n not in chosen and number - n > OLD][:1]
             self._queue.extend((n, number) for n in [*chosen, *old])
         self._by_number[number] = key
         if len(self) > self.settings.most:
@@ -179,6 +211,7 @@ class Keyframes:
         if self._gate.verdict(found, believed).is_open:
             edge = Edge(first, second, found.T_map_camera, found.hessian, robust=not consecutive)
             self._edges.append(edge)
+            self.loops += second - first > OLD
         elif consecutive:
             self._edges.append(Edge(first, second, expected, np.diag(TRACKED_SIGMAS**-2.0)))
 

@@ -160,20 +160,17 @@ def _fitting_voxel(surface: FrameSurface) -> float:
     return round(float(np.clip(np.median(away) / 150, 0.006, 0.020)), 3)
 
 
-def voxel_sums(surface: FrameSurface, voxel: float, with_area: bool = False) -> VoxelSums:
+def voxel_sums(surface: FrameSurface, voxel: float) -> VoxelSums:
     """What one frame adds to a model's sums.
 
     Args:
         surface: What the frame shows.
         voxel: Side of the voxels [m].
-        with_area: One more column with the area [m²].
     """
-    columns = np.zeros((len(surface.points_xyz), COLUMNS + with_area))
+    columns = np.zeros((len(surface.points_xyz), COLUMNS))
     columns[:, WEIGHT] = surface.weights
     columns[:, POINT] = surface.points_xyz * surface.weights[:, None]
     columns[:, NORMAL] = surface.normals_xyz * surface.weights[:, None]
-    if with_area:
-        columns[:, COLUMNS] = surface.areas
     sums = VoxelSums.of(voxel_keys(surface.points_xyz, voxel), columns)
     sums.totals[:, FRAMES] = 1
     return sums

@@ -27,8 +27,6 @@ from circumspect.mapping.voxel_sums import VoxelSums, largest, voxel_keys
 
 MOST = 300
 """So many patches are kept; the one that fewest frames showed gives way."""
-_AREA = COLUMNS
-"""Column of the area [m²], after those of the model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +34,14 @@ class ViewPatch:
     """What the frames near one keyframe show of the object, in the keyframe's frame.
 
     Attributes:
-        sums: Per voxel those of the model, and the area.
+        sums: Per voxel those of the model.
+        areas: Per patch of surface, see `surface_area`.
         rays: That saw the object or passed it.
         views_xyz: (f, 3) [m] where the frames were taken from.
     """
 
-    sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(COLUMNS + 1))
+    sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(COLUMNS))
+    areas: VoxelSums = field(default_factory=lambda: VoxelSums.empty(surface_area.COLUMNS))
     rays: SightRays = field(default_factory=SightRays.empty)
     views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
 
@@ -69,10 +69,11 @@ class ObjectViews:
         """
         old = self.patches.get(anchor, ViewPatch())
         local = surface.moved(T_map_anchor.inv())
-        sums = voxel_sums(local, model.voxel or 0.01, with_area=True)
+        sums = voxel_sums(local, model.voxel or 0.01)
         ends, on_object = surface.rays_beside(model.points_xyz)
         patch = ViewPatch(
             old.sums.plus(sums),
+            old.areas.plus(surface_area.frame_areas(local)),
             old.rays.with_frame(local.origin_xyz, T_map_anchor.inv().apply(ends), on_object),
             np.vstack([old.views_xyz, local.origin_xyz]),
         )
@@ -102,16 +103,22 @@ def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_anchor: RigidTransfo
     matrix = T_map_anchor.as_matrix()
     R, t = matrix[:3, :3], matrix[:3, 3]
     rows = patch.sums.totals
-    points = (rows[:, POINT] / rows[:, WEIGHT, None]) @ R.T + t
-    columns = rows[:, :COLUMNS].copy()
+    local = rows[:, POINT] / rows[:, WEIGHT, None]
+    local_normals = rows[:, NORMAL] / rows[:, WEIGHT, None]
+    points = local @ R.T + t
+    columns = rows.copy()
     columns[:, POINT] = points * rows[:, WEIGHT, None]
     columns[:, NORMAL] = rows[:, NORMAL] @ R.T
     keys = voxel_keys(points, model.voxel or 0.01)
     sums = VoxelSums.of(keys, columns)
     # Two voxels of a patch may come to lie in one: it was seen in as many frames as either.
     sums.totals[:, FRAMES] = largest(keys, rows[:, FRAMES])
-    normals = columns[:, NORMAL] / rows[:, WEIGHT, None]
-    areas = surface_area.patch_areas(points, normals, rows[:, _AREA], rows[:, FRAMES])
+    areas = surface_area.several_frames_areas(
+        points,
+        local_normals @ R.T,
+        surface_area.point_areas(patch.areas, local, local_normals),
+        len(patch.views_xyz),
+    )
     ends = patch.rays.ends_xyz @ R.T.astype(np.float32) + t.astype(np.float32)
     origins = patch.rays.origins_xyz @ R.T.astype(np.float32) + t.astype(np.float32)
     return replace(

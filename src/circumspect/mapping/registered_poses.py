@@ -122,6 +122,7 @@ class RegisteredPoses(PoseEstimator):
         self._motion_time = 0.0
         self._overlap = 0.0
         self._distance = 0.0
+        self._source = ""
         self._doubts = 0
 
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
@@ -185,7 +186,9 @@ class RegisteredPoses(PoseEstimator):
         second = self._attempt(frame, scan, steady, source)
         if not second.verdict.is_open:
             return first
-        doubtful = first.verdict.contradicts or second.distance < BETTER * first.distance
+        # Odometry that misled once must fit clearly better before it is trusted again.
+        share = 1 / BETTER if self._source == motion.CONSTANT_VELOCITY else BETTER
+        doubtful = first.verdict.contradicts or second.distance < share * first.distance
         return second if doubtful else first
 
     def _attempt(self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str) -> Attempt:
@@ -237,6 +240,7 @@ class RegisteredPoses(PoseEstimator):
         if attempt.verdict.is_open and attempt.found is not None:
             self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
             self._distance = 0.5 * (self._distance + attempt.found.distance)
+        self._source = attempt.source
         self._belief, self._stamp, self._odometry = attempt.belief, frame.stamp, frame.odometry
 
     def _grow(self, frame: RgbdFrame, scan: Scan) -> None:
@@ -244,7 +248,7 @@ class RegisteredPoses(PoseEstimator):
         assert self._belief is not None
         keys, T_map_camera = self.keyframes, self._belief.T_map_camera
         if len(keys) == 0 or keys.nearest(T_map_camera)[1] >= 1:
-            key = keys.add(T_map_camera, scan, frame.T_base_camera)
+            key = keys.add(T_map_camera, self._belief.covariance, scan, frame.T_base_camera)
             self.scene = self.scene.with_scan(scan, key.normals_xyz, T_map_camera)
         elif keys.pending:
             keys.fit_next()
@@ -311,7 +315,7 @@ class RegisteredPoses(PoseEstimator):
             inliers=0 if found is None else found.inliers,
             residual=0.0 if found is None else found.residual,
             gate=f"lost: {verdict.reason}" if lost else verdict.reason,
-            covariance=believed.covariance,
+            covariance=self.keyframes.covariance(believed.T_map_camera, believed.covariance),
             T_map_base=T_map_base,
             T_map_odom=T_map_odom,
             certain=not verdict.contradicts and place < self.settings.certain,

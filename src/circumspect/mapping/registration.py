@@ -14,9 +14,11 @@ from circumspect.mapping.scene_map import SceneMap
 
 TUKEY = 4.685
 """Residuals of so many standard deviations have no say (95 % efficiency on normal noise)."""
-CORRELATION = 6.0
+CORRELATION = 14.0
 """So many points count as one independent measurement; see docs/derivations.md for how it is
 measured."""
+LEAST_SPREAD = 0.2
+"""The noise is never taken for less than this share of what the sensor's description says."""
 FLOOR = 0.05
 """What is within this height of z = 0 [m] may be floor, and floor looks the same everywhere."""
 STANDING = 100
@@ -133,10 +135,12 @@ def register(
         change = se3.log(T_map_prior.inv() * T)
         turn, shift = np.linalg.norm(delta.reshape(2, 3), axis=1)
         small = turn < s.turn and shift < s.shift
-        if part is scan and small:
+        smallish = turn < COARSE * s.turn and shift < COARSE * s.shift
+        # Correspondences that flicker keep the last steps from vanishing.
+        if part is scan and (small or (smallish and steps >= s.rounds // 2)):
             converged = True
             break
-        if small or (turn < COARSE * s.turn and shift < COARSE * s.shift):
+        if smallish:
             part = scan
     return Registration(
         T_map_camera=T,
@@ -169,13 +173,15 @@ def _linearised(scan: Scan, scene: SceneMap, T: RigidTransform, reach: float) ->
     r = np.einsum("ij,ij->i", placed[matched] - scene.points_xyz[targets], normals)
     sigma = np.hypot(scan.sigmas[matched], scene.sigmas[targets])
     u = r / sigma
-    spread = max(1.0, 1.4826 * float(np.median(np.abs(u))))
-    weight = np.clip(1 - (u / (TUKEY * spread)) ** 2, 0, None) ** 2
+    # The description of the sensor bounds what counts as an outlier; the residuals themselves
+    # tell the noise, which averaging made smaller.
+    noise = max(LEAST_SPREAD, 1.4826 * float(np.median(np.abs(u))))
+    weight = np.clip(1 - (u / (TUKEY * max(1.0, noise))) ** 2, 0, None) ** 2
     # d r / d(φ, ρ) of T exp(φ, ρ): p × Rᵀn and Rᵀn, both in the optical frame.
     facing = normals @ R
     J = np.concatenate([np.cross(scan.points_xyz[matched], facing), facing], axis=1)
     J *= (1 / sigma)[:, None]
-    weighted = J * (weight / (CORRELATION * spread**2))[:, None]
+    weighted = J * (weight / (CORRELATION * noise**2))[:, None]
     say = weight > 0
     total = max(float(weight.sum()), 1e-12)
     return _Fit(

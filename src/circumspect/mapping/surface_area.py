@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.mapping.frame_surface import FrameSurface
-from circumspect.mapping.voxel_sums import VoxelSums, largest, voxel_keys
+from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 
 PATCH = 0.032
 """Side of the cells over which areas are summed [m]: many pixels a frame, even far away."""
@@ -26,23 +26,23 @@ def frame_areas(surface: FrameSurface) -> VoxelSums:
     return sums
 
 
-def patch_areas(
+def several_frames_areas(
     points_xyz: NDArray[np.floating],
     normals_xyz: NDArray[np.floating],
     areas: NDArray[np.floating],
-    frames: NDArray[np.floating],
+    frames: int,
 ) -> VoxelSums:
-    """The same of points that several frames showed.
+    """The same of points that several frames showed alike.
 
     Args:
         points_xyz: (n, 3) [m].
         normals_xyz: (n, 3).
-        areas: (n,) [m²] that all frames together showed of each.
-        frames: (n,) how many showed it; a patch was shown as often as any of its points.
+        areas: (n,) [m²] that a frame showed of each.
+        frames: How many there were.
     """
-    keys = _patches(points_xyz, normals_xyz)
-    sums = VoxelSums.of(keys, np.stack([areas, np.zeros_like(areas)], axis=1))
-    sums.totals[:, 1] = largest(keys, frames)
+    columns = np.stack([frames * areas, np.zeros_like(areas)], axis=1)
+    sums = VoxelSums.of(_patches(points_xyz, normals_xyz), columns)
+    sums.totals[:, 1] = frames
     return sums
 
 

@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+from tracking_world import SHORT, T_BASE_CAMERA, short_drive, true_camera
+
+from circumspect.mapping import FrameSurface, ModelSettings, ObjectModel, ObjectViews, se3
+from circumspect.mapping.object_views import MOST
+from circumspect.sensing import GroundSegmentation
+
+ANCHORS = [0, 0, 0, 1, 1, 1]
+DRIFT = se3.exp([0.0, 0.0, 0.06, 0.05, 0.03, 0.0])
+"""What the second keyframe is believed to be off, before it is corrected."""
+
+
+def fused_both_ways() -> tuple[ObjectModel, ObjectModel]:
+    """A model fused with true poses, and one fused with drift and rebuilt from true keyframes."""
+    direct, drifted, views = ObjectModel(), ObjectModel(), ObjectViews()
+    settings = ModelSettings()
+    anchors = {0: true_camera(float(SHORT[0])), 1: true_camera(float(SHORT[3]))}
+    for number, anchor in enumerate(ANCHORS):
+        frame, true = short_drive()[number], true_camera(float(SHORT[number]))
+        mask = GroundSegmentation().object_mask(frame.at(true))
+        believed = DRIFT * true if anchor else true
+        direct = direct.fused(frame, mask, true)
+        surface = FrameSurface.of(frame, mask, believed)
+        drifted = drifted.with_surface(surface)
+        T_map_anchor = DRIFT * anchors[anchor] if anchor else anchors[anchor]
+        views = views.with_view(anchor, T_map_anchor, surface, drifted)
+    return direct, views.rebuilt(settings, drifted.voxel, anchors.__getitem__)
+
+
+def test_the_rebuilt_model_is_the_one_fused_with_the_corrected_poses() -> None:
+    direct, rebuilt = fused_both_ways()
+    one, other = direct.cloud(), rebuilt.cloud()
+    for a, b in ((one, other), (other, one)):
+        gaps, _ = cKDTree(a.points_xyz).query(b.points_xyz)
+        assert np.median(gaps) < 0.003
+        assert np.quantile(gaps, 0.98) < direct.voxel
+    assert one.areas is not None
+    assert other.areas is not None
+    np.testing.assert_allclose(other.areas.sum(), one.areas.sum(), rtol=0.12)
+    np.testing.assert_allclose(
+        one.weights @ one.points_xyz, other.weights @ other.points_xyz, atol=0.012
+    )
+    np.testing.assert_allclose(rebuilt.views_xyz, direct.views_xyz, atol=1e-6)
+    assert rebuilt.sums.totals[:, 7].max() <= len(ANCHORS)
+    assert abs(len(rebuilt.rays) / len(direct.rays) - 1) < 0.2
+
+
+def test_patches_are_bounded() -> None:
+    frame = short_drive()[0]
+    mask = np.zeros(frame.depth.shape, bool)
+    mask[100:104, 100:104] = True
+    surface = FrameSurface.of(frame, mask, T_BASE_CAMERA)
+    model, views = ObjectModel().with_surface(surface), ObjectViews()
+    for anchor in range(MOST + 3):
+        views = views.with_view(anchor, T_BASE_CAMERA, surface, model)
+    assert len(views.patches) == MOST
+    assert MOST + 2 in views.patches
+
+
+def test_no_views_make_an_empty_model() -> None:
+    empty = ObjectViews().rebuilt(ModelSettings(), 0.01, {}.__getitem__)
+    assert empty.frames == 0
+    assert len(empty.points_xyz) == 0

@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry import Trajectory
+from circumspect.mapping import GATE_OPEN, RegisteredPoses
+from circumspect.recording import SevenScenesFolder
+
+FOLDER = Path(__file__).parents[3] / "shared" / "data" / "redkitchen"
+FRAMES = 20
+
+
+@pytest.mark.skipif(not FOLDER.is_dir(), reason="the RedKitchen frames are not at hand")
+def test_real_frames_are_followed_without_their_poses() -> None:
+    from circumspect.evaluation.trajectory_error import (
+        absolute_trajectory_error,
+        relative_pose_error,
+    )
+
+    poses, told, true = RegisteredPoses(), [], []
+    for number, frame in enumerate(SevenScenesFolder(FOLDER)):
+        if number == FRAMES:
+            break
+        true.append(frame)
+        told.append(poses.estimate(frame if number == 0 else replace(frame, T_map_camera=None)))
+    assert {estimate.gate for estimate in told} == {GATE_OPEN}
+    stamps = np.array([frame.stamp for frame in true])
+    found = Trajectory(stamps, RigidTransform.concatenate([e.T_map_camera for e in told]))
+    truth = Trajectory(stamps, RigidTransform.concatenate([frame.pose for frame in true]))
+    assert absolute_trajectory_error(found, truth).rmse_m < 0.015
+    assert relative_pose_error(found, truth).median_m < 0.005

@@ -1,0 +1,183 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+from tracking_world import (
+    SHORT,
+    blind,
+    drive,
+    follow,
+    place_errors,
+    short_drive,
+    true_base,
+    true_camera,
+)
+
+from circumspect.errors import InputError
+from circumspect.geometry import PlanarPose
+from circumspect.mapping import GATE_OPEN, RegisteredPoses, TrackingSettings, se3
+from circumspect.mapping.keyframes import KeyframeSettings
+
+NEAR = 0.03
+"""A place that is called certain is no further off than this [m], small pictures considered."""
+
+
+def never_wrong_and_sure(estimates: list, angles: np.ndarray) -> None:
+    errors = place_errors(estimates, angles)
+    sure = np.array([estimate.certain for estimate in estimates])
+    assert errors[sure].max() < NEAR
+
+
+def with_odometry(frames, change) -> list:
+    """Frames whose odometry pose goes through `change(number, pose)`."""
+    changed = []
+    for number, frame in enumerate(frames):
+        pose = change(number, frame.odometry.T_odom_base)
+        odometry = None if pose is None else replace(frame.odometry, T_odom_base=pose)
+        changed.append(replace(frame, odometry=odometry))
+    return changed
+
+
+def test_a_drive_is_followed_better_than_by_the_wheels() -> None:
+    frames = short_drive()
+    told = follow(frames)
+    assert {estimate.gate for estimate in told} == {GATE_OPEN}
+    assert {estimate.prior for estimate in told[1:]} == {"odometry"}
+    errors = place_errors(told, SHORT)
+    wheels = frames[-1].odometry.T_odom_base.xy
+    true = (true_base(float(SHORT[0])).inverse() @ true_base(float(SHORT[-1]))).xy
+    assert errors.max() < 0.02 < np.linalg.norm(wheels - true)
+    for estimate, frame in zip(told, frames, strict=True):
+        again = estimate.T_map_odom @ frame.odometry.T_odom_base
+        np.testing.assert_allclose(again.xy, estimate.T_map_base.xy, atol=1e-9)
+        assert (np.linalg.eigvalsh(estimate.covariance) > 0).all()
+
+
+def test_the_map_is_the_odom_frame_at_the_first_frame() -> None:
+    first = RegisteredPoses().estimate(short_drive()[0])
+    assert first.T_map_odom is not None
+    np.testing.assert_allclose([*first.T_map_odom.xy, first.T_map_odom.yaw], 0, atol=1e-12)
+
+
+def test_a_common_motion_of_the_odometry_moves_all_poses() -> None:
+    """Fusion is equivariant: it does not matter where the odom frame lies."""
+    G = PlanarPose(2.01, -0.99, np.pi / 2)  # whole voxels of the map
+    frames = short_drive()[:5]
+    one = follow(frames)
+    other = follow(with_odometry(frames, lambda _, pose: G @ pose))
+    for a, b in zip(one, other, strict=True):
+        difference = se3.log((G.as_transform() * a.T_map_camera).inv() * b.T_map_camera)
+        assert np.abs(difference).max() < 1e-3
+
+
+def test_without_odometry_the_first_pose_must_be_given() -> None:
+    frame = replace(short_drive()[0], odometry=None)
+    with pytest.raises(InputError, match="needs the pose of the first frame"):
+        RegisteredPoses().estimate(frame)
+    given = RegisteredPoses(RigidTransform.identity()).estimate(frame)
+    np.testing.assert_allclose(given.T_map_camera.as_matrix(), np.eye(4), atol=1e-12)
+
+
+def test_a_camera_without_a_robot_is_followed_by_constant_velocity() -> None:
+    start = true_camera(float(SHORT[0]))
+    frames = [replace(frame, odometry=None, T_base_camera=None) for frame in short_drive()]
+    told = follow(frames, RegisteredPoses(start))
+    assert {estimate.prior for estimate in told[1:]} == {"constant velocity"}
+    assert {(e.T_map_base, e.T_map_odom) for e in told} == {(None, None)}
+    never_wrong_and_sure(told, SHORT)
+    assert told[-1].certain
+
+
+def test_a_blackout_is_bridged_by_odometry_with_growing_covariance() -> None:
+    frames = [blind(f) if 6 <= n < 11 else f for n, f in enumerate(short_drive())]
+    told = follow(frames)
+    dark, sizes = told[6:11], [np.linalg.det(e.covariance[3:, 3:]) for e in told[5:11]]
+    assert all(e.gate == "0 points in range; 300 are needed" for e in dark)
+    assert (np.diff(sizes) > 0).all()
+    assert told[11].gate == GATE_OPEN
+    never_wrong_and_sure(told, SHORT)
+
+
+@pytest.mark.parametrize("factor", [1000.0, 0.001])
+def test_depth_in_the_wrong_unit_closes_the_gate(factor: float) -> None:
+    frames = list(short_drive()[:6])
+    frames[3] = replace(frames[3], depth=frames[3].depth * factor)
+    told = follow(frames)
+    assert told[3].gate == "0 points in range; 300 are needed"
+    assert told[4].gate == GATE_OPEN
+    never_wrong_and_sure(told, SHORT[:6])
+
+
+@pytest.mark.parametrize("kind", ["gone", "stuck", "jumping"])
+def test_odometry_that_fails_does_not_mislead(kind: str) -> None:
+    stuck = short_drive()[5].odometry.T_odom_base
+    jump = PlanarPose(0.4, -0.3, 0.5)
+    changes = {
+        "gone": lambda n, pose: None if n >= 5 else pose,
+        "stuck": lambda n, pose: stuck if n >= 5 else pose,
+        "jumping": lambda n, pose: jump @ pose if n >= 8 else pose,
+    }
+    told = follow(with_odometry(short_drive(), changes[kind]))
+    never_wrong_and_sure(told, SHORT)
+    assert told[8].prior == "constant velocity"
+    assert told[-1].certain
+
+
+def test_dropped_frames_are_bridged() -> None:
+    kept = [0, 1, 2, 4, 5, 8, 9, 12, 15]
+    told = follow([short_drive()[n] for n in kept])
+    never_wrong_and_sure(told, SHORT[kept])
+    assert all(estimate.certain for estimate in told)
+
+
+def carried_off(angle: float) -> tuple[list, np.ndarray]:
+    """A drive, and from its end on frames from elsewhere that the wheels know nothing of."""
+    away = np.radians(angle + np.arange(4) * 2.5)
+    frames = [*short_drive(), *drive(away)]
+    last = frames[15].odometry.T_odom_base
+    moved = with_odometry(frames, lambda n, pose: last @ pose if n >= 16 else pose)
+    stamped = [replace(frame, stamp=float(n)) for n, frame in enumerate(moved)]
+    return stamped, np.concatenate([SHORT, away])
+
+
+def test_a_kidnapped_robot_is_noticed_where_nothing_is_known() -> None:
+    frames, angles = carried_off(190.0)
+    told = follow(frames)
+    assert not any(estimate.certain for estimate in told[16:])
+    assert all(estimate.gate != GATE_OPEN for estimate in told[16:])
+    assert told[-1].gate.startswith("lost: ")
+    never_wrong_and_sure(told, angles)
+
+
+def test_a_kidnapped_robot_finds_back_to_a_place_it_knows() -> None:
+    frames, angles = carried_off(0.0)
+    told = follow(frames)
+    assert "a place seen before" in {estimate.prior for estimate in told[16:]}
+    assert told[-1].certain
+    never_wrong_and_sure(told, angles)
+
+
+def test_a_round_is_closed_and_corrected() -> None:
+    angles = np.radians(np.arange(0, 385, 5.0))
+    poses = RegisteredPoses()
+    told = follow(drive(angles), poses)
+    poses.settle()
+    final = [e.at(T) for e, T in zip(told, poses.corrected(told), strict=True)]
+    assert poses.corrections > 0
+    assert poses.keyframes.loops > 0
+    assert place_errors(final, angles).max() < NEAR
+    # A common frame: the end lies where the beginning lay.
+    assert place_errors(final, angles)[-1] < 0.02
+
+
+def test_keyframes_stay_few_and_what_hung_on_them_stays_placed() -> None:
+    settings = TrackingSettings(keyframes=KeyframeSettings(shift=0.05, turn=0.05, most=5))
+    poses = RegisteredPoses(settings=settings)
+    told = follow(short_drive(), poses)
+    poses.settle()
+    assert len(poses.keyframes) == 5
+    final = [e.at(T) for e, T in zip(told, poses.corrected(told), strict=True)]
+    assert place_errors(final, SHORT).max() < NEAR

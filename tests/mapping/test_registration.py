@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+from tracking_world import SHORT, short_drive, true_camera
+
+from circumspect.errors import InputError
+from circumspect.mapping import se3
+from circumspect.mapping.gate import squared_distance, weakest_direction
+from circumspect.mapping.registration import register
+from circumspect.mapping.relocalisation import coarsely_aligned
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scene_map import SceneMap
+from circumspect.sensing import RgbdFrame
+
+LOOSE = np.diag([1e3] * 3 + [1e3] * 3)
+"""About 2° and 3 cm."""
+
+
+@pytest.fixture(scope="module")
+def scene() -> SceneMap:
+    scan = Scan.of(short_drive()[0])
+    return SceneMap().with_scan(scan, scan.normals_xyz(), true_camera(float(SHORT[0])))
+
+
+@pytest.mark.parametrize("number", [1, 2, 4])
+def test_a_known_motion_is_recovered(scene: SceneMap, number: int) -> None:
+    true = true_camera(float(SHORT[number]))
+    off = se3.exp(np.array([0.01, -0.012, 0.008, 0.02, -0.015, 0.01]))
+    found = register(Scan.of(short_drive()[number]), scene, true * off, LOOSE)
+    error = se3.log(true.inv() * found.T_map_camera)
+    assert found.converged
+    assert np.linalg.norm(error[:3]) < np.radians(0.4)
+    assert np.linalg.norm(error[3:]) < 0.010
+    assert found.overlap > 0.8
+    assert found.residual < 0.006
+
+
+def test_the_optimum_moves_with_the_scene(scene: SceneMap) -> None:
+    """A common rigid motion of scene and prior moves the result, up to the map's voxels."""
+    scan, G = Scan.of(short_drive()[2]), se3.exp([0.0, 0.0, 0.8, 1.0, -2.0, 0.0])
+    first = short_drive()[0]
+    start = true_camera(float(SHORT[2])) * se3.exp([0, 0, 0.005, 0.01, 0, 0])
+    one = register(scan, scene, start, LOOSE)
+    kept = Scan.of(first)
+    moved = SceneMap().with_scan(kept, kept.normals_xyz(), G * true_camera(float(SHORT[0])))
+    other = register(scan, moved, G * start, LOOSE)
+    assert np.abs(se3.log((G * one.T_map_camera).inv() * other.T_map_camera)).max() < 6e-3
+    np.testing.assert_allclose(
+        np.linalg.eigvalsh(one.hessian), np.linalg.eigvalsh(other.hessian), rtol=0.15
+    )
+
+
+def test_what_a_floor_does_not_hold_stays_as_the_prior_says() -> None:
+    """Only a plane in view: height, roll and pitch come from it, the rest from the prior."""
+    camera = short_drive()[0].camera
+    down = RigidTransform.from_matrix(
+        [[1, 0, 0, 0.0], [0, -1, 0, 0.0], [0, 0, -1, 1.0], [0, 0, 0, 1.0]]
+    )
+    frame = RgbdFrame(np.ones((camera.height, camera.width)), camera, 0.0)
+    scan = Scan.of(frame)
+    scene = SceneMap().with_scan(scan, scan.normals_xyz(), down)
+    off = se3.exp([0.02, 0.0, 0.0, 0.01, 0.02, 0.03])
+    found = register(scan, scene, down * off, LOOSE)
+    height, place = found.T_map_camera.translation[2], found.T_map_camera.translation[:2]
+    assert abs(height - 1.0) < 0.002
+    np.testing.assert_allclose(place, (down * off).translation[:2], atol=0.01)
+    assert weakest_direction(found.hessian) > 10
+    assert np.isfinite(squared_distance(found, LOOSE))
+
+
+def test_nothing_in_common_leaves_the_prior(scene: SceneMap) -> None:
+    away = RigidTransform.from_translation([50.0, 0.0, 0.0])
+    for scan, target in (
+        (Scan.of(short_drive()[0]), scene),
+        (Scan.of(short_drive()[0]), SceneMap()),
+    ):
+        found = register(scan, target, away, LOOSE)
+        assert (found.converged, found.inliers) == (False, 0)
+        assert found.T_map_camera is away
+
+
+def test_a_frame_of_nan_is_an_empty_scan(scene: SceneMap) -> None:
+    frame = short_drive()[0]
+    nothing = Scan.of(RgbdFrame(np.full(frame.depth.shape, np.nan), frame.camera, 0.0))
+    assert len(nothing) == 0
+    assert nothing.normals_xyz().shape == (0, 3)
+    assert not register(nothing, scene, RigidTransform.identity(), LOOSE).converged
+
+
+def test_coarse_alignment_reaches_further(scene: SceneMap) -> None:
+    true, scan = true_camera(float(SHORT[0])), Scan.of(short_drive()[0])
+    off = se3.exp([0.0, 0.0, 0.08, 0.08, 0.05, 0.0])
+    found = coarsely_aligned(scan.points_xyz, scene.points_xyz, true * off)
+    assert np.linalg.norm((true.inv() * found).translation) < 0.02
+
+
+@pytest.mark.parametrize("points", [np.zeros(3), np.zeros((5, 2)), np.full((5, 3), np.nan)])
+def test_points_that_small_gicp_would_misread_are_refused(points: np.ndarray) -> None:
+    with pytest.raises(InputError, match="source points must be finite with shape"):
+        coarsely_aligned(points, np.ones((9, 3)), RigidTransform.identity())
