@@ -20,15 +20,19 @@ def test_json_is_one_line_and_repeats_the_run_folder(
     printed = capsys.readouterr()
     record = json.loads(printed.out)
     assert printed.out.count("\n") == 1
-    assert (record["true_label"], record["start_deg"], record["seed"]) == ("chair", 135.0, 3)
+    assert (record["true_label"], record["start_deg"]) == ("chair", 135.0)
     assert record["run"] == str(out)
     assert record["frames"] == 4
+    assert record["ended"] == "the limit of 4 frames is reached"
     assert set(record["milliseconds"]) == {
         "segment", "register", "fuse", "grid", "classify", "frame",
     }  # fmt: skip
+    config = json.loads((out / "config.json").read_text())
+    assert (config["command"], config["seed"]) == ("demo", 3)
     assert record["label"] == json.loads((out / "result.json").read_text())["label"]
-    assert "frame   4/4" in printed.err
+    assert "frame   1" in printed.err
     assert (out / "picture.png").exists()
+    assert (out / "scan.json").exists()
 
 
 def test_a_chair_is_named_from_two_starts(tmp_path: Path) -> None:
@@ -58,11 +62,11 @@ def test_without_a_seed_one_is_drawn_that_repeats_the_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Demo(frames=1, out=tmp_path / "one", json=True).run()
-    first = json.loads(capsys.readouterr().out)
-    Demo(frames=1, out=tmp_path / "two", seed=first["seed"], json=True).run()
-    second = json.loads(capsys.readouterr().out)
+    seed = json.loads((tmp_path / "one" / "config.json").read_text())["seed"]
+    Demo(frames=1, out=tmp_path / "two", seed=seed, json=True).run()
+    first, second = (json.loads(line) for line in capsys.readouterr().out.splitlines())
     assert first["object"] == second["object"]
-    assert first["probabilities"] == second["probabilities"]
+    assert first["probability"] == second["probability"]
 
 
 def test_default_folder_is_below_runs_in_the_current_folder(
@@ -74,9 +78,10 @@ def test_default_folder_is_below_runs_in_the_current_folder(
     folders = sorted((tmp_path / "runs").iterdir())
     assert len(folders) == 2
     assert all(folder.name.startswith("demo-") for folder in folders)
-    last = capsys.readouterr().out.splitlines()
-    assert last[-2].startswith(("Right: it is a toilet", "Wrong: it is a toilet"))
-    assert "picture.png" in last[-1]
+    told = capsys.readouterr().out.splitlines()
+    assert told[0].startswith(("Right: it is a toilet", "Wrong: it is a toilet"))
+    assert "the limit of 1 frames is reached" in told[1]
+    assert "picture.png" in told[-1]
 
 
 def test_unknown_object_lists_the_known_ones(tmp_path: Path) -> None:

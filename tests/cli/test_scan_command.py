@@ -1,0 +1,226 @@
+"""`circumspect scan`: its objects, its flags, what it tells and what it leaves."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from circumspect.cli.main import main
+from circumspect.cli.scan import Scan
+from circumspect.cli.scanned_object import scanned_object
+from circumspect.datasets import ObjectSet
+from circumspect.datasets.point_pack import write_point_pack
+from circumspect.errors import CircumspectError, InputError
+from circumspect.furniture import make_furniture
+from circumspect.pipeline import RecognitionPipeline
+
+FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
+FIELDS = [
+    "object", "true_label", "start_deg", "label", "probability", "frames", "distance_m",
+    "ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness",
+    "milliseconds", "run", "ended",
+]  # fmt: skip
+
+
+def write_obj(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices]
+    lines += [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    path.write_text("\n".join(lines))
+    return path
+
+
+@pytest.fixture(scope="module")
+def chair_obj(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A chair in centimetres with y up, away from the origin."""
+    mesh = make_furniture("chair", 3)
+    lying = 100 * mesh.vertices_xyz[:, [0, 2, 1]] * [1, 1, -1] + [30.0, 7.0, -4.0]
+    return write_obj(tmp_path_factory.mktemp("meshes") / "chair.obj", lying, mesh.faces)
+
+
+@pytest.fixture(scope="module")
+def packs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("packs")
+    for split, number in (("train", 1), ("test", 2)):
+        points = make_furniture("chair", number).sampled(1024, 0).points_xyz
+        clouds = (points - points.min(axis=0)) / np.ptp(points, axis=0).max()
+        write_point_pack(
+            folder / f"{split}.npz",
+            ObjectSet(
+                clouds[None].astype(np.float32), np.array([0]),
+                np.array([f"chair_000{number}"]), ("chair",),
+            ),
+        )  # fmt: skip
+    return folder
+
+
+class TestObjects:
+    def test_furniture_with_and_without_a_variant(self) -> None:
+        drawn = scanned_object("night_stand", 17)
+        named = scanned_object("night_stand-17", 3)
+        assert drawn.name == named.name == "night_stand-17"
+        assert drawn.label == "night_stand"
+        np.testing.assert_array_equal(drawn.mesh.vertices_xyz, named.mesh.vertices_xyz)
+
+    def test_a_mesh_file_is_stood_up_and_scaled(self, chair_obj: Path) -> None:
+        thing = scanned_object(str(chair_obj), 0, "y", 0.9)
+        low, high = thing.mesh.vertices_xyz.min(axis=0), thing.mesh.vertices_xyz.max(axis=0)
+        assert thing.label is None
+        assert low[2] == pytest.approx(0.0, abs=1e-9)
+        assert high[2] == pytest.approx(0.9)
+        np.testing.assert_allclose((low + high)[:2], 0.0, atol=1e-9)
+        shape = make_furniture("chair", 3).vertices_xyz
+        assert np.ptp(thing.mesh.vertices_xyz[:, 0]) == pytest.approx(
+            np.ptp(shape[:, 0]) * 0.9 / np.ptp(shape[:, 2]), rel=1e-6
+        )
+
+    @pytest.mark.parametrize("name", ["chair_0001", "chair_0002"])
+    def test_objects_of_packs_are_found_in_either_split(self, packs: Path, name: str) -> None:
+        thing = scanned_object(name, 0, data=packs)
+        assert (thing.name, thing.label) == (name, "chair")
+        assert np.ptp(thing.mesh.vertices_xyz, axis=0).max() == pytest.approx(0.9, abs=0.02)
+
+    @pytest.mark.parametrize(
+        ("words", "told"),
+        [
+            ({"words": "chiar"}, "'chiar'.*bathtub, bed"),
+            ({"words": "chair-"}, "no object"),
+            ({"words": "gone.obj"}, "no object"),
+            ({"words": "chair", "height": 1.0}, "--height"),
+            ({"words": "chair", "up": "y"}, "--up"),
+        ],
+    )
+    def test_what_is_no_object_is_told(self, words, told) -> None:
+        with pytest.raises(InputError, match=told):
+            scanned_object(**words, variant=0)
+
+    def test_meshes_that_can_not_stand_are_named(self, tmp_path: Path) -> None:
+        flat = write_obj(
+            tmp_path / "flat.obj",
+            np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]),
+            np.array([[0, 1, 2]]),
+        )
+        with pytest.raises(CircumspectError, match=r"flat\.obj.*height"):
+            scanned_object(str(flat), 0)
+        (tmp_path / "broken.off").write_text("OFF\n3 1 0\n0 0")
+        with pytest.raises(CircumspectError, match=r"broken\.off"):
+            scanned_object(str(tmp_path / "broken.off"), 0)
+
+    def test_packs_that_are_missing_or_lack_the_object(self, packs: Path, tmp_path: Path) -> None:
+        with pytest.raises(InputError, match="chair_9999"):
+            scanned_object("chair_9999", 0, data=packs)
+        with pytest.raises(InputError, match="no point packs"):
+            scanned_object("chair_0001", 0, data=tmp_path)
+
+
+def test_json_is_one_line_with_exactly_these_fields(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "run"
+    assert replace(FEW, out=out, json=True).run() == 0
+    printed = capsys.readouterr()
+    assert printed.out.count("\n") == 1
+    record = json.loads(printed.out)
+    assert list(record) == FIELDS
+    assert record["object"] == "chair-3"
+    assert record["frames"] == 3
+    assert record["chamfer_m"] < 0.02
+    assert 0 < record["completeness"] <= 1
+    assert set(record["milliseconds"]["frame"]) == {"median", "p95"}
+    assert {file.name for file in out.iterdir()} >= {
+        "config.json", "log.jsonl", "result.json", "scan.json", "model.ply", "grid.npz",
+        "trajectory.txt", "picture.png",
+    }  # fmt: skip
+    scan = json.loads((out / "scan.json").read_text())
+    assert scan["ended"] == record["ended"]
+    assert scan["measured"]["ate_rmse_m"] == record["ate_rmse_m"]
+    config = json.loads((out / "config.json").read_text())
+    assert config["scan"]["frame_interval"] == 2.0
+    assert config["room"]["slip"] == 0.05
+
+
+def test_sentences_fit_narrow_terminals(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.chdir(tmp_path)
+    replace(FEW, frames=8, out=Path("run")).run()
+    printed = capsys.readouterr()
+    assert printed.out.startswith(("Right: it is a chair", "Wrong: it is a chair"))
+    assert "the limit of 8 frames is reached" in printed.out
+    assert "Its path was known within" in printed.out
+    assert max(map(len, printed.err.splitlines())) <= 80
+
+
+def test_the_same_seed_gives_the_same_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("one", "two"):
+        replace(FEW, object="sofa", start=None, out=tmp_path / name, json=True).run()
+    first, second = (json.loads(line) for line in capsys.readouterr().out.splitlines())
+    for record in (first, second):
+        del record["milliseconds"], record["run"]
+    assert first == second
+
+
+def test_a_mesh_of_ones_own_is_scanned(
+    chair_obj: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["scan", str(chair_obj), "--up", "y", "--height", "0.9", "--seed", "1"]
+    more = ["--no-clutter", "--planner", "circle", "--slip", "0", "--frames", "2", "--json"]
+    assert main([*words, *more, "--out", str(tmp_path / "run")]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["true_label"] is None
+    assert record["label"] is not None
+    config = json.loads((tmp_path / "run" / "config.json").read_text())
+    assert config["room"]["clutter"] is False
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"frames": 0}, {"seed": -1}, {"start": float("nan")}, {"speed": 0.0}, {"speed": 9.0},
+        {"frame_interval": 0.0}, {"slip": 0.9}, {"slip": -0.1}, {"mast_height": -1.0},
+        {"tilt": 95.0}, {"height": 0.5}, {"object": "chiar"}, {"weights": Path("none.onnx")},
+    ],
+)  # fmt: skip
+def test_flags_out_of_range_are_told_before_anything_is_written(
+    tmp_path: Path, wrong: dict, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(CircumspectError):
+        replace(FEW, **wrong).run()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_object_too_large_for_the_camera_is_told(
+    chair_obj: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["scan", str(chair_obj), "--up", "y", "--seed", "0"]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "metres?" in told
+
+
+def test_ctrl_c_saves_and_says_where(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    step, count = RecognitionPipeline.step, 0
+
+    def impatient(self, frame):
+        nonlocal count
+        count += 1
+        if count == 3:
+            raise KeyboardInterrupt
+        return step(self, frame)
+
+    monkeypatch.setattr(RecognitionPipeline, "step", impatient)
+    out = tmp_path / "run"
+    with pytest.raises(KeyboardInterrupt):
+        replace(FEW, frames=9, out=out).run()
+    assert json.loads((out / "result.json").read_text())["interrupted"] is True
+    assert json.loads((out / "scan.json").read_text())["ended"] == "interrupted"
+    assert str(out) in capsys.readouterr().err.replace("\n", "")
