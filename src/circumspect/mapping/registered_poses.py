@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -11,14 +11,16 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
 from circumspect.mapping import motion, se3
-from circumspect.mapping.gate import GateSettings, Verdict
-from circumspect.mapping.keyframes import Keyframes, KeyframeSettings
-from circumspect.mapping.motion import Belief, MotionSettings
+from circumspect.mapping.attempt import Attempt
+from circumspect.mapping.gate import Verdict
+from circumspect.mapping.keyframes import Keyframes
+from circumspect.mapping.motion import Belief
 from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
-from circumspect.mapping.registration import Registration, RegistrationSettings, register
-from circumspect.mapping.relocalisation import RelocalisationSettings, relocalise
-from circumspect.mapping.scan import Scan, ScanSettings
+from circumspect.mapping.registration import register
+from circumspect.mapping.relocalisation import relocalise
+from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
+from circumspect.mapping.tracking_settings import TrackingSettings
 from circumspect.mapping.visibility import seen_through
 from circumspect.sensing import Odometry, RgbdFrame
 
@@ -28,64 +30,6 @@ BETTER = 0.9
 UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
 """A frame that is this many times further from the map than the last ones, and than this [m], may
 have been fitted from a wrong prediction."""
-
-
-@dataclass(frozen=True)
-class TrackingSettings:
-    """How frames are followed.
-
-    Attributes:
-        scan: How frames are thinned.
-        registration: How they are fitted.
-        motion: What is expected between frames.
-        gate: What is believed.
-        keyframes: What the scene map is made of.
-        relocalisation: How a lost camera is found again.
-        certain: Largest standard deviation of the place [m] of a pose to build on.
-        keeps_overlap: Share of the last frames' overlap that a frame must have.
-        doubt: Standard deviations that a frame which contradicts its pose adds [rad, m].
-        lost_after: So many such frames in a row, and the camera is lost.
-    """
-
-    scan: ScanSettings = field(default_factory=ScanSettings)
-    registration: RegistrationSettings = field(default_factory=RegistrationSettings)
-    motion: MotionSettings = field(default_factory=MotionSettings)
-    gate: GateSettings = field(default_factory=GateSettings)
-    keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
-    relocalisation: RelocalisationSettings = field(default_factory=RelocalisationSettings)
-    certain: float = 0.02
-    keeps_overlap: float = 0.6
-    doubt: tuple[float, float] = (float(np.radians(5.0)), 0.1)
-    lost_after: int = 3
-
-
-@dataclass(frozen=True, eq=False)
-class Attempt:
-    """A belief about one frame's pose, and what speaks for it.
-
-    Attributes:
-        belief: The pose after the frame was looked at.
-        verdict: Of the gate.
-        source: Of the prediction.
-        found: The registration, if there was one.
-    """
-
-    belief: Belief
-    verdict: Verdict
-    source: str
-    found: Registration | None = None
-
-    @property
-    def distance(self) -> float:
-        """Mean distance of the frame to the map [m]; the larger, the worse."""
-        return np.inf if self.found is None else self.found.distance
-
-    def doubted(self, doubt: tuple[float, float]) -> Attempt:
-        """The same, less sure by standard deviations of turn [rad] and shift [m]."""
-        added = np.diag([doubt[0]] * 3 + [doubt[1]] * 3) ** 2
-        return replace(
-            self, belief=Belief(self.belief.T_map_camera, self.belief.covariance + added)
-        )
 
 
 class RegisteredPoses(PoseEstimator):

@@ -1,0 +1,40 @@
+"""One way to place a frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from circumspect.mapping.gate import Verdict
+from circumspect.mapping.motion import Belief
+from circumspect.mapping.registration import Registration
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A belief about one frame's pose, and what speaks for it.
+
+    Attributes:
+        belief: The pose after the frame was looked at.
+        verdict: Of the gate.
+        source: Of the prediction.
+        found: The registration, if there was one.
+    """
+
+    belief: Belief
+    verdict: Verdict
+    source: str
+    found: Registration | None = None
+
+    @property
+    def distance(self) -> float:
+        """Mean distance of the frame to the map [m]; the larger, the worse."""
+        return np.inf if self.found is None else self.found.distance
+
+    def doubted(self, doubt: tuple[float, float]) -> Attempt:
+        """The same, less sure by standard deviations of turn [rad] and shift [m]."""
+        added = np.diag([doubt[0]] * 3 + [doubt[1]] * 3) ** 2
+        return replace(
+            self, belief=Belief(self.belief.T_map_camera, self.belief.covariance + added)
+        )

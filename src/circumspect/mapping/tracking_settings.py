@@ -1,0 +1,43 @@
+"""How a camera is followed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from circumspect.mapping.gate import GateSettings
+from circumspect.mapping.keyframes import KeyframeSettings
+from circumspect.mapping.motion import MotionSettings
+from circumspect.mapping.registration import RegistrationSettings
+from circumspect.mapping.relocalisation import RelocalisationSettings
+from circumspect.mapping.scan import ScanSettings
+
+
+@dataclass(frozen=True)
+class TrackingSettings:
+    """How frames are followed.
+
+    Attributes:
+        scan: How frames are thinned.
+        registration: How they are fitted.
+        motion: What is expected between frames.
+        gate: What is believed.
+        keyframes: What the scene map is made of.
+        relocalisation: How a lost camera is found again.
+        certain: Largest standard deviation of the place [m] of a pose to build on.
+        keeps_overlap: Share of the last frames' overlap that a frame must have.
+        doubt: Standard deviations that a frame which contradicts its pose adds [rad, m].
+        lost_after: So many such frames in a row, and the camera is lost.
+    """
+
+    scan: ScanSettings = field(default_factory=ScanSettings)
+    registration: RegistrationSettings = field(default_factory=RegistrationSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    gate: GateSettings = field(default_factory=GateSettings)
+    keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
+    relocalisation: RelocalisationSettings = field(default_factory=RelocalisationSettings)
+    certain: float = 0.02
+    keeps_overlap: float = 0.6
+    doubt: tuple[float, float] = (float(np.radians(5.0)), 0.1)
+    lost_after: int = 3
