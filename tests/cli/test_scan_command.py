@@ -152,7 +152,8 @@ def test_sentences_fit_narrow_terminals(
     assert printed.out.startswith(("Right: it is a chair", "Wrong: it is a chair"))
     assert "the limit of 8 frames is reached" in printed.out
     assert "Its path was known within" in printed.out
-    assert max(map(len, printed.err.splitlines())) <= 80
+    assert "chair-3 from 40°, seed 5, a frame each 10 cm" in printed.err
+    assert max(map(len, (printed.out + printed.err).splitlines())) <= 80
 
 
 def test_the_same_seed_gives_the_same_run(

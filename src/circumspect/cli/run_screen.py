@@ -67,12 +67,14 @@ class RunScreen:
         if step.prediction is not None:
             answer = f"{step.prediction.label} {step.prediction.probability:.2f}"
         note = f"seen {step.seen:4.0%}  {answer}"
-        if step.pose is not None and step.pose.gate != GATE_OPEN:
-            note += f"  {step.pose.gate}"
+        closed = step.pose is not None and step.pose.gate != GATE_OPEN
         count = step.index + 1
         done = count if self._done is None else min(self._done(step), self._total)
-        self._progress.update(self._task, completed=done, note=note)
+        live = f"{note}  gate closed" if closed else note
+        self._progress.update(self._task, completed=done, note=live)
         if not self._live and (step.index % TELL_EVERY == 0 or count == self._total):
+            if closed and step.pose is not None:
+                note += f"  gate: {step.pose.gate}"
             where = f"/{self._total}" if self._done is None else f"  {done:3.0f}/{self._total}"
             print(f"frame {count:3}{where}  {note}", file=sys.stderr)  # noqa: T201
 

@@ -77,6 +77,7 @@ class Scan:
         scan = self._prepared(command)
         report = ScanReport(scan, self.out or new_run_folder(command))
         with RunScreen("round the object [°]", 360, report.round_deg) as screen:
+            screen.say(report.opening)
             scan.pipeline.observers = (screen, *report.observers)
             try:
                 result = scan.scan.run()

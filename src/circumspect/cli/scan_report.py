@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from circumspect.cli.run_screen import tell_where, verdict
@@ -55,11 +57,25 @@ class ScanReport:
         if as_json:
             print(json.dumps(record))  # noqa: T201
             return
-        print(verdict(result, self.folder.config.get("truth")))  # noqa: T201
-        print(f"It drove {record['distance_m']:.1f} m; the end: {record['ended']}.")  # noqa: T201
+        told = [
+            verdict(result, self.folder.config.get("truth")),
+            f"It drove {record['distance_m']:.1f} m; the end: {record['ended']}.",
+        ]
         if (measured := _sentence(error)) is not None:
-            print(measured)  # noqa: T201
+            told.append(measured)
+        for sentence in told:
+            print(fill(sentence, shutil.get_terminal_size().columns))  # noqa: T201
         tell_where(self.folder)
+
+    @property
+    def opening(self) -> str:
+        """What is going to happen, and how to have it again."""
+        config = self.folder.config
+        every = 100 * self._parts.scan.settings.speed * self._parts.scan.settings.frame_interval
+        return (
+            f"{config['object']} from {config['start_deg']:g}°, seed {config['seed']}, "
+            f"a frame each {every:g} cm"
+        )
 
     def _truth(self) -> Trajectory | None:
         try:
