@@ -16,12 +16,13 @@ from circumspect.mapping.registration import RegistrationSettings, register
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
 
-TRACKED_SIGMAS = np.array([np.radians(0.3)] * 3 + [0.01] * 3)
-"""How well tracking alone places two keyframes to each other [rad, m], where their scans do not
-tell."""
+TRACKED_SIGMAS = np.array([np.radians(0.15)] * 3 + [0.003] * 3)
+"""How well tracking alone places two keyframes to each other [rad, m]."""
 BELIEVED_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
 """How far two keyframes may be from where they are believed to be when their scans are fitted."""
 
+PAIR_THINNED = 2
+"""Every second point is enough to fit two keyframes to each other."""
 OLD = 12
 """Keyframes so many apart in number, yet near each other, close a loop."""
 
@@ -35,8 +36,8 @@ class KeyframeSettings:
         most: So many are kept; the one that adds least gives way.
         neighbours: Each is fitted to so many others …
         near_shift, near_turn: … that are within this distance [m], [rad].
-        rebuild_shift, rebuild_turn: Corrections from this size on [m], [rad] are carried out at
-            once; smaller ones when the run ends.
+        rebuild_shift, rebuild_turn: Corrections from this size on [m], [rad] are carried out
+            when a loop closed; smaller ones when the run ends.
     """
 
     shift: float = 0.2
@@ -205,13 +206,18 @@ class Keyframes:
         target = SceneMap(self._voxel).with_scan(
             one.scan, one.normals_xyz, RigidTransform.identity()
         )
-        believed = np.diag(BELIEVED_SIGMAS**-2.0)
-        found = register(other.scan, target, expected, believed, self._registration)
+        # Keyframes taken shortly after each other were fitted to the same map already.
+        loop = second - first > OLD
+        believed = np.diag((BELIEVED_SIGMAS if loop else TRACKED_SIGMAS) ** -2.0)
+        found = register(
+            other.scan.thinned(PAIR_THINNED), target, expected, believed, self._registration
+        )
         consecutive = second - first == 1
         if self._gate.verdict(found, believed).is_open:
-            edge = Edge(first, second, found.T_map_camera, found.hessian, robust=not consecutive)
+            known = found.hessian if loop else found.information
+            edge = Edge(first, second, found.T_map_camera, known, robust=not consecutive)
             self._edges.append(edge)
-            self.loops += second - first > OLD
+            self.loops += loop
         elif consecutive:
             self._edges.append(Edge(first, second, expected, np.diag(TRACKED_SIGMAS**-2.0)))
 

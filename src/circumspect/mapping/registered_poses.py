@@ -68,6 +68,7 @@ class RegisteredPoses(PoseEstimator):
         self._distance = 0.0
         self._source = ""
         self._doubts = 0
+        self._loops = 0
 
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
         """See `PoseEstimator.estimate`."""
@@ -196,7 +197,9 @@ class RegisteredPoses(PoseEstimator):
             self.scene = self.scene.with_scan(scan, key.normals_xyz, T_map_camera)
         elif keys.pending:
             keys.fit_next()
-            if not keys.pending:
+            # Neighbours along the way say little that the map does not say; a closed loop does.
+            if not keys.pending and keys.loops > self._loops:
+                self._loops = keys.loops
                 self._correct(anyway=False)
 
     def _correct(self, anyway: bool) -> None:
