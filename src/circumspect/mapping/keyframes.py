@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import se3
 from circumspect.mapping.gate import GateSettings
-from circumspect.mapping.pose_graph import Edge, Level, PoseGraph
+from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged
 from circumspect.mapping.registration import RegistrationSettings, register
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
@@ -217,7 +217,7 @@ class Keyframes:
             known = found.hessian if loop else found.information
             edge = Edge(first, second, found.T_map_camera, known, robust=not consecutive)
             self._edges.append(edge)
-            self.loops += loop
+            self.loops += int(loop)
         elif consecutive:
             self._edges.append(Edge(first, second, expected, np.diag(TRACKED_SIGMAS**-2.0)))
 
@@ -282,23 +282,5 @@ class Keyframes:
         gone, heir = closest
         T_heir_gone = self[heir].T_map_camera.inv() * self[gone].T_map_camera
         self._moved_to[gone] = (heir, T_heir_gone)
-        self._edges = _bridged(self._edges, gone, heir, T_heir_gone)
+        self._edges = bridged(self._edges, gone, heir, T_heir_gone)
         del self._by_number[gone]
-
-
-def _bridged(edges: list[Edge], gone: int, heir: int, T_heir_gone: RigidTransform) -> list[Edge]:
-    """The edges after a pose was taken out: those at it are hung on its heir."""
-    kept = []
-    for edge in edges:
-        if gone not in (edge.first, edge.second):
-            kept.append(edge)
-        elif heir in (edge.first, edge.second):
-            continue
-        elif edge.first == gone:
-            measured = T_heir_gone * edge.T_first_second
-            kept.append(Edge(heir, edge.second, measured, edge.information, robust=True))
-        else:
-            measured = edge.T_first_second * T_heir_gone.inv()
-            information = se3.moved_information(T_heir_gone, edge.information)
-            kept.append(Edge(edge.first, heir, measured, information, robust=True))
-    return kept

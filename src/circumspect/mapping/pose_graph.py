@@ -31,7 +31,7 @@ class Edge:
     first: int
     second: int
     T_first_second: RigidTransform
-    information: NDArray[np.float64]
+    information: NDArray[np.floating]
     robust: bool = False
 
 
@@ -47,7 +47,7 @@ class Level:
 
     number: int
     T_base_camera: RigidTransform
-    information: NDArray[np.float64]
+    information: NDArray[np.floating]
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,3 +177,21 @@ class PoseGraph:
             pull = np.einsum("mki,mkl,ml->mi", J, omega, errors)
             np.add.at(gradient.reshape(-1, 6), numbers, pull)
         return np.concatenate(blocks), np.concatenate(rows), np.concatenate(columns), gradient
+
+
+def bridged(edges: list[Edge], gone: int, heir: int, T_heir_gone: RigidTransform) -> list[Edge]:
+    """The edges after a pose was taken out: those at it are hung on its heir."""
+    kept = []
+    for edge in edges:
+        if gone not in (edge.first, edge.second):
+            kept.append(edge)
+        elif heir in (edge.first, edge.second):
+            continue
+        elif edge.first == gone:
+            measured = T_heir_gone * edge.T_first_second
+            kept.append(Edge(heir, edge.second, measured, edge.information, robust=True))
+        else:
+            measured = edge.T_first_second * T_heir_gone.inv()
+            information = se3.moved_information(T_heir_gone, edge.information)
+            kept.append(Edge(edge.first, heir, measured, information, robust=True))
+    return kept
