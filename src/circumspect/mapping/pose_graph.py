@@ -117,12 +117,12 @@ class PoseGraph:
         squares = np.einsum("mi,mij,mj->m", errors, self._informations(), errors)
         return errors, squares, between
 
-    def _informations(self) -> NDArray[np.float64]:
+    def _informations(self) -> NDArray[np.floating]:
         return np.stack([edge.information for edge in self.edges])
 
     def _level_errors(
         self,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.floating]]:
         """(m, 3) errors, (m, 3, 6) derivatives and (m, 3, 3) information of the levels."""
         poses = RigidTransform.concatenate([self.poses[level.number] for level in self.levels])
         mounts = RigidTransform.concatenate([level.T_base_camera for level in self.levels])
