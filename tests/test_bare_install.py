@@ -56,6 +56,7 @@ def test_grids_are_saved_without_their_picture(chair, tmp_path):
     ("words", "extra"),
     [
         (("demo",), "sim"),
+        (("scan", "chair"), "sim"),
         (("train", "--data", "x"), "train"),
         (("nets",), "train"),
         (("export", "a", "b"), "train"),

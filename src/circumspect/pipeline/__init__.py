@@ -15,6 +15,9 @@ from circumspect.pipeline.records import (
     RecognitionStep,
 )
 from circumspect.pipeline.run_folder import RunFolder
+from circumspect.pipeline.scan import ObjectScan
+from circumspect.pipeline.scan_settings import ScanSettings
+from circumspect.pipeline.view_record import ViewRecord
 
 __all__ = [
     "CLASSIFIED",
@@ -25,10 +28,13 @@ __all__ = [
     "TOO_LITTLE",
     "WRONG_UNIT",
     "Journey",
+    "ObjectScan",
     "PipelineObserver",
     "PlannedView",
     "RecognitionPipeline",
     "RecognitionResult",
     "RecognitionStep",
     "RunFolder",
+    "ScanSettings",
+    "ViewRecord",
 ]

@@ -17,7 +17,7 @@ from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.storage import write_json
 
-RESULTS = ("result.json", "model.ply", "grid.npz", "trajectory.txt", "picture.png")
+RESULTS = ("result.json", "scan.json", "model.ply", "grid.npz", "trajectory.txt", "picture.png")
 """Written when a run ends; those of an earlier run are removed when one begins."""
 
 
@@ -29,6 +29,7 @@ class RunFolder:
     | config.json | what the run was started with |
     | log.jsonl | one line a frame |
     | result.json | the answer, the reasons of frames that changed nothing, time a stage |
+    | scan.json | of scans alone: why it ended, what became of the views, errors |
     | model.ply | the object's surface |
     | grid.npz | its occupancy grid |
     | trajectory.txt | where the camera was, TUM format: stamp x y z qx qy qz qw |
