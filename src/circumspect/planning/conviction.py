@@ -17,7 +17,7 @@ class Conviction:
         change: … its probability changed by no more than this, and it led all the time.
     """
 
-    probability: float = 0.9
+    probability: float = 0.8
     seen: float = 0.5
     over: float = 0.15
     change: float = 0.08
