@@ -167,6 +167,19 @@ def test_the_same_seed_gives_the_same_run(
     assert first == second
 
 
+def test_a_chair_is_named_from_two_starts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for start in (40.0, 220.0):
+        command = replace(FEW, start=start, frames=30, planner="convinced", json=True)
+        replace(command, out=tmp_path / f"{start}").run()
+    records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [record["label"] for record in records] == ["chair", "chair"]
+    for record in records:
+        assert record["ate_rmse_m"] < 0.02
+        assert record["chamfer_m"] < 0.01
+
+
 def test_a_mesh_of_ones_own_is_scanned(
     chair_obj: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -35,15 +35,6 @@ def test_json_is_one_line_and_repeats_the_run_folder(
     assert (out / "scan.json").exists()
 
 
-def test_a_chair_is_named_from_two_starts(tmp_path: Path) -> None:
-    labels = []
-    for start in (20.0, 200.0):
-        out = tmp_path / f"{start}"
-        Demo(object="chair", start=start, seed=1, frames=8, out=out).run()
-        labels.append(json.loads((out / "result.json").read_text())["label"])
-    assert labels == ["chair", "chair"]
-
-
 def test_the_same_seed_gives_the_same_run_and_flags_do_not_change_the_rest(tmp_path: Path) -> None:
     grids, configs = [], []
     for name, start in (("one", None), ("same", None), ("turned", 77.0)):
