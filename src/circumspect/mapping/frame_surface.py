@@ -72,15 +72,13 @@ class FrameSurface:
         # A pixel's patch perpendicular to its ray shrinks with the ray's angle to the axis.
         facing = -towards[:, 2] * z**2 / (camera.fx * camera.fy) * fine.counts[rows, columns]
         weights = cosine / (noise or DepthNoise()).axial_sigma(z) ** 2
-        sparse = np.zeros_like(object_mask)
-        sparse[::BACKGROUND_BLOCK, ::BACKGROUND_BLOCK] = True
         return cls(
             matrix[:3, 3],
             points @ matrix[:3, :3].T.astype(np.float32) + matrix[:3, 3],
             normals @ matrix[:3, :3].T.astype(np.float32),
             facing / cosine,
             weights,
-            frame.at(T_map_camera).points_map(sparse & ~object_mask),
+            frame.at(T_map_camera).sparse_points_map(BACKGROUND_BLOCK, ~object_mask),
         )
 
     def moved(self, T_target_map: RigidTransform) -> FrameSurface:

@@ -11,7 +11,9 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import se3
 from circumspect.mapping.gate import GateSettings
-from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged
+from circumspect.mapping.heirs import Heirs
+from circumspect.mapping.pose_distance import distances
+from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged, thinned
 from circumspect.mapping.registration import RegistrationSettings, register
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
@@ -21,6 +23,8 @@ TRACKED_SIGMAS = np.array([np.radians(0.15)] * 3 + [0.003] * 3)
 BELIEVED_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
 """How far two keyframes may be from where they are believed to be when their scans are fitted."""
 
+EDGES_EACH = 8
+"""So many edges a keyframe are kept once keyframes give way."""
 PAIR_THINNED = 2
 """Every second point is enough to fit two keyframes to each other."""
 OLD = 12
@@ -93,7 +97,8 @@ class Keyframes:
         self._by_number: dict[int, Keyframe] = {}
         self._edges: list[Edge] = []
         self._queue: deque[tuple[int, int]] = deque()
-        self._moved_to: dict[int, tuple[int, RigidTransform]] = {}
+        self._heirs = Heirs()
+        self._matrices: NDArray[np.float64] | None = None
         self._next = 0
 
     def __len__(self) -> int:
@@ -108,11 +113,12 @@ class Keyframes:
         Args:
             number: The keyframe, even one that gave way since.
             T_anchor_camera: The frame's pose in the keyframe's.
+
+        Raises:
+            KeyError: The keyframe gave way so long ago that it is forgotten.
         """
-        while number in self._moved_to:
-            number, T_heir_anchor = self._moved_to[number]
-            T_anchor_camera = T_heir_anchor * T_anchor_camera
-        return self[number].T_map_camera * T_anchor_camera
+        number, T_living_camera = self._heirs.living(number, T_anchor_camera)
+        return self[number].T_map_camera * T_living_camera
 
     @property
     def places(self) -> list[RigidTransform]:
@@ -130,12 +136,15 @@ class Keyframes:
         return numbers[best], float(apart[best])
 
     def _apart(self, T_map_camera: RigidTransform) -> tuple[list[int], NDArray[np.float64]]:
-        numbers = list(self._by_number)
-        poses = RigidTransform.concatenate([self[n].T_map_camera for n in numbers])
-        between = poses.inv() * T_map_camera
-        shift = np.linalg.norm(between.translation, axis=-1) / self.settings.shift
-        turn = between.rotation.magnitude() / self.settings.turn
-        return numbers, np.maximum(shift, turn)
+        shift, turn = distances(self._poses(), T_map_camera.as_matrix())
+        relative = np.maximum(shift / self.settings.shift, turn / self.settings.turn)
+        return list(self._by_number), relative
+
+    def _poses(self) -> NDArray[np.float64]:
+        """(n, 4, 4) `T_map_camera` of all, until one of them changes."""
+        if self._matrices is None:
+            self._matrices = np.stack([T.as_matrix() for T in self.places])
+        return self._matrices
 
     def covariance(
         self, T_map_camera: RigidTransform, to_scene: NDArray[np.floating]
@@ -179,17 +188,14 @@ class Keyframes:
             old = [n for n in near if n not in chosen and number - n > OLD][:1]
             self._queue.extend((n, number) for n in [*chosen, *old])
         self._by_number[number] = key
+        self._matrices = None
         if len(self) > self.settings.most:
             self._give_way()
         return key
 
     def _near(self, number: int, T_map_camera: RigidTransform) -> bool:
-        between = self[number].T_map_camera.inv() * T_map_camera
-        s = self.settings
-        return bool(
-            np.linalg.norm(between.translation) < s.near_shift
-            and between.rotation.magnitude() < s.near_turn
-        )
+        shift, turn = distances(self[number].T_map_camera.as_matrix(), T_map_camera.as_matrix())
+        return bool(shift < self.settings.near_shift and turn < self.settings.near_turn)
 
     @property
     def pending(self) -> int:
@@ -256,6 +262,7 @@ class Keyframes:
             return False
         for number, pose in zip(self._by_number, poses, strict=True):
             self._by_number[number] = replace(self[number], T_map_camera=pose)
+        self._matrices = None
         self.corrections += 1
         return True
 
@@ -267,20 +274,19 @@ class Keyframes:
 
     def _give_way(self) -> None:
         """Take out the keyframe that is nearest to another one."""
-        numbers = list(self._by_number)
-        poses = RigidTransform.concatenate([self[n].T_map_camera for n in numbers])
+        numbers, poses = list(self._by_number), self._poses()
         closest, least = (numbers[1], numbers[0]), np.inf
         for index, number in enumerate(numbers[1:-1], start=1):
-            between = poses.inv() * poses[index]
-            apart = np.maximum(
-                np.linalg.norm(between.translation, axis=1) / self.settings.shift,
-                between.rotation.magnitude() / self.settings.turn,
-            )
+            shift, turn = distances(poses, poses[index])
+            apart = np.maximum(shift / self.settings.shift, turn / self.settings.turn)
             apart[index] = np.inf
             if apart.min() < least:
                 least, closest = float(apart.min()), (number, numbers[int(apart.argmin())])
         gone, heir = closest
         T_heir_gone = self[heir].T_map_camera.inv() * self[gone].T_map_camera
-        self._moved_to[gone] = (heir, T_heir_gone)
-        self._edges = bridged(self._edges, gone, heir, T_heir_gone)
+        self._heirs.gave_way(gone, heir, T_heir_gone)
+        edges = bridged(self._edges, gone, heir, T_heir_gone)
+        self._edges = thinned(edges, EDGES_EACH * self.settings.most)
+        self._queue = deque(pair for pair in self._queue if gone not in pair)
         del self._by_number[gone]
+        self._matrices = None

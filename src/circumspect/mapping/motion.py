@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.mapping import se3
+from circumspect.mapping import rigid_matrix, se3
+from circumspect.mapping.pose_distance import distances
 from circumspect.sensing import Odometry
 
 ODOMETRY, CONSTANT_VELOCITY = "odometry", "constant velocity"
 CLOSE_SHIFT, CLOSE_TURN = 0.015, float(np.radians(1.0))
-"""Predictions within this [m], [rad] of each other say the same."""
+CLOSE_SHARE = 0.5
+"""Predictions within this [m], [rad], or this share of the motion, of each other say the same."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +74,18 @@ class Belief:
         gain = self.covariance @ H.T @ np.linalg.inv(H @ self.covariance @ H.T + noise)
         kept = np.eye(6) - gain @ H
         covariance = kept @ self.covariance @ kept.T + gain @ noise @ gain.T
-        return Belief(self.T_map_camera * se3.exp(-gain @ error), covariance)
+        matrix = self.T_map_camera.as_matrix() @ rigid_matrix.exp(-gain @ error)
+        return Belief(RigidTransform.from_matrix(matrix), covariance)
 
 
-def close(one: RigidTransform, other: RigidTransform) -> bool:
-    """Whether two predictions of a pose say the same, by `CLOSE_SHIFT` and `CLOSE_TURN`."""
-    turn, shift = np.linalg.norm(se3.log(one.inv() * other).reshape(2, 3), axis=1)
-    return bool(turn < CLOSE_TURN and shift < CLOSE_SHIFT)
+def agree(before: Belief | None, one: Belief, other: Belief) -> bool:
+    """Whether two predictions say the same, up to `CLOSE_SHARE` of the motion since `before`."""
+    shift, turn = distances(one.T_map_camera.as_matrix(), other.T_map_camera.as_matrix())
+    way = spin = 0.0
+    if before is not None:
+        way, spin = distances(before.T_map_camera.as_matrix(), one.T_map_camera.as_matrix())
+    near = shift < max(CLOSE_SHIFT, CLOSE_SHARE * float(way))
+    return bool(near and turn < max(CLOSE_TURN, CLOSE_SHARE * float(spin)))
 
 
 def wheel_motion(
@@ -115,9 +122,10 @@ def wheel_motion(
         settings.bump_turn**2,
         settings.bump_height**2,
     )
-    T_camera_base = T_base_camera.inv()
-    motion = T_camera_base * D.as_transform() * T_base_camera
-    return motion, se3.moved_covariance(T_camera_base, base)
+    X = T_base_camera.as_matrix()
+    motion = rigid_matrix.inverse(X) @ D.as_transform().as_matrix() @ X
+    covariance = se3.moved_covariance(T_base_camera.inv(), base)
+    return RigidTransform.from_matrix(motion), covariance
 
 
 def steady_motion(

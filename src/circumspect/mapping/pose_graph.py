@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -195,3 +196,30 @@ def bridged(edges: list[Edge], gone: int, heir: int, T_heir_gone: RigidTransform
             information = se3.moved_information(T_heir_gone, edge.information)
             kept.append(Edge(edge.first, heir, measured, information, robust=True))
     return kept
+
+
+def thinned(edges: list[Edge], most: int) -> list[Edge]:
+    """At most one edge a pair of poses, the firmest, and no more than `most` in all.
+
+    Bridging hangs edges of one pose after another on the same heirs. Of too many, those between
+    the poses with the most edges go first; what is not robust, the chain of the drive, stays.
+    """
+    best: dict[tuple[int, int], Edge] = {}
+    for edge in edges:
+        pair = (min(edge.first, edge.second), max(edge.first, edge.second))
+        known = best.get(pair)
+        if known is None or _firmness(edge) > _firmness(known):
+            best[pair] = edge
+    kept = list(best.values())
+    while len(kept) > most:
+        ends = Counter(number for edge in kept for number in (edge.first, edge.second))
+        loose = [index for index, edge in enumerate(kept) if edge.robust]
+        if not loose:
+            break
+        crowd = [min(ends[kept[index].first], ends[kept[index].second]) for index in loose]
+        del kept[loose[int(np.argmax(crowd))]]
+    return kept
+
+
+def _firmness(edge: Edge) -> tuple[bool, float]:
+    return not edge.robust, float(np.trace(edge.information))

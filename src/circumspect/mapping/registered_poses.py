@@ -24,7 +24,7 @@ from circumspect.mapping.tracking_settings import TrackingSettings
 from circumspect.mapping.visibility import seen_through
 from circumspect.sensing import Odometry, RgbdFrame
 
-RECOGNISED = "a place seen before"
+RECOGNISED, STEADY = "a place seen before", motion.CONSTANT_VELOCITY
 BETTER = 0.9
 """At this share of the mean distance to the map a frame fits clearly better."""
 UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
@@ -119,20 +119,20 @@ class RegisteredPoses(PoseEstimator):
 
     def _best_attempt(self, frame: RgbdFrame, scan: Scan) -> Attempt:
         """By odometry; where that is doubtful, also as if the last motion just went on."""
-        believed, source = self._predictions(frame)[0]
-        first = self._attempt(frame, scan, believed, source)
-        if source != motion.ODOMETRY:
-            return first
-        steady, source = self._predictions(frame)[1]
+        wheels = self._by_wheels(frame)
+        if wheels is None:
+            return self._attempt(frame, scan, self._by_steady_motion(frame), STEADY)
+        first = self._attempt(frame, scan, wheels, motion.ODOMETRY)
         usual = first.distance < UNUSUAL * max(self._distance, LEAST_DISTANCE)
-        agree = motion.close(believed.T_map_camera, steady.T_map_camera)
+        steady = self._by_steady_motion(frame)
+        agree = motion.agree(self._belief, wheels, steady)
         if agree and usual and not first.verdict.contradicts:
             return first
-        second = self._attempt(frame, scan, steady, source)
+        second = self._attempt(frame, scan, steady, STEADY)
         if not second.verdict.is_open:
             return first
         # Odometry that misled once must fit clearly better before it is trusted again.
-        share = 1 / BETTER if self._source == motion.CONSTANT_VELOCITY else BETTER
+        share = 1 / BETTER if self._source == STEADY else BETTER
         doubtful = first.verdict.contradicts or second.distance < share * first.distance
         return second if doubtful else first
 
@@ -162,19 +162,23 @@ class RegisteredPoses(PoseEstimator):
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(belief, Verdict(), RECOGNISED, found)
 
-    def _predictions(self, frame: RgbdFrame) -> list[tuple[Belief, str]]:
-        """What the sources of motion say, the best first."""
+    def _by_wheels(self, frame: RgbdFrame) -> Belief | None:
+        """What the odometry says, where there is any."""
+        s, mount = self.settings.motion, frame.T_base_camera
+        if self._belief is None or mount is None:
+            return None
+        if frame.odometry is None or self._odometry is None:
+            return None
+        step = motion.wheel_motion(self._odometry, frame.odometry, mount, s)
+        return self._belief.moved(*step).held_to_floor(mount, s)
+
+    def _by_steady_motion(self, frame: RgbdFrame) -> Belief:
+        """As if the last motion went on."""
         assert self._belief is not None
         s, mount, time = self.settings.motion, frame.T_base_camera, frame.stamp - self._stamp
-        told: list[tuple[Belief, str]] = []
-        if frame.odometry is not None and self._odometry is not None and mount is not None:
-            step = motion.wheel_motion(self._odometry, frame.odometry, mount, s)
-            told.append((self._belief.moved(*step).held_to_floor(mount, s), motion.ODOMETRY))
         step = motion.steady_motion(self._motion, self._motion_time, time, s)
         steady = self._belief.moved(*step)
-        if mount is not None:
-            steady = steady.held_to_floor(mount, s)
-        return [*told, (steady, motion.CONSTANT_VELOCITY)]
+        return steady if mount is None else steady.held_to_floor(mount, s)
 
     def _remember(self, frame: RgbdFrame, attempt: Attempt) -> None:
         if self._belief is not None and attempt.verdict.is_open and attempt.source != RECOGNISED:
@@ -221,12 +225,15 @@ class RegisteredPoses(PoseEstimator):
 
     def corrected(self, told: Sequence[PoseEstimate]) -> list[RigidTransform]:
         """See `PoseEstimator.corrected`."""
-        return [
-            self.keyframes.anchored(estimate.anchor, estimate.T_anchor_camera)
-            if estimate.anchor is not None and estimate.T_anchor_camera is not None
-            else estimate.T_map_camera
-            for estimate in told
-        ]
+        return [self._now(estimate) for estimate in told]
+
+    def _now(self, estimate: PoseEstimate) -> RigidTransform:
+        if estimate.anchor is None or estimate.T_anchor_camera is None:
+            return estimate.T_map_camera
+        try:
+            return self.keyframes.anchored(estimate.anchor, estimate.T_anchor_camera)
+        except KeyError:  # forgotten long ago: it stays where it was told to be
+            return estimate.T_map_camera
 
     def anchor_pose(self, number: int) -> RigidTransform:
         """See `PoseEstimator.anchor_pose`."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.mapping import se3
+from circumspect.mapping import rigid_matrix
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
 
@@ -82,8 +82,13 @@ class Registration:
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
-    """The point-to-plane problem, linear about one pose."""
+class LinearFit:
+    """The point-to-plane problem, linear about one pose.
+
+    Attributes:
+        hessian, gradient: (6, 6) and (6,) of half the sum of weighted squares.
+        inliers, overlap, distance, residual, misfit: See `Registration`.
+    """
 
     hessian: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 6)))
     gradient: NDArray[np.float64] = field(default_factory=lambda: np.zeros(6))
@@ -119,20 +124,21 @@ def register(
         The optimum; where too few points have a correspondence, the prior, not converged.
     """
     s = settings or RegistrationSettings()
-    change, T = np.zeros(6), T_map_prior
-    fit, steps, converged = _Fit(), 0, False
+    prior = T_map_prior.as_matrix()
+    change, T, back = np.zeros(6), prior, rigid_matrix.inverse(prior)
+    fit, steps, converged = LinearFit(), 0, False
     # The way is found with few points, the end with all of them.
     part = scan.thinned(THINNED)
     while steps < s.rounds:
         steps += 1
-        fit = _linearised(part, scene, T, s.reach)
+        fit = linearised(part, scene, T, s.reach)
         if fit.inliers < FEWEST:
-            change, T = np.zeros(6), T_map_prior
+            change, T = np.zeros(6), prior
             break
         gradient = fit.gradient + prior_information @ change
         delta = -np.linalg.solve(fit.hessian + prior_information + 1e-9 * np.eye(6), gradient)
-        T = T * se3.exp(delta)
-        change = se3.log(T_map_prior.inv() * T)
+        T = T @ rigid_matrix.exp(delta)
+        change = rigid_matrix.log(back @ T)
         turn, shift = np.linalg.norm(delta.reshape(2, 3), axis=1)
         small = turn < s.turn and shift < s.shift
         smallish = turn < COARSE * s.turn and shift < COARSE * s.shift
@@ -143,7 +149,7 @@ def register(
         if smallish:
             part = scan
     return Registration(
-        T_map_camera=T,
+        T_map_camera=T_map_prior if T is prior else RigidTransform.from_matrix(T),
         hessian=fit.hessian,
         information=fit.hessian + prior_information,
         innovation=change,
@@ -158,51 +164,29 @@ def register(
     )
 
 
-def _linearised(scan: Scan, scene: SceneMap, T: RigidTransform, reach: float) -> _Fit:
+def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float) -> LinearFit:
+    """The point-to-plane problem about one pose, in C++; its twin is in `numpy_twin`.
+
+    Args:
+        scan: The frame's points.
+        scene: What they are compared with.
+        T: (4, 4) `T_map_camera`.
+        reach: Points further than this [m] from the map have no correspondence.
+    """
     if len(scan) == 0 or len(scene) == 0:
-        return _Fit()
-    matrix = T.as_matrix()
-    R, t = matrix[:3, :3], matrix[:3, 3]
-    placed = scan.points_xyz @ R.T + t
-    indices, distances = scene.nearest(placed)
-    matched = np.flatnonzero(distances < reach)
-    if len(matched) < FEWEST:
-        return _Fit()
-    targets = indices[matched]
-    normals = scene.normals_xyz[targets]
-    r = np.einsum("ij,ij->i", placed[matched] - scene.points_xyz[targets], normals)
-    sigma = np.hypot(scan.sigmas[matched], scene.sigmas[targets])
-    u = r / sigma
-    # The description of the sensor bounds what counts as an outlier; the residuals themselves
-    # tell the noise, which averaging made smaller.
-    noise = max(LEAST_SPREAD, 1.4826 * float(np.median(np.abs(u))))
-    weight = np.clip(1 - (u / (TUKEY * max(1.0, noise))) ** 2, 0, None) ** 2
-    # d r / d(φ, ρ) of T exp(φ, ρ): p × Rᵀn and Rᵀn, both in the optical frame.
-    facing = normals @ R
-    J = np.concatenate([np.cross(scan.points_xyz[matched], facing), facing], axis=1)
-    J *= (1 / sigma)[:, None]
-    weighted = J * (weight / (CORRELATION * noise**2))[:, None]
-    say = weight > 0
-    total = max(float(weight.sum()), 1e-12)
-    return _Fit(
-        weighted.T @ J,
-        weighted.T @ u,
-        int(say.sum()),
-        *_agreement(matched, np.abs(r), placed[:, 2]),
-        float(np.sqrt((weight * r**2).sum() / total)),
-        float(np.sqrt((weight * u**2).sum() / total)),
+        return LinearFit()
+    return LinearFit(
+        *scene.planes.linearised(
+            scan.points_xyz,
+            scan.sigmas,
+            T,
+            reach=reach,
+            tukey=TUKEY,
+            correlation=CORRELATION,
+            least_spread=LEAST_SPREAD,
+            floor=FLOOR,
+            far=FAR,
+            standing=STANDING,
+            fewest=FEWEST,
+        )
     )
-
-
-def _agreement(
-    matched: NDArray[np.intp], r: NDArray[np.float64], height: NDArray[np.float64]
-) -> tuple[float, float]:
-    """Overlap and mean distance, by the points off the floor where there are enough."""
-    standing = np.abs(height) > FLOOR
-    if standing.sum() < STANDING:
-        standing[:] = True
-    near = np.zeros(len(height), bool)
-    near[matched] = True
-    distance = np.full(len(height), FAR)
-    distance[matched] = np.minimum(r, FAR)
-    return float(near[standing].mean()), float(distance[standing].mean())

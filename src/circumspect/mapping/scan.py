@@ -62,7 +62,9 @@ class Scan:
 
     def thinned(self, step: int) -> Scan:
         """Every `step`-th point."""
-        return Scan(self.points_xyz[::step], self.sigmas[::step])
+        return Scan(
+            np.ascontiguousarray(self.points_xyz[::step]), np.ascontiguousarray(self.sigmas[::step])
+        )
 
     def normals_xyz(self, neighbours: int = 10) -> NDArray[np.float64]:
         """(n, 3) unit vectors towards the camera; zero where too few points are near.
@@ -86,4 +88,5 @@ def _thinned(points_xyz: NDArray[np.float64], voxel: float) -> NDArray[np.float6
 
     if len(points_xyz) == 0:
         return points_xyz
-    return np.array(small_gicp.voxelgrid_sampling(points_xyz, voxel).points())[:, :3]
+    points = small_gicp.voxelgrid_sampling(points_xyz, voxel).points()
+    return np.ascontiguousarray(np.asarray(points)[:, :3])

@@ -11,12 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.mapping import _native
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 
 if TYPE_CHECKING:
     from small_gicp import KdTree
 
+CELL = 0.05
+"""Side of the cells in which the planes are looked up [m]: about how far one looks."""
 # Columns of the sums: information (of points), times point (3), times normal (3).
 _WEIGHT, _POINT, _NORMAL, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7
 
@@ -79,6 +82,11 @@ class SceneMap:
     def sigmas(self) -> NDArray[np.float64]:
         """(n,) [m] standard deviation of the mean points."""
         return self.sums.totals[:, _WEIGHT] ** -0.5
+
+    @cached_property
+    def planes(self) -> _native.PlaneMap:
+        """The points with their normals, to fit scans to."""
+        return _native.PlaneMap(self.points_xyz, self.normals_xyz, self.sigmas, CELL)
 
     def nearest(
         self, points_xyz: NDArray[np.float64]

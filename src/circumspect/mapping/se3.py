@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.mapping import rigid_matrix
+
 
 def exp(change: ArrayLike) -> RigidTransform:
     """The motion of a change: (6,), or (n, 6) for a batch, [rad, m]."""
@@ -86,7 +88,7 @@ def level_error(
         (…, 3) roll [rad], pitch [rad] and height [m] of the base, and (…, 3, 6) their derivative
         by changes of the camera's pose.
     """
-    matrix = (T_map_camera * T_base_camera.inv()).as_matrix()
+    matrix = T_map_camera.as_matrix() @ rigid_matrix.inverse(T_base_camera.as_matrix())
     # The third row of the rotation is the map's z in the base's frame: (0, 0, 1) when level.
     up = matrix[..., 2, :3]
     by_base = np.zeros((*up.shape[:-1], 3, 6))

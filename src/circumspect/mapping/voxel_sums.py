@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.mapping import _native
+
 BITS = 20
 """Bits for each coordinate of a voxel: a million voxels along each axis."""
 
@@ -58,24 +60,11 @@ class VoxelSums:
             keys: (n,) in any order.
             values: (n, columns).
         """
-        if len(keys) == 0:
-            return cls.empty(values.shape[1])
-        order = np.argsort(keys, kind="stable")
-        ordered = keys[order]
-        first = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
-        totals = np.add.reduceat(values.take(order, axis=0), first, axis=0, dtype=np.float64)
-        return cls(ordered[first], totals)
+        return cls(*_native.row_sums(keys, values))
 
     def __len__(self) -> int:
         return len(self.keys)
 
     def plus(self, other: VoxelSums) -> VoxelSums:
         """The sums of both."""
-        if len(self) == 0:
-            return other
-        places = np.searchsorted(self.keys, other.keys)
-        known = self.keys[np.minimum(places, len(self) - 1)] == other.keys
-        totals = self.totals.copy()
-        totals[places[known]] += other.totals[known]
-        keys = np.insert(self.keys, places[~known], other.keys[~known])
-        return VoxelSums(keys, np.insert(totals, places[~known], other.totals[~known], axis=0))
+        return VoxelSums(*_native.table_sum(self.keys, self.totals, other.keys, other.totals))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import PinholeCamera
+from circumspect.sensing import _native
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,28 +51,12 @@ class DepthBlocks:
             mask: (height, width) the pixels that count; None means all.
             jump: See the class.
         """
-        valid = np.isfinite(depth) if mask is None else np.isfinite(depth) & mask
         height, width = depth.shape
         rows, columns = -(-height // block), -(-width // block)
-        inverse = np.zeros((rows * block, columns * block), np.float32)
-        np.divide(1, depth, out=inverse[:height, :width], where=valid)
-        total, highest = (
-            np.zeros((rows, columns), np.float32),
-            np.zeros((rows, columns), np.float32),
-        )
-        lowest = np.full((rows, columns), np.inf, np.float32)
-        counts = np.zeros((rows, columns), np.int32)
-        for v in range(block):
-            for u in range(block):
-                q = inverse[v::block, u::block]
-                hit = q > 0
-                total += q
-                counts += hit
-                np.maximum(highest, q, out=highest)
-                np.minimum(lowest, q, out=lowest, where=hit)
-        counts[(counts > 0) & (highest - lowest > 2 * jump * highest)] = 0
-        mean = np.full((rows, columns), np.nan, np.float32)
-        np.divide(total, counts, out=mean, where=counts > 0)
+        mean, counts = np.empty((rows, columns), np.float32), np.empty((rows, columns), np.int32)
+        wanted = None if mask is None else np.ascontiguousarray(mask, bool)
+        image = np.ascontiguousarray(depth, np.float32)
+        _native.block_means(image, wanted, block, jump, mean, counts)
         return cls(mean, counts, camera, block, jump)
 
     @property

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import PinholeCamera
 
+AXIAL = (0.0012, 0.0019, 0.4)
+"""a, b [1/m] and c [m] of the frontal axial noise a + b (z - c)²."""
 GRAZING_FROM = float(np.radians(60.0))
 
 
@@ -51,7 +53,8 @@ class DepthNoise:
             σz = 0.0012 + 0.0019 (z − 0.4)² [m], and from 60° on 0.0001 θ² / (√z (π/2 − θ)²) more.
         """
         z = np.asarray(depth, dtype=np.float32)
-        sigma = 0.0012 + 0.0019 * (z - 0.4) ** 2
+        a, b, c = AXIAL
+        sigma = a + b * (z - c) ** 2
         if isinstance(incidence, float) and incidence <= GRAZING_FROM:
             return sigma
         theta = np.minimum(np.asarray(incidence, dtype=np.float32), np.float32(1.55))
@@ -64,6 +67,10 @@ class DepthNoise:
         """Distance between neighbouring depths that the sensor can report [m]."""
         z = np.asarray(depth, dtype=np.float32)
         return (z**2 * self.disparity_step / (camera.fx * self.baseline)).astype(np.float32)
+
+    def coefficients(self, camera: PinholeCamera) -> tuple[float, float, float, float]:
+        """a, b, c of the frontal axial noise a + b (z - c)², and d of the step d z²."""
+        return (*AXIAL, self.disparity_step / (camera.fx * self.baseline))
 
     def applied(
         self,

@@ -6,7 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import PinholeCamera
+from circumspect.sensing import _native
 from circumspect.sensing.depth_noise import DepthNoise
+
+SPREADS = 4 * float(np.sqrt(2))
+"""Standard deviations of one depth that two neighbours may differ by: four of a difference."""
 
 
 def continuous_pixels(
@@ -26,17 +30,8 @@ def continuous_pixels(
     Returns:
         (height, width) bool; False where the depth is invalid.
     """
-    keep = np.isfinite(depth)
-    spread = 4 * float(np.sqrt(2)) * noise.axial_sigma(depth) + noise.quantisation_step(
-        depth, camera
-    )
-    allowed = np.maximum(spread, depth * np.float32(np.tan(steepest) / camera.fx))
-    for axis in (0, 1):
-        along, limit = np.moveaxis(depth, axis, 0), np.moveaxis(allowed, axis, 0)
-        with np.errstate(invalid="ignore"):
-            joined = np.abs(np.diff(along, axis=0)) <= np.minimum(limit[1:], limit[:-1])
-        either = np.zeros(along.shape, bool)
-        either[1:] |= joined
-        either[:-1] |= joined
-        keep &= np.moveaxis(either, 0, axis)
+    image = np.ascontiguousarray(depth, np.float32)
+    keep = np.empty(image.shape, bool)
+    slope = float(np.tan(steepest)) / camera.fx
+    _native.continuous(image, noise.coefficients(camera), SPREADS, slope, keep)
     return keep

@@ -8,13 +8,15 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.sensing import _native
 from circumspect.sensing.depth_noise import DepthNoise
 from circumspect.sensing.floor_plane import FloorPlane
 from circumspect.sensing.flying_pixels import continuous_pixels
-from circumspect.sensing.pixel_rays import along_axis
 from circumspect.sensing.rgbd_frame import RgbdFrame
 from circumspect.sensing.segmentation import Segmentation
 
+FLOOR_STEP = 6
+"""The floor is fitted to one pixel of each block of this side [px]."""
 SHARED_CELLS = 2
 """Plan-view cells that a cluster shares with the known object before it belongs to it."""
 
@@ -46,59 +48,64 @@ class GroundSegmentation(Segmentation):
     ) -> NDArray[np.bool_]:
         """See `Segmentation.object_mask`."""
         mask = continuous_pixels(frame.depth, frame.camera, self.noise)
-        # What the sensor can not have seen is no object: a wrong unit, a wrong decoder.
-        with np.errstate(invalid="ignore"):
-            mask &= frame.depth <= self.noise.farthest
-        mask &= self._above_floor(frame, self._floor(frame, mask))
-        points = frame.points_map(mask)
-        if len(points) < self.fewest:
+        self._keep_above_floor(frame, self._floor(frame, mask), mask)
+        if np.count_nonzero(mask) < self.fewest:
             return np.zeros_like(mask)
-        kept = self._cluster(points, frame, mask, known_xyz)
-        mask[mask] = kept
+        mask[mask] = self._cluster(frame, mask, known_xyz)
         return mask
 
     def _floor(self, frame: RgbdFrame, mask: NDArray[np.bool_]) -> FloorPlane:
-        sparse = np.zeros_like(mask)
-        sparse[::6, ::6] = mask[::6, ::6]
-        return FloorPlane().refined(frame.points_map(sparse))
+        return FloorPlane().refined(frame.sparse_points_map(FLOOR_STEP, mask))
 
-    def _above_floor(self, frame: RgbdFrame, floor: FloorPlane) -> NDArray[np.bool_]:
+    def _keep_above_floor(
+        self, frame: RgbdFrame, floor: FloorPlane, mask: NDArray[np.bool_]
+    ) -> None:
+        """Take out of the mask what is floor, and what the sensor can not have seen."""
         up = np.array([-floor.slope_x, -floor.slope_y, 1.0])
-        matrix = frame.pose.as_matrix()
-        rise = along_axis(frame.camera, matrix[:3, :3].T @ up)
-        height = frame.depth * rise + np.float32(up @ matrix[:3, 3] - floor.offset)
-        step = self.noise.quantisation_step(frame.depth, frame.camera)
-        sigma = np.abs(rise) * np.sqrt(self.noise.axial_sigma(frame.depth) ** 2 + step**2 / 12)
-        with np.errstate(invalid="ignore"):
-            return height > self.margin + self.sigmas * sigma
+        matrix, camera = frame.pose.as_matrix(), frame.camera
+        x, y, z = (float(value) for value in matrix[:3, :3].T @ up)
+        _native.keep_above(
+            frame.depth,
+            (x, y, z, float(up @ matrix[:3, 3] - floor.offset)),
+            (camera.fx, camera.fy, camera.cx, camera.cy),
+            self.noise.coefficients(camera),
+            self.margin,
+            self.sigmas,
+            # What is beyond is no object: a wrong unit, a wrong decoder.
+            self.noise.farthest,
+            mask,
+        )
 
     def _cluster(
         self,
-        points_xyz: NDArray[np.float64],
         frame: RgbdFrame,
         mask: NDArray[np.bool_],
         known_xyz: NDArray[np.floating] | None,
     ) -> NDArray[np.bool_]:
-        """(n,) which of the points above the floor belong to the object."""
+        """(n,) which of the mask's pixels, above the floor, belong to the object."""
         from scipy import ndimage
 
-        low = points_xyz[:, :2].min(axis=0) - 2 * self.cell
-        cells = ((points_xyz[:, :2] - low) / self.cell).astype(np.intp)
-        shape = cells.max(axis=0) + 3
-        flat = np.ravel_multi_index(cells.T, shape)
-        counts = np.bincount(flat, minlength=shape.prod()).reshape(shape)
-        joined = ndimage.binary_dilation(counts >= 3, np.ones((2, 2)), origin=-1)
+        camera = frame.camera
+        intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy)
+        flat, low_x, low_y, rows, columns = _native.plan_cells(
+            frame.depth, mask, intrinsics, frame.pose.as_matrix(), self.cell
+        )
+        counts = np.bincount(flat, minlength=rows * columns)
+        joined = ndimage.binary_dilation(
+            counts.reshape(rows, columns) >= 3, np.ones((2, 2)), origin=-1
+        )
         found = ndimage.label(joined, np.ones((3, 3)))
         labels, count = cast("tuple[NDArray[np.intp], int]", found)
-        of_point = labels.ravel()[flat]
-        sizes = np.bincount(of_point, minlength=count + 1)
+        of_cell = labels.ravel()
+        sizes = np.bincount(of_cell, counts, minlength=count + 1)
         sizes[0] = 0
         candidates = sizes >= self.fewest
         if known_xyz is not None and len(known_xyz):
-            chosen = candidates & _standing_on(labels, count, (known_xyz[:, :2] - low) / self.cell)
+            places = (known_xyz[:, :2] - [low_x, low_y]) / self.cell
+            chosen = candidates & _standing_on(labels, count, places)
         else:
-            chosen = _looked_at(of_point, candidates, frame, mask)
-        return chosen[of_point]
+            chosen = _looked_at(of_cell[flat], candidates, frame, mask)
+        return chosen[of_cell][flat]
 
 
 def _standing_on(

@@ -131,6 +131,25 @@ class RgbdFrame:
         points = rays * self.depth.take(chosen)[:, None]
         return points @ matrix[:3, :3].T.astype(np.float32) + matrix[:3, 3]
 
+    def sparse_points_map(self, step: int, mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """As `points_map`, of every `step`-th pixel of every `step`-th row that is in a mask.
+
+        Args:
+            step: [px].
+            mask: (height, width).
+
+        Returns:
+            (n, 3) [m], row by row.
+
+        Raises:
+            InputError: The frame has no pose.
+        """
+        depth = self.depth[::step, ::step]
+        chosen = mask[::step, ::step] & np.isfinite(depth)
+        matrix = self.pose.as_matrix()
+        points = pixel_rays(self.camera)[::step, ::step][chosen] * depth[chosen][:, None]
+        return points @ matrix[:3, :3].T.astype(np.float32) + matrix[:3, 3]
+
 
 def _finite(T_map_camera: RigidTransform, stamp: float) -> RigidTransform:
     if not np.isfinite(T_map_camera.as_matrix()).all():

@@ -1,0 +1,162 @@
+#include "depth_image.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "multiversion.hpp"
+
+namespace circumspect {
+namespace {
+
+// How far neighbours may be apart; NaN where there is no depth, so that no comparison holds.
+CIRCUMSPECT_MULTIVERSION
+void allowed_steps(const float* __restrict depth, std::size_t count, const Noise& noise,
+                   float spreads, float slope, float* __restrict allowed) {
+  const Noise n = noise;
+  for (std::size_t at = 0; at < count; ++at) {
+    const float z = depth[at];
+    const float spread = spreads * n.axial(z) + n.step * (z * z), going_on = z * slope;
+    allowed[at] = spread > going_on ? spread : going_on;
+  }
+}
+
+inline uint8_t joined(float z, float other, float limit, float other_limit) {
+  return uint8_t(std::fabs(z - other) <= (limit < other_limit ? limit : other_limit));
+}
+
+// One row of pixels, between the rows above and below (null at the rims).
+CIRCUMSPECT_MULTIVERSION
+void continuous_row(const float* __restrict z, const float* __restrict limit,
+                    const uint8_t* __restrict above, const uint8_t* __restrict below,
+                    std::size_t width, uint8_t* __restrict along, bool* __restrict out) {
+  along[0] = 0, along[width] = 0;
+  for (std::size_t u = 1; u < width; ++u) {
+    along[u] = joined(z[u - 1], z[u], limit[u - 1], limit[u]);
+  }
+  for (std::size_t u = 0; u < width; ++u) {
+    out[u] = ((along[u] | along[u + 1]) & (above[u] | below[u])) != 0;
+  }
+}
+
+CIRCUMSPECT_MULTIVERSION
+void joined_rows(const float* __restrict z, const float* __restrict next,
+                 const float* __restrict limit, const float* __restrict next_limit,
+                 std::size_t width, uint8_t* __restrict out) {
+  for (std::size_t u = 0; u < width; ++u) out[u] = joined(z[u], next[u], limit[u], next_limit[u]);
+}
+
+CIRCUMSPECT_MULTIVERSION
+void keep_above_row(const float* __restrict depth, std::size_t width, const Rise& rise, float v,
+                    const Noise& noise, float margin, float sigmas, float farthest,
+                    bool* __restrict mask) {
+  const Noise n = noise;
+  const Rise r = rise;
+  const float base = r.z + r.y * v;
+  for (std::size_t u = 0; u < width; ++u) {
+    const float z = depth[u], up = base + r.x * ((float(u) - r.cx) / r.fx);
+    const float axial = n.axial(z), step = n.step * (z * z);
+    const float sigma = std::fabs(up) * std::sqrt(axial * axial + step * step / 12.0f);
+    const bool kept = z <= farthest && z * up + r.height > margin + sigmas * sigma;
+    mask[u] = mask[u] & kept;
+  }
+}
+
+}  // namespace
+
+void block_means(const float* depth, const bool* mask, Size size, std::size_t block, float jump,
+                 float* mean, int32_t* counts) {
+  const std::size_t columns = (size.width + block - 1) / block;
+  const std::size_t rows = (size.height + block - 1) / block;
+  std::vector<float> total(columns), highest(columns), lowest(columns);
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (std::size_t row = 0; row < rows; ++row, mean += columns, counts += columns) {
+    std::fill(total.begin(), total.end(), 0.0f);
+    std::fill(highest.begin(), highest.end(), 0.0f);
+    std::fill(lowest.begin(), lowest.end(), infinity);
+    std::fill(counts, counts + columns, 0);
+    for (std::size_t v = row * block; v < std::min(size.height, (row + 1) * block); ++v) {
+      const float* line = depth + v * size.width;
+      const bool* wanted = mask == nullptr ? nullptr : mask + v * size.width;
+      for (std::size_t column = 0, u = 0; column < columns; ++column) {
+        for (const std::size_t end = std::min(size.width, u + block); u < end; ++u) {
+          const float z = line[u];
+          if (!(z > 0.0f && z < infinity) || (wanted != nullptr && !wanted[u])) continue;
+          const float q = 1.0f / z;
+          total[column] += q, counts[column] += 1;
+          highest[column] = std::max(highest[column], q);
+          lowest[column] = std::min(lowest[column], q);
+        }
+      }
+    }
+    for (std::size_t c = 0; c < columns; ++c) {
+      if (counts[c] > 0 && highest[c] - lowest[c] > 2.0f * jump * highest[c]) counts[c] = 0;
+      mean[c] = counts[c] > 0 ? float(double(total[c]) / counts[c])
+                              : std::numeric_limits<float>::quiet_NaN();
+    }
+  }
+}
+
+void continuous(const float* depth, Size size, const Noise& noise, float spreads, float slope,
+                bool* out) {
+  const std::size_t width = size.width;
+  std::vector<float> allowed(2 * width);
+  std::vector<uint8_t> above(width, 0), below(width, 0), along(width + 1);
+  float *here = allowed.data(), *next = here + width;
+  if (size.height > 0) allowed_steps(depth, width, noise, spreads, slope, here);
+  for (std::size_t v = 0; v < size.height; ++v, depth += width, out += width) {
+    if (v + 1 < size.height) {
+      allowed_steps(depth + width, width, noise, spreads, slope, next);
+      joined_rows(depth, depth + width, here, next, width, below.data());
+    } else {
+      std::fill(below.begin(), below.end(), uint8_t(0));
+    }
+    continuous_row(depth, here, above.data(), below.data(), width, along.data(), out);
+    std::swap(above, below);
+    std::swap(here, next);
+  }
+}
+
+void keep_above(const float* depth, Size size, const Rise& rise, const Noise& noise, float margin,
+                float sigmas, float farthest, bool* mask) {
+  for (std::size_t v = 0; v < size.height; ++v) {
+    keep_above_row(depth + v * size.width, size.width, rise, (float(v) - rise.cy) / rise.fy, noise,
+                   margin, sigmas, farthest, mask + v * size.width);
+  }
+}
+
+PlanCells plan_cells(const float* depth, const bool* mask, Size size, const double* camera,
+                     const double* T, double cell, std::size_t most) {
+  const auto [fx, fy, cx, cy] = std::array<double, 4>{camera[0], camera[1], camera[2], camera[3]};
+  std::vector<double> xs, ys;
+  double low_x = 0.0, low_y = 0.0, high_x = 0.0, high_y = 0.0;
+  for (std::size_t v = 0; v < size.height; ++v) {
+    const double b = (double(v) - cy) / fy;
+    for (std::size_t u = 0; u < size.width; ++u) {
+      if (!mask[v * size.width + u]) continue;
+      const double z = double(depth[v * size.width + u]), a = (double(u) - cx) / fx;
+      const double x = (T[0] * a + T[1] * b + T[2]) * z + T[3];
+      const double y = (T[4] * a + T[5] * b + T[6]) * z + T[7];
+      if (xs.empty()) low_x = high_x = x, low_y = high_y = y;
+      low_x = std::min(low_x, x), high_x = std::max(high_x, x);
+      low_y = std::min(low_y, y), high_y = std::max(high_y, y);
+      xs.push_back(x), ys.push_back(y);
+    }
+  }
+  PlanCells found;
+  found.low_x = low_x - 2.0 * cell, found.low_y = low_y - 2.0 * cell;
+  const double rows = (high_x - found.low_x) / cell + 3.0;
+  const double columns = (high_y - found.low_y) / cell + 3.0;
+  if (!(rows * columns <= double(most))) return found;
+  found.rows = std::size_t(rows), found.columns = std::size_t(columns);
+  found.cell.resize(xs.size());
+  for (std::size_t n = 0; n < xs.size(); ++n) {
+    const std::size_t i = std::size_t((xs[n] - found.low_x) / cell);
+    const std::size_t j = std::size_t((ys[n] - found.low_y) / cell);
+    found.cell[n] = int32_t(i * found.columns + j);
+  }
+  return found;
+}
+
+}  // namespace circumspect

@@ -1,0 +1,191 @@
+#include "plane_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace circumspect {
+namespace {
+
+constexpr int kBits = 21;
+constexpr uint64_t kMask = (uint64_t(1) << kBits) - 1;
+
+// Cells repeat after 2²¹ along an axis; distances are checked, so that harms nothing.
+inline uint64_t key_of(int64_t i, int64_t j, int64_t k) {
+  return ((uint64_t(i) & kMask) << (2 * kBits)) | ((uint64_t(j) & kMask) << kBits) |
+         (uint64_t(k) & kMask);
+}
+
+inline uint64_t mixed(uint64_t key) {
+  key *= 0x9E3779B97F4A7C15ull;
+  return key ^ (key >> 29);
+}
+
+inline double square(double v) { return v * v; }
+
+struct Match {
+  double r, u, inverse_sigma;
+  std::array<double, 3> p, facing;
+};
+
+// The median as NumPy has it: the mean of the two in the middle where their number is even.
+double median(std::vector<double>& values) {
+  const std::size_t half = values.size() / 2;
+  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(half), values.end());
+  const double upper = values[half];
+  if (values.size() % 2 == 1) return upper;
+  return 0.5 * (upper + *std::max_element(values.begin(), values.begin() + std::ptrdiff_t(half)));
+}
+
+// Adds up robustly weighted squares; `noise` is the spread that the residuals themselves show.
+void accumulate(const std::vector<Match>& matches, double noise, const FitRules& rules,
+                LinearFit& fit) {
+  const double cut = 1.0 / (rules.tukey * std::max(1.0, noise));
+  const double share = 1.0 / (rules.correlation * noise * noise);
+  double total = 0.0, r2 = 0.0, u2 = 0.0;
+  for (const Match& m : matches) {
+    const double w = square(std::max(0.0, 1.0 - square(m.u * cut)));
+    if (w <= 0.0) continue;
+    fit.inliers += 1;
+    total += w, r2 += w * m.r * m.r, u2 += w * m.u * m.u;
+    const auto& [px, py, pz] = m.p;
+    const auto& [nx, ny, nz] = m.facing;
+    const double s = m.inverse_sigma;
+    const double J[6] = {s * (py * nz - pz * ny), s * (pz * nx - px * nz),
+                         s * (px * ny - py * nx), s * nx, s * ny, s * nz};
+    for (int a = 0; a < 6; ++a) {
+      const double weighted = share * w * J[a];
+      for (int b = 0; b <= a; ++b) fit.hessian[std::size_t(6 * a + b)] += weighted * J[b];
+      fit.gradient[std::size_t(a)] += weighted * m.u;
+    }
+  }
+  for (std::size_t a = 0; a < 6; ++a) {
+    for (std::size_t b = 0; b < a; ++b) fit.hessian[6 * b + a] = fit.hessian[6 * a + b];
+  }
+  total = std::max(total, 1e-12);
+  fit.residual = std::sqrt(r2 / total), fit.misfit = std::sqrt(u2 / total);
+}
+
+}  // namespace
+
+PlaneMap::PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
+                   std::size_t count, double cell)
+    : cell_(cell), per_metre_(1.0 / cell), planes_(count) {
+  std::size_t capacity = 16;
+  while (capacity < 2 * count) capacity *= 2;
+  slots_.assign(capacity, Slot{0, 0, 0});
+  // First how many there are in each cell, then where each cell begins, then the planes.
+  std::vector<std::size_t> slot_of(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    const double* p = points_xyz + 3 * n;
+    const uint64_t key = key_of(int64_t(std::floor(p[0] * per_metre_)),
+                                int64_t(std::floor(p[1] * per_metre_)),
+                                int64_t(std::floor(p[2] * per_metre_)));
+    std::size_t at = mixed(key) & (capacity - 1);
+    while (slots_[at].end > 0 && slots_[at].key != key) at = (at + 1) & (capacity - 1);
+    slots_[at].key = key, slots_[at].end += 1;
+    slot_of[n] = at;
+  }
+  int32_t begin = 0;
+  for (Slot& slot : slots_) {
+    const int32_t here = slot.end;
+    slot.begin = slot.end = begin;
+    begin += here;
+  }
+  for (std::size_t n = 0; n < count; ++n) {
+    const double *p = points_xyz + 3 * n, *normal = normals_xyz + 3 * n;
+    planes_[std::size_t(slots_[slot_of[n]].end++)] =
+        Plane{p[0], p[1], p[2], normal[0], normal[1], normal[2], square(sigmas[n])};
+  }
+}
+
+const PlaneMap::Slot* PlaneMap::find(uint64_t key) const {
+  const std::size_t last = slots_.size() - 1;
+  for (std::size_t at = mixed(key) & last;; at = (at + 1) & last) {
+    const Slot& slot = slots_[at];
+    if (slot.begin == slot.end) return nullptr;
+    if (slot.key == key) return &slot;
+  }
+}
+
+const Plane* PlaneMap::nearest(double x, double y, double z, double& within2) const {
+  if (!(std::fabs(x) < kFarthest && std::fabs(y) < kFarthest && std::fabs(z) < kFarthest)) {
+    return nullptr;
+  }
+  const double at[3] = {x * per_metre_, y * per_metre_, z * per_metre_};
+  int64_t own[3];
+  for (int a = 0; a < 3; ++a) own[a] = int64_t(std::floor(at[a]));
+  const Plane* best = nullptr;
+  const auto look = [&](int64_t i, int64_t j, int64_t k) {
+    const Slot* slot = find(key_of(own[0] + i, own[1] + j, own[2] + k));
+    if (slot == nullptr) return;
+    for (int32_t n = slot->begin; n < slot->end; ++n) {
+      const Plane& plane = planes_[std::size_t(n)];
+      const double d2 = square(plane.x - x) + square(plane.y - y) + square(plane.z - z);
+      if (d2 < within2) within2 = d2, best = &plane;
+    }
+  };
+  look(0, 0, 0);
+  // How far the cells i to one side are along an axis; rounding is allowed for.
+  const auto apart2 = [&](int a, int64_t i) {
+    const double inside = at[a] - double(own[a]);
+    const double gap = i == 0 ? 0.0 : i > 0 ? double(i) - inside : inside - double(i + 1);
+    return square(gap * cell_ * (1.0 - 1e-9));
+  };
+  const int64_t most = int64_t(std::ceil(std::sqrt(within2) * per_metre_));
+  for (int64_t i = -most; i <= most; ++i) {
+    const double di = apart2(0, i);
+    if (di >= within2) continue;
+    for (int64_t j = -most; j <= most; ++j) {
+      const double dj = di + apart2(1, j);
+      if (dj >= within2) continue;
+      for (int64_t k = -most; k <= most; ++k) {
+        if ((i | j | k) != 0 && dj + apart2(2, k) < within2) look(i, j, k);
+      }
+    }
+  }
+  return best;
+}
+
+LinearFit PlaneMap::linearised(const double* points_xyz, const double* sigmas, std::size_t count,
+                               const double* T, const FitRules& rules) const {
+  LinearFit fit;
+  fit.distance = rules.far;
+  std::vector<Match> matches;
+  std::vector<double> sizes;
+  matches.reserve(count), sizes.reserve(count);
+  int64_t standing = 0, standing_near = 0;
+  double standing_sum = 0.0, sum = 0.0;
+  for (std::size_t n = 0; n < count; ++n) {
+    const double px = points_xyz[3 * n], py = points_xyz[3 * n + 1], pz = points_xyz[3 * n + 2];
+    const double x = T[0] * px + T[1] * py + T[2] * pz + T[3];
+    const double y = T[4] * px + T[5] * py + T[6] * pz + T[7];
+    const double z = T[8] * px + T[9] * py + T[10] * pz + T[11];
+    double within2 = square(rules.reach);
+    const Plane* plane = nearest(x, y, z, within2);
+    double away = rules.far;
+    if (plane != nullptr) {
+      const double nx = plane->nx, ny = plane->ny, nz = plane->nz;
+      const double r = (x - plane->x) * nx + (y - plane->y) * ny + (z - plane->z) * nz;
+      const double s = 1.0 / std::sqrt(square(sigmas[n]) + plane->variance);
+      away = std::min(std::fabs(r), rules.far);
+      // The normal in the optical frame.
+      matches.push_back({r, r * s, s, {px, py, pz},
+                         {T[0] * nx + T[4] * ny + T[8] * nz, T[1] * nx + T[5] * ny + T[9] * nz,
+                          T[2] * nx + T[6] * ny + T[10] * nz}});
+      sizes.push_back(std::fabs(r * s));
+    }
+    sum += away;
+    if (std::fabs(z) > rules.floor) {
+      standing += 1, standing_near += plane != nullptr, standing_sum += away;
+    }
+  }
+  if (int64_t(matches.size()) < std::max<int64_t>(rules.fewest, 1)) return fit;
+  const bool enough = standing >= std::max<int64_t>(rules.standing, 1);
+  fit.overlap = enough ? double(standing_near) / double(standing)
+                       : double(matches.size()) / double(count);
+  fit.distance = enough ? standing_sum / double(standing) : sum / double(count);
+  accumulate(matches, std::max(rules.least_spread, 1.4826 * median(sizes)), rules, fit);
+  return fit;
+}
+
+}  // namespace circumspect

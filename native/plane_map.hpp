@@ -1,0 +1,58 @@
+// A scene of points with normals, and the point-to-plane problem of a scan in it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace circumspect {
+
+constexpr double kFarthest = 1e6;  // [m]; coordinates beyond are no part of any scene
+
+struct Plane {
+  double x, y, z, nx, ny, nz, variance;
+};
+
+// What the robust weights and the figures about a fit depend on; see registration.py.
+struct FitRules {
+  double reach, tukey, correlation, least_spread, floor, far;
+  int64_t standing, fewest;
+};
+
+// The problem linear about one pose, and how well scan and scene agree there.
+struct LinearFit {
+  std::array<double, 36> hessian{};
+  std::array<double, 6> gradient{};
+  int64_t inliers = 0;
+  double overlap = 0.0, distance = 0.0, residual = 0.0, misfit = 0.0;
+};
+
+// Planes in cubic cells, found by a hash of the cell.
+class PlaneMap {
+ public:
+  // Rows of (n, 3) points and normals, and n standard deviations.
+  PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
+           std::size_t count, double cell);
+
+  // The plane nearest to a point and nearer than √`within2`, or null; sets `within2` to its
+  // squared distance.
+  const Plane* nearest(double x, double y, double z, double& within2) const;
+
+  // A scan's n points and standard deviations, placed by the first three rows of a 4 x 4 pose.
+  LinearFit linearised(const double* points_xyz, const double* sigmas, std::size_t count,
+                       const double* pose, const FitRules& rules) const;
+
+ private:
+  struct Slot {
+    uint64_t key;
+    int32_t begin, end;  // begin == end: a slot that is not used
+  };
+  const Slot* find(uint64_t key) const;
+
+  double cell_, per_metre_;
+  std::vector<Slot> slots_;
+  std::vector<Plane> planes_;
+};
+
+}  // namespace circumspect

@@ -1,0 +1,96 @@
+"""Every native kernel of mapping again in NumPy, written to be obviously right."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.mapping.registration import (
+    CORRELATION,
+    FAR,
+    FEWEST,
+    FLOOR,
+    LEAST_SPREAD,
+    STANDING,
+    TUKEY,
+    LinearFit,
+)
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scene_map import SceneMap
+
+
+def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float) -> LinearFit:
+    """Twin of `registration.linearised`."""
+    from scipy.spatial import cKDTree
+
+    if len(scan) == 0 or len(scene) == 0:
+        return LinearFit()
+    R, t = T[:3, :3], T[:3, 3]
+    placed = scan.points_xyz @ R.T + t
+    distances, indices = cKDTree(scene.points_xyz).query(placed)
+    matched = np.flatnonzero(distances < reach)
+    if len(matched) < FEWEST:
+        return LinearFit()
+    targets = indices[matched]
+    normals = scene.normals_xyz[targets]
+    r = np.einsum("ij,ij->i", placed[matched] - scene.points_xyz[targets], normals)
+    sigma = np.hypot(scan.sigmas[matched], scene.sigmas[targets])
+    u = r / sigma
+    noise = max(LEAST_SPREAD, 1.4826 * float(np.median(np.abs(u))))
+    weight = np.clip(1 - (u / (TUKEY * max(1.0, noise))) ** 2, 0, None) ** 2
+    # d r / d(φ, ρ) of T exp(φ, ρ): p × Rᵀn and Rᵀn, both in the optical frame.
+    facing = normals @ R
+    J = np.concatenate([np.cross(scan.points_xyz[matched], facing), facing], axis=1)
+    J *= (1 / sigma)[:, None]
+    weighted = J * (weight / (CORRELATION * noise**2))[:, None]
+    total = max(float(weight.sum()), 1e-12)
+    return LinearFit(
+        weighted.T @ J,
+        weighted.T @ u,
+        int((weight > 0).sum()),
+        *_agreement(matched, np.abs(r), placed[:, 2]),
+        float(np.sqrt((weight * r**2).sum() / total)),
+        float(np.sqrt((weight * u**2).sum() / total)),
+    )
+
+
+def _agreement(
+    matched: NDArray[np.intp], r: NDArray[np.float64], height: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Overlap and mean distance, by the points off the floor where there are enough."""
+    standing = np.abs(height) > FLOOR
+    if standing.sum() < STANDING:
+        standing[:] = True
+    near = np.zeros(len(height), bool)
+    near[matched] = True
+    distance = np.full(len(height), FAR)
+    distance[matched] = np.minimum(r, FAR)
+    return float(near[standing].mean()), float(distance[standing].mean())
+
+
+def groups(
+    keys: NDArray[np.int64],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Twin of `_native.groups`."""
+    unique, first, of_row = np.unique(keys, return_index=True, return_inverse=True)
+    return unique, first, of_row
+
+
+def row_sums(
+    keys: NDArray[np.int64], values: NDArray[np.floating]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Twin of `_native.row_sums`."""
+    unique, of_row = np.unique(keys, return_inverse=True)
+    totals = np.zeros((len(unique), values.shape[1]))
+    np.add.at(totals, of_row, values)
+    return unique, totals
+
+
+def table_sum(
+    one_keys: NDArray[np.int64],
+    one: NDArray[np.float64],
+    other_keys: NDArray[np.int64],
+    other: NDArray[np.float64],
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Twin of `_native.table_sum`."""
+    return row_sums(np.concatenate([one_keys, other_keys]), np.concatenate([one, other]))
