@@ -133,6 +133,8 @@ def _open(content: bytes, name: str, threads: int) -> OnnxClassifier:
         raise InputError(f"threads must be 0 (all cores) or more, not {threads}")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
+    # Threads that wait would keep the cores from the stages before and after.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.log_severity_level = 4
     try:
         session = onnxruntime.InferenceSession(content, options, ["CPUExecutionProvider"])
