@@ -151,12 +151,20 @@ PlanCells plan_cells(const float* depth, const bool* mask, Size size, const doub
   if (!(rows * columns <= double(most))) return found;
   found.rows = std::size_t(rows), found.columns = std::size_t(columns);
   found.cell.resize(xs.size());
+  found.counts.assign(found.rows * found.columns, 0);
   for (std::size_t n = 0; n < xs.size(); ++n) {
     const std::size_t i = std::size_t((xs[n] - found.low_x) / cell);
     const std::size_t j = std::size_t((ys[n] - found.low_y) / cell);
     found.cell[n] = int32_t(i * found.columns + j);
+    found.counts[i * found.columns + j] += 1;
   }
   return found;
+}
+
+void keep_cells(const int32_t* cell, const bool* wanted, Size size, bool* mask) {
+  for (std::size_t at = 0; at < size.height * size.width; ++at) {
+    if (mask[at]) mask[at] = wanted[*cell++];
+  }
 }
 
 }  // namespace circumspect

@@ -40,7 +40,8 @@ void keep_above(const float* depth, Size size, const Rise& rise, const Noise& no
 
 // The masked pixels' points in plan view, in square cells.
 struct PlanCells {
-  std::vector<int32_t> cell;  // of each masked pixel, row by row: i * columns + j
+  std::vector<int32_t> cell;    // of each masked pixel, row by row: i * columns + j
+  std::vector<int64_t> counts;  // pixels of each cell
   double low_x = 0.0, low_y = 0.0;
   std::size_t rows = 0, columns = 0;
 };
@@ -49,5 +50,8 @@ struct PlanCells {
 // the points need more than `most` cells.
 PlanCells plan_cells(const float* depth, const bool* mask, Size size, const double* camera,
                      const double* pose, double cell, std::size_t most);
+
+// Takes those pixels out of a mask whose cells, as `plan_cells` told them, are not wanted.
+void keep_cells(const int32_t* cell, const bool* wanted, Size size, bool* mask);
 
 }  // namespace circumspect

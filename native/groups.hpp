@@ -1,6 +1,7 @@
 // Rows with equal keys: which belong together, and their sums.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -27,6 +28,26 @@ void add_rows(const int64_t* of_row, const T* values, std::size_t count, std::si
   }
 }
 
+// How points' cells become one number: three fields of `bits`, each offset and cut to its bits.
+struct Packing {
+  double side;
+  int bits;
+  int64_t offset;
+};
+
+template <typename T>
+int64_t packed_cell(const T* point, const Packing& packing) {
+  int64_t key = 0;
+  for (int a = 0; a < 3; ++a) {
+    // In the points' own precision, as NumPy divides.
+    const T cell = std::floor(point[a] / T(packing.side));
+    const int64_t whole = std::fabs(cell) < T(1e18) ? int64_t(cell) : 0;
+    const int64_t mask = (int64_t(1) << packing.bits) - 1;
+    key = (key << packing.bits) | ((whole + packing.offset) & mask);
+  }
+  return key;
+}
+
 // A table of ascending keys, each once, with rows of totals.
 struct Table {
   const int64_t* keys;
@@ -38,6 +59,22 @@ struct MergedTable {
   std::vector<int64_t> keys;
   std::vector<double> totals;
 };
+
+// Rays with ascending keys, each once.
+struct Rays {
+  const int64_t* keys;
+  const float *origins_xyz, *ends_xyz;
+  const bool* on_object;
+  std::size_t count;
+};
+
+// Rays of two sets; of equal keys the first set's. The arrays of `out` have room for all.
+struct RayOutput {
+  int64_t* keys;
+  float *origins_xyz, *ends_xyz;
+  bool* on_object;
+};
+std::size_t merged_rays(const Rays& one, const Rays& other, const RayOutput& out);
 
 // The sum of two tables.
 MergedTable merged(const Table& one, const Table& other, std::size_t columns);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <tuple>
+#include <vector>
 
 #include "depth_image.hpp"
 
@@ -25,6 +26,7 @@ using Counts = nb::ndarray<int32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Pose = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
 using Noises = std::tuple<float, float, float, float>;
 using Cells = nb::ndarray<nb::numpy, int32_t, nb::ndim<1>>;
+using Sums = nb::ndarray<nb::numpy, int64_t, nb::ndim<1>>;
 
 constexpr std::size_t kMostCells = std::size_t(1) << 26;
 
@@ -36,6 +38,14 @@ template <typename Array>
 void require_size(const Array& array, const Depth& depth) {
   require(array.shape(0) == depth.shape(0) && array.shape(1) == depth.shape(1),
           "an array of the image's size");
+}
+
+// Hands a vector over to NumPy without copying.
+template <typename Array, typename T>
+Array given(std::vector<T>&& values) {
+  auto* kept = new std::vector<T>(std::move(values));
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return Array(kept->data(), {kept->size()}, owner);
 }
 
 Size size_of(const Depth& depth) { return {depth.shape(0), depth.shape(1)}; }
@@ -88,10 +98,22 @@ nb::tuple cells(Depth depth, Mask mask, std::tuple<double, double, double, doubl
     found = plan_cells(depth.data(), mask.data(), size_of(depth), values, pose.data(), cell,
                        kMostCells);
   }
-  auto* kept = new std::vector<int32_t>(std::move(found.cell));
-  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<int32_t>*>(p); });
-  return nb::make_tuple(Cells(kept->data(), {kept->size()}, owner), found.low_x, found.low_y,
-                        found.rows, found.columns);
+  return nb::make_tuple(given<Cells>(std::move(found.cell)), given<Sums>(std::move(found.counts)),
+                        found.low_x, found.low_y, found.rows, found.columns);
+}
+
+void keep(nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu> cell,
+          nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu> wanted,
+          OutMask mask) {
+  const std::size_t pixels = mask.shape(0) * mask.shape(1);
+  std::size_t masked = 0;
+  for (std::size_t at = 0; at < pixels; ++at) masked += mask.data()[at];
+  require(masked == cell.shape(0), "one cell a masked pixel");
+  for (std::size_t n = 0; n < cell.shape(0); ++n) {
+    require(cell.data()[n] >= 0 && std::size_t(cell.data()[n]) < wanted.shape(0), "known cells");
+  }
+  nb::gil_scoped_release release;
+  keep_cells(cell.data(), wanted.data(), {mask.shape(0), mask.shape(1)}, mask.data());
 }
 
 }  // namespace
@@ -104,5 +126,6 @@ NB_MODULE(_native, m) {
   m.def("continuous", &continuous_pixels, "depth"_a, "noise"_a, "spreads"_a, "slope"_a, "out"_a);
   m.def("keep_above", &above, "depth"_a, "up"_a, "camera"_a, "noise"_a, "margin"_a, "sigmas"_a,
         "farthest"_a, "mask"_a);
+  m.def("keep_cells", &keep, "cell"_a, "wanted"_a, "mask"_a);
   m.def("plan_cells", &cells, "depth"_a, "mask"_a, "camera"_a, "pose"_a, "cell"_a);
 }

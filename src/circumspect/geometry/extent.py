@@ -20,11 +20,13 @@ def require_extent(cloud: PointCloud) -> None:
     points = cloud.points_xyz
     if len(points) == 1:
         raise GeometryError("has a single point; a shape needs many")
-    low, high = points.min(axis=0), points.max(axis=0)
+    # Each column in one piece: several times faster than rows of three.
+    columns = np.ascontiguousarray(points.T)
+    low, high = columns.min(axis=1), columns.max(axis=1)
     spread = float((high - low).max())
-    if spread <= 16 * np.finfo(np.float64).eps * float(np.abs(points).max()):
+    if spread <= 16 * np.finfo(np.float64).eps * float(max(-low.min(), high.max())):
         raise GeometryError(f"all {len(points)} points lie in one place; a shape needs an extent")
-    centred = (points - points.mean(axis=0)) / spread
-    deviations = np.sqrt(np.linalg.eigvalsh(centred.T @ centred).clip(min=0))
+    centred = (columns - columns.mean(axis=1, keepdims=True)) / spread
+    deviations = np.sqrt(np.linalg.eigvalsh(centred @ centred.T).clip(min=0))
     if deviations[1] <= LINE_RATIO * deviations[2]:
         raise GeometryError(f"all {len(points)} points lie on a line; a shape needs a surface")

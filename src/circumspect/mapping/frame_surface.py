@@ -18,6 +18,8 @@ GRAZING_COSINE = 0.2
 """Areas are not blown up further than at this cosine of the incidence angle."""
 BESIDE = 0.3
 """Rays that pass the object within this distance [m] tell what is free."""
+RAY_STEP = 3
+"""One ray for each so many points of the object: rays are thinned over larger cells anyway."""
 BACKGROUND_BLOCK = 8
 """One ray past the object for each block of this side [px]."""
 
@@ -105,12 +107,20 @@ class FrameSurface:
             (m, 3) [m] ends, and (m,) bool whether they are on the object. Rays that pass the
             object at more than `BESIDE` are left out.
         """
-        points = np.concatenate([known_xyz[:, :2], self.points_xyz[:, :2]])
-        axis = (points.min(axis=0) + points.max(axis=0)) / 2
-        reach = float(np.hypot(*(points - axis).T).max()) + BESIDE
+        axis, reach = _round(np.concatenate([known_xyz[:, :2], self.points_xyz[:, :2]]))
+        reach += BESIDE
         start, along = self.origin_xyz[:2] - axis, self.behind_xyz[:, :2] - self.origin_xyz[:2]
         lengths = np.maximum(np.einsum("ij,ij->i", along, along), 1e-12)
         share = np.clip(-(along @ start) / lengths, 0, 1)
         passing = np.hypot(*(start + share[:, None] * along).T) < reach
-        ends = np.concatenate([self.points_xyz, self.behind_xyz[passing]])
-        return ends, np.arange(len(ends)) < len(self.points_xyz)
+        own = self.points_xyz[::RAY_STEP]
+        ends = np.concatenate([own, self.behind_xyz[passing]])
+        return ends, np.arange(len(ends)) < len(own)
+
+
+def _round(points_xy: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """(2,) [m] the middle of the box round (n, 2) points, and their largest distance from it."""
+    # Each column in one piece: several times faster than rows of two.
+    x, y = np.ascontiguousarray(points_xy.T)
+    middle = np.array([x.min() + x.max(), y.min() + y.max()]) / 2
+    return middle, float(np.sqrt(((x - middle[0]) ** 2 + (y - middle[1]) ** 2).max()))

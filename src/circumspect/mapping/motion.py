@@ -122,8 +122,11 @@ def wheel_motion(
         settings.bump_turn**2,
         settings.bump_height**2,
     )
-    X = T_base_camera.as_matrix()
-    motion = rigid_matrix.inverse(X) @ D.as_transform().as_matrix() @ X
+    X, moved_base = T_base_camera.as_matrix(), np.eye(4)
+    cosine, sine = np.cos(D.yaw), np.sin(D.yaw)
+    moved_base[:2, :2] = [[cosine, -sine], [sine, cosine]]
+    moved_base[:2, 3] = D.xy
+    motion = rigid_matrix.inverse(X) @ moved_base @ X
     covariance = se3.moved_covariance(T_base_camera.inv(), base)
     return RigidTransform.from_matrix(motion), covariance
 

@@ -13,15 +13,13 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import GeometryError
 from circumspect.geometry import PointCloud, write_ply
 from circumspect.grid import Grid, OccupancyGrid
-from circumspect.mapping import surface_area
+from circumspect.mapping import _native, surface_area
+from circumspect.mapping.frame_share import COLUMNS, FRAMES, FrameShare
 from circumspect.mapping.frame_surface import FrameSurface
 from circumspect.mapping.occupancy import occupancy
 from circumspect.mapping.sight_rays import SightRays
 from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 from circumspect.sensing import RgbdFrame
-
-# Columns of the sums: weight, weighted point (3), weighted normal (3), frames.
-WEIGHT, POINT, NORMAL, FRAMES, COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,12 @@ class ObjectModel:
     @cached_property
     def points_xyz(self) -> NDArray[np.float64]:
         """(n, 3) [m]: mean point of every voxel, specks included; may be empty."""
-        return self.sums.totals[:, POINT] / self.sums.totals[:, WEIGHT, None]
+        return self._means[0]
+
+    @cached_property
+    def _means(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Mean point and mean unit normal of every voxel."""
+        return _native.surface_means(self.sums.totals)
 
     def fused(
         self, frame: RgbdFrame, object_mask: NDArray[np.bool_], T_map_camera: RigidTransform
@@ -94,17 +97,25 @@ class ObjectModel:
 
     def with_surface(self, surface: FrameSurface) -> ObjectModel:
         """The model with what one more frame shows; this one where that is nothing."""
+        share = self.share(surface)
+        return self if share is None else self.with_share(share)
+
+    def share(self, surface: FrameSurface) -> FrameShare | None:
+        """What a frame adds to this model; None where that is nothing."""
         if len(surface.points_xyz) == 0:
-            return self
-        voxel = self.voxel or _fitting_voxel(surface)
-        ends, on_object = surface.rays_beside(self.points_xyz)
+            return None
+        return FrameShare.of(surface, self.voxel or _fitting_voxel(surface), self.points_xyz)
+
+    def with_share(self, share: FrameShare) -> ObjectModel:
+        """The model with what one more frame adds."""
+        origin_xyz = share.surface.origin_xyz
         return replace(
             self,
-            voxel=voxel,
-            sums=self.sums.plus(voxel_sums(surface, voxel)),
-            areas=self.areas.plus(surface_area.frame_areas(surface)),
-            rays=self.rays.with_frame(surface.origin_xyz, ends, on_object),
-            views_xyz=np.vstack([self.views_xyz, surface.origin_xyz]),
+            voxel=share.voxel,
+            sums=self.sums.plus(share.sums),
+            areas=self.areas.plus(share.areas),
+            rays=self.rays.with_frame(origin_xyz, share.ends_xyz, share.on_object),
+            views_xyz=np.vstack([self.views_xyz, origin_xyz]),
         )
 
     def cloud(self) -> PointCloud:
@@ -119,14 +130,10 @@ class ObjectModel:
     def _cloud(self) -> PointCloud:
         if len(self.sums) == 0:
             raise GeometryError("the model is empty: no frame has shown the object yet")
-        points = self.points_xyz
-        kept = self._confirmed(points)
-        totals = self.sums.totals[kept]
-        normals = totals[:, NORMAL]
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        upright = np.where(lengths > 1e-9, normals / np.maximum(lengths, 1e-9), [0.0, 0.0, 1.0])
-        areas = surface_area.point_areas(self.areas, points[kept], upright)
-        return PointCloud(points[kept], areas=areas, normals_xyz=upright)
+        kept = np.flatnonzero(self._confirmed(self.points_xyz))
+        points, normals = (values.take(kept, axis=0) for values in self._means)
+        areas = surface_area.point_areas(self.areas, points, normals)
+        return PointCloud(points, areas=areas, normals_xyz=normals)
 
     def occupancy(self, grid: Grid) -> OccupancyGrid:
         """Unknown, free and occupied cells of a grid around the object.
@@ -147,8 +154,8 @@ class ObjectModel:
 
     def _confirmed(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
         blocks = voxel_keys(points_xyz, 3 * (self.voxel or 0.0))
-        _, block, crowd = np.unique(blocks, return_inverse=True, return_counts=True)
-        kept = crowd[block] >= self.settings.crowd
+        _, _, block = _native.groups(blocks)
+        kept = np.bincount(block)[block] >= self.settings.crowd
         if self.frames >= self.settings.frames_until_strict:
             kept &= self.sums.totals[:, FRAMES] >= self.settings.confirmed_by
         # Of an object of a few points everything is kept rather than nothing.
@@ -158,19 +165,3 @@ class ObjectModel:
 def _fitting_voxel(surface: FrameSurface) -> float:
     away = np.linalg.norm(surface.points_xyz - surface.origin_xyz, axis=1)
     return round(float(np.clip(np.median(away) / 150, 0.006, 0.020)), 3)
-
-
-def voxel_sums(surface: FrameSurface, voxel: float) -> VoxelSums:
-    """What one frame adds to a model's sums.
-
-    Args:
-        surface: What the frame shows.
-        voxel: Side of the voxels [m].
-    """
-    columns = np.zeros((len(surface.points_xyz), COLUMNS))
-    columns[:, WEIGHT] = surface.weights
-    columns[:, POINT] = surface.points_xyz * surface.weights[:, None]
-    columns[:, NORMAL] = surface.normals_xyz * surface.weights[:, None]
-    sums = VoxelSums.of(voxel_keys(surface.points_xyz, voxel), columns)
-    sums.totals[:, FRAMES] = 1
-    return sums

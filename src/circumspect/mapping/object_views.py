@@ -11,35 +11,34 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import surface_area
+from circumspect.mapping.frame_share import COLUMNS, FRAMES, NORMAL, POINT, WEIGHT, FrameShare
 from circumspect.mapping.frame_surface import FrameSurface
-from circumspect.mapping.object_model import (
-    COLUMNS,
-    FRAMES,
-    NORMAL,
-    POINT,
-    WEIGHT,
-    ModelSettings,
-    ObjectModel,
-    voxel_sums,
-)
+from circumspect.mapping.object_model import ModelSettings, ObjectModel
 from circumspect.mapping.sight_rays import SightRays
 from circumspect.mapping.voxel_sums import VoxelSums, largest, voxel_keys
 
 MOST = 300
 """So many patches are kept; the one that fewest frames showed gives way."""
+FINE = 0.01
+"""Side of the voxels [m] where nothing is known yet."""
+STILL = 1e-9
+"""Frames that differ by less [m] are one."""
 
 
 @dataclass(frozen=True, eq=False)
 class ViewPatch:
-    """What the frames near one keyframe show of the object, in the keyframe's frame.
+    """What the frames near one keyframe show of the object.
 
     Attributes:
+        T_anchor_patch: The patch's own frame in the keyframe's: the map as it was when the patch
+            began, so that a frame's share need not be computed twice until something is corrected.
         sums: Per voxel those of the model.
         areas: Per patch of surface, see `surface_area`.
         rays: That saw the object or passed it.
         views_xyz: (f, 3) [m] where the frames were taken from.
     """
 
+    T_anchor_patch: RigidTransform
     sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(COLUMNS))
     areas: VoxelSums = field(default_factory=lambda: VoxelSums.empty(surface_area.COLUMNS))
     rays: SightRays = field(default_factory=SightRays.empty)
@@ -67,15 +66,31 @@ class ObjectViews:
             surface: What the frame shows, map frame.
             model: The model that the frame was fused into; gives the voxel.
         """
-        old = self.patches.get(anchor, ViewPatch())
-        local = surface.moved(T_map_anchor.inv())
-        sums = voxel_sums(local, model.voxel or 0.01)
-        ends, on_object = surface.rays_beside(model.points_xyz)
+        share = FrameShare.of(surface, model.voxel or FINE, model.points_xyz)
+        return self.with_share(anchor, T_map_anchor, share)
+
+    def with_share(
+        self, anchor: int, T_map_anchor: RigidTransform, share: FrameShare
+    ) -> ObjectViews:
+        """The views with what one more frame adds.
+
+        Args:
+            anchor: Number of the keyframe that the frame hangs on.
+            T_map_anchor: Where that is believed to be.
+            share: What the frame adds, map frame.
+        """
+        old = self.patches.get(anchor) or ViewPatch(T_map_anchor.inv())
+        # Where the keyframe was corrected since, the map is not the patch's frame any more.
+        T_map_patch = T_map_anchor * old.T_anchor_patch
+        still = np.abs(T_map_patch.as_matrix() - np.eye(4)).max() < STILL
+        local = share if still else share.moved(T_map_patch.inv())
+        origin_xyz = local.surface.origin_xyz
         patch = ViewPatch(
-            old.sums.plus(sums),
-            old.areas.plus(surface_area.frame_areas(local)),
-            old.rays.with_frame(local.origin_xyz, T_map_anchor.inv().apply(ends), on_object),
-            np.vstack([old.views_xyz, local.origin_xyz]),
+            old.T_anchor_patch,
+            old.sums.plus(local.sums),
+            old.areas.plus(local.areas),
+            old.rays.with_frame(origin_xyz, local.ends_xyz, local.on_object),
+            np.vstack([old.views_xyz, origin_xyz]),
         )
         patches = {**self.patches, anchor: patch}
         if len(patches) > MOST:
@@ -91,16 +106,21 @@ class ObjectViews:
         Args:
             settings: How frames are fused.
             voxel: Side of the model's voxels [m].
-            place: Number of a keyframe to its `T_map_camera`.
+            place: Number of a keyframe to its `T_map_camera`; patches of keyframes that it
+                raises KeyError for are left out.
         """
         model = ObjectModel(settings, voxel)
         for number, patch in self.patches.items():
-            model = _with_patch(model, patch, place(number))
+            try:
+                T_map_patch = place(number) * patch.T_anchor_patch
+            except KeyError:  # the keyframe gave way so long ago that it is forgotten
+                continue
+            model = _with_patch(model, patch, T_map_patch)
         return model
 
 
-def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_anchor: RigidTransform) -> ObjectModel:
-    matrix = T_map_anchor.as_matrix()
+def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_patch: RigidTransform) -> ObjectModel:
+    matrix = T_map_patch.as_matrix()
     R, t = matrix[:3, :3], matrix[:3, 3]
     rows = patch.sums.totals
     local = rows[:, POINT] / rows[:, WEIGHT, None]
@@ -109,7 +129,7 @@ def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_anchor: RigidTransfo
     columns = rows.copy()
     columns[:, POINT] = points * rows[:, WEIGHT, None]
     columns[:, NORMAL] = rows[:, NORMAL] @ R.T
-    keys = voxel_keys(points, model.voxel or 0.01)
+    keys = voxel_keys(points, model.voxel or FINE)
     sums = VoxelSums.of(keys, columns)
     # Two voxels of a patch may come to lie in one: it was seen in as many frames as either.
     sums.totals[:, FRAMES] = largest(keys, rows[:, FRAMES])

@@ -25,4 +25,4 @@ def occupancy(grid: Grid, points_xyz: NDArray[np.floating], rays: SightRays) -> 
     if len(rays) == 0:
         return surface
     nothing_hit = np.zeros(len(rays), bool)
-    return surface.merged(grid.trace(rays.origins_xyz, rays.ends_xyz, nothing_hit))
+    return surface.merged(grid.trace(rays.origins_xyz, rays.ends_xyz, nothing_hit, threads=0))

@@ -23,7 +23,7 @@ def exp(change: NDArray[np.floating]) -> NDArray[np.float64]:
     else:
         a, b = np.sin(turn) / turn, (1 - np.cos(turn)) / turn**2
         c = (1 - a) / turn**2
-    K = _skew(change)
+    K = skew(change)
     K2 = K @ K
     T = np.eye(4)
     T[:3, :3] += a * K + b * K2
@@ -45,7 +45,7 @@ def log(T: NDArray[np.float64]) -> NDArray[np.float64]:
     else:
         change[:3] = w * (turn / sine)
         k = (1 - turn * sine / (2 * (1 - cosine))) / turn**2
-    K = _skew(change)
+    K = skew(change)
     t = T[:3, 3]
     change[3:] = t - 0.5 * (K @ t) + k * (K @ (K @ t))
     return change
@@ -61,6 +61,7 @@ def inverse(T: NDArray[np.float64]) -> NDArray[np.float64]:
     return back
 
 
-def _skew(v: NDArray[np.floating]) -> NDArray[np.float64]:
+def skew(v: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(3, 3) the matrix [v]× with [v]× w = v × w, of the first three numbers of a vector."""
     x, y, z = v[0], v[1], v[2]
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

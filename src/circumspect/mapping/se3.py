@@ -39,7 +39,7 @@ def adjoint(T: RigidTransform) -> NDArray[np.float64]:
     R, t = matrix[..., :3, :3], matrix[..., :3, 3]
     result = np.zeros((*matrix.shape[:-2], 6, 6))
     result[..., :3, :3] = result[..., 3:, 3:] = R
-    result[..., 3:, :3] = skew(t) @ R
+    result[..., 3:, :3] = (skew(t) if t.ndim > 1 else rigid_matrix.skew(t)) @ R
     return result
 
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-END_CELL = 0.03
+from circumspect.mapping import _native
+
+END_CELL = 0.05
 """Rays whose ends are in the same cell of this side [m] …"""
 ORIGIN_CELL = 0.5
 """… and whose origins are in the same cell of this side [m] are one ray."""
@@ -68,18 +70,18 @@ class SightRays:
             ends_xyz: (m, 3) [m].
             on_object: (m,) bool.
         """
-        keys, first = np.unique(_keys(origins_xyz, ends_xyz, on_object), return_index=True)
-        places = np.searchsorted(self.keys, keys)
-        if len(self):
-            new = self.keys[np.minimum(places, len(self) - 1)] != keys
-            keys, first, places = keys[new], first[new], places[new]
-        origins = origins_xyz[first].astype(np.float32)
-        ends = ends_xyz[first].astype(np.float32)
+        keys, first, _ = _native.groups(_keys(origins_xyz, ends_xyz, on_object))
         return SightRays(
-            np.insert(self.keys, places, keys),
-            np.insert(self.origins_xyz, places, origins, axis=0),
-            np.insert(self.ends_xyz, places, ends, axis=0),
-            np.insert(self.on_object, places, on_object[first]),
+            *_native.merge_rays(
+                self.keys,
+                self.origins_xyz,
+                self.ends_xyz,
+                self.on_object,
+                keys,
+                origins_xyz[first].astype(np.float32),
+                ends_xyz[first].astype(np.float32),
+                on_object[first],
+            )
         )
 
 
@@ -88,10 +90,10 @@ def _keys(
     ends_xyz: NDArray[np.floating],
     on_object: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
-    ends = np.floor(ends_xyz / END_CELL).astype(np.int64) & ((1 << END_BITS) - 1)
-    origins = np.floor(origins_xyz / ORIGIN_CELL).astype(np.int64) & ((1 << ORIGIN_BITS) - 1)
-    place = (origins[:, 0] << (2 * ORIGIN_BITS)) | (origins[:, 1] << ORIGIN_BITS) | origins[:, 2]
-    key = (ends[:, 0] << (2 * END_BITS)) | (ends[:, 1] << END_BITS) | ends[:, 2]
+    # Of rays from one place the place is looked at once.
+    places = origins_xyz[:1] if origins_xyz.strides[0] == 0 else origins_xyz
+    origins = _native.packed_cells(np.ascontiguousarray(places), ORIGIN_CELL, ORIGIN_BITS, 0)
+    ends = _native.packed_cells(np.ascontiguousarray(ends_xyz), END_CELL, END_BITS, 0)
     # 45 bits for the end, 18 for the origin; the sign bit tells the object from the rest.
-    key |= place << (3 * END_BITS)
+    key = ends | (origins << (3 * END_BITS))
     return np.where(on_object, key, -key - 1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.mapping import _native
 from circumspect.mapping.frame_surface import FrameSurface
 from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 
@@ -62,9 +63,8 @@ def point_areas(
     Returns:
         (n,) [m²].
     """
-    keys, patch, crowd = np.unique(
-        _patches(points_xyz, normals_xyz), return_inverse=True, return_counts=True
-    )
+    keys, _, patch = _native.groups(_patches(points_xyz, normals_xyz))
+    crowd = np.bincount(patch)
     places = np.minimum(np.searchsorted(areas.keys, keys), len(areas) - 1)
     mean = areas.totals[places, 0] / areas.totals[places, 1]
     # A point whose mean normal turns like none of its views has no patch, and no area.
@@ -75,6 +75,4 @@ def point_areas(
 def _patches(
     points_xyz: NDArray[np.floating], normals_xyz: NDArray[np.floating]
 ) -> NDArray[np.int64]:
-    axis = np.abs(normals_xyz).argmax(axis=1)
-    ahead = np.take_along_axis(normals_xyz, axis[:, None], axis=1)[:, 0] > 0
-    return voxel_keys(points_xyz, PATCH) * 8 + (2 * axis + ahead)
+    return _native.patch_keys(voxel_keys(points_xyz, PATCH), np.ascontiguousarray(normals_xyz))

@@ -20,9 +20,7 @@ def voxel_keys(points_xyz: NDArray[np.floating], side: float) -> NDArray[np.int6
         points_xyz: (n, 3) [m].
         side: Of the voxels [m].
     """
-    cells = np.floor(np.asarray(points_xyz) / side).astype(np.int64) + (1 << (BITS - 1))
-    cells &= (1 << BITS) - 1
-    return (cells[:, 0] << (2 * BITS)) | (cells[:, 1] << BITS) | cells[:, 2]
+    return _native.packed_cells(np.ascontiguousarray(points_xyz), side, BITS, 1 << (BITS - 1))
 
 
 def largest(keys: NDArray[np.int64], values: NDArray[np.floating]) -> NDArray[np.float64]:

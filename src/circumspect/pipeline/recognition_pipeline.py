@@ -156,10 +156,13 @@ class RecognitionPipeline:
         return None
 
     def _fuse(self, surface: FrameSurface, pose: PoseEstimate) -> None:
-        self.model = self.model.with_surface(surface)
-        if pose.anchor is not None and len(surface.points_xyz):
+        share = self.model.share(surface)
+        if share is None:
+            return
+        self.model = self.model.with_share(share)
+        if pose.anchor is not None:
             T_map_anchor = self.poses.anchor_pose(pose.anchor)
-            self._views = self._views.with_view(pose.anchor, T_map_anchor, surface, self.model)
+            self._views = self._views.with_share(pose.anchor, T_map_anchor, share)
 
     def _rebuild_if_corrected(self) -> bool:
         """Put the model together anew where poses told earlier were corrected since."""

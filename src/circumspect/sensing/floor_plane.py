@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+SETTLED = 1e-5
+"""Iterations end once slopes and height [m] change less."""
+
 
 @dataclass(frozen=True)
 class FloorPlane:
@@ -44,7 +47,7 @@ class FloorPlane:
             band: Only points within this distance of the plane are looked at [m].
             steepest: A fit that departs by more than this slope is not believed.
             fewest: With fewer points than this the plane stays as it is.
-            rounds: Iterations.
+            rounds: Most iterations.
 
         Returns:
             The fitted plane; this one where the fit can not be trusted.
@@ -55,10 +58,13 @@ class FloorPlane:
         centre = near[:, :2].mean(axis=0)
         design = np.column_stack([near[:, :2] - centre, np.ones(len(near))])
         z, weights = near[:, 2], np.ones(len(near))
-        solution = np.zeros(3)
+        solution = np.full(3, np.inf)
         for _ in range(rounds):
             weighted = design * weights[:, None]
+            before = solution
             solution = np.linalg.lstsq(weighted.T @ design, weighted.T @ z, rcond=None)[0]
+            if np.abs(solution - before).max() < SETTLED:
+                break
             residual = z - design @ solution
             spread = max(1.4826 * float(np.median(np.abs(residual))), 5e-4)
             weights = np.clip(1 - (residual / (4.685 * spread)) ** 2, 0, None) ** 2

@@ -17,6 +17,8 @@ from circumspect.sensing.segmentation import Segmentation
 
 FLOOR_STEP = 6
 """The floor is fitted to one pixel of each block of this side [px]."""
+KNOWN = 10_000
+"""So many points of the known object tell where it stands."""
 SHARED_CELLS = 2
 """Plan-view cells that a cluster shares with the known object before it belongs to it."""
 
@@ -51,7 +53,7 @@ class GroundSegmentation(Segmentation):
         self._keep_above_floor(frame, self._floor(frame, mask), mask)
         if np.count_nonzero(mask) < self.fewest:
             return np.zeros_like(mask)
-        mask[mask] = self._cluster(frame, mask, known_xyz)
+        self._keep_cluster(frame, mask, known_xyz)
         return mask
 
     def _floor(self, frame: RgbdFrame, mask: NDArray[np.bool_]) -> FloorPlane:
@@ -76,21 +78,20 @@ class GroundSegmentation(Segmentation):
             mask,
         )
 
-    def _cluster(
+    def _keep_cluster(
         self,
         frame: RgbdFrame,
         mask: NDArray[np.bool_],
         known_xyz: NDArray[np.floating] | None,
-    ) -> NDArray[np.bool_]:
-        """(n,) which of the mask's pixels, above the floor, belong to the object."""
+    ) -> None:
+        """Take out of the mask, what is above the floor, what does not belong to the object."""
         from scipy import ndimage
 
         camera = frame.camera
         intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy)
-        flat, low_x, low_y, rows, columns = _native.plan_cells(
+        flat, counts, low_x, low_y, rows, columns = _native.plan_cells(
             frame.depth, mask, intrinsics, frame.pose.as_matrix(), self.cell
         )
-        counts = np.bincount(flat, minlength=rows * columns)
         joined = ndimage.binary_dilation(
             counts.reshape(rows, columns) >= 3, np.ones((2, 2)), origin=-1
         )
@@ -101,11 +102,12 @@ class GroundSegmentation(Segmentation):
         sizes[0] = 0
         candidates = sizes >= self.fewest
         if known_xyz is not None and len(known_xyz):
-            places = (known_xyz[:, :2] - [low_x, low_y]) / self.cell
+            some = known_xyz[:: max(1, len(known_xyz) // KNOWN), :2]
+            places = (some - [low_x, low_y]) / self.cell
             chosen = candidates & _standing_on(labels, count, places)
         else:
             chosen = _looked_at(of_cell[flat], candidates, frame, mask)
-        return chosen[of_cell][flat]
+        _native.keep_cells(flat, chosen[of_cell], mask)
 
 
 def _standing_on(
