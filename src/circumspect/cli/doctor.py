@@ -8,8 +8,17 @@ from dataclasses import dataclass
 from importlib import metadata
 
 EXTRAS = {
-    "runtime": ("numpy", "scipy", "trimesh", "onnxruntime", "tyro", "rich", "pillow"),
-    "sim": ("embreex", "matplotlib"),
+    "runtime": (
+        "numpy",
+        "scipy",
+        "trimesh",
+        "small_gicp",
+        "onnxruntime",
+        "tyro",
+        "rich",
+        "pillow",
+    ),
+    "sim": ("embreex", "mujoco-core", "matplotlib"),
     "train": ("torch", "accelerate", "safetensors", "onnx", "onnxscript", "tensorboard"),
 }
 

@@ -58,11 +58,14 @@ def scanned_object(
             raise InputError(f"--up and --height are for mesh files, not for {words!r}")
         number = variant if named[2] is None else int(named[2])
         return ScannedObject(f"{named[1]}-{number}", named[1], make_furniture(named[1], number))
-    if not Path(words).is_file():
-        raise InputError(
-            f"no object {words!r}; give a mesh file or one of: {', '.join(CATEGORIES)}"
-        )
-    return _from_file(Path(words), up, height)
+    if Path(words).is_file():
+        return _from_file(Path(words), up, height)
+    if Path(words).suffix or Path(words).name != words:
+        raise InputError(f"{words}: no such file")
+    hint = "; --data says where the point packs are" if re.search(r"_\d+$", words) else ""
+    raise InputError(
+        f"no object {words!r}; give a mesh file or one of: {', '.join(CATEGORIES)}{hint}"
+    )
 
 
 def _from_file(file: Path, up: str, height: float | None) -> ScannedObject:

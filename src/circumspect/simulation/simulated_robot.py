@@ -47,8 +47,9 @@ class RobotSettings:
     bump_height: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (0 <= self.slip <= 0.5 and 0 <= self.expected_slip <= 0.5):
-            raise InputError(f"slip is a share from 0 to 0.5, not {self.slip, self.expected_slip}")
+        for share in (self.slip, self.expected_slip):
+            if not 0 <= share <= 0.5:
+                raise InputError(f"slip is a share from 0 to 0.5, not {share}")
         if not abs(self.wheel_radius_error) <= 0.2:
             raise InputError(f"wheels differ by at most 0.2, not {self.wheel_radius_error}")
         if not 0 <= self.bump_height <= 0.05:
