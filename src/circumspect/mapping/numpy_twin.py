@@ -21,13 +21,13 @@ from circumspect.mapping.scene_map import SceneMap
 
 def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float) -> LinearFit:
     """Twin of `registration.linearised`."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     if len(scan) == 0 or len(scene) == 0:
         return LinearFit()
     R, t = T[:3, :3], T[:3, 3]
     placed = scan.points_xyz @ R.T + t
-    distances, indices = cKDTree(scene.points_xyz).query(placed)
+    distances, indices = KDTree(scene.points_xyz).query(placed)
     matched = np.flatnonzero(distances < reach)
     if len(matched) < FEWEST:
         return LinearFit()
@@ -94,3 +94,41 @@ def table_sum(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Twin of `_native.table_sum`."""
     return row_sums(np.concatenate([one_keys, other_keys]), np.concatenate([one, other]))
+
+
+def packed_cells(
+    points_xyz: NDArray[np.floating], side: float, bits: int, offset: int
+) -> NDArray[np.int64]:
+    """Twin of `_native.packed_cells`."""
+    cells = np.floor(points_xyz / side).astype(np.int64) + offset
+    cells &= (1 << bits) - 1
+    return (cells[:, 0] << (2 * bits)) | (cells[:, 1] << bits) | cells[:, 2]
+
+
+def patch_keys(cells: NDArray[np.int64], normals_xyz: NDArray[np.floating]) -> NDArray[np.int64]:
+    """Twin of `_native.patch_keys`."""
+    axis = np.abs(normals_xyz).argmax(axis=1)
+    ahead = np.take_along_axis(normals_xyz, axis[:, None], axis=1)[:, 0] > 0
+    return cells * 8 + (2 * axis + ahead)
+
+
+def surface_sums(
+    points_xyz: NDArray[np.float64],
+    normals_xyz: NDArray[np.float32],
+    weights: NDArray[np.float32],
+    keys: NDArray[np.int64],
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Twin of `_native.surface_sums`."""
+    weight = np.asarray(weights, np.float64)[:, None]
+    unique, totals = row_sums(keys, np.hstack([weight, weight * points_xyz, weight * normals_xyz]))
+    return unique, np.hstack([totals, np.ones((len(unique), 1))])
+
+
+def surface_means(
+    totals: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Twin of `_native.surface_means`."""
+    normals = totals[:, 4:7]
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    unit = np.where(lengths > 1e-9, normals / np.maximum(lengths, 1e-9), [0.0, 0.0, 1.0])
+    return totals[:, 1:4] / totals[:, :1], unit

@@ -1,0 +1,81 @@
+"""However long a run, what the pose graph keeps stays bounded."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping import TrackingSettings, se3
+from circumspect.mapping.heirs import Heirs
+from circumspect.mapping.keyframes import EDGES_EACH, Keyframes, KeyframeSettings
+from circumspect.mapping.pose_graph import Edge, thinned
+from circumspect.mapping.scan import Scan
+
+I6 = np.eye(6)
+
+
+def corner(rng: np.random.Generator) -> Scan:
+    """Points on three walls, as seen from a place; enough to be fitted."""
+    flat = rng.uniform(0.0, 1.0, (3, 150, 2))
+    walls = [np.insert(points, axis, 0.0, axis=1) for axis, points in enumerate(flat)]
+    return Scan(np.concatenate(walls) + [0, 0, 1.0], np.full(450, 2e-3))
+
+
+def rounds_of_keyframes(most: int, count: int) -> Keyframes:
+    s = TrackingSettings()
+    rng, settings = np.random.default_rng(0), KeyframeSettings(most=most)
+    keys = Keyframes(0.03, settings, s.registration, s.gate, np.eye(3))
+    for number in range(count):
+        place = se3.exp([0, 0, 0.002 * number, 0.1 * np.sin(number), 0.1 * np.cos(number), 0])
+        keys.add(place, 1e-6 * I6, corner(rng), None)
+        if keys.pending:
+            keys.fit_next()
+    return keys
+
+
+def test_keyframes_edges_and_what_waits_stay_few() -> None:
+    keys = rounds_of_keyframes(most=6, count=60)
+    assert len(keys) == 6
+    assert len(keys.graph().edges) <= 6 * 5 / 2
+    assert keys.pending <= 6 * 5
+    # Whatever gave way is still placed by what stands for it.
+    for number in range(60):
+        keys.anchored(number, RigidTransform.identity())
+
+
+def test_heirs_are_followed_and_the_oldest_forgotten() -> None:
+    heirs, step = Heirs(most=3), se3.exp([0, 0, 0, 1.0, 0, 0])
+    for number in range(3):
+        heirs.gave_way(number, number + 1, step)
+    number, T = heirs.living(0, RigidTransform.identity())
+    assert number == 3
+    np.testing.assert_allclose(T.translation, [3.0, 0, 0])
+    for number in range(3, 50):
+        heirs.gave_way(number, number + 1, step)
+    assert len(heirs) == 3
+    assert heirs.living(0, step)[0] == 0, "forgotten: it stands for itself"
+    assert heirs.living(47, step)[0] == 50
+
+
+def test_of_edges_between_the_same_poses_the_firmest_stays() -> None:
+    T = RigidTransform.identity()
+    loose, firm = Edge(0, 1, T, I6, robust=True), Edge(1, 0, T, 9 * I6, robust=True)
+    chain = Edge(1, 2, T, I6)
+    assert thinned([loose, firm, chain, Edge(2, 1, T, 99 * I6, robust=True)], 10) == [firm, chain]
+
+
+@pytest.mark.parametrize("most", [12, 20])
+def test_too_many_edges_are_thinned_where_they_are_dense_and_the_chain_stays(most: int) -> None:
+    T = RigidTransform.identity()
+    chain = [Edge(n, n + 1, T, I6) for n in range(9)]
+    others = [Edge(a, b, T, I6, robust=True) for a in range(6) for b in range(a + 2, 6)]
+    lonely = Edge(7, 9, T, I6, robust=True)
+    kept = thinned([*chain, *others, lonely], most)
+    assert len(kept) == most
+    assert set(chain) <= set(kept)
+    assert lonely in kept
+
+
+def test_the_bound_leaves_room_for_what_a_keyframe_is_fitted_to() -> None:
+    assert KeyframeSettings().neighbours + 1 < EDGES_EACH

@@ -1,0 +1,160 @@
+"""Kernels of mapping and their NumPy twins agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tracking_world import SHORT, short_drive, true_camera
+
+from circumspect.mapping import SightRays, _native, rigid_matrix, se3
+from circumspect.mapping import numpy_twin as twin
+from circumspect.mapping.registration import FEWEST, linearised
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scene_map import SceneMap
+
+seeds = st.integers(0, 2**32 - 1)
+FIGURES = ("hessian", "gradient", "inliers", "overlap", "distance", "residual", "misfit")
+
+
+def random_scene(rng: np.random.Generator, count: int, spread: float) -> SceneMap:
+    scan = Scan(rng.uniform(-spread, spread, (count, 3)), rng.uniform(1e-3, 5e-3, count))
+    normals = rng.normal(size=(count, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return SceneMap().with_scan(scan, normals, se3.exp(np.zeros(6)))
+
+
+def assert_same_fit(scan: Scan, scene: SceneMap, T: np.ndarray, reach: float) -> None:
+    native, expected = linearised(scan, scene, T, reach), twin.linearised(scan, scene, T, reach)
+    for name in FIGURES:
+        one, other = getattr(native, name), getattr(expected, name)
+        scale = max(1e-9, float(np.abs(other).max()))
+        np.testing.assert_allclose(one, other, rtol=1e-7, atol=1e-9 * scale, err_msg=name)
+
+
+@settings(max_examples=40)
+@given(seeds, st.sampled_from([0.02, 0.05, 0.13]), st.sampled_from([0.1, 0.5, 3.0]))
+def test_the_linear_problem(seed: int, reach: float, spread: float) -> None:
+    rng = np.random.default_rng(seed)
+    scene = random_scene(rng, int(rng.integers(0, 400)), spread)
+    count = int(rng.integers(0, 300))
+    scan = Scan(rng.uniform(-spread, spread, (count, 3)), rng.uniform(1e-3, 5e-3, count))
+    assert_same_fit(scan, scene, rigid_matrix.exp(rng.normal(0, 0.05, 6)), reach)
+
+
+@pytest.mark.parametrize("step", [1, 3])
+def test_the_linear_problem_of_real_pictures(step: int) -> None:
+    first = Scan.of(short_drive()[0])
+    scene = SceneMap().with_scan(first, first.normals_xyz(), true_camera(float(SHORT[0])))
+    T = true_camera(float(SHORT[1])).as_matrix() @ rigid_matrix.exp(np.full(6, 0.004))
+    scan = Scan.of(short_drive()[1]).thinned(step)
+    assert linearised(scan, scene, T, 0.05).inliers > 100
+    assert_same_fit(scan, scene, T, 0.05)
+
+
+def test_points_that_are_nowhere_have_no_correspondence() -> None:
+    scene = random_scene(np.random.default_rng(0), 200, 0.1)
+    nowhere = np.full((FEWEST + 2, 3), np.nan)
+    nowhere[0] = 1e300
+    fit = linearised(Scan(nowhere, np.full(len(nowhere), 1e-3)), scene, np.eye(4), 0.05)
+    assert fit.inliers == 0
+
+
+@pytest.mark.parametrize(
+    ("points", "normals", "cell"),
+    [
+        (np.full((3, 3), np.inf), np.zeros((3, 3)), 0.05),
+        (np.zeros((3, 3)), np.zeros((2, 3)), 0.05),
+        (np.zeros((3, 3)), np.zeros((3, 3)), 0.0),
+    ],
+)
+def test_planes_that_are_none_are_refused(points, normals, cell) -> None:
+    with pytest.raises(ValueError, match=r"points|normal|cell"):
+        _native.PlaneMap(points, normals, np.ones(3), cell)
+
+
+@given(seeds, st.integers(0, 300), st.integers(1, 400))
+def test_groups_and_sums(seed: int, count: int, different: int) -> None:
+    rng = np.random.default_rng(seed)
+    keys = rng.integers(-different, different, count) * (2**53 + 1)
+    for one, other in zip(_native.groups(keys), twin.groups(keys), strict=True):
+        np.testing.assert_array_equal(one, other)
+    for dtype in (np.float32, np.float64):
+        values = rng.normal(size=(count, 3)).astype(dtype)
+        found, sums = _native.row_sums(keys, values)
+        expected, totals = twin.row_sums(keys, values)
+        np.testing.assert_array_equal(found, expected)
+        np.testing.assert_allclose(sums, totals, atol=1e-9)
+    half = count // 2
+    tables = (
+        *twin.row_sums(keys[:half], values[:half]),
+        *twin.row_sums(keys[half:], values[half:]),
+    )
+    found, sums = _native.table_sum(*tables)
+    expected, totals = twin.table_sum(*tables)
+    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_allclose(sums, totals, atol=1e-9)
+
+
+@given(seeds, st.integers(0, 200), st.sampled_from([np.float32, np.float64]))
+def test_cells_and_patches(seed: int, count: int, dtype: type) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.normal(0, 3, (count, 3)).astype(dtype)
+    for bits, offset in ((20, 1 << 19), (15, 0), (6, 0)):
+        np.testing.assert_array_equal(
+            _native.packed_cells(points, 0.03, bits, offset),
+            twin.packed_cells(points, 0.03, bits, offset),
+        )
+    cells = twin.packed_cells(points, 0.03, 20, 0)
+    normals = np.round(points)  # with equal components, too
+    np.testing.assert_array_equal(
+        _native.patch_keys(cells, normals), twin.patch_keys(cells, normals)
+    )
+
+
+@given(seeds, st.integers(0, 200))
+def test_surfaces(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    points, normals = rng.normal(size=(count, 3)), rng.normal(size=(count, 3)).astype(np.float32)
+    normals[rng.random(count) < 0.2] = 0
+    weights, keys = rng.uniform(1, 9, count).astype(np.float32), rng.integers(0, 40, count)
+    found, sums = _native.surface_sums(points, normals, weights, keys)
+    expected, totals = twin.surface_sums(points, normals, weights, keys)
+    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_allclose(sums, totals, atol=1e-9)
+    for one, other in zip(_native.surface_means(totals), twin.surface_means(totals), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+
+
+@given(seeds, st.integers(0, 60), st.integers(0, 60))
+def test_rays_merge_by_their_keys_and_the_first_stay(seed: int, one: int, other: int) -> None:
+    rng = np.random.default_rng(seed)
+
+    def table(count: int) -> tuple[np.ndarray, ...]:
+        keys = np.unique(rng.integers(-50, 50, count))
+        ends = rng.normal(size=(2, len(keys), 3)).astype(np.float32)
+        return keys, *ends, rng.random(len(keys)) < 0.5
+
+    known, more = table(one), table(other)
+    merged = SightRays(*_native.merge_rays(*known, *more))
+    expected = {int(row[0]): row[1:] for row in zip(*more, strict=True)}
+    expected |= {int(row[0]): row[1:] for row in zip(*known, strict=True)}
+    assert merged.keys.tolist() == sorted(expected)
+    for number, key in enumerate(merged.keys.tolist()):
+        origin, end, hit = expected[key]
+        np.testing.assert_array_equal(merged.origins_xyz[number], origin)
+        np.testing.assert_array_equal(merged.ends_xyz[number], end)
+        assert merged.on_object[number] == hit
+
+
+def test_arrays_that_do_not_belong_together_are_refused() -> None:
+    keys, rows = np.arange(4), np.zeros((3, 2))
+    with pytest.raises(ValueError, match="one row a key"):
+        _native.row_sums(keys, rows)
+    with pytest.raises(ValueError, match="as many columns"):
+        _native.table_sum(keys[:3], rows, keys[:3], np.zeros((3, 5)))
+    with pytest.raises(ValueError, match="one normal a cell"):
+        _native.patch_keys(keys, np.zeros((3, 3)))
+    with pytest.raises(ValueError, match="side and bits"):
+        _native.packed_cells(np.zeros((3, 3)), 0.1, 30, 0)

@@ -1,0 +1,117 @@
+"""Kernels of sensing and their NumPy twins agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from circumspect.geometry import PinholeCamera
+from circumspect.sensing import DepthBlocks, DepthNoise, GroundSegmentation, RgbdFrame, _native
+from circumspect.sensing import numpy_twin as twin
+from circumspect.sensing.floor_plane import FloorPlane
+from circumspect.sensing.flying_pixels import continuous_pixels
+from circumspect.simulation import looking_at
+
+NOISE = DepthNoise()
+seeds = st.integers(0, 2**32 - 1)
+
+
+def picture(seed: int, height: int, width: int) -> RgbdFrame:
+    """Steps, slopes, noise and holes, from above a floor."""
+    rng = np.random.default_rng(seed)
+    slopes = np.add.outer(rng.normal(0, 0.01) * np.arange(height), np.arange(width) * 0.004)
+    depth = 1.2 + np.abs(slopes) + 0.5 * (rng.random((height, width)) < 0.1)
+    depth += rng.normal(0, 0.003, depth.shape)
+    depth[rng.random(depth.shape) < 0.1] = np.nan
+    camera = PinholeCamera(width, height, 40.0, 42.0, width / 2 - 0.5, height / 2)
+    return RgbdFrame(depth, camera, 0.0, looking_at((0.3, -1.0, 1.1), (0.2, 0.0, 0.2)))
+
+
+pictures = st.builds(picture, seeds, st.integers(1, 40), st.integers(1, 50))
+
+
+@settings(max_examples=50)
+@given(pictures, seeds, st.integers(1, 9), st.booleans())
+def test_means_over_blocks(frame: RgbdFrame, seed: int, block: int, masked: bool) -> None:
+    mask = np.random.default_rng(seed).random(frame.depth.shape) < 0.7 if masked else None
+    found = DepthBlocks.of(frame.depth, frame.camera, block, mask)
+    mean, counts = twin.block_means(frame.depth, block, mask, found.jump)
+    np.testing.assert_array_equal(found.counts, counts)
+    np.testing.assert_allclose(found.inverse_depth, mean, rtol=2e-6)
+
+
+@settings(max_examples=50)
+@given(pictures)
+def test_pixels_on_surfaces(frame: RgbdFrame) -> None:
+    found = continuous_pixels(frame.depth, frame.camera, NOISE)
+    expected = twin.continuous_pixels(frame.depth, frame.camera, NOISE, 1.4)
+    # Both are in single precision and may differ where a step is just what is allowed.
+    assert (found != expected).mean() < 0.002
+
+
+@settings(max_examples=50)
+@given(pictures, st.floats(-0.05, 0.05), st.floats(-0.05, 0.05))
+def test_what_stands_on_the_floor(frame: RgbdFrame, slope: float, offset: float) -> None:
+    segmentation, floor = GroundSegmentation(), FloorPlane(slope, -slope, offset)
+    mask = frame.valid.copy()
+    segmentation._keep_above_floor(frame, floor, mask)
+    height, sigma = twin.clearance(frame, floor, NOISE)
+    clear = height - segmentation.margin - segmentation.sigmas * sigma
+    expected = frame.valid & (frame.depth <= NOISE.farthest) & (clear > 0)
+    sure = ~(np.abs(clear) < 1e-5)
+    np.testing.assert_array_equal(mask[sure], expected[sure])
+
+
+@settings(max_examples=50)
+@given(pictures, seeds, st.sampled_from([0.04, 0.3]))
+def test_cells_of_the_plan(frame: RgbdFrame, seed: int, cell: float) -> None:
+    mask = frame.valid & (np.random.default_rng(seed).random(frame.depth.shape) < 0.6)
+    camera, pose = frame.camera, frame.pose.as_matrix()
+    intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy)
+    cells, counts, low_x, low_y, rows, columns = _native.plan_cells(
+        frame.depth, mask, intrinsics, pose, cell
+    )
+    assert len(cells) == mask.sum()
+    assert counts.sum() == len(cells)
+    np.testing.assert_array_equal(counts, np.bincount(cells, minlength=rows * columns))
+    if len(cells) == 0:
+        return
+    places, low = twin.plan_places(frame, mask, cell)
+    np.testing.assert_allclose([low_x, low_y], low, atol=1e-5)
+    found = np.column_stack(np.divmod(cells, columns))
+    clear = (np.abs(places - np.round(places)) > 1e-3).all(axis=1)
+    np.testing.assert_array_equal(found[clear], np.floor(places[clear]))
+    wanted = np.random.default_rng(seed).random(rows * columns) < 0.5
+    kept = mask.copy()
+    _native.keep_cells(cells, wanted, kept)
+    np.testing.assert_array_equal(kept[mask], wanted[cells])
+    assert not kept[~mask].any()
+
+
+@given(pictures, seeds, st.integers(1, 8))
+def test_sparse_points_are_those_of_the_sparse_mask(frame, seed: int, step: int) -> None:
+    mask = np.random.default_rng(seed).random(frame.depth.shape) < 0.6
+    sparse = np.zeros_like(mask)
+    sparse[::step, ::step] = mask[::step, ::step]
+    np.testing.assert_allclose(
+        frame.sparse_points_map(step, mask), frame.points_map(sparse), atol=1e-12
+    )
+
+
+def test_arrays_of_another_size_are_refused() -> None:
+    depth, mask = np.ones((4, 6), np.float32), np.ones((4, 5), bool)
+    noise, four = NOISE.coefficients(PinholeCamera.xtion()), (1.0, 1.0, 0.0, 0.0)
+    with pytest.raises(ValueError, match="image's size"):
+        _native.continuous(depth, noise, 4.0, 0.01, mask)
+    with pytest.raises(ValueError, match="image's size"):
+        _native.keep_above(depth, four, four, noise, 0.0, 3.0, 3.5, mask)
+    with pytest.raises(ValueError, match="one mean and count a block"):
+        _native.block_means(
+            depth, None, 2, 0.1, np.ones((1, 3), np.float32), np.ones((1, 3), np.int32)
+        )
+    with pytest.raises(ValueError, match="one cell a masked pixel"):
+        _native.keep_cells(np.zeros(3, np.int32), np.ones(2, bool), mask)
+    with pytest.raises(ValueError, match="known cells"):
+        _native.keep_cells(np.full(20, 7, np.int32), np.ones(2, bool), mask)
