@@ -48,18 +48,15 @@ void joined_rows(const float* __restrict z, const float* __restrict next,
 }
 
 CIRCUMSPECT_MULTIVERSION
-void keep_above_row(const float* __restrict depth, std::size_t width, const Rise& rise, float v,
-                    const Noise& noise, float margin, float sigmas, float farthest,
+void keep_above_row(const float* __restrict depth, const float* __restrict along,
+                    std::size_t width, float base, float height, const Noise& noise, float margin, float sigmas, float farthest,
                     bool* __restrict mask) {
   const Noise n = noise;
-  const Rise r = rise;
-  const float base = r.z + r.y * v;
   for (std::size_t u = 0; u < width; ++u) {
-    const float z = depth[u], up = base + r.x * ((float(u) - r.cx) / r.fx);
+    const float z = depth[u], up = base + along[u];
     const float axial = n.axial(z), step = n.step * (z * z);
     const float sigma = std::fabs(up) * std::sqrt(axial * axial + step * step / 12.0f);
-    const bool kept = z <= farthest && z * up + r.height > margin + sigmas * sigma;
-    mask[u] = mask[u] & kept;
+    mask[u] = mask[u] & (z <= farthest) & (z * up + height > margin + sigmas * sigma);
   }
 }
 
@@ -120,8 +117,13 @@ void continuous(const float* depth, Size size, const Noise& noise, float spreads
 
 void keep_above(const float* depth, Size size, const Rise& rise, const Noise& noise, float margin,
                 float sigmas, float farthest, bool* mask) {
+  std::vector<float> along(size.width);
+  for (std::size_t u = 0; u < size.width; ++u) {
+    along[u] = rise.x * ((float(u) - rise.cx) / rise.fx);
+  }
   for (std::size_t v = 0; v < size.height; ++v) {
-    keep_above_row(depth + v * size.width, size.width, rise, (float(v) - rise.cy) / rise.fy, noise,
+    const float base = rise.z + rise.y * ((float(v) - rise.cy) / rise.fy);
+    keep_above_row(depth + v * size.width, along.data(), size.width, base, rise.height, noise,
                    margin, sigmas, farthest, mask + v * size.width);
   }
 }

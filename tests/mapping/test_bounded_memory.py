@@ -19,7 +19,8 @@ def corner(rng: np.random.Generator) -> Scan:
     """Points on three walls, as seen from a place; enough to be fitted."""
     flat = rng.uniform(0.0, 1.0, (3, 150, 2))
     walls = [np.insert(points, axis, 0.0, axis=1) for axis, points in enumerate(flat)]
-    return Scan(np.concatenate(walls) + [0, 0, 1.0], np.full(450, 2e-3))
+    ahead = np.array([0.0, 0.0, 1.0])
+    return Scan(np.concatenate(walls) + ahead, np.full(450, 2e-3))
 
 
 def rounds_of_keyframes(most: int, count: int) -> Keyframes:

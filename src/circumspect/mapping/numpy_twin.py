@@ -27,7 +27,8 @@ def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float
         return LinearFit()
     R, t = T[:3, :3], T[:3, 3]
     placed = scan.points_xyz @ R.T + t
-    distances, indices = KDTree(scene.points_xyz).query(placed)
+    found = KDTree(scene.points_xyz).query(placed)
+    distances, indices = (np.asarray(values) for values in found)
     matched = np.flatnonzero(distances < reach)
     if len(matched) < FEWEST:
         return LinearFit()

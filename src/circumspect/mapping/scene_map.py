@@ -18,8 +18,8 @@ from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 if TYPE_CHECKING:
     from small_gicp import KdTree
 
-CELL = 0.05
-"""Side of the cells in which the planes are looked up [m]: about how far one looks."""
+CELL = 0.07
+"""Side of the cells in which planes are looked up [m]: a little more than how far one looks."""
 # Columns of the sums: information (of points), times point (3), times normal (3).
 _WEIGHT, _POINT, _NORMAL, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7
 
