@@ -100,6 +100,14 @@ def test_sparse_points_are_those_of_the_sparse_mask(frame, seed: int, step: int)
     )
 
 
+def test_points_too_far_apart_for_any_plan_are_no_object() -> None:
+    depth = np.full((40, 50), 1e6)
+    camera = PinholeCamera(50, 40, 40.0, 40.0, 24.5, 19.5)
+    frame = RgbdFrame(depth, camera, 0.0, looking_at((0.0, -1.0, 1.1), (0.0, 0.0, 1.1)))
+    far = GroundSegmentation(noise=DepthNoise(farthest=1e9), sigmas=0.0)
+    assert not far.object_mask(frame).any()
+
+
 def test_arrays_of_another_size_are_refused() -> None:
     depth, mask = np.ones((4, 6), np.float32), np.ones((4, 5), bool)
     noise, four = NOISE.coefficients(PinholeCamera.xtion()), (1.0, 1.0, 0.0, 0.0)

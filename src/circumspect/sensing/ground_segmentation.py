@@ -92,6 +92,10 @@ class GroundSegmentation(Segmentation):
         flat, counts, low_x, low_y, rows, columns = _native.plan_cells(
             frame.depth, mask, intrinsics, frame.pose.as_matrix(), self.cell
         )
+        if len(counts) == 0:
+            # So far apart that no plan holds them: nothing that is near each other.
+            mask[:] = False
+            return
         joined = ndimage.binary_dilation(
             counts.reshape(rows, columns) >= 3, np.ones((2, 2)), origin=-1
         )
