@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import GeometryError
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import RigidTransform
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,8 @@ class PlanarPose:
 
     def as_transform(self) -> RigidTransform:
         """The same pose in space, at height 0."""
+        from scipy.spatial.transform import RigidTransform, Rotation
+
         turn = Rotation.from_rotvec([0.0, 0.0, self.yaw])
         return RigidTransform.from_components([self.x, self.y, 0.0], turn)
 
