@@ -74,11 +74,21 @@ def test_a_common_motion_of_the_odometry_moves_all_poses() -> None:
 
 
 def test_without_odometry_the_first_pose_must_be_given() -> None:
-    frame = replace(short_drive()[0], odometry=None)
+    frame = replace(short_drive()[0], odometry=None, T_base_camera=None)
     with pytest.raises(InputError, match="needs the pose of the first frame"):
         RegisteredPoses().estimate(frame)
     given = RegisteredPoses(RigidTransform.identity()).estimate(frame)
     np.testing.assert_allclose(given.T_map_camera.as_matrix(), np.eye(4), atol=1e-12)
+
+
+def test_a_robot_whose_wheels_are_mute_begins_its_map_where_it_stands() -> None:
+    frame = replace(short_drive()[0], odometry=None)
+    first = RegisteredPoses().estimate(frame)
+    mount = frame.T_base_camera
+    assert mount is not None
+    np.testing.assert_allclose(first.T_map_camera.as_matrix(), mount.as_matrix(), atol=1e-12)
+    assert first.T_map_base is not None
+    np.testing.assert_allclose([*first.T_map_base.xy, first.T_map_base.yaw], 0, atol=1e-12)
 
 
 def test_a_camera_without_a_robot_is_followed_by_constant_velocity() -> None:

@@ -134,9 +134,18 @@ def test_a_robot_that_is_held_gives_up_with_what_it_has(tmp_path: Path) -> None:
         lambda robot: DroppedFrames(robot, 0.3),
         lambda robot: UnorderedFrames(robot, 0.2),
         lambda robot: OdometryGone(robot, after=8.0),
+        lambda robot: OdometryGone(robot),
         lambda robot: OdometryStuck(robot, after=8.0),
     ],
-    ids=["blocked", "blackout", "dropped", "unordered", "odometry gone", "odometry stuck"],
+    ids=[
+        "blocked",
+        "blackout",
+        "dropped",
+        "unordered",
+        "odometry gone",
+        "never any odometry",
+        "odometry stuck",
+    ],
 )
 def test_the_round_is_completed_in_spite_of(fault) -> None:
     going = scan(fault=fault)

@@ -48,7 +48,8 @@ class RegisteredPoses(PoseEstimator):
 
         Args:
             T_map_first: Pose of the first frame; None means that of the first frame's odometry
-                and mount, or else the one that the first frame brings.
+                and mount, or else the one that the first frame brings, or else its mount: the
+                map begins under the robot.
             settings: How frames are followed.
         """
         self.settings = settings or TrackingSettings()
@@ -99,9 +100,12 @@ class RegisteredPoses(PoseEstimator):
         if T is None:
             T = frame.T_map_camera
         if T is None:
+            # A robot whose wheels say nothing begins its map where it stands.
+            T = mount
+        if T is None:
             raise InputError(
-                f"the frame at {frame.stamp:.3f} s has neither odometry nor pose; registration "
-                "needs the pose of the first frame"
+                f"the frame at {frame.stamp:.3f} s has neither a pose nor a robot under it; "
+                "registration needs the pose of the first frame"
             )
         if mount is not None:
             # The map is laid by place and heading; how the robot stands on bumps is not known.
