@@ -65,7 +65,7 @@ def _arrange(
     for column, (name, azimuth, elevation) in enumerate(SIDES):
         draw_side(figure.add_subplot(sides[0, column]), cloud, name, azimuth, elevation)
     draw_grid(figure.add_axes((0.5, 0.085, 0.23, 0.335)), last.grid)
-    draw_probabilities(figure.add_axes((0.805, 0.085, 0.12, 0.335)), result, journey)
+    draw_probabilities(figure.add_axes((0.797, 0.085, 0.108, 0.335)), result, journey)
 
 
 def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str, str]:
