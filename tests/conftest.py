@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+from collections.abc import Callable
 
 # Tests run side by side, one core each: more threads would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -25,6 +27,24 @@ def data_folder() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no development data at {folder}; set CIRCUMSPECT_DATA")
     return folder
+
+
+@pytest.fixture
+def ctrl_c_at(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
+    """Arms a Ctrl-C that comes while the pipeline takes its n-th frame, from 1."""
+    from circumspect.pipeline import RecognitionPipeline
+
+    def arm(frame: int) -> None:
+        step, numbers = RecognitionPipeline.step, itertools.count(1)
+
+        def impatient(self, taken):
+            if next(numbers) == frame:
+                raise KeyboardInterrupt
+            return step(self, taken)
+
+        monkeypatch.setattr(RecognitionPipeline, "step", impatient)
+
+    return arm
 
 
 @pytest.fixture(autouse=True)

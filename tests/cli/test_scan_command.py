@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +17,6 @@ from circumspect.datasets import ObjectSet
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.errors import CircumspectError, InputError
 from circumspect.furniture import make_furniture
-from circumspect.pipeline import RecognitionPipeline
 
 FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
@@ -221,18 +221,9 @@ def test_an_object_too_large_for_the_camera_is_told(
 
 
 def test_ctrl_c_saves_and_says_where(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, ctrl_c_at: Callable[[int], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    step, count = RecognitionPipeline.step, 0
-
-    def impatient(self, frame):
-        nonlocal count
-        count += 1
-        if count == 3:
-            raise KeyboardInterrupt
-        return step(self, frame)
-
-    monkeypatch.setattr(RecognitionPipeline, "step", impatient)
+    ctrl_c_at(3)
     out = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
         replace(FEW, frames=9, out=out).run()

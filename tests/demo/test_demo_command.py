@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,6 @@ import pytest
 from circumspect.cli.demo import Demo
 from circumspect.errors import InputError, WeightsError
 from circumspect.grid import OccupancyGrid
-from circumspect.pipeline import RecognitionPipeline
 
 
 def test_json_is_one_line_and_repeats_the_run_folder(
@@ -98,18 +98,9 @@ def test_missing_weights_are_told(tmp_path: Path) -> None:
 
 
 def test_ctrl_c_saves_and_says_where(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, ctrl_c_at: Callable[[int], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    step, count = RecognitionPipeline.step, 0
-
-    def impatient(self, frame):
-        nonlocal count
-        count += 1
-        if count == 3:
-            raise KeyboardInterrupt
-        return step(self, frame)
-
-    monkeypatch.setattr(RecognitionPipeline, "step", impatient)
+    ctrl_c_at(3)
     out = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
         Demo(object="chair", seed=0, frames=9, out=out).run()

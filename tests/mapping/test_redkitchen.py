@@ -4,26 +4,23 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import Trajectory
 from circumspect.mapping import GATE_OPEN, RegisteredPoses
 from circumspect.recording import SevenScenesFolder
 
-FOLDER = Path(__file__).parents[3] / "shared" / "data" / "redkitchen"
 FRAMES = 20
 
 
-@pytest.mark.skipif(not FOLDER.is_dir(), reason="the RedKitchen frames are not at hand")
-def test_real_frames_are_followed_without_their_poses() -> None:
+def test_real_frames_are_followed_without_their_poses(data_folder: Path) -> None:
     from circumspect.evaluation.trajectory_error import (
         absolute_trajectory_error,
         relative_pose_error,
     )
 
     poses, told, true = RegisteredPoses(), [], []
-    for number, frame in enumerate(SevenScenesFolder(FOLDER)):
+    for number, frame in enumerate(SevenScenesFolder(data_folder / "redkitchen")):
         if number == FRAMES:
             break
         true.append(frame)

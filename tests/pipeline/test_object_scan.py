@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from scan_world import NOTHING, QUICK, scan, start, wall
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
 from circumspect.mapping import KnownPoses, PoseEstimate
-from circumspect.pipeline import RecognitionPipeline, RunFolder
+from circumspect.pipeline import RunFolder
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.scan import INTERRUPTED, LOST
 from circumspect.pipeline.scan_file import ScanFile
@@ -188,17 +189,8 @@ def test_the_convinced_drive_less() -> None:
     assert 0.4 <= result.last.seen < 0.8
 
 
-def test_ctrl_c_stops_the_robot_and_saves(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    step, count = RecognitionPipeline.step, 0
-
-    def impatient(self, frame):
-        nonlocal count
-        count += 1
-        if count == 4:
-            raise KeyboardInterrupt
-        return step(self, frame)
-
-    monkeypatch.setattr(RecognitionPipeline, "step", impatient)
+def test_ctrl_c_stops_the_robot_and_saves(ctrl_c_at: Callable[[int], None], tmp_path: Path) -> None:
+    ctrl_c_at(4)
     going = scan()
     going.pipeline.observers = (RunFolder(tmp_path, {}), ScanFile(going, tmp_path / "scan.json"))
     with pytest.raises(KeyboardInterrupt):
