@@ -88,7 +88,8 @@ class RegisteredPoses(PoseEstimator):
 
         self._doubts = self._doubts + 1 if best.verdict.contradicts else 0
         self._remember(frame, best)
-        if best.verdict.is_open:
+        # A direction that the scene does not hold is held by the wheels for a while.
+        if self._is_certain(best) and len(scan) >= self.settings.gate.fewest_points:
             self._grow(frame, scan)
         return self._told(frame, best)
 
@@ -251,6 +252,11 @@ class RegisteredPoses(PoseEstimator):
             self.keyframes.fit_next()
         self._correct(anyway=True)
 
+    def _is_certain(self, attempt: Attempt) -> bool:
+        """Whether to build on it: nothing speaks against it, and it is known well enough."""
+        place = float(np.sqrt(np.linalg.eigvalsh(attempt.belief.covariance[3:, 3:])[-1]))
+        return not attempt.verdict.contradicts and place < self.settings.certain
+
     def _told(self, frame: RgbdFrame, attempt: Attempt) -> PoseEstimate:
         believed = self._belief or attempt.belief
         found, verdict = attempt.found, attempt.verdict
@@ -265,7 +271,6 @@ class RegisteredPoses(PoseEstimator):
         if len(self.keyframes):
             number, _ = self.keyframes.nearest(believed.T_map_camera)
             T_anchor_camera = self.keyframes[number].T_map_camera.inv() * believed.T_map_camera
-        place = float(np.sqrt(np.linalg.eigvalsh(believed.covariance[3:, 3:])[-1]))
         lost = self._doubts >= self.settings.lost_after
         return PoseEstimate(
             believed.T_map_camera,
@@ -276,7 +281,7 @@ class RegisteredPoses(PoseEstimator):
             covariance=self.keyframes.covariance(believed.T_map_camera, believed.covariance),
             T_map_base=T_map_base,
             T_map_odom=T_map_odom,
-            certain=not verdict.contradicts and place < self.settings.certain,
+            certain=self._is_certain(attempt),
             prior=attempt.source,
             anchor=number,
             T_anchor_camera=T_anchor_camera,

@@ -19,7 +19,9 @@ class ScanSettings:
         voxel: Then averaged over voxels of this side [m].
         nearest, farthest: Only depths within this range [m] are used. A real structured-light
             camera that was not calibrated bends space from about 2.5 m on.
-        enough: With fewer points than this within range, the sensor's own range counts.
+        enough: With fewer points than this within range, the sensor's own range counts, …
+        flat: … and where they lie in one plane, nearer than this standard deviation [m]: bare
+            floor holds neither place nor heading.
         noise: The camera's noise.
     """
 
@@ -28,6 +30,7 @@ class ScanSettings:
     nearest: float = 0.3
     farthest: float = 2.5
     enough: int = 1200
+    flat: float = 0.05
     noise: DepthNoise = field(default_factory=DepthNoise)
 
 
@@ -52,7 +55,7 @@ class Scan:
         points = blocks.points_xyz(rows, columns).astype(np.float64)
         near = (points[:, 2] > s.nearest) & (points[:, 2] < s.farthest)
         thin = _thinned(points[near], s.voxel)
-        if len(thin) < s.enough:
+        if len(thin) < s.enough or _thickness(thin) < s.flat:
             near = (points[:, 2] > s.nearest) & (points[:, 2] <= s.noise.farthest)
             thin = _thinned(points[near], s.voxel)
         return cls(thin, s.noise.axial_sigma(thin[:, 2]).astype(np.float64))
@@ -90,3 +93,8 @@ def _thinned(points_xyz: NDArray[np.float64], voxel: float) -> NDArray[np.float6
         return points_xyz
     points = small_gicp.voxelgrid_sampling(points_xyz, voxel).points()
     return np.ascontiguousarray(np.asarray(points)[:, :3])
+
+
+def _thickness(points_xyz: NDArray[np.float64]) -> float:
+    """Standard deviation [m] across the plane that the points lie in best."""
+    return float(np.sqrt(max(np.linalg.eigvalsh(np.cov(points_xyz.T))[0], 0.0)))
