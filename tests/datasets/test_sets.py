@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 
 from circumspect.datasets import GridCache, ObjectSet, open_data_set, validation_split
 from circumspect.datasets.farthest_points import farthest_points
+from circumspect.datasets.near_duplicates import near_duplicates
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
+from circumspect.datasets.validation_split import SHARE
 from circumspect.errors import InputError
 
 
@@ -20,6 +22,21 @@ def small_set(count=6, points=20, seed=0):
         names,
         ("bed", "chair"),
     )
+
+
+def families(points=300, seed=0):
+    """Blocks of one class: families of two alike, each of other proportions, and a large one."""
+    rng = np.random.default_rng(seed)
+    members = [("large", i) for i in range(12)]
+    members += [(f"family{k:02d}", i) for k in range(12) for i in range(2)]
+    clouds, cube = [], rng.random((points, 3)) - 0.5
+    for family, _ in members:
+        k = 12 if family == "large" else int(family[-2:])
+        size = [1.0, (0.05, 0.2, 0.45, 1.0)[k % 4], (0.1, 0.5, 1.2, 3.0)[k // 4]]
+        clouds.append(cube * size + rng.normal(0, 0.002, cube.shape))
+    names = np.array([f"{family}_{i}" for family, i in members])
+    labels = np.zeros(len(members), np.int64)
+    return ObjectSet(np.array(clouds, np.float32), labels, names, ("block",))
 
 
 class TestObjectSet:
@@ -94,18 +111,39 @@ class TestPointPack:
 
 
 class TestSplit:
-    @given(st.lists(st.text(min_size=1, max_size=8), unique=True, min_size=1, max_size=30))
-    def test_an_object_keeps_its_side_whatever_else_is_there(self, names):
-        whole = validation_split(np.array(names), share=0.5)
-        for name, side in zip(names, whole, strict=True):
-            assert validation_split(np.array([name]), share=0.5)[0] == side
+    def test_near_duplicates_stay_together(self):
+        objects = families()
+        groups = near_duplicates(objects)
+        family = np.array([name.rsplit("_", 1)[0] for name in objects.names])
+        assert len(set(groups)) == len(set(family))
+        for member in np.unique(family):
+            assert len(set(groups[family == member])) == 1
 
-    def test_share_and_salt(self):
-        names = np.array([f"chair_{i:04d}" for i in range(4000)])
-        marked = validation_split(names)
-        assert marked.mean() == pytest.approx(0.15, abs=0.02)
-        other = validation_split(names, salt="1")
-        assert (marked & other).mean() == pytest.approx(0.15**2, abs=0.01)
+    def test_whole_groups_are_held_back_and_large_ones_never(self):
+        objects = families()
+        held_back, groups = validation_split(objects), near_duplicates(objects)
+        for group in np.unique(groups):
+            assert len(set(held_back[groups == group])) == 1
+        assert not held_back[[name.startswith("large") for name in objects.names]].any()
+        assert SHARE <= held_back.mean() <= SHARE + 0.1
+
+    def test_the_split_does_not_depend_on_the_order_and_changes_with_the_salt(self):
+        objects = families()
+        order = np.random.default_rng(0).permutation(len(objects))
+        kept = validation_split(objects)
+        assert (validation_split(objects.subset(order)) == kept[order]).all()
+        assert (validation_split(objects, salt="1") != kept).any()
+
+    def test_a_class_of_one_family_is_parted_object_by_object(self):
+        objects = families()
+        family = objects.subset(np.array([name.startswith("large") for name in objects.names]))
+        assert 0 < validation_split(family).sum() < len(family) / 2
+
+    def test_an_object_without_shape_is_named(self):
+        flat = small_set()
+        flat.points_xyz[2] = 0
+        with pytest.raises(InputError, match=str(flat.names[2])):
+            validation_split(flat)
 
     def test_fit_and_validation_part_the_training_split(self, tmp_path):
         write_point_pack(tmp_path / "train.npz", small_set(count=60))

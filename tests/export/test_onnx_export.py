@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import onnx
@@ -8,7 +9,7 @@ import torch
 
 from circumspect.classification import Classifier, GridRecipe
 from circumspect.classification.onnx_classifier import METADATA_KEY
-from circumspect.errors import CircumspectError
+from circumspect.errors import CircumspectError, InputError
 from circumspect.export import export_onnx, onnx_export
 from circumspect.nets import NETS, Checkpoint, build_net
 from circumspect.nets.registry import net_spec
@@ -32,7 +33,7 @@ def checkpoint(name, seed=0):
 def exported(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("onnx") / "net.onnx"
     original = checkpoint(request.param)
-    export_onnx(original, path, azimuth_views=2, temperature=1.5)
+    export_onnx([original], path, azimuth_views=2, temperature=1.5)
     return original, path
 
 
@@ -81,5 +82,36 @@ def test_loads_as_a_classifier(exported):
 def test_a_file_that_answers_otherwise_is_not_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(onnx_export, "TOLERANCE", 0.0)
     with pytest.raises(CircumspectError, match="not kept"):
-        export_onnx(checkpoint("planes"), tmp_path / "net.onnx")
+        export_onnx([checkpoint("planes")], tmp_path / "net.onnx")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_committee_answers_with_the_mean_of_its_members(tmp_path):
+    members = [checkpoint("planes", seed) for seed in (0, 1)]
+    export_onnx(members, tmp_path / "committee.onnx", azimuth_views=2)
+    rng = np.random.default_rng(6)
+    grids = (rng.random((4, 1, *members[0].recipe.shape)) < 0.07).astype(np.uint8)
+    session = onnxruntime.InferenceSession(tmp_path / "committee.onnx")
+    (actual,) = session.run(None, {"grid": grids})
+    with torch.no_grad():
+        apart = [m.build()(torch.from_numpy(grids).float()).numpy() for m in members]
+    assert np.abs(apart[0] - apart[1]).max() > 0.1
+    np.testing.assert_allclose(actual, np.mean(apart, axis=0), atol=1e-4)
+    assert Classifier.load(tmp_path / "committee.onnx").recipe.azimuth_views == 2
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"classes": ("bed", "chair", "sofa")},
+        {"recipe": GridRecipe(fill_samples=100)},
+        {"training": {"data": "another"}},
+        {"training": {"settings": {"validation": False}}},
+    ],
+)
+def test_members_of_a_committee_belong_together(tmp_path, change):
+    first = checkpoint("planes")
+    with pytest.raises(InputError, match="must share"):
+        export_onnx([first, replace(first, **change)], tmp_path / "net.onnx")
+    with pytest.raises(InputError, match="no network"):
+        export_onnx([], tmp_path / "net.onnx")

@@ -37,7 +37,7 @@ def open_data_set(
     objects = _read(path, source, progress)
     if split in ("train", "test"):
         return objects
-    held_back = validation_split(objects.names, salt=salt)
+    held_back = validation_split(objects, salt)
     return objects.subset(held_back if split == "validation" else ~held_back)
 
 

@@ -7,24 +7,52 @@ import hashlib
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.datasets.near_duplicates import near_duplicates
+from circumspect.datasets.object_set import ObjectSet
 
-def validation_split(
-    names: NDArray[np.str_], share: float = 0.15, salt: str = ""
-) -> NDArray[np.bool_]:
-    """Mark the validation objects by a hash of their names.
+SHARE = 0.15
+"""Of each class held back, where its groups allow it."""
+LARGEST = 0.125
+"""A group that holds a larger share of its class is trained on."""
 
-    An object keeps its side whatever else the set holds.
+
+def validation_split(objects: ObjectSet, salt: str = "") -> NDArray[np.bool_]:
+    """Mark the validation objects: whole groups of near duplicates of each class.
+
+    The large groups of a class are trained on; the others are held back in an order drawn by a
+    hash of their names until a share of the class is, and no more than half of them. A class
+    that is one group can not be parted so: its objects count as groups of their own.
 
     Args:
-        names: (n,) object names.
-        share: Share of the objects to mark, about, 0 … 1.
+        objects: The set.
         salt: Another salt gives another split.
 
     Returns:
         (n,) True for validation.
+
+    Raises:
+        InputError: An object spans no shape.
     """
-    return np.array([_fraction(salt + str(name)) < share for name in names], dtype=bool)
+    held_back = np.zeros(len(objects), bool)
+    groups = near_duplicates(objects)
+    for label in np.unique(objects.labels):
+        members = np.flatnonzero(objects.labels == label)
+        chosen = _drawn(groups[members], objects.names[members], salt)
+        held_back[members[chosen]] = True
+    return held_back
 
 
-def _fraction(text: str) -> float:
-    return int(hashlib.sha256(text.encode()).hexdigest()[:8], 16) / 2**32
+def _drawn(groups: NDArray[np.int64], names: NDArray[np.str_], salt: str) -> NDArray[np.bool_]:
+    """(m,) the held-back objects of one class."""
+    if len(np.unique(groups)) == 1:
+        groups = np.arange(len(groups))
+    _, groups, sizes = np.unique(groups, return_inverse=True, return_counts=True)
+    small = np.flatnonzero(sizes <= max(1, LARGEST * len(groups)))
+    wanted = min(SHARE * len(groups), sizes[small].sum() / 2)
+    order = sorted(small, key=lambda group: _hash(salt + min(names[groups == group].tolist())))
+    before = np.cumsum(sizes[order]) - sizes[order]
+    return np.isin(groups, np.array(order)[before < wanted])
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

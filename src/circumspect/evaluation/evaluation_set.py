@@ -49,6 +49,6 @@ def open_evaluation_set(
     trained_on_these = predictor.training.get("data") == objects.digest
     if split == "train":
         return EvaluationSet(objects, seen=trained_on_these)
-    held_back = validation_split(objects.names, salt=settings.get("validation_salt", ""))
+    held_back = validation_split(objects, settings.get("validation_salt", ""))
     seen = trained_on_these and not settings.get("validation", True)
     return EvaluationSet(objects.subset(held_back), seen=seen)

@@ -1,10 +1,11 @@
-"""A checkpoint as ONNX, kept only if it answers as the original does."""
+"""Checkpoints as ONNX, kept only if the file answers as they do."""
 
 from __future__ import annotations
 
 import json
 import logging
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,9 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from circumspect.classification.onnx_classifier import METADATA_KEY, checked_temperature
-from circumspect.errors import CircumspectError
+from circumspect.errors import CircumspectError, InputError
 from circumspect.nets import Checkpoint
+from circumspect.nets.committee import Committee
 from circumspect.storage import atomic_path
 
 OPSET = 18
@@ -37,33 +39,35 @@ class _FromBits(nn.Module):
 
 
 def export_onnx(
-    checkpoint: Checkpoint, path: Path, azimuth_views: int = 1, temperature: float = 1.0
+    members: Sequence[Checkpoint], path: Path, azimuth_views: int = 1, temperature: float = 1.0
 ) -> float:
     """Write a classifier for ONNX Runtime.
 
     Args:
-        checkpoint: The trained network.
+        members: The trained network; several are a committee, whose logits are averaged.
         path: The file to write.
         azimuth_views: Grids an object that the classifier averages over.
         temperature: Divides the logits.
 
     Returns:
-        The largest difference between a logit of the file and of the checkpoint.
+        The largest difference between a logit of the file and of the networks.
 
     Raises:
-        InputError: Views or temperature out of range.
-        CircumspectError: The file answers otherwise than the checkpoint; it is not kept.
+        InputError: Views or temperature out of range; members that do not belong together.
+        CircumspectError: The file answers otherwise than the networks; it is not kept.
         OutputError: The file can not be written.
     """
-    net = _FromBits(checkpoint.build()).eval()
-    recipe = replace(checkpoint.recipe, azimuth_views=azimuth_views)
+    _require_same_task(members)
+    nets = [member.build() for member in members]
+    net = _FromBits(nets[0] if len(nets) == 1 else Committee(nets)).eval()
+    recipe = replace(members[0].recipe, azimuth_views=azimuth_views)
     description = {
         "format": 1,
-        "name": checkpoint.net,
-        "classes": list(checkpoint.classes),
+        "name": " + ".join(member.net for member in members),
+        "classes": list(members[0].classes),
         "grid": recipe.to_dict(),
         "temperature": checked_temperature(temperature),
-        "training": dict(checkpoint.training),
+        "training": _training(members),
     }
     probe = _probe(recipe.shape)
     with atomic_path(path) as aside:
@@ -71,9 +75,34 @@ def export_onnx(
         difference = _difference(net, aside, probe)
         if not difference < TOLERANCE:
             raise CircumspectError(
-                f"{path}: not kept, its answers differ from the checkpoint's by {difference:.2g}"
+                f"{path}: not kept, its answers differ from the networks' by {difference:.2g}"
             )
     return difference
+
+
+def _require_same_task(members: Sequence[Checkpoint]) -> None:
+    """Members name the same classes from the same grids and held the same objects back."""
+    if not members:
+        raise InputError("there is no network to export")
+    first, *others = [
+        (member.classes, member.recipe, member.training.get("data"), _held_back(member))
+        for member in members
+    ]
+    if any(other != first for other in others):
+        raise InputError(
+            "a committee's members must share classes, grids, training data and validation split"
+        )
+
+
+def _held_back(member: Checkpoint) -> tuple[Any, Any]:
+    settings = member.training.get("settings", {})
+    return settings.get("validation"), settings.get("validation_salt")
+
+
+def _training(members: Sequence[Checkpoint]) -> dict[str, Any]:
+    """How the first was trained, and the others beside it."""
+    first, *others = [dict(member.training) for member in members]
+    return {**first, "others": others} if others else first
 
 
 def _converted(net: nn.Module, example: Tensor, description: dict[str, Any]) -> onnx.ModelProto:

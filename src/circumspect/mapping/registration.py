@@ -124,44 +124,68 @@ def register(
         The optimum; where too few points have a correspondence, the prior, not converged.
     """
     s = settings or RegistrationSettings()
-    prior = T_map_prior.as_matrix()
-    change, T, back = np.zeros(6), prior, rigid_matrix.inverse(prior)
-    fit, steps, converged = LinearFit(), 0, False
-    # The way is found with few points, the end with all of them.
-    part = scan.thinned(THINNED)
-    while steps < s.rounds:
-        steps += 1
-        fit = linearised(part, scene, T, s.reach)
-        if fit.inliers < FEWEST:
-            change, T = np.zeros(6), prior
-            break
-        gradient = fit.gradient + prior_information @ change
-        delta = -np.linalg.solve(fit.hessian + prior_information + 1e-9 * np.eye(6), gradient)
-        T = T @ rigid_matrix.exp(delta)
-        change = rigid_matrix.log(back @ T)
-        turn, shift = np.linalg.norm(delta.reshape(2, 3), axis=1)
-        small = turn < s.turn and shift < s.shift
-        smallish = turn < COARSE * s.turn and shift < COARSE * s.shift
-        # Correspondences that flicker keep the last steps from vanishing.
-        if part is scan and (small or (smallish and steps >= s.rounds // 2)):
-            converged = True
-            break
-        if smallish:
-            part = scan
+    descent = _Descent(scan, scene, T_map_prior.as_matrix(), np.asarray(prior_information))
+    while descent.steps < s.rounds and not descent.over:
+        descent.step(s)
+    fit = descent.fit
     return Registration(
-        T_map_camera=T_map_prior if T is prior else RigidTransform.from_matrix(T),
+        T_map_camera=RigidTransform.from_matrix(descent.T) if descent.moved else T_map_prior,
         hessian=fit.hessian,
         information=fit.hessian + prior_information,
-        innovation=change,
+        innovation=descent.change,
         points=len(scan),
         inliers=fit.inliers,
         overlap=fit.overlap,
         distance=fit.distance,
         residual=fit.residual,
         misfit=fit.misfit,
-        iterations=steps,
-        converged=converged,
+        iterations=descent.steps,
+        converged=descent.converged,
     )
+
+
+class _Descent:
+    """Gauss-Newton from the prior on; the way is found with few points, the end with all."""
+
+    def __init__(
+        self,
+        scan: Scan,
+        scene: SceneMap,
+        prior: NDArray[np.float64],
+        prior_information: NDArray[np.floating],
+    ) -> None:
+        self.T, self.change, self.fit = prior, np.zeros(6), LinearFit()
+        self.steps = 0
+        self.moved = self.converged = self.over = False
+        self._prior, self._back = prior, rigid_matrix.inverse(prior)
+        self._held = prior_information
+        self._scan, self._scene, self._part = scan, scene, scan.thinned(THINNED)
+
+    def step(self, s: RegistrationSettings) -> None:
+        """One step; it is over where it was small, or where there is nothing to solve."""
+        self.steps += 1
+        self.fit = linearised(self._part, self._scene, self.T, s.reach)
+        if self.fit.inliers < FEWEST:
+            self.T, self.change = self._prior, np.zeros(6)
+            self.moved, self.over = False, True
+            return
+        gradient = self.fit.gradient + self._held @ self.change
+        delta = -np.linalg.solve(self.fit.hessian + self._held + 1e-9 * np.eye(6), gradient)
+        self.T = self.T @ rigid_matrix.exp(delta)
+        self.change = rigid_matrix.log(self._back @ self.T)
+        self.moved = True
+        self._judge(delta, s)
+
+    def _judge(self, delta: NDArray[np.float64], s: RegistrationSettings) -> None:
+        turn, shift = np.linalg.norm(delta.reshape(2, 3), axis=1)
+        small = turn < s.turn and shift < s.shift
+        smallish = turn < COARSE * s.turn and shift < COARSE * s.shift
+        # Correspondences that flicker keep the last steps from vanishing.
+        late = self.steps >= s.rounds // 2
+        if self._part is self._scan and (small or (smallish and late)):
+            self.converged = self.over = True
+        elif smallish:
+            self._part = self._scan
 
 
 def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float) -> LinearFit:

@@ -1,4 +1,4 @@
-"""Several networks that answer separately and are averaged."""
+"""Several trained networks that answer together."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from torch import Tensor, nn
 
 class Committee(nn.Module):
     """The mean of its members' logits.
-
-    Each member learns from its own answer alone, so that their errors stay as independent as
-    different initial weights make them; in training they are therefore told apart.
 
     Args:
         members: Networks with the same input and the same classes.
@@ -26,10 +23,9 @@ class Committee(nn.Module):
         """Logits.
 
         Args:
-            grids: (n, 1, radius, azimuth, height), 1 where occupied.
+            grids: (n, 1, *shape), 1 where occupied.
 
         Returns:
-            (n, classes); in training (n, members, classes).
+            (n, classes).
         """
-        answers = torch.stack([member(grids) for member in self.members], 1)
-        return answers if self.training else answers.mean(1)
+        return torch.stack([member(grids) for member in self.members]).mean(0)

@@ -6,11 +6,11 @@ import difflib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import torch
 from torch import nn
 
 from circumspect.classification import GridRecipe
 from circumspect.errors import InputError
-from circumspect.nets.committee import Committee
 from circumspect.nets.planes import Planes
 
 
@@ -31,10 +31,6 @@ class NetSpec:
     recipe: GridRecipe = field(default_factory=GridRecipe)
 
 
-def _pair(classes: int, shape: tuple[int, int, int]) -> Committee:
-    return Committee(Planes(classes, shape, widths=(24, 48, 96), circle=192) for _ in range(2))
-
-
 NETS = {
     spec.name: spec
     for spec in (
@@ -43,7 +39,6 @@ NETS = {
             "ours: wrapped 2D convolutions on two stacks of planes, circular mixing, RWMP and mean",
             Planes,
         ),
-        NetSpec("planes-pair", "ours: two narrower `planes`, averaged", _pair),
     )
 }
 
@@ -62,7 +57,7 @@ def net_spec(name: str) -> NetSpec:
 
 
 def build_net(name: str, classes: int, shape: tuple[int, int, int]) -> nn.Module:
-    """Build a network with fresh weights.
+    """Build a network with fresh weights, laid out as CPU convolutions like them best.
 
     Args:
         name: One of `NETS`.
@@ -72,4 +67,9 @@ def build_net(name: str, classes: int, shape: tuple[int, int, int]) -> nn.Module
     Raises:
         InputError: No network of that name.
     """
-    return net_spec(name).build(classes, shape)
+    net = net_spec(name).build(classes, shape)
+    layouts = {4: torch.channels_last, 5: torch.channels_last_3d}
+    for parameter in net.parameters():
+        if layout := layouts.get(parameter.ndim):
+            parameter.data = parameter.data.contiguous(memory_format=layout)
+    return net

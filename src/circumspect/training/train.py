@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -23,6 +23,8 @@ from circumspect.nets import Checkpoint, build_net
 from circumspect.nets.registry import net_spec
 from circumspect.training.draws import draw_epoch, learning_rate_at
 from circumspect.training.examiner import Examiner
+from circumspect.training.mixing import mixed
+from circumspect.training.optimisation import forgetful_average, parameter_groups
 from circumspect.training.resume import load_state, save_state
 from circumspect.training.run_config import claim_folder, run_config
 from circumspect.training.run_log import RunLog
@@ -133,15 +135,16 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
             group["lr"] = rate
         with torch.autocast(accelerator.device.type, torch.bfloat16, settings.precision == "bf16"):
             logits = run.net(grids)
-        loss = _loss(logits.float(), targets, settings.label_smoothing)
+        loss = functional.cross_entropy(
+            logits.float(), targets, label_smoothing=settings.label_smoothing
+        )
         accelerator.backward(loss)
         accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
         run.optimizer.step()
         run.optimizer.zero_grad(set_to_none=True)
         run.averaged.update_parameters(accelerator.unwrap_model(run.net))
         losses += loss.item()
-        answers = logits if logits.ndim == 2 else logits.mean(1)
-        hits += int((answers.argmax(1) == targets.argmax(1)).sum())
+        hits += int((logits.argmax(1) == targets.argmax(1)).sum())
         seen += len(targets)
         observer.stepped(epoch, step + 1, run.steps, loss.item())
     return {
@@ -150,13 +153,6 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         "training_accuracy": hits / seen,
         "seconds": time.perf_counter() - start,
     }
-
-
-def _loss(logits: Tensor, targets: Tensor, label_smoothing: float) -> Tensor:
-    """Cross-entropy; each member of a committee, (n, members, c), answers for itself."""
-    answers = logits.flatten(0, -2)
-    wanted = targets.repeat_interleave(len(answers) // len(targets), 0)
-    return functional.cross_entropy(answers, wanted, label_smoothing=label_smoothing)
 
 
 def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
@@ -172,21 +168,13 @@ def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
         grids = torch.from_numpy(run.samples.grids(chosen, replicas[batch][mine]))
         targets = torch.from_numpy(run.samples.targets[chosen])
         pair = grids.to(accelerator.device).float(), targets.to(accelerator.device)
-        yield _mixed(*pair, rng) if rng.random() < settings.mixing else pair
-
-
-def _mixed(grids: Tensor, targets: Tensor, rng: np.random.Generator) -> tuple[Tensor, Tensor]:
-    """Blend each object with another of the batch."""
-    share = rng.beta(0.4, 0.4)
-    share = max(share, 1 - share)
-    other = torch.from_numpy(rng.permutation(len(grids))).to(grids.device)
-    return torch.lerp(grids[other], grids, share), torch.lerp(targets[other], targets, share)
+        yield mixed(*pair, rng) if rng.random() < settings.mixing else pair
 
 
 def _split(objects: ObjectSet, settings: TrainingSettings) -> tuple[ObjectSet, ObjectSet]:
     held_back = np.zeros(len(objects), bool)
     if settings.validation:
-        held_back = validation_split(objects.names, salt=settings.validation_salt)
+        held_back = validation_split(objects, settings.validation_salt)
     fit = objects.subset(~held_back)
     if missing := set(range(len(objects.classes))) - set(fit.labels.tolist()):
         names = ", ".join(objects.classes[i] for i in sorted(missing))
@@ -210,33 +198,15 @@ def _prepare(
         samples = TrainingSamples(fit, settings, recipe, cache, observer.preparing)
     torch.manual_seed(settings.seed)
     net = build_net(settings.net, len(fit.classes), recipe.shape)
-    optimizer = torch.optim.AdamW(_parameter_groups(net, settings.weight_decay))
+    optimizer = torch.optim.AdamW(parameter_groups(net, settings.weight_decay))
     net, optimizer = accelerator.prepare(net, optimizer)
     averaged = AveragedModel(
-        accelerator.unwrap_model(net), avg_fn=_average(settings.averaging), use_buffers=True
+        accelerator.unwrap_model(net),
+        avg_fn=forgetful_average(settings.averaging),
+        use_buffers=True,
     )
     steps = max(1, len(fit) // settings.batch_size)
     return _Run(settings, accelerator, net, averaged, optimizer, samples, steps)
-
-
-def _parameter_groups(net: nn.Module, weight_decay: float) -> list[dict[str, Any]]:
-    """Biases and norms are not decayed."""
-    matrices = [p for p in net.parameters() if p.ndim > 1]
-    vectors = [p for p in net.parameters() if p.ndim <= 1]
-    return [
-        {"params": matrices, "weight_decay": weight_decay},
-        {"params": vectors, "weight_decay": 0.0},
-    ]
-
-
-def _average(decay: float) -> Any:
-    """Exponential averaging that forgets the first steps faster."""
-
-    def average(averaged: Tensor, current: Tensor, count: Tensor | int) -> Tensor:
-        keep = min(decay, (1 + int(count)) / (20 + int(count)))
-        return averaged * keep + current * (1 - keep) if averaged.is_floating_point() else current
-
-    return average
 
 
 def _checkpoint(
