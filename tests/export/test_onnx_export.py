@@ -115,3 +115,50 @@ def test_members_of_a_committee_belong_together(tmp_path, change):
         export_onnx([first, replace(first, **change)], tmp_path / "net.onnx")
     with pytest.raises(InputError, match="no network"):
         export_onnx([], tmp_path / "net.onnx")
+
+
+@pytest.fixture(scope="module")
+def in_eight_bits(tmp_path_factory):
+    path = tmp_path_factory.mktemp("onnx") / "fast.onnx"
+    original = checkpoint("planes")
+    with pytest.MonkeyPatch.context() as patch:
+        # A net that has learnt nothing is unsure of everything.
+        patch.setattr(onnx_export, "AGREEMENT", 0.8)
+        fidelity = export_onnx([original], path, 2, 1.5, calibration=some_grids(128))
+    return original, path, fidelity
+
+
+def some_grids(count, seed=7):
+    rng = np.random.default_rng(seed)
+    density = rng.uniform(0.02, 0.2, (count, 1, 1, 1, 1))
+    return (rng.random((count, 1, 32, 32, 32)) < density).astype(np.uint8)
+
+
+def test_eight_bits_answer_nearly_the_same_from_a_smaller_file(in_eight_bits, tmp_path):
+    original, path, fidelity = in_eight_bits
+    export_onnx([original], tmp_path / "plain.onnx", 2, 1.5)
+    assert path.stat().st_size < 0.6 * (tmp_path / "plain.onnx").stat().st_size
+    assert fidelity.difference > 0
+    assert fidelity.agreement >= 0.8
+    grids = some_grids(16, seed=8).reshape(8, 2, 32, 32, 32)
+    fast, plain = (Classifier.load(p) for p in (path, tmp_path / "plain.onnx"))
+    assert fast.description == plain.description
+    np.testing.assert_allclose(fast.probabilities(grids), plain.probabilities(grids), atol=0.1)
+
+
+def test_eight_bits_keep_the_circle_closed(in_eight_bits):
+    _, path, _ = in_eight_bits
+    grid = some_grids(1, seed=9)
+    rolls = np.concatenate([np.roll(grid, cells, axis=3) for cells in range(32)])
+    session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
+    (logits,) = session.run(None, {"grid": rolls})
+    assert np.ptp(logits, axis=0).max() < 1e-4
+
+
+def test_eight_bits_that_change_labels_are_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(onnx_export, "AGREEMENT", 1.1)
+    with pytest.raises(CircumspectError, match="keep their label"):
+        export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=some_grids(8))
+    with pytest.raises(InputError, match="two grids"):
+        export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=some_grids(1))
+    assert list(tmp_path.iterdir()) == []

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from circumspect.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from circumspect.classification import GridRecipe
+
+CALIBRATION = 512
+"""Training objects, half of which measure ranges and half of which check the outcome."""
 
 
 @dataclass(frozen=True)
@@ -16,6 +25,7 @@ class Export:
     """Turn trained networks into one ONNX file for the robot.
 
     $ circumspect export runs/train-planes planes.onnx
+    $ circumspect export runs/a fast.onnx --int8 modelnet10
     $ circumspect export runs/a committee.onnx --committee runs/b runs/c
     """
 
@@ -25,6 +35,8 @@ class Export:
     """The ONNX file to write; it is kept only if its outputs equal the checkpoint's."""
     committee: tuple[Path, ...] = ()
     """Further checkpoints or runs, whose logits are averaged with the first's."""
+    int8: Path | None = None
+    """A data set; its training objects show which ranges eight-bit convolutions have to span."""
     azimuth_views: int = 1
     """Average over this many grids an object, turned by fractions of an azimuth cell."""
     temperature: float = 1.0
@@ -41,7 +53,26 @@ class Export:
 
         paths = (self.weights, *self.committee)
         members = [Checkpoint.load(checkpoint_path(path)) for path in paths]
-        difference = export_onnx(members, self.out, self.azimuth_views, self.temperature)
+        calibration = None if self.int8 is None else _calibration(self.int8, members[0].recipe)
+        fidelity = export_onnx(members, self.out, self.azimuth_views, self.temperature, calibration)
         size = self.out.stat().st_size / 1e6
-        print(f"{self.out}: {size:.1f} MB, logits within {difference:.1g}")  # noqa: T201
+        print(  # noqa: T201
+            f"{self.out}: {size:.1f} MB, logits within {fidelity.difference:.1g}, "
+            f"same label for {fidelity.agreement:.1%}"
+        )
         return 0
+
+
+def _calibration(data: Path, recipe: GridRecipe) -> NDArray[np.uint8]:
+    """Grids of training objects, evenly over the set."""
+    import numpy as np
+
+    from circumspect.cli.progress import progress_bar
+    from circumspect.datasets import open_data_set
+    from circumspect.evaluation.yaw_sweep import gridded_object
+
+    with progress_bar("sampling meshes") as progress:
+        objects = open_data_set(data, "train", progress)
+    chosen = np.unique(np.linspace(0, len(objects) - 1, CALIBRATION).astype(int))
+    grids = [gridded_object(recipe, objects, int(index), [0.0])[0, :1] for index in chosen]
+    return np.stack(grids)

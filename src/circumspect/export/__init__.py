@@ -1,5 +1,5 @@
 """Trained networks for the robot."""
 
-from circumspect.export.onnx_export import export_onnx
+from circumspect.export.onnx_export import Fidelity, export_onnx
 
-__all__ = ["export_onnx"]
+__all__ = ["Fidelity", "export_onnx"]

@@ -6,7 +6,7 @@ import json
 import logging
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +19,16 @@ from torch import Tensor, nn
 
 from circumspect.classification.onnx_classifier import METADATA_KEY, checked_temperature
 from circumspect.errors import CircumspectError, InputError
+from circumspect.export.eight_bit import in_eight_bits
 from circumspect.nets import Checkpoint
 from circumspect.nets.committee import Committee
 from circumspect.storage import atomic_path
 
 OPSET = 18
 TOLERANCE = 1e-4
+"""Logits in floating point."""
+AGREEMENT = 0.985
+"""Labels in eight bits; the others are those that the network itself is unsure of."""
 
 
 class _FromBits(nn.Module):
@@ -38,9 +42,26 @@ class _FromBits(nn.Module):
         return self.net(grid.float())
 
 
+@dataclass(frozen=True)
+class Fidelity:
+    """How well a file answers as its networks do.
+
+    Attributes:
+        difference: The largest difference between their logits.
+        agreement: Share of the grids asked about that get the same label.
+    """
+
+    difference: float
+    agreement: float
+
+
 def export_onnx(
-    members: Sequence[Checkpoint], path: Path, azimuth_views: int = 1, temperature: float = 1.0
-) -> float:
+    members: Sequence[Checkpoint],
+    path: Path,
+    azimuth_views: int = 1,
+    temperature: float = 1.0,
+    calibration: NDArray[np.uint8] | None = None,
+) -> Fidelity:
     """Write a classifier for ONNX Runtime.
 
     Args:
@@ -48,9 +69,12 @@ def export_onnx(
         path: The file to write.
         azimuth_views: Grids an object that the classifier averages over.
         temperature: Divides the logits.
+        calibration: (n, 1, *shape) grids of training objects, at least two; with them the
+            convolutions compute in eight bits.
 
     Returns:
-        The largest difference between a logit of the file and of the networks.
+        What was found on random grids; in eight bits, on every second grid of `calibration`, the
+        others having set the ranges.
 
     Raises:
         InputError: Views or temperature out of range; members that do not belong together.
@@ -69,15 +93,27 @@ def export_onnx(
         "temperature": checked_temperature(temperature),
         "training": _training(members),
     }
-    probe = _probe(recipe.shape)
+    probe = _probe(recipe.shape) if calibration is None else calibration[1::2]
+    network = _converted(net, torch.from_numpy(_probe(recipe.shape)[:2]))
+    if calibration is not None:
+        if len(calibration) < 2:
+            raise InputError("eight bits need two grids or more to be measured on")
+        network = in_eight_bits(network, calibration[::2])
+    _describe(network, description)
     with atomic_path(path) as aside:
-        onnx.save(_converted(net, torch.from_numpy(probe[:2]), description), aside, "protobuf")
-        difference = _difference(net, aside, probe)
-        if not difference < TOLERANCE:
+        onnx.save(network, aside, "protobuf")
+        fidelity = _fidelity(net, aside, probe)
+        if calibration is None and not fidelity.difference < TOLERANCE:
             raise CircumspectError(
-                f"{path}: not kept, its answers differ from the networks' by {difference:.2g}"
+                f"{path}: not kept, its answers differ from the networks' by "
+                f"{fidelity.difference:.2g}"
             )
-    return difference
+        if calibration is not None and not fidelity.agreement >= AGREEMENT:
+            raise CircumspectError(
+                f"{path}: not kept, in eight bits only {fidelity.agreement:.1%} of the grids "
+                "keep their label"
+            )
+    return fidelity
 
 
 def _require_same_task(members: Sequence[Checkpoint]) -> None:
@@ -105,7 +141,7 @@ def _training(members: Sequence[Checkpoint]) -> dict[str, Any]:
     return {**first, "others": others} if others else first
 
 
-def _converted(net: nn.Module, example: Tensor, description: dict[str, Any]) -> onnx.ModelProto:
+def _converted(net: nn.Module, example: Tensor) -> onnx.ModelProto:
     exporter_log = logging.getLogger("torch.onnx")
     level = exporter_log.level
     exporter_log.setLevel(logging.ERROR)
@@ -125,14 +161,16 @@ def _converted(net: nn.Module, example: Tensor, description: dict[str, Any]) -> 
     finally:
         exporter_log.setLevel(level)
     assert program is not None
-    network = program.model_proto
-    for entry in list(network.metadata_props):
-        network.metadata_props.remove(entry)
+    return program.model_proto
+
+
+def _describe(network: onnx.ModelProto, description: dict[str, Any]) -> None:
+    """What the file says of itself, and nothing else."""
+    del network.metadata_props[:]
     entry = network.metadata_props.add()
     entry.key, entry.value = METADATA_KEY, json.dumps(description)
     _forget_sources(network)
     onnx.checker.check_model(network)
-    return network
 
 
 def _forget_sources(network: onnx.ModelProto) -> None:
@@ -154,9 +192,10 @@ def _probe(shape: tuple[int, ...]) -> NDArray[np.uint8]:
     return (rng.random((6, 1, *shape)) < densities).astype(np.uint8)
 
 
-def _difference(net: nn.Module, path: Path, probe: NDArray[np.uint8]) -> float:
+def _fidelity(net: nn.Module, path: Path, probe: NDArray[np.uint8]) -> Fidelity:
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-    (actual,) = session.run(None, {"grid": probe})
+    actual = np.asarray(session.run(None, {"grid": probe})[0])
     with torch.no_grad():
         expected = net(torch.from_numpy(probe)).numpy()
-    return float(np.abs(np.asarray(actual) - expected).max())
+    same = actual.argmax(axis=1) == expected.argmax(axis=1)
+    return Fidelity(float(np.abs(actual - expected).max()), float(same.mean()))

@@ -1,0 +1,77 @@
+"""Convolutions in eight bits: a robot's CPU computes them more than twice as fast."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import onnx
+from numpy.typing import NDArray
+from onnxruntime.quantization import (
+    CalibrationDataReader,
+    QuantFormat,
+    QuantType,
+    quantize_static,
+)
+from onnxruntime.quantization.shape_inference import quant_pre_process
+
+BATCH = 16
+
+
+def in_eight_bits(network: onnx.ModelProto, grids: NDArray[np.uint8]) -> onnx.ModelProto:
+    """Quantise the convolutions of a network.
+
+    Weights get seven bits, each output channel a scale of its own, so that CPUs without VNNI do
+    not saturate; activations get eight, over the range that the given grids lead to.
+
+    Args:
+        network: In floating point, with the input `grid`.
+        grids: (n, 1, *shape) uint8 of training objects: what the ranges are measured on.
+
+    Returns:
+        The network; its metadata are not kept.
+    """
+    with TemporaryDirectory() as folder, _quiet():
+        given, plain, quantised = (Path(folder) / f"{step}.onnx" for step in range(3))
+        # As a file: the preprocessor can not read back how it stores a network in memory.
+        onnx.save(network, given, "protobuf")
+        quant_pre_process(given, plain, skip_symbolic_shape=True)
+        quantize_static(
+            plain,
+            quantised,
+            _Batches(grids),
+            quant_format=QuantFormat.QDQ,
+            op_types_to_quantize=["Conv"],
+            per_channel=True,
+            reduce_range=True,
+            activation_type=QuantType.QUInt8,
+            weight_type=QuantType.QInt8,
+        )
+        return onnx.load(quantised)
+
+
+class _Batches(CalibrationDataReader):
+    def __init__(self, grids: NDArray[np.uint8]) -> None:
+        self._parts: Iterator[NDArray[np.uint8]] = iter(
+            np.array_split(grids, -(-len(grids) // BATCH))
+        )
+
+    def get_next(self) -> dict[str, NDArray[np.uint8]] | None:
+        """The next batch; None after the last."""
+        part = next(self._parts, None)
+        return None if part is None else {"grid": part}
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """The quantiser warns at the root logger about steps that were taken."""
+    before = logging.root.manager.disable
+    logging.disable(logging.WARNING)
+    try:
+        yield
+    finally:
+        logging.disable(before)
