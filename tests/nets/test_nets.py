@@ -74,6 +74,24 @@ def test_cost_counts_a_known_layer():
     assert cost.multiply_adds == 30**3 * 27 * 16
 
 
+def test_the_heading_turns_with_the_object():
+    net = trained_looking("headed-planes", (32, 32, 32))
+    grids = (torch.rand(2, 1, 32, 32, 32, generator=torch.Generator().manual_seed(2)) < 0.1).float()
+    with torch.no_grad():
+        assert isinstance(net(grids), torch.Tensor)
+        columns = net.columns(grids)
+        turned = net.columns(grids.roll(5, dims=3))
+        torch.testing.assert_close(turned, columns.roll(5, dims=2), atol=1e-4, rtol=1e-4)
+        told = net.train()(grids)
+    assert told.logits.shape == (2, 3)
+    assert told.heading.shape == (2, 32)
+
+
+def test_a_committee_of_two_that_tell_the_heading_is_what_a_robot_can_afford():
+    cost = cost_of(build_net("headed-planes", 10, (32, 32, 32)), (32, 32, 32))
+    assert 2 * cost.parameters <= 2_000_000
+
+
 def test_unknown_net_is_named_with_a_near_one():
     with pytest.raises(InputError, match="did you mean planes"):
         build_net("plannes", 10, (32, 32, 32))

@@ -230,3 +230,25 @@ def test_furniture_needs_known_classes(tmp_path):
     settings = TrainingSettings(epochs=1, batch_size=8, replicas=1, furniture=0.5)
     with pytest.raises(InputError, match="plate"):
         run(tmp_path / "run", settings)
+
+
+def test_the_heading_is_learnt_at_zero_degrees_and_found_at_others(tmp_path):
+    rng = np.random.default_rng(0)
+    plain = shapes(96)
+    # A rod sticks out along +x, so that every object has a front.
+    rod = np.stack([rng.uniform(0.4, 1.2, (96, 60)), *rng.normal(0, 0.01, (2, 96, 60))], axis=2)
+    clouds = np.concatenate([plain.points_xyz, rod.astype(np.float32)], axis=1)
+    fronted = ObjectSet(clouds, plain.labels, plain.names, plain.classes)
+    upright = Augmentation(mirror=0.0, holes=0.0)
+    settings = TrainingSettings(
+        net="headed-planes", epochs=8, batch_size=8, replicas=2, validation=False, heading=1.0,
+        augmentation=upright,
+    )  # fmt: skip
+    checkpoint = run(tmp_path / "run", settings, fronted)
+    net, recipe = checkpoint.build(), checkpoint.recipe
+    quarter = recipe.grids(fronted.cloud(0), [0.0, np.pi / 2])[:, 0]
+    with torch.no_grad():
+        columns = net.columns(torch.from_numpy(quarter).float().unsqueeze(1))
+        ahead = net.facing(columns).squeeze(1).argmax(1).numpy()
+    assert (ahead[0] + 1) % 32 <= 2
+    assert (ahead[1] - ahead[0]) % 32 == 8

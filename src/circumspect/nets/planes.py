@@ -104,6 +104,7 @@ class Planes(nn.Module):
         circle: Channels along the circle.
         circle_blocks: Circular blocks.
         kernel: Their reach, in azimuth cells.
+        hidden: Width of the last layer but one.
         dropout: Before each of the two last layers.
 
     Raises:
@@ -118,6 +119,7 @@ class Planes(nn.Module):
         circle: int = 256,
         circle_blocks: int = 2,
         kernel: int = 9,
+        hidden: int = 256,
         dropout: float = 0.4,
     ) -> None:
         super().__init__()
@@ -138,14 +140,7 @@ class Planes(nn.Module):
             *(CircleBlock(circle, kernel) for _ in range(circle_blocks)), nn.BatchNorm1d(circle)
         )
         self.pool = RowWisePool()
-        self.head = nn.Sequential(
-            nn.Dropout(dropout),
-            nn.Linear(2 * circle, 256),
-            nn.BatchNorm1d(256),
-            nn.ReLU(),
-            nn.Dropout(dropout),
-            nn.Linear(256, classes),
-        )
+        self.head = class_head(2 * circle, hidden, classes, dropout)
 
     def forward(self, grids: Tensor) -> Tensor:
         """Logits.
@@ -156,7 +151,23 @@ class Planes(nn.Module):
         Returns:
             (n, classes).
         """
+        return self.head(self.pool(self.columns(grids)))
+
+    def columns(self, grids: Tensor) -> Tensor:
+        """What is known of each azimuth, (n, circle, azimuth); it turns with the object."""
         by_radius = grids.squeeze(1)
         by_height = by_radius.permute(0, 3, 2, 1)
-        columns = torch.cat([self.panorama(by_radius), self.plan(by_height)], 1)
-        return self.head(self.pool(self.circle(self.join(columns))))
+        found = torch.cat([self.panorama(by_radius), self.plan(by_height)], 1)
+        return self.circle(self.join(found))
+
+
+def class_head(inputs: int, hidden: int, classes: int, dropout: float) -> nn.Sequential:
+    """The last two layers."""
+    return nn.Sequential(
+        nn.Dropout(dropout),
+        nn.Linear(inputs, hidden),
+        nn.BatchNorm1d(hidden),
+        nn.ReLU(),
+        nn.Dropout(dropout),
+        nn.Linear(hidden, classes),
+    )

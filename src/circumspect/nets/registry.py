@@ -11,6 +11,7 @@ from torch import nn
 
 from circumspect.classification import GridRecipe
 from circumspect.errors import InputError
+from circumspect.nets.headed_planes import HeadedPlanes
 from circumspect.nets.planes import Planes
 
 
@@ -38,6 +39,11 @@ NETS = {
             "planes",
             "ours: wrapped 2D convolutions on two stacks of planes, circular mixing, RWMP and mean",
             Planes,
+        ),
+        NetSpec(
+            "headed-planes",
+            "ours: `planes`, narrower, that also learns which way the object faces",
+            HeadedPlanes,
         ),
     )
 }

@@ -26,6 +26,7 @@ class TrainingSettings:
         mixing: Share of the batches in which each grid is blended with another (mixup, Zhang et
             al. 2018); the larger share is drawn from Beta(0.4, 0.4).
         balance: 1 draws all classes equally often, 0 all objects.
+        heading: Weight of the loss on the heading, for networks that tell it.
         furniture: Share of the draws that are procedural furniture.
         furniture_each: Pieces made of each category.
         gradient_norm: Longer gradients are shortened to this.
@@ -48,6 +49,7 @@ class TrainingSettings:
     averaging: float = 0.998
     mixing: float = 0.5
     balance: float = 1.0
+    heading: float = 0.2
     furniture: float = 0.0
     furniture_each: int = 200
     gradient_norm: float = 5.0
@@ -65,7 +67,9 @@ class TrainingSettings:
         for name in ("learning_rate", "gradient_norm"):
             if not 0 < getattr(self, name) < math.inf:
                 raise CircumspectError(f"{name} must be positive, not {getattr(self, name)}")
-        for name in ("averaging", "label_smoothing", "mixing", "balance", "furniture", "warm_up"):
+        for name in (
+            "averaging", "label_smoothing", "mixing", "balance", "heading", "furniture", "warm_up",
+        ):  # fmt: skip
             if not 0 <= getattr(self, name) <= 1:
                 raise CircumspectError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
 

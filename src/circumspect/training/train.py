@@ -20,6 +20,7 @@ from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.validation_split import validation_split
 from circumspect.errors import InputError
 from circumspect.nets import Checkpoint, build_net
+from circumspect.nets.headed_planes import Headed
 from circumspect.nets.registry import net_spec
 from circumspect.training.draws import draw_epoch, learning_rate_at
 from circumspect.training.examiner import Examiner
@@ -134,10 +135,8 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         for group in run.optimizer.param_groups:
             group["lr"] = rate
         with torch.autocast(accelerator.device.type, torch.bfloat16, settings.precision == "bf16"):
-            logits = run.net(grids)
-        loss = functional.cross_entropy(
-            logits.float(), targets, label_smoothing=settings.label_smoothing
-        )
+            answer = run.net(grids)
+        logits, loss = _judged(answer, targets, settings)
         accelerator.backward(loss)
         accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
         run.optimizer.step()
@@ -153,6 +152,21 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         "training_accuracy": hits / seen,
         "seconds": time.perf_counter() - start,
     }
+
+
+def _judged(
+    answer: Tensor | Headed, targets: Tensor, settings: TrainingSettings
+) -> tuple[Tensor, Tensor]:
+    """The logits and the loss."""
+    logits = answer.logits if isinstance(answer, Headed) else answer
+    loss = functional.cross_entropy(
+        logits.float(), targets, label_smoothing=settings.label_smoothing
+    )
+    if isinstance(answer, Headed):
+        # Training objects are never turned: the 0° of all of them lies in cell 0.
+        ahead = torch.zeros(len(targets), dtype=torch.long, device=targets.device)
+        loss = loss + settings.heading * functional.cross_entropy(answer.heading.float(), ahead)
+    return logits, loss
 
 
 def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:

@@ -1,0 +1,59 @@
+"""`planes` that also learns which way an object faces.
+
+Naming the orientation beside the class helps the class (ORION, Sedaghat et al. 2017). Here the
+orientation is a distribution over the azimuth cells. It turns with the object, and so do the
+columns that it weighs: their weighted sum joins what is pooled, and the answer forgets the turn.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import torch
+from torch import Tensor, nn
+
+from circumspect.nets.planes import Planes, class_head
+
+
+class Headed(NamedTuple):
+    """What the network says in training.
+
+    Attributes:
+        logits: (n, classes).
+        heading: (n, azimuth) logits of the cell that the object's 0° lies in.
+    """
+
+    logits: Tensor
+    heading: Tensor
+
+
+class HeadedPlanes(Planes):
+    """See the file's text; the arguments are those of `Planes`."""
+
+    def __init__(
+        self,
+        classes: int,
+        shape: tuple[int, int, int] = (32, 32, 32),
+        circle: int = 128,
+        hidden: int = 160,
+        dropout: float = 0.4,
+        **others: Any,
+    ) -> None:
+        super().__init__(classes, shape, circle=circle, dropout=dropout, **others)
+        self.facing = nn.Conv1d(circle, 1, 1)
+        self.head = class_head(3 * circle, hidden, classes, dropout)
+
+    def forward(self, grids: Tensor) -> Tensor | Headed:
+        """Logits.
+
+        Args:
+            grids: (n, 1, radius, azimuth, height), 1 where occupied.
+
+        Returns:
+            (n, classes); in training the heading beside them.
+        """
+        columns = self.columns(grids)
+        heading = self.facing(columns).squeeze(1)
+        front = (columns * heading.softmax(1).unsqueeze(1)).sum(2)
+        logits = self.head(torch.cat([self.pool(columns), front], 1))
+        return Headed(logits, heading) if self.training else logits
