@@ -28,18 +28,22 @@ class Headed(NamedTuple):
 
 
 class HeadedPlanes(Planes):
-    """See the file's text; the arguments are those of `Planes`."""
+    """See the file's text; the arguments are those of `Planes`.
+
+    Narrow enough that a committee of three has less than 2 M parameters.
+    """
 
     def __init__(
         self,
         classes: int,
         shape: tuple[int, int, int] = (32, 32, 32),
-        circle: int = 128,
+        widths: tuple[int, ...] = (24, 48, 96),
+        circle: int = 112,
         hidden: int = 160,
         dropout: float = 0.4,
         **others: Any,
     ) -> None:
-        super().__init__(classes, shape, circle=circle, dropout=dropout, **others)
+        super().__init__(classes, shape, widths, circle, dropout=dropout, **others)
         self.facing = nn.Conv1d(circle, 1, 1)
         self.head = class_head(3 * circle, hidden, classes, dropout)
 
