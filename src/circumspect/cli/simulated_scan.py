@@ -10,7 +10,7 @@ import numpy as np
 
 from circumspect.classification import Classifier
 from circumspect.geometry import PinholeCamera, PlanarPose, TriangleMesh
-from circumspect.mapping import RegisteredPoses
+from circumspect.mapping import RegisteredPoses, TrackingSettings
 from circumspect.pipeline import RecognitionPipeline
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.scan_settings import ScanSettings
@@ -112,13 +112,15 @@ class SimulatedScan:
             SimulatedRobot(place.scene, start, mount, robot_settings, camera, noise, seed)
         )
         segmentation = GroundSegmentation(noise=noise)
-        pipeline = RecognitionPipeline(segmentation, RegisteredPoses(), classifier)
+        tracking = TrackingSettings.calibrated(noise)
+        pipeline = RecognitionPipeline(segmentation, RegisteredPoses(settings=tracking), classifier)
         told = {
             **config,
             "room": asdict(world),
             "mount": asdict(mount),
             "scan": asdict(driving),
             "segmentation": asdict(segmentation),
+            "tracking": asdict(tracking),
             "model": asdict(pipeline.model.settings),
             "grid": classifier.recipe.to_dict(),
         }

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import onnx
@@ -60,7 +61,7 @@ class _Batches(CalibrationDataReader):
             np.array_split(grids, -(-len(grids) // BATCH))
         )
 
-    def get_next(self) -> dict[str, NDArray[np.uint8]] | None:
+    def get_next(self) -> Any:
         """The next batch; None after the last."""
         part = next(self._parts, None)
         return None if part is None else {"grid": part}

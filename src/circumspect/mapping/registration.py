@@ -176,7 +176,7 @@ class _Descent:
         self.moved = True
         self._judge(delta, s)
 
-    def _judge(self, delta: NDArray[np.float64], s: RegistrationSettings) -> None:
+    def _judge(self, delta: NDArray[np.floating], s: RegistrationSettings) -> None:
         turn, shift = np.linalg.norm(delta.reshape(2, 3), axis=1)
         small = turn < s.turn and shift < s.shift
         smallish = turn < COARSE * s.turn and shift < COARSE * s.shift

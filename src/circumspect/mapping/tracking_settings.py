@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from circumspect.mapping.motion import MotionSettings
 from circumspect.mapping.registration import RegistrationSettings
 from circumspect.mapping.relocalisation import RelocalisationSettings
 from circumspect.mapping.scan import ScanSettings
+from circumspect.sensing import DepthNoise
 
 
 @dataclass(frozen=True)
@@ -41,3 +43,8 @@ class TrackingSettings:
     keeps_overlap: float = 0.6
     doubt: tuple[float, float] = (float(np.radians(5.0)), 0.1)
     lost_after: int = 3
+
+    @classmethod
+    def calibrated(cls, noise: DepthNoise) -> Self:
+        """For a camera whose depth is true, but for its noise, as far as it reaches."""
+        return cls(scan=ScanSettings(farthest=noise.farthest, noise=noise))

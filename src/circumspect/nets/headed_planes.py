@@ -47,14 +47,14 @@ class HeadedPlanes(Planes):
         self.facing = nn.Conv1d(circle, 1, 1)
         self.head = class_head(3 * circle, hidden, classes, dropout)
 
-    def forward(self, grids: Tensor) -> Tensor | Headed:
+    def forward(self, grids: Tensor) -> Any:
         """Logits.
 
         Args:
             grids: (n, 1, radius, azimuth, height), 1 where occupied.
 
         Returns:
-            (n, classes); in training the heading beside them.
+            (n, classes); in training `Headed`.
         """
         columns = self.columns(grids)
         heading = self.facing(columns).squeeze(1)

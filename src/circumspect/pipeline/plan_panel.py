@@ -21,6 +21,9 @@ NORMAL_LENGTH = 0.06
 """Of the arrows that show surface normals, as a share of the view's width."""
 SPACING = 0.015
 """Side of a point as drawn [m]."""
+LABEL_OFFSET, LABEL_ROOM = 15, 0.12
+"""From a place to the middle of its label [points], and what it needs, as a share of half the
+view's width."""
 MARGIN = 0.25
 """Round everything that is shown [m]."""
 
@@ -46,7 +49,8 @@ def draw_plan(axes: Axes, cloud: PointCloud, result: RecognitionResult, journey:
     if path is not None:
         if not journey.views:
             _draw_directions(axes, path, half)
-        _draw_start(axes, path.positions_xyz[0, :2], cloud.points_xyz[:, :2].mean(axis=0))
+        middle = cloud.points_xyz[:, :2].mean(axis=0)
+        _draw_start(axes, path.positions_xyz[0, :2], middle, journey, half)
     axes.set_title("Plan view (colour: height z [m])", loc="left", color=INK)
     axes.legend(
         loc="upper center", bbox_to_anchor=(0.48, -0.1), ncols=2, frameon=False, fontsize=10.5,
@@ -122,15 +126,37 @@ def _draw_directions(axes: Axes, path: Trajectory, half: float) -> None:
     )  # fmt: skip
 
 
-def _draw_start(axes: Axes, place: NDArray[np.float64], middle: NDArray[np.float64]) -> None:
+def _draw_start(
+    axes: Axes,
+    place: NDArray[np.float64],
+    middle: NDArray[np.float64],
+    journey: Journey,
+    half: float,
+) -> None:
     axes.plot(*place, "o", color=START_COLOUR, ms=10, mec="white", mew=1.5, zorder=7)
-    outward = place - middle
-    shift = 15 * outward / max(float(np.linalg.norm(outward)), 1e-9)
+    away = _free_side(place, middle, [view.T_map_base.xy for view in journey.views], half)
     axes.annotate(
-        "start", _pair(place), xytext=_pair(shift),
+        "start", _pair(place), xytext=_pair(LABEL_OFFSET * away),
         textcoords="offset points", color=START_COLOUR, fontweight="bold", ha="center",
         va="center", zorder=7,
     )  # fmt: skip
+
+
+def _free_side(
+    place: NDArray[np.float64],
+    middle: NDArray[np.float64],
+    stands: list[NDArray[np.float64]],
+    half: float,
+) -> NDArray[np.float64]:
+    """Unit vector to where the label meets no view's number; outward if there is a choice."""
+    outward = np.arctan2(*(place - middle)[::-1])
+    turns = outward + np.radians([0.0, 50.0, -50.0, 100.0, -100.0, 180.0])
+    sides = np.column_stack([np.cos(turns), np.sin(turns)])
+    if not stands:
+        return sides[0]
+    spots = place + LABEL_ROOM * half * sides
+    gaps = np.linalg.norm(spots[:, None] - np.array(stands), axis=2).min(axis=1)
+    return sides[int(np.argmax(gaps >= min(gaps.max(), LABEL_ROOM * half)))]
 
 
 def _pair(xy: NDArray[np.floating]) -> tuple[float, float]:
