@@ -63,5 +63,6 @@ def _cells(objects: ObjectSet, index: int) -> tuple[NDArray[np.float32], NDArray
         grid = GridRecipe(azimuth_views=1).grids(objects.cloud(index), [0.0])[0, 0]
     except GeometryError as error:
         raise InputError(f"{objects.names[index]}: {error}") from error
-    near = maximum_filter(grid, size=3, mode=["nearest", "wrap", "nearest"])
+    closed = np.concatenate([grid[:, -1:], grid, grid[:, :1]], axis=1)
+    near = maximum_filter(closed, size=3)[:, 1:-1]
     return grid.ravel().astype(np.float32), near.ravel().astype(np.float32)
