@@ -32,10 +32,10 @@ class Export:
     weights: Annotated[Path, tyro.conf.Positional]
     """A checkpoint, or the folder of a run."""
     out: Annotated[Path, tyro.conf.Positional]
-    """The ONNX file to write; it is kept only if its outputs equal the checkpoint's."""
+    """The ONNX file to write; it is kept only if it answers as the networks do."""
     committee: tuple[Path, ...] = ()
     """Further checkpoints or runs, whose logits are averaged with the first's."""
-    int8: Path | None = None
+    int8: Annotated[Path | None, tyro.conf.arg(metavar="DATA")] = None
     """A data set; its training objects show which ranges eight-bit convolutions have to span."""
     azimuth_views: int = 1
     """Average over this many grids an object, turned by fractions of an azimuth cell."""
