@@ -105,6 +105,25 @@ def test_exported_weights_name_files(trained, tmp_path, capsys):
     assert set(record["probabilities"]) == {"chair", "sofa"}
 
 
+def test_a_committee_in_eight_bits_is_evaluated_like_any_weights(
+    trained, data, tmp_path, capsys, monkeypatch
+):
+    # Two epochs on forty pieces leave a net that is sure of nothing.
+    monkeypatch.setattr("circumspect.export.onnx_export.AGREEMENT", 0.5)
+    words = ("export", trained, tmp_path / "fast.onnx", "--committee", trained, "--int8", data)
+    assert run(*words) == 0
+    assert "same label for" in capsys.readouterr().out
+    words = ("evaluate", "--weights", tmp_path / "fast.onnx", "--data", data, "--split", "train")
+    assert run(*words, "--yaw", "0", "--out", tmp_path / "out", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["seen_in_training"]
+
+
+def test_eight_bits_need_a_data_set(trained, tmp_path, capsys):
+    assert run("export", trained, tmp_path / "own.onnx", "--int8", tmp_path / "nowhere") == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_export_of_nothing(tmp_path, capsys):
     assert run("export", tmp_path, tmp_path / "own.onnx") == 2
     assert "train first" in capsys.readouterr().err
