@@ -7,12 +7,14 @@ import multiprocessing
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 Record = dict[str, Any]
+EACH = 8
+"""Jobs after which a process is renewed."""
 
 
 class Job(Protocol):
@@ -55,17 +57,15 @@ def run_all(
     # One thread a process: more would only wait for each other.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     start = time.monotonic()
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, max_tasks_per_child=8) as pool:
-        pending = {pool.submit(work, job): job for job in open_jobs}
-        for number, future in enumerate(as_completed(pending), start=1):
-            job = pending[future]
-            error = future.exception()
-            if error is not None:
-                print(f"{job.key} failed: {error!r}", file=sys.stderr)
+    number = 0
+    for first in range(0, len(open_jobs), EACH * workers):
+        for job, outcome in _outcomes(open_jobs[first : first + EACH * workers], work, workers):
+            number += 1
+            if isinstance(outcome, BaseException):
+                print(f"{job.key} failed: {outcome!r}", file=sys.stderr)
                 continue
             with path.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(future.result(), default=float) + "\n")
+                stream.write(json.dumps(outcome, default=float) + "\n")
             spent = (time.monotonic() - start) / 60
             left = spent / number * (len(open_jobs) - number)
             print(
@@ -74,3 +74,18 @@ def run_all(
             )
     keys = {job.key for job in jobs}
     return [record for record in records(path) if record["key"] in keys]
+
+
+def _outcomes(
+    jobs: Sequence[SomeJob], work: Callable[[SomeJob], Record], workers: int
+) -> Iterator[tuple[SomeJob, Record | BaseException]]:
+    """Each job with its record, or with what went wrong, as they end.
+
+    Processes are renewed from call to call; `max_tasks_per_child` can wait forever (CPython issue
+    115634).
+    """
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        pending = {pool.submit(work, job): job for job in jobs}
+        for future in as_completed(pending):
+            yield pending[future], future.exception() or future.result()
