@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Mapping
@@ -39,15 +38,6 @@ class Checkpoint:
     recipe: GridRecipe
     weights: Mapping[str, Tensor]
     training: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def digest(self) -> str:
-        """A hash of the weights."""
-        state = hashlib.sha256()
-        for name in sorted(self.weights):
-            state.update(name.encode())
-            state.update(self.weights[name].contiguous().numpy().tobytes())
-        return state.hexdigest()
 
     def build(self) -> nn.Module:
         """The network, in evaluation mode.
