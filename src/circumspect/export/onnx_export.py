@@ -103,17 +103,21 @@ def export_onnx(
     with atomic_path(path) as aside:
         onnx.save(network, aside, "protobuf")
         fidelity = _fidelity(net, aside, probe)
-        if calibration is None and not fidelity.difference < TOLERANCE:
-            raise CircumspectError(
-                f"{path}: not kept, its answers differ from the networks' by "
-                f"{fidelity.difference:.2g}"
-            )
-        if calibration is not None and not fidelity.agreement >= AGREEMENT:
-            raise CircumspectError(
-                f"{path}: not kept, in eight bits only {fidelity.agreement:.1%} of the grids "
-                "keep their label"
-            )
+        _require_faithful(path, fidelity, eight_bits=calibration is not None)
     return fidelity
+
+
+def _require_faithful(path: Path, fidelity: Fidelity, eight_bits: bool) -> None:
+    """In floating point the logits must be the same, in eight bits the labels."""
+    if not eight_bits and not fidelity.difference < TOLERANCE:
+        raise CircumspectError(
+            f"{path}: not kept, its answers differ from the networks' by {fidelity.difference:.2g}"
+        )
+    if eight_bits and not fidelity.agreement >= AGREEMENT:
+        raise CircumspectError(
+            f"{path}: not kept, in eight bits only {fidelity.agreement:.1%} of the grids keep "
+            "their label"
+        )
 
 
 def _require_same_task(members: Sequence[Checkpoint]) -> None:
