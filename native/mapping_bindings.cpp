@@ -54,10 +54,10 @@ PlaneMap* make_planes(Points points_xyz, Points normals_xyz, Values sigmas, doub
 
 nb::tuple linearised(const PlaneMap& planes, Points points_xyz, Values sigmas, Pose pose,
                      double reach, double tukey, double correlation, double least_spread,
-                     double floor, double far, int64_t standing, int64_t fewest) {
+                     double floor, double far, double averted, int64_t standing, int64_t fewest) {
   require(sigmas.shape(0) == points_xyz.shape(0), "one sigma a point");
   require(reach > 0.0 && reach <= 10.0, "reach");
-  const FitRules rules{reach, tukey, correlation, least_spread, floor, far, standing, fewest};
+  const FitRules rules{reach, tukey, correlation, least_spread, floor, far, averted, standing, fewest};
   LinearFit fit;
   {
     nb::gil_scoped_release release;
@@ -234,7 +234,7 @@ NB_MODULE(_native, m) {
   nb::class_<PlaneMap>(m, "PlaneMap")
       .def(nb::new_(&make_planes), "points_xyz"_a, "normals_xyz"_a, "sigmas"_a, "cell"_a)
       .def("linearised", &linearised, "points_xyz"_a, "sigmas"_a, "pose"_a, nb::kw_only(),
-           "reach"_a, "tukey"_a, "correlation"_a, "least_spread"_a, "floor"_a, "far"_a,
+           "reach"_a, "tukey"_a, "correlation"_a, "least_spread"_a, "floor"_a, "far"_a, "averted"_a,
            "standing"_a, "fewest"_a);
   m.def("groups", &groups, "keys"_a);
   m.def("row_sums", &row_sums<double>, "keys"_a, "values"_a);

@@ -27,6 +27,13 @@ struct Match {
   std::array<double, 3> p, facing;
 };
 
+// Whether a camera looks at a plane's front, or at most a little at its back.
+inline bool in_view(const Plane& plane, const std::array<double, 3>& camera, double averted) {
+  const double x = plane.x - camera[0], y = plane.y - camera[1], z = plane.z - camera[2];
+  const double along = x * plane.nx + y * plane.ny + z * plane.nz;
+  return along < 0.0 || square(along) < square(averted) * (x * x + y * y + z * z);
+}
+
 // The median as NumPy has it: the mean of the two in the middle where their number is even.
 double median(std::vector<double>& values) {
   const std::size_t half = values.size() / 2;
@@ -107,7 +114,8 @@ const PlaneMap::Slot* PlaneMap::find(uint64_t key) const {
   }
 }
 
-const Plane* PlaneMap::nearest(double x, double y, double z, double& within2) const {
+const Plane* PlaneMap::nearest(double x, double y, double z, const std::array<double, 3>& camera,
+                               double averted, double& within2) const {
   if (!(std::fabs(x) < kFarthest && std::fabs(y) < kFarthest && std::fabs(z) < kFarthest)) {
     return nullptr;
   }
@@ -121,7 +129,7 @@ const Plane* PlaneMap::nearest(double x, double y, double z, double& within2) co
     for (int32_t n = slot->begin; n < slot->end; ++n) {
       const Plane& plane = planes_[std::size_t(n)];
       const double d2 = square(plane.x - x) + square(plane.y - y) + square(plane.z - z);
-      if (d2 < within2) within2 = d2, best = &plane;
+      if (d2 < within2 && in_view(plane, camera, averted)) within2 = d2, best = &plane;
     }
   };
   look(0, 0, 0);
@@ -153,6 +161,7 @@ LinearFit PlaneMap::linearised(const double* points_xyz, const double* sigmas, s
   std::vector<Match> matches;
   std::vector<double> sizes;
   matches.reserve(count), sizes.reserve(count);
+  const std::array<double, 3> camera{T[3], T[7], T[11]};
   int64_t standing = 0, standing_near = 0;
   double standing_sum = 0.0, sum = 0.0;
   for (std::size_t n = 0; n < count; ++n) {
@@ -161,7 +170,7 @@ LinearFit PlaneMap::linearised(const double* points_xyz, const double* sigmas, s
     const double y = T[4] * px + T[5] * py + T[6] * pz + T[7];
     const double z = T[8] * px + T[9] * py + T[10] * pz + T[11];
     double within2 = square(rules.reach);
-    const Plane* plane = nearest(x, y, z, within2);
+    const Plane* plane = nearest(x, y, z, camera, rules.averted, within2);
     double away = rules.far;
     if (plane != nullptr) {
       const double nx = plane->nx, ny = plane->ny, nz = plane->nz;

@@ -16,7 +16,7 @@ struct Plane {
 
 // What the robust weights and the figures about a fit depend on; see registration.py.
 struct FitRules {
-  double reach, tukey, correlation, least_spread, floor, far;
+  double reach, tukey, correlation, least_spread, floor, far, averted;
   int64_t standing, fewest;
 };
 
@@ -35,9 +35,11 @@ class PlaneMap {
   PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
            std::size_t count, double cell);
 
-  // The plane nearest to a point and nearer than √`within2`, or null; sets `within2` to its
-  // squared distance.
-  const Plane* nearest(double x, double y, double z, double& within2) const;
+  // Of the planes that a camera can see, those whose normals make a cosine below `averted` with
+  // its line of sight, the one nearest to a point and nearer than √`within2`, or null; sets
+  // `within2` to its squared distance.
+  const Plane* nearest(double x, double y, double z, const std::array<double, 3>& camera,
+                       double averted, double& within2) const;
 
   // A scan's n points and standard deviations, placed by the first three rows of a 4 x 4 pose.
   LinearFit linearised(const double* points_xyz, const double* sigmas, std::size_t count,

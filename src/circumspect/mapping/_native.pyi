@@ -25,6 +25,7 @@ class PlaneMap:
         least_spread: float,
         floor: float,
         far: float,
+        averted: float,
         standing: int,
         fewest: int,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float, float, float, float]: ...

@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.mapping import se3
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.heirs import Heirs
+from circumspect.mapping.level_floor import with_level_floor
 from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged, thinned
 from circumspect.mapping.registration import RegistrationSettings, register
@@ -178,7 +179,10 @@ class Keyframes:
         """
         number, self._next = self._next, self._next + 1
         covariance = self.covariance(T_map_camera, to_scene)
-        key = Keyframe(number, T_map_camera, scan, scan.normals_xyz(), covariance, T_base_camera)
+        normals = scan.normals_xyz()
+        if T_base_camera is not None:
+            normals = with_level_floor(scan, normals, T_map_camera)
+        key = Keyframe(number, T_map_camera, scan, normals, covariance, T_base_camera)
         if self._by_number:
             numbers, apart = self._apart(T_map_camera)
             last = numbers[-1]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.mapping.registration import (
+    AVERTED,
     CORRELATION,
     FAR,
     FEWEST,
@@ -27,12 +28,17 @@ def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float
         return LinearFit()
     R, t = T[:3, :3], T[:3, 3]
     placed = scan.points_xyz @ R.T + t
-    found = KDTree(scene.points_xyz).query(placed)
+    sight = scene.points_xyz - t
+    away = np.einsum("ij,ij->i", sight, scene.normals_xyz)
+    shown = np.flatnonzero(away < AVERTED * np.linalg.norm(sight, axis=1))
+    if len(shown) == 0:
+        return LinearFit()
+    found = KDTree(scene.points_xyz[shown]).query(placed)
     distances, indices = (np.asarray(values) for values in found)
     matched = np.flatnonzero(distances < reach)
     if len(matched) < FEWEST:
         return LinearFit()
-    targets = indices[matched]
+    targets = shown[indices[matched]]
     normals = scene.normals_xyz[targets]
     r = np.einsum("ij,ij->i", placed[matched] - scene.points_xyz[targets], normals)
     sigma = np.hypot(scan.sigmas[matched], scene.sigmas[targets])

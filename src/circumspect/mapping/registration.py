@@ -27,6 +27,9 @@ THINNED, COARSE = 3, 5.0
 """Every third point is enough until a step changes less than five times what ends the iteration."""
 FAR = 0.02
 """A point this far [m] from the map's planes or further just does not fit."""
+AVERTED = 0.1
+"""Surfaces whose normals make a larger cosine than this with the line of sight show their back,
+which no camera sees: the far side of a thin board is not taken for the near one."""
 FEWEST = 6
 """Correspondences without which there is nothing to solve."""
 
@@ -210,6 +213,7 @@ def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float
             least_spread=LEAST_SPREAD,
             floor=FLOOR,
             far=FAR,
+            averted=AVERTED,
             standing=STANDING,
             fewest=FEWEST,
         )

@@ -28,9 +28,11 @@ _WEIGHT, _POINT, _NORMAL, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7
 class SceneMap:
     """Object, floor, walls and clutter as mean points with normals, map frame.
 
+    The two sides of a thin board are averaged apart, even within one voxel.
+
     Attributes:
         voxel: Side of the voxels over which points are averaged [m].
-        sums: Per voxel sums over the scans.
+        sums: Sums over the scans, for each voxel and each of six ways that a surface may turn.
     """
 
     voxel: float = 0.03
@@ -61,8 +63,8 @@ class SceneMap:
             matrix = T_map_camera.as_matrix()
             points = scan.points_xyz[known] @ matrix[:3, :3].T + matrix[:3, 3]
             weights = scan.sigmas[known, None] ** -2
-            normals = normals_xyz[known] @ matrix[:3, :3].T
-            keys.append(voxel_keys(points, self.voxel))
+            normals = np.ascontiguousarray(normals_xyz[known] @ matrix[:3, :3].T)
+            keys.append(_native.patch_keys(voxel_keys(points, self.voxel), normals))
             columns.append(np.hstack([weights, weights * points, weights * normals]))
         added = VoxelSums.of(np.concatenate(keys), np.concatenate(columns))
         return SceneMap(self.voxel, self.sums.plus(added))
