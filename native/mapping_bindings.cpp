@@ -40,16 +40,19 @@ Array given(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
   return Array(kept->data(), shape, owner);
 }
 
-PlaneMap* make_planes(Points points_xyz, Points normals_xyz, Values sigmas, double cell) {
+PlaneMap* make_planes(Points points_xyz, Points normals_xyz, Values sigmas, Values slopes,
+                      double cell) {
   const std::size_t count = points_xyz.shape(0);
-  require(normals_xyz.shape(0) == count && sigmas.shape(0) == count, "one normal and sigma a point");
+  require(normals_xyz.shape(0) == count && sigmas.shape(0) == count && slopes.shape(0) == count,
+          "one normal, sigma and slope a point");
   require(count < (std::size_t(1) << 30), "number of points");
   require(cell >= 1e-3 && cell <= 1e3, "cell");
   for (std::size_t n = 0; n < 3 * count; ++n) {
     require(std::fabs(points_xyz.data()[n]) < kFarthest, "points that are finite and within 1000 km");
   }
   nb::gil_scoped_release release;
-  return new PlaneMap(points_xyz.data(), normals_xyz.data(), sigmas.data(), count, cell);
+  return new PlaneMap(points_xyz.data(), normals_xyz.data(), sigmas.data(), slopes.data(), count,
+                      cell);
 }
 
 nb::tuple linearised(const PlaneMap& planes, Points points_xyz, Values sigmas, Pose pose,
@@ -65,8 +68,10 @@ nb::tuple linearised(const PlaneMap& planes, Points points_xyz, Values sigmas, P
                             rules);
   }
   std::vector<double> hessian(fit.hessian.begin(), fit.hessian.end());
+  std::vector<double> feigned(fit.feigned.begin(), fit.feigned.end());
   std::vector<double> gradient(fit.gradient.begin(), fit.gradient.end());
   return nb::make_tuple(given<Real>(std::move(hessian), {6, 6}),
+                        given<Real>(std::move(feigned), {6, 6}),
                         given<Real>(std::move(gradient), {6}), fit.inliers, fit.overlap,
                         fit.distance, fit.residual, fit.misfit);
 }
@@ -232,7 +237,8 @@ NB_MODULE(_native, m) {
   using namespace nb::literals;
   m.doc() = "Native kernels of mapping.";
   nb::class_<PlaneMap>(m, "PlaneMap")
-      .def(nb::new_(&make_planes), "points_xyz"_a, "normals_xyz"_a, "sigmas"_a, "cell"_a)
+      .def(nb::new_(&make_planes), "points_xyz"_a, "normals_xyz"_a, "sigmas"_a, "slopes"_a,
+           "cell"_a)
       .def("linearised", &linearised, "points_xyz"_a, "sigmas"_a, "pose"_a, nb::kw_only(),
            "reach"_a, "tukey"_a, "correlation"_a, "least_spread"_a, "floor"_a, "far"_a, "averted"_a,
            "standing"_a, "fewest"_a);

@@ -23,7 +23,7 @@ inline uint64_t mixed(uint64_t key) {
 inline double square(double v) { return v * v; }
 
 struct Match {
-  double r, u, inverse_sigma;
+  double r, u, inverse_sigma, slope;
   std::array<double, 3> p, facing;
 };
 
@@ -41,6 +41,25 @@ double median(std::vector<double>& values) {
   const double upper = values[half];
   if (values.size() % 2 == 1) return upper;
   return 0.5 * (upper + *std::max_element(values.begin(), values.begin() + std::ptrdiff_t(half)));
+}
+
+// What noise of the normal adds to the Hessian: slope A (I - n nᵀ) Aᵀ with A = ([p]×, I), in which
+// J = A n. Only the lower triangle.
+void add_feigned(double factor, const Match& m, LinearFit& fit) {
+  if (factor <= 0.0) return;
+  const auto& [px, py, pz] = m.p;
+  const auto& [nx, ny, nz] = m.facing;
+  const double J[6] = {py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx, nx, ny, nz};
+  const double p2 = px * px + py * py + pz * pz;
+  const double AAt[6][6] = {{p2 - px * px, 0, 0, 0, 0, 0},
+                            {-py * px, p2 - py * py, 0, 0, 0, 0},
+                            {-pz * px, -pz * py, p2 - pz * pz, 0, 0, 0},
+                            {0, pz, -py, 1, 0, 0},
+                            {-pz, 0, px, 0, 1, 0},
+                            {py, -px, 0, 0, 0, 1}};
+  for (std::size_t a = 0; a < 6; ++a) {
+    for (std::size_t b = 0; b <= a; ++b) fit.feigned[6 * a + b] += factor * (AAt[a][b] - J[a] * J[b]);
+  }
 }
 
 // Adds up robustly weighted squares; `noise` is the spread that the residuals themselves show.
@@ -64,9 +83,13 @@ void accumulate(const std::vector<Match>& matches, double noise, const FitRules&
       for (int b = 0; b <= a; ++b) fit.hessian[std::size_t(6 * a + b)] += weighted * J[b];
       fit.gradient[std::size_t(a)] += weighted * m.u;
     }
+    add_feigned(share * w * s * s * m.slope, m, fit);
   }
   for (std::size_t a = 0; a < 6; ++a) {
-    for (std::size_t b = 0; b < a; ++b) fit.hessian[6 * b + a] = fit.hessian[6 * a + b];
+    for (std::size_t b = 0; b < a; ++b) {
+      fit.hessian[6 * b + a] = fit.hessian[6 * a + b];
+      fit.feigned[6 * b + a] = fit.feigned[6 * a + b];
+    }
   }
   total = std::max(total, 1e-12);
   fit.residual = std::sqrt(r2 / total), fit.misfit = std::sqrt(u2 / total);
@@ -75,7 +98,7 @@ void accumulate(const std::vector<Match>& matches, double noise, const FitRules&
 }  // namespace
 
 PlaneMap::PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
-                   std::size_t count, double cell)
+                   const double* slopes, std::size_t count, double cell)
     : cell_(cell), per_metre_(1.0 / cell), planes_(count) {
   std::size_t capacity = 16;
   while (capacity < 2 * count) capacity *= 2;
@@ -101,7 +124,7 @@ PlaneMap::PlaneMap(const double* points_xyz, const double* normals_xyz, const do
   for (std::size_t n = 0; n < count; ++n) {
     const double *p = points_xyz + 3 * n, *normal = normals_xyz + 3 * n;
     planes_[std::size_t(slots_[slot_of[n]].end++)] =
-        Plane{p[0], p[1], p[2], normal[0], normal[1], normal[2], square(sigmas[n])};
+        Plane{p[0], p[1], p[2], normal[0], normal[1], normal[2], square(sigmas[n]), slopes[n]};
   }
 }
 
@@ -178,7 +201,7 @@ LinearFit PlaneMap::linearised(const double* points_xyz, const double* sigmas, s
       const double s = 1.0 / std::sqrt(square(sigmas[n]) + plane->variance);
       away = std::min(std::fabs(r), rules.far);
       // The normal in the optical frame.
-      matches.push_back({r, r * s, s, {px, py, pz},
+      matches.push_back({r, r * s, s, plane->slope, {px, py, pz},
                          {T[0] * nx + T[4] * ny + T[8] * nz, T[1] * nx + T[5] * ny + T[9] * nz,
                           T[2] * nx + T[6] * ny + T[10] * nz}});
       sizes.push_back(std::fabs(r * s));

@@ -11,7 +11,7 @@ namespace circumspect {
 constexpr double kFarthest = 1e6;  // [m]; coordinates beyond are no part of any scene
 
 struct Plane {
-  double x, y, z, nx, ny, nz, variance;
+  double x, y, z, nx, ny, nz, variance, slope;
 };
 
 // What the robust weights and the figures about a fit depend on; see registration.py.
@@ -23,6 +23,7 @@ struct FitRules {
 // The problem linear about one pose, and how well scan and scene agree there.
 struct LinearFit {
   std::array<double, 36> hessian{};
+  std::array<double, 36> feigned{};
   std::array<double, 6> gradient{};
   int64_t inliers = 0;
   double overlap = 0.0, distance = 0.0, residual = 0.0, misfit = 0.0;
@@ -31,9 +32,10 @@ struct LinearFit {
 // Planes in cubic cells, found by a hash of the cell.
 class PlaneMap {
  public:
-  // Rows of (n, 3) points and normals, and n standard deviations.
+  // Rows of (n, 3) points and normals, n standard deviations, and n variances of the normals'
+  // slopes.
   PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
-           std::size_t count, double cell);
+           const double* slopes, std::size_t count, double cell);
 
   // Of the planes that a camera can see, those whose normals make a cosine below `averted` with
   // its line of sight, the one nearest to a point and nearer than √`within2`, or null; sets

@@ -10,19 +10,21 @@ from tracking_world import SHORT, short_drive, true_camera
 
 from circumspect.mapping import SightRays, _native, rigid_matrix, se3
 from circumspect.mapping import numpy_twin as twin
-from circumspect.mapping.registration import FEWEST, linearised
+from circumspect.mapping.linear_fit import FEWEST, linearised
 from circumspect.mapping.scan import Scan
+from circumspect.mapping.scan_surface import ScanSurface
 from circumspect.mapping.scene_map import SceneMap
 
 seeds = st.integers(0, 2**32 - 1)
-FIGURES = ("hessian", "gradient", "inliers", "overlap", "distance", "residual", "misfit")
+FIGURES = ("hessian", "feigned", "gradient", "inliers", "overlap", "distance", "residual", "misfit")
 
 
 def random_scene(rng: np.random.Generator, count: int, spread: float) -> SceneMap:
     scan = Scan(rng.uniform(-spread, spread, (count, 3)), rng.uniform(1e-3, 5e-3, count))
     normals = rng.normal(size=(count, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return SceneMap().with_scan(scan, normals, se3.exp(np.zeros(6)))
+    surface = ScanSurface(scan, normals, rng.uniform(0, 0.01, count))
+    return SceneMap().with_surface(surface, se3.exp(np.zeros(6)))
 
 
 def assert_same_fit(scan: Scan, scene: SceneMap, T: np.ndarray, reach: float) -> None:
@@ -46,7 +48,7 @@ def test_the_linear_problem(seed: int, reach: float, spread: float) -> None:
 @pytest.mark.parametrize("step", [1, 3])
 def test_the_linear_problem_of_real_pictures(step: int) -> None:
     first = Scan.of(short_drive()[0])
-    scene = SceneMap().with_scan(first, first.normals_xyz(), true_camera(float(SHORT[0])))
+    scene = SceneMap().with_surface(ScanSurface.of(first), true_camera(float(SHORT[0])))
     T = true_camera(float(SHORT[1])).as_matrix() @ rigid_matrix.exp(np.full(6, 0.004))
     scan = Scan.of(short_drive()[1]).thinned(step)
     assert linearised(scan, scene, T, 0.05).inliers > 100
@@ -71,7 +73,7 @@ def test_points_that_are_nowhere_have_no_correspondence() -> None:
 )
 def test_planes_that_are_none_are_refused(points, normals, cell) -> None:
     with pytest.raises(ValueError, match=r"points|normal|cell"):
-        _native.PlaneMap(points, normals, np.ones(3), cell)
+        _native.PlaneMap(points, normals, np.ones(3), np.zeros(3), cell)
 
 
 @given(seeds, st.integers(0, 300), st.integers(1, 400))

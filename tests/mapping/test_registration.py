@@ -11,6 +11,7 @@ from circumspect.mapping.gate import squared_distance, weakest_direction
 from circumspect.mapping.registration import register
 from circumspect.mapping.relocalisation import coarsely_aligned
 from circumspect.mapping.scan import Scan
+from circumspect.mapping.scan_surface import ScanSurface
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.sensing import RgbdFrame
 
@@ -21,7 +22,9 @@ LOOSE = np.diag([1e3] * 3 + [1e3] * 3)
 @pytest.fixture(scope="module")
 def scene() -> SceneMap:
     scan = Scan.of(short_drive()[0])
-    return SceneMap().with_scan(scan, scan.normals_xyz(), true_camera(float(SHORT[0])))
+    T_map_camera = true_camera(float(SHORT[0]))
+    surface = ScanSurface.of(scan).on_level_floor(T_map_camera)
+    return SceneMap().with_surface(surface, T_map_camera)
 
 
 @pytest.mark.parametrize("number", [1, 2, 4])
@@ -44,7 +47,8 @@ def test_the_optimum_moves_with_the_scene(scene: SceneMap) -> None:
     start = true_camera(float(SHORT[2])) * se3.exp([0, 0, 0.005, 0.01, 0, 0])
     one = register(scan, scene, start, LOOSE)
     kept = Scan.of(first)
-    moved = SceneMap().with_scan(kept, kept.normals_xyz(), G * true_camera(float(SHORT[0])))
+    T_map_moved = G * true_camera(float(SHORT[0]))
+    moved = SceneMap().with_surface(ScanSurface.of(kept).on_level_floor(T_map_moved), T_map_moved)
     other = register(scan, moved, G * start, LOOSE)
     assert np.abs(se3.log((G * one.T_map_camera).inv() * other.T_map_camera)).max() < 6e-3
     np.testing.assert_allclose(
@@ -60,7 +64,7 @@ def test_what_a_floor_does_not_hold_stays_as_the_prior_says() -> None:
     )
     frame = RgbdFrame(np.ones((camera.height, camera.width)), camera, 0.0)
     scan = Scan.of(frame)
-    scene = SceneMap().with_scan(scan, scan.normals_xyz(), down)
+    scene = SceneMap().with_surface(ScanSurface.of(scan), down)
     off = se3.exp([0.02, 0.0, 0.0, 0.01, 0.02, 0.03])
     found = register(scan, scene, down * off, LOOSE)
     height, place = found.T_map_camera.translation[2], found.T_map_camera.translation[:2]
@@ -85,7 +89,7 @@ def test_a_frame_of_nan_is_an_empty_scan(scene: SceneMap) -> None:
     frame = short_drive()[0]
     nothing = Scan.of(RgbdFrame(np.full(frame.depth.shape, np.nan), frame.camera, 0.0))
     assert len(nothing) == 0
-    assert nothing.normals_xyz().shape == (0, 3)
+    assert ScanSurface.of(nothing).normals_xyz.shape == (0, 3)
     assert not register(nothing, scene, RigidTransform.identity(), LOOSE).converged
 
 

@@ -11,6 +11,7 @@ class PlaneMap:
         points_xyz: NDArray[np.float64],
         normals_xyz: NDArray[np.float64],
         sigmas: NDArray[np.float64],
+        slopes: NDArray[np.float64],
         cell: float,
     ) -> None: ...
     def linearised(
@@ -28,7 +29,16 @@ class PlaneMap:
         averted: float,
         standing: int,
         fewest: int,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float, float, float, float]: ...
+    ) -> tuple[
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        int,
+        float,
+        float,
+        float,
+        float,
+    ]: ...
 
 def groups(
     keys: NDArray[np.int64],

@@ -42,7 +42,9 @@ class FreeSpace:
         valid = np.isfinite(blocks).mean(axis=(1, 3)) >= MEASURED
         nearest = np.where(np.isfinite(blocks), blocks, np.inf).min(axis=(1, 3))
         clear = np.where(valid, nearest, 0)
-        return cls(ndimage.minimum_filter(clear, 3, mode="nearest").astype(np.float32), frame.camera)
+        return cls(
+            ndimage.minimum_filter(clear, 3, mode="nearest").astype(np.float32), frame.camera
+        )
 
     def holds(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points lie where the frame looked through.
@@ -53,6 +55,21 @@ class FreeSpace:
         Returns:
             (n,); False also for what was out of view.
         """
+        depth, clear = points_xyz[:, 2], self._clear_towards(points_xyz)
+        return (clear > 0) & (depth + SLACK + SLACK_GROWTH * depth**2 < clear)
+
+    def shows(self, points_xyz: NDArray[np.float64], within: float) -> NDArray[np.bool_]:
+        """Which points lie about where the frame saw something.
+
+        Args:
+            points_xyz: (n, 3) [m] optical frame.
+            within: Up to this distance [m] along the optical axis.
+        """
+        clear = self._clear_towards(points_xyz)
+        return (clear > 0) & (np.abs(points_xyz[:, 2] - clear) < within)
+
+    def _clear_towards(self, points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,) [m] `clear` in the directions of some points; 0 out of view."""
         x, y, z = points_xyz.T
         ahead = z > 1e-6
         depth = np.where(ahead, z, 1.0)
@@ -60,8 +77,6 @@ class FreeSpace:
         row = (y / depth * self.camera.fy + self.camera.cy) // BLOCK
         rows, columns = self.clear.shape
         inside = ahead & (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        held = np.zeros(len(points_xyz), bool)
-        at = self.clear[row[inside].astype(np.intp), column[inside].astype(np.intp)]
-        near = z[inside]
-        held[inside] = near + SLACK + SLACK_GROWTH * near**2 < at
-        return held
+        clear = np.zeros(len(points_xyz))
+        clear[inside] = self.clear[row[inside].astype(np.intp), column[inside].astype(np.intp)]
+        return clear

@@ -68,9 +68,9 @@ class GateSettings:
             found: The registration.
             prior_information: (6, 6) that it was given.
             through: Share of the map in view that the frame looks through; see `seen_through`.
-            least_overlap: In place of the settings' where it is larger.
+            least_overlap: In place of the settings'.
         """
-        least = max(self.least_overlap, least_overlap or 0.0)
+        least = self.least_overlap if least_overlap is None else least_overlap
         if found.points < self.fewest_points:
             return Verdict(f"{found.points} points in range; {self.fewest_points} are needed")
         if found.inliers < self.fewest_inliers:

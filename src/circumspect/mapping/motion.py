@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import rigid_matrix, se3
 from circumspect.mapping.pose_distance import distances
+from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.sensing import Odometry
 
 ODOMETRY, CONSTANT_VELOCITY = "odometry", "constant velocity"
@@ -89,20 +90,25 @@ def agree(before: Belief | None, one: Belief, other: Belief) -> bool:
 
 
 def wheel_motion(
-    before: Odometry, now: Odometry, T_base_camera: RigidTransform, settings: MotionSettings
+    before: Odometry,
+    now: Odometry,
+    grip: WheelGrip,
+    T_base_camera: RigidTransform,
+    settings: MotionSettings,
 ) -> tuple[RigidTransform, NDArray[np.float64]]:
     """The camera's motion by the wheels, with its covariance.
 
     Args:
         before: Odometry at the last frame.
         now: Odometry at this frame.
+        grip: How much of it becomes motion.
         T_base_camera: The mount.
         settings: Bounds of the trust.
 
     Returns:
         Camera in its frame before, and (6, 6) of changes after the motion.
     """
-    D = before.T_odom_base.inverse() @ now.T_odom_base
+    D = grip.applied(before.T_odom_base.inverse() @ now.T_odom_base)
     moved = now.T_odom_base.xy - before.T_odom_base.xy
     F = np.eye(3)
     F[:2, 2] = -moved[1], moved[0]

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.mapping.registration import (
+from circumspect.mapping.linear_fit import (
     AVERTED,
     CORRELATION,
     FAR,
     FEWEST,
-    FLOOR,
     LEAST_SPREAD,
     STANDING,
     TUKEY,
     LinearFit,
 )
 from circumspect.mapping.scan import Scan
+from circumspect.mapping.scan_surface import FLOOR
 from circumspect.mapping.scene_map import SceneMap
 
 
@@ -53,12 +53,30 @@ def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float
     total = max(float(weight.sum()), 1e-12)
     return LinearFit(
         weighted.T @ J,
+        _feigned(
+            scan.points_xyz[matched],
+            facing,
+            weight / (CORRELATION * noise**2 * sigma**2) * scene.slopes[targets],
+        ),
         weighted.T @ u,
         int((weight > 0).sum()),
         *_agreement(matched, np.abs(r), placed[:, 2]),
         float(np.sqrt((weight * r**2).sum() / total)),
         float(np.sqrt((weight * u**2).sum() / total)),
     )
+
+
+def _feigned(
+    points_xyz: NDArray[np.float64], facing: NDArray[np.float64], factors: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """What noise of the normals adds to the Hessian: that of both directions across each."""
+    total = np.zeros((6, 6))
+    for point, normal, factor in zip(points_xyz, facing, factors, strict=True):
+        cross = np.array([[0, -point[2], point[1]], [point[2], 0, -point[0]],
+                          [-point[1], point[0], 0]])  # fmt: skip
+        A = np.vstack([cross, np.eye(3)])
+        total += factor * A @ (np.eye(3) - np.outer(normal, normal)) @ A.T
+    return total
 
 
 def _agreement(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
@@ -16,17 +17,23 @@ from circumspect.mapping.gate import Verdict
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
-from circumspect.mapping.registration import register
+from circumspect.mapping.registration import Registration, register
 from circumspect.mapping.relocalisation import relocalise
 from circumspect.mapping.scan import Scan
+from circumspect.mapping.scan_surface import FLOOR
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.tracking_settings import TrackingSettings
 from circumspect.mapping.visibility import seen_through
+from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.sensing import Odometry, RgbdFrame
 
 RECOGNISED, STEADY = "a place seen before", motion.CONSTANT_VELOCITY
 BETTER = 0.9
 """At this share of the mean distance to the map a frame fits clearly better."""
+NEWS_SAMPLE = 1000
+"""So many points of a frame are asked whether they are news."""
+MOST_CONTRARY, FEW = 0.2, 10
+"""For each that lies on what is known, and then some, so many may lie where it was empty."""
 UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
 """A frame that is this many times further from the map than the last ones, and than this [m], may
 have been fitted from a wrong prediction."""
@@ -63,6 +70,10 @@ class RegisteredPoses(PoseEstimator):
         self._belief: Belief | None = None
         self._stamp = 0.0
         self._odometry: Odometry | None = None
+        self._grip = WheelGrip()
+        self._held = False
+        self._since_key: Belief | None = None
+        self._stretch = 0
         self._motion = RigidTransform.identity()
         self._motion_time = 0.0
         self._overlap = 0.0
@@ -79,6 +90,7 @@ class RegisteredPoses(PoseEstimator):
 
         # Where the camera should be, and what the frame says to it
         best = self._best_attempt(frame, scan)
+        self._drive_on(frame)
 
         # A frame that fits nowhere near: perhaps the robot was carried off
         if best.verdict.contradicts and (found := self._recognised(frame, scan)) is not None:
@@ -148,13 +160,33 @@ class RegisteredPoses(PoseEstimator):
             scan, self.scene, believed.T_map_camera, information, self.settings.registration
         )
         through = seen_through(frame, self.scene, found.T_map_camera)
-        least = self.settings.keeps_overlap * self._overlap
+        least = self._least_overlap(scan, found)
         verdict = self.settings.gate.verdict(found, information, through, least)
         if verdict.contradicts or found.points < self.settings.gate.fewest_points:
             return Attempt(believed, verdict, source, found)
         # By their information; directions that the scene does not hold stay as predicted.
         fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(fused, verdict, source, found)
+
+    def _least_overlap(self, scan: Scan, found: Registration) -> float:
+        """Share of a frame that must lie on what is known; none where the rest is news."""
+        s = self.settings
+        usual = max(s.gate.least_overlap, s.keeps_overlap * self._overlap)
+        return 0.0 if found.overlap < usual and self._is_news(scan, found) else usual
+
+    def _is_news(self, scan: Scan, found: Registration) -> bool:
+        """Whether what does not lie on what is known lies where nobody looked so far.
+
+        A robot that turns a corner sees a lot that is new at once. One that is not where it
+        believes to be puts things where it saw nothing before.
+        """
+        some = scan.thinned(max(1, len(scan) // NEWS_SAMPLE))
+        points = found.T_map_camera.apply(some.points_xyz)
+        points = points[np.abs(points[:, 2]) > FLOOR]
+        known = self.scene.nearest(points)[1] < self.settings.registration.reach
+        empty = self.keyframes.seen_empty(points[~known])
+        agreeing, contrary = int(known.sum()), int(empty.sum())
+        return contrary <= MOST_CONTRARY * agreeing + FEW
 
     def _recognised(self, frame: RgbdFrame, scan: Scan) -> Attempt | None:
         """The frame among all keyframes, where it fits one beyond doubt."""
@@ -167,15 +199,24 @@ class RegisteredPoses(PoseEstimator):
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(belief, Verdict(), RECOGNISED, found)
 
+    def _wheel_step(self, frame: RgbdFrame) -> tuple[RigidTransform, NDArray[np.float64]] | None:
+        """The camera's motion since the last frame by the wheels, where they tell."""
+        mount, before, now = frame.T_base_camera, self._odometry, frame.odometry
+        if mount is None or before is None or now is None:
+            return None
+        return motion.wheel_motion(before, now, self._grip, mount, self.settings.motion)
+
     def _by_wheels(self, frame: RgbdFrame) -> Belief | None:
         """What the odometry says, where there is any."""
-        s, mount = self.settings.motion, frame.T_base_camera
-        if self._belief is None or mount is None:
+        step, mount = self._wheel_step(frame), frame.T_base_camera
+        if self._belief is None or step is None or mount is None:
             return None
-        if frame.odometry is None or self._odometry is None:
-            return None
-        step = motion.wheel_motion(self._odometry, frame.odometry, mount, s)
-        return self._belief.moved(*step).held_to_floor(mount, s)
+        return self._belief.moved(*step).held_to_floor(mount, self.settings.motion)
+
+    def _drive_on(self, frame: RgbdFrame) -> None:
+        """Add the wheels' motion to what they told since the last keyframe."""
+        step, since = self._wheel_step(frame), self._since_key
+        self._since_key = None if step is None or since is None else since.moved(*step)
 
     def _by_steady_motion(self, frame: RgbdFrame) -> Belief:
         """As if the last motion went on."""
@@ -185,8 +226,25 @@ class RegisteredPoses(PoseEstimator):
         steady = self._belief.moved(*step)
         return steady if mount is None else steady.held_to_floor(mount, s)
 
+    def _learn_grip(self, frame: RgbdFrame, attempt: Attempt) -> None:
+        """Compare wheels and scene where the scene holds this frame and held the last one."""
+        held = attempt.verdict.is_open and attempt.found is not None
+        known, self._held = self._held and held, held and attempt.source != RECOGNISED
+        self._stretch += int(not self._held)
+        mount = frame.T_base_camera
+        if not known or self._belief is None or mount is None:
+            return
+        if self._odometry is None or frame.odometry is None:
+            return
+        told = self._odometry.T_odom_base.inverse() @ frame.odometry.T_odom_base
+        camera = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
+        found = PlanarPose.from_transform(mount * camera * mount.inv())
+        self._grip = self._grip.taught(told, found)
+
     def _remember(self, frame: RgbdFrame, attempt: Attempt) -> None:
-        if self._belief is not None and attempt.verdict.is_open and attempt.source != RECOGNISED:
+        self._learn_grip(frame, attempt)
+        believed = not attempt.verdict.contradicts
+        if self._belief is not None and believed and attempt.source != RECOGNISED:
             self._motion = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
             self._motion_time = frame.stamp - self._stamp
         elif attempt.source == RECOGNISED:
@@ -202,8 +260,10 @@ class RegisteredPoses(PoseEstimator):
         assert self._belief is not None
         keys, T_map_camera = self.keyframes, self._belief.T_map_camera
         if len(keys) == 0 or keys.nearest(T_map_camera)[1] >= 1:
-            key = keys.add(T_map_camera, self._belief.covariance, scan, frame.T_base_camera)
-            self.scene = self.scene.with_scan(scan, key.normals_xyz, T_map_camera)
+            covariance = self._belief.covariance
+            key = keys.add(T_map_camera, covariance, scan, frame, self._stretch, self._since_key)
+            self._since_key = Belief(RigidTransform.identity(), np.zeros((6, 6)))
+            self.scene = self.scene.with_surface(key.surface, T_map_camera)
         elif keys.pending:
             keys.fit_next()
             # Neighbours along the way say little that the map does not say; a closed loop does.

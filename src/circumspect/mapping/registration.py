@@ -2,36 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import rigid_matrix
+from circumspect.mapping.linear_fit import FEWEST, LinearFit, linearised
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
 
-TUKEY = 4.685
-"""Residuals of so many standard deviations have no say (95 % efficiency on normal noise)."""
-CORRELATION = 14.0
-"""So many points count as one independent measurement; see docs/derivations.md for how it is
-measured."""
-LEAST_SPREAD = 0.2
-"""The noise is never taken for less than this share of what the sensor's description says."""
-FLOOR = 0.05
-"""What is within this height of z = 0 [m] may be floor, and floor looks the same everywhere."""
-STANDING = 100
-"""So many points off the floor are enough to tell the overlap by them alone."""
 THINNED, COARSE = 3, 5.0
 """Every third point is enough until a step changes less than five times what ends the iteration."""
-FAR = 0.02
-"""A point this far [m] from the map's planes or further just does not fit."""
-AVERTED = 0.1
-"""Surfaces whose normals make a larger cosine than this with the line of sight show their back,
-which no camera sees: the far side of a thin board is not taken for the near one."""
-FEWEST = 6
-"""Correspondences without which there is nothing to solve."""
+
+MEANT = 0.3
+"""A step of fewer standard deviations of the outcome is smallish, too."""
+UNCERTAIN, FARTHEST_REACH = 1.0, 0.15
+"""At first correspondences are looked for as far as the prior's place is uncertain, in standard
+deviations, up to this distance [m]."""
 
 
 @dataclass(frozen=True)
@@ -84,24 +73,6 @@ class Registration:
     converged: bool
 
 
-@dataclass(frozen=True, eq=False)
-class LinearFit:
-    """The point-to-plane problem, linear about one pose.
-
-    Attributes:
-        hessian, gradient: (6, 6) and (6,) of half the sum of weighted squares.
-        inliers, overlap, distance, residual, misfit: See `Registration`.
-    """
-
-    hessian: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 6)))
-    gradient: NDArray[np.float64] = field(default_factory=lambda: np.zeros(6))
-    inliers: int = 0
-    overlap: float = 0.0
-    distance: float = FAR
-    residual: float = 0.0
-    misfit: float = 0.0
-
-
 def register(
     scan: Scan,
     scene: SceneMap,
@@ -114,6 +85,7 @@ def register(
     Minimises Σ ρ(rᵢ / σᵢ) / c + ‖log(T_prior⁻¹ T)‖²_Λ over T by Gauss-Newton with Tukey's ρ, where
     rᵢ = nᵢ · (T pᵢ - qᵢ) is the distance of point pᵢ to the plane (qᵢ, nᵢ) of its nearest point in
     the map (Chen and Medioni 1991), σᵢ the noise of both, c `CORRELATION`, Λ `prior_information`.
+    Directions that only the normals' noise holds are left to the prior.
 
     Args:
         scan: The frame's points.
@@ -163,11 +135,15 @@ class _Descent:
         self._prior, self._back = prior, rigid_matrix.inverse(prior)
         self._held = prior_information
         self._scan, self._scene, self._part = scan, scene, scan.thinned(THINNED)
+        place = float(np.linalg.eigvalsh(np.linalg.inv(self._held)[3:, 3:])[-1]) ** 0.5
+        self._far = min(UNCERTAIN * place, FARTHEST_REACH)
 
     def step(self, s: RegistrationSettings) -> None:
         """One step; it is over where it was small, or where there is nothing to solve."""
         self.steps += 1
-        self.fit = linearised(self._part, self._scene, self.T, s.reach)
+        # While the way is being found, as far as the prior is uncertain.
+        reach = s.reach if self._part is self._scan else max(s.reach, self._far)
+        self.fit = linearised(self._part, self._scene, self.T, reach).believable()
         if self.fit.inliers < FEWEST:
             self.T, self.change = self._prior, np.zeros(6)
             self.moved, self.over = False, True
@@ -182,39 +158,12 @@ class _Descent:
     def _judge(self, delta: NDArray[np.floating], s: RegistrationSettings) -> None:
         turn, shift = np.linalg.norm(delta.reshape(2, 3), axis=1)
         small = turn < s.turn and shift < s.shift
-        smallish = turn < COARSE * s.turn and shift < COARSE * s.shift
-        # Correspondences that flicker keep the last steps from vanishing.
+        # Correspondences that flicker keep the last steps from vanishing; what is less than the
+        # uncertainty means nothing.
         late = self.steps >= s.rounds // 2
+        meant = float(delta @ (self.fit.hessian + self._held) @ delta)
+        smallish = (turn < COARSE * s.turn and shift < COARSE * s.shift) or meant < MEANT**2
         if self._part is self._scan and (small or (smallish and late)):
             self.converged = self.over = True
-        elif smallish:
+        elif smallish or late:
             self._part = self._scan
-
-
-def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float) -> LinearFit:
-    """The point-to-plane problem about one pose, in C++; its twin is in `numpy_twin`.
-
-    Args:
-        scan: The frame's points.
-        scene: What they are compared with.
-        T: (4, 4) `T_map_camera`.
-        reach: Points further than this [m] from the map have no correspondence.
-    """
-    if len(scan) == 0 or len(scene) == 0:
-        return LinearFit()
-    return LinearFit(
-        *scene.planes.linearised(
-            scan.points_xyz,
-            scan.sigmas,
-            T,
-            reach=reach,
-            tukey=TUKEY,
-            correlation=CORRELATION,
-            least_spread=LEAST_SPREAD,
-            floor=FLOOR,
-            far=FAR,
-            averted=AVERTED,
-            standing=STANDING,
-            fewest=FEWEST,
-        )
-    )

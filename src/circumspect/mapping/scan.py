@@ -69,22 +69,6 @@ class Scan:
             np.ascontiguousarray(self.points_xyz[::step]), np.ascontiguousarray(self.sigmas[::step])
         )
 
-    def normals_xyz(self, neighbours: int = 10) -> NDArray[np.float64]:
-        """(n, 3) unit vectors towards the camera; zero where too few points are near.
-
-        Args:
-            neighbours: Points over which each normal is taken, by principal components.
-        """
-        import small_gicp
-
-        if len(self) < neighbours:
-            return np.zeros((len(self), 3))
-        cloud = small_gicp.PointCloud(self.points_xyz)
-        small_gicp.estimate_normals(cloud, num_neighbors=neighbours)
-        normals = np.array(cloud.normals())[:, :3]
-        away = np.einsum("ij,ij->i", normals, self.points_xyz) > 0
-        return np.where(away[:, None], -normals, normals)
-
 
 def _thinned(points_xyz: NDArray[np.float64], voxel: float) -> NDArray[np.float64]:
     import small_gicp

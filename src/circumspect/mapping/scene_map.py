@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import _native
-from circumspect.mapping.scan import Scan
+from circumspect.mapping.scan_surface import ScanSurface
 from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 
 if TYPE_CHECKING:
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
 CELL = 0.07
 """Side of the cells in which planes are looked up [m]: a little more than how far one looks."""
-# Columns of the sums: information (of points), times point (3), times normal (3).
-_WEIGHT, _POINT, _NORMAL, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7
+# Columns of the sums: information (of points), times point (3), times normal (3), squared times
+# the variance of the normal's slope.
+_WEIGHT, _POINT, _NORMAL, _SLOPE, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,31 +42,28 @@ class SceneMap:
     def __len__(self) -> int:
         return len(self.sums)
 
-    def with_scan(
-        self, scan: Scan, normals_xyz: NDArray[np.float64], T_map_camera: RigidTransform
-    ) -> SceneMap:
+    def with_surface(self, surface: ScanSurface, T_map_camera: RigidTransform) -> SceneMap:
         """The map with one more scan.
 
         Args:
-            scan: The scan.
-            normals_xyz: (n, 3) of its points, optical frame; zero where unknown.
+            surface: What the scan shows.
             T_map_camera: Where it was taken from.
         """
-        return self.with_scans([(scan, normals_xyz, T_map_camera)])
+        return self.with_surfaces([(surface, T_map_camera)])
 
-    def with_scans(
-        self, scans: Sequence[tuple[Scan, NDArray[np.float64], RigidTransform]]
-    ) -> SceneMap:
-        """The map with more scans; see `with_scan`."""
+    def with_surfaces(self, surfaces: Sequence[tuple[ScanSurface, RigidTransform]]) -> SceneMap:
+        """The map with more scans; see `with_surface`."""
         keys, columns = [np.empty(0, np.int64)], [np.empty((0, _COLUMNS))]
-        for scan, normals_xyz, T_map_camera in scans:
+        for surface, T_map_camera in surfaces:
+            scan, normals_xyz = surface.scan, surface.normals_xyz
             known = np.einsum("ij,ij->i", normals_xyz, normals_xyz) > 0.5
             matrix = T_map_camera.as_matrix()
             points = scan.points_xyz[known] @ matrix[:3, :3].T + matrix[:3, 3]
             weights = scan.sigmas[known, None] ** -2
             normals = np.ascontiguousarray(normals_xyz[known] @ matrix[:3, :3].T)
             keys.append(_native.patch_keys(voxel_keys(points, self.voxel), normals))
-            columns.append(np.hstack([weights, weights * points, weights * normals]))
+            slopes = weights**2 * surface.slopes[known, None]
+            columns.append(np.hstack([weights, weights * points, weights * normals, slopes]))
         added = VoxelSums.of(np.concatenate(keys), np.concatenate(columns))
         return SceneMap(self.voxel, self.sums.plus(added))
 
@@ -86,9 +84,14 @@ class SceneMap:
         return self.sums.totals[:, _WEIGHT] ** -0.5
 
     @cached_property
+    def slopes(self) -> NDArray[np.float64]:
+        """(n,) [rad²] variance of the normals about each direction within the surface."""
+        return self.sums.totals[:, _SLOPE] / self.sums.totals[:, _WEIGHT] ** 2
+
+    @cached_property
     def planes(self) -> _native.PlaneMap:
         """The points with their normals, to fit scans to."""
-        return _native.PlaneMap(self.points_xyz, self.normals_xyz, self.sigmas, CELL)
+        return _native.PlaneMap(self.points_xyz, self.normals_xyz, self.sigmas, self.slopes, CELL)
 
     def nearest(
         self, points_xyz: NDArray[np.float64]

@@ -41,7 +41,7 @@ class TrackingSettings:
     relocalisation: RelocalisationSettings = field(default_factory=RelocalisationSettings)
     certain: float = 0.02
     keeps_overlap: float = 0.6
-    doubt: tuple[float, float] = (float(np.radians(5.0)), 0.1)
+    doubt: tuple[float, float] = (float(np.radians(1.0)), 0.02)
     lost_after: int = 3
 
     @classmethod

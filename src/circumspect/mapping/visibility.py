@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.mapping.registration import FLOOR
+from circumspect.mapping.scan_surface import FLOOR
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.sensing import RgbdFrame
 
