@@ -2,12 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 from tracking_world import SHORT, short_drive, true_camera
 
 from circumspect.errors import InputError
 from circumspect.mapping import se3
-from circumspect.mapping.gate import squared_distance, weakest_direction
+from circumspect.mapping.gate import GateSettings, squared_distance, weakest_direction
 from circumspect.mapping.registration import register
 from circumspect.mapping.relocalisation import coarsely_aligned
 from circumspect.mapping.scan import Scan
@@ -104,3 +106,42 @@ def test_coarse_alignment_reaches_further(scene: SceneMap) -> None:
 def test_points_that_small_gicp_would_misread_are_refused(points: np.ndarray) -> None:
     with pytest.raises(InputError, match="source points must be finite with shape"):
         coarsely_aligned(points, np.ones((9, 3)), RigidTransform.identity())
+
+
+def wall(rng: np.random.Generator, noise: float = 2e-3) -> Scan:
+    """A bare wall of 2 m by 1.2 m, 1.5 m ahead."""
+    u, v = np.meshgrid(np.arange(66), np.arange(40))
+    cells = np.stack([u.ravel(), v.ravel()], axis=1) - [33, 20]
+    flat = 0.03 * (cells + rng.uniform(0, 1, cells.shape))
+    depth = 1.5 + rng.normal(0, noise, len(flat))
+    return Scan(np.column_stack([flat, depth]), np.full(len(flat), 2e-3))
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=20)
+def test_along_a_bare_wall_the_prior_decides(seed: int) -> None:
+    """The normals' noise looks like a texture; it must not hold the camera."""
+    rng = np.random.default_rng(seed)
+    scene = SceneMap().with_surface(ScanSurface.of(wall(rng)), RigidTransform.identity())
+    prior = RigidTransform.from_translation([0.02, -0.01, 0.01])
+    sigmas = np.array([np.radians(1.0)] * 3 + [0.02] * 3)
+    found = register(wall(rng), scene, prior, np.diag(sigmas**-2.0))
+    x, y, z = found.T_map_camera.translation
+    assert abs(z) < 3e-3, "the wall holds what lies across it"
+    assert (x, y) == pytest.approx((0.02, -0.01), abs=4e-3)
+    along = np.linalg.inv(found.information)[3:5, 3:5]
+    assert (np.sqrt(np.diag(along)) > 0.7 * 0.02).all()
+    assert not GateSettings().verdict(found, np.diag(sigmas**-2.0)).is_open
+
+
+def test_the_far_side_of_a_board_is_not_taken_for_the_near_one() -> None:
+    """A board of 4 cm whose back is known, seen from the front: within reach, yet no match."""
+    rng = np.random.default_rng(0)
+    seen_from_behind = se3.exp([0, np.pi, 0, 0, 0, 0])
+    behind = RigidTransform.from_translation([0.0, 0.0, 3.04]) * seen_from_behind
+    scene = SceneMap().with_surface(ScanSurface.of(wall(rng)), behind)
+    np.testing.assert_allclose(np.median(scene.points_xyz[:, 2]), 1.54, atol=2e-3)
+    loose = np.diag(np.array([0.1] * 6) ** -2.0)
+    found = register(wall(rng), scene, RigidTransform.identity(), loose)
+    assert found.inliers == 0
+    np.testing.assert_allclose(found.T_map_camera.translation, 0, atol=1e-12)

@@ -1,0 +1,72 @@
+"""Normals, and how far they are to be trusted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping import se3
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scan_surface import NEIGHBOURS, ScanSurface
+
+SPACING = 0.03
+
+
+def sheet(rng: np.random.Generator, noise: float, side: int = 30) -> Scan:
+    """A plane 2 m ahead that faces the camera, one point in each square of 3 cm, with noise."""
+    u, v = np.meshgrid(np.arange(side), np.arange(side))
+    flat = SPACING * (
+        np.stack([u.ravel(), v.ravel()], 1) - side / 2 + rng.uniform(0, 1, (side**2, 2))
+    )
+    depth = 2.0 + rng.normal(0, noise, side**2)
+    return Scan(np.column_stack([flat, depth]), np.full(side**2, noise))
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-3, 3e-3]))
+def test_the_slopes_vary_as_they_say(seed: int, noise: float) -> None:
+    surface = ScanSurface.of(sheet(np.random.default_rng(seed), noise))
+    inside = (np.abs(surface.scan.points_xyz[:, :2]) < 0.3).all(axis=1)
+    x, y, z = surface.normals_xyz[inside].T
+    assert (z < 0).all(), "towards the camera"
+    found = 0.5 * ((x / z) ** 2 + (y / z) ** 2).mean()
+    assert found == pytest.approx(surface.slopes[inside].mean(), rel=0.5)
+
+
+def test_a_bend_is_no_noise() -> None:
+    """Normals near an edge are no less certain than the sensor makes them."""
+    scan = sheet(np.random.default_rng(0), 1e-3)
+    bent = scan.points_xyz.copy()
+    bent[:, 2] += np.maximum(bent[:, 0], 0)
+    surface = ScanSurface.of(Scan(bent, scan.sigmas))
+    flat, edge = (np.abs(bent[:, 0]) > 0.15), (np.abs(bent[:, 0]) < 0.02)
+    assert np.median(surface.slopes[edge]) < 6 * np.median(surface.slopes[flat])
+
+
+def test_few_points_have_no_normals() -> None:
+    few = Scan(
+        np.random.default_rng(0).normal(size=(NEIGHBOURS - 1, 3)), np.full(NEIGHBOURS - 1, 1e-3)
+    )
+    surface = ScanSurface.of(few)
+    assert not surface.normals_xyz.any()
+    assert (surface.slopes > 0).all()
+
+
+def test_the_floor_is_level_and_nothing_else_is() -> None:
+    rng = np.random.default_rng(0)
+    sheet_xyz = sheet(rng, 2e-3).points_xyz - [0, 0, 2.0]
+    floor, wall = sheet_xyz, sheet_xyz[:, [2, 0, 1]] + [0.6, 0.0, 0.6]
+    T_map_camera = se3.exp([np.radians(130), 0, 0, 0, 0, 0])
+    T_map_camera = RigidTransform.from_translation([0.0, -1.0, 1.2]) * T_map_camera
+    points = T_map_camera.inv().apply(np.vstack([floor, wall]))
+    surface = ScanSurface.of(Scan(points, np.full(len(points), 2e-3))).on_level_floor(T_map_camera)
+    up = T_map_camera.as_matrix()[:3, :3] @ surface.normals_xyz.T
+    level = surface.slopes == 0
+    assert level[: len(floor)].mean() > 0.9
+    assert not level[len(floor) :].any()
+    np.testing.assert_allclose(
+        up[:, level], np.array([[0.0], [0.0], [1.0]]) * np.ones(level.sum()), atol=1e-12
+    )
