@@ -58,11 +58,11 @@ def drive(angles: np.ndarray, seed: int = 0) -> list[RgbdFrame]:
 
 @lru_cache(maxsize=2)
 def short_drive() -> tuple[RgbdFrame, ...]:
-    """16 frames over 40°."""
+    """16 frames over 40°, from where two faces of the box are in view."""
     return tuple(drive(SHORT))
 
 
-SHORT = np.radians(np.arange(16) * 2.5)
+SHORT = np.radians(20 + np.arange(16) * 2.5)
 
 
 def blind(frame: RgbdFrame) -> RgbdFrame:

@@ -27,7 +27,7 @@ AVERTED = 0.1
 which no camera sees: the far side of a thin board is not taken for the near one."""
 FEWEST = 6
 """Correspondences without which there is nothing to solve."""
-FEIGNED = 6.0
+FEIGNED = 3.0
 """So many times what noise of the normals feigns is taken off the information."""
 RIDGE = 1.0
 """Information [1/m², 1/rad²] that means nothing."""

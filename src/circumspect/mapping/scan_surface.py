@@ -41,8 +41,8 @@ class ScanSurface:
 
         The plane z = a x + b y fitted to k points whose noise across it has variance s² has slopes
         with variance s² / (k λ), λ being the variance of the points along the slope; s² is
-        told by the points themselves, which lose three degrees of freedom to the plane, but is
-        never more than the sensor's noise.
+        told by the points themselves, which lose three degrees of freedom to the plane. Near rims
+        and edges it is large: which points of a bend are drawn is chance, too.
 
         Args:
             scan: The scan.
@@ -60,8 +60,6 @@ class ScanSurface:
         normals = vectors[:, :, 0]
         away = np.einsum("ij,ij->i", normals, points) > 0
         across = np.clip(values[:, 0], 0, None) * neighbours / (neighbours - 3)
-        # What is more than noise is a bend, whose normals say something.
-        across = np.minimum(across, scan.sigmas**2)
         along = 0.5 * (1 / np.maximum(values[:, 1:], 1e-12)).sum(axis=1)
         slopes = np.minimum(across / neighbours * along, STEEPEST)
         return cls(scan, np.where(away[:, None], -normals, normals), slopes)
