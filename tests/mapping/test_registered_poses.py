@@ -172,7 +172,7 @@ def test_a_kidnapped_robot_finds_back_to_a_place_it_knows() -> None:
 
 
 def test_a_round_is_closed_and_corrected() -> None:
-    angles = np.radians(np.arange(20, 405, 5.0))
+    angles = np.radians(np.arange(45, 430, 5.0))
     poses = RegisteredPoses()
     told = follow(drive(angles), poses)
     poses.settle()
