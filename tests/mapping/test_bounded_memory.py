@@ -9,9 +9,11 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.geometry import PinholeCamera
 from circumspect.mapping import TrackingSettings, se3
 from circumspect.mapping.heirs import Heirs
-from circumspect.mapping.keyframes import AGES, EDGES_EACH, Keyframes, KeyframeSettings
+from circumspect.mapping.keyframe_pairs import AGES
+from circumspect.mapping.keyframes import EDGES_EACH, Keyframes, KeyframeSettings
 from circumspect.mapping.pose_graph import Edge, thinned
 from circumspect.mapping.scan import Scan
+from circumspect.mapping.wheels import Passage
 from circumspect.sensing import RgbdFrame
 
 I6 = np.eye(6)
@@ -32,7 +34,7 @@ def rounds_of_keyframes(most: int, count: int) -> Keyframes:
     keys = Keyframes(0.03, settings, s.registration, s.gate, np.eye(3))
     for number in range(count):
         place = se3.exp([0, 0, 0.002 * number, 0.1 * np.sin(number), 0.1 * np.cos(number), 0])
-        keys.add(place, 1e-6 * I6, corner(rng), AHEAD)
+        keys.add(place, 1e-6 * I6, corner(rng), AHEAD, Passage())
         if keys.pending:
             keys.fit_next()
     return keys

@@ -10,36 +10,20 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import se3
-from circumspect.mapping.free_space import FreeSpace
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.heirs import Heirs
-from circumspect.mapping.motion import Belief
+from circumspect.mapping.keyframe import Keyframe
+from circumspect.mapping.keyframe_pairs import closes_a_loop, pair_edge, showing_the_same
 from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged, thinned
-from circumspect.mapping.registration import RegistrationSettings, register
+from circumspect.mapping.registration import RegistrationSettings
 from circumspect.mapping.scan import Scan
-from circumspect.mapping.scan_surface import FLOOR, ScanSurface
 from circumspect.mapping.scene_map import SceneMap
+from circumspect.mapping.wheels import Passage
 from circumspect.sensing import RgbdFrame
 
-TRACKED_SIGMAS = np.array([np.radians(0.05)] * 3 + [0.001] * 3)
-"""How well tracking alone places a keyframe to the last one [rad, m], where no wheels tell."""
-BELIEVED_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
-"""How far two keyframes may be from where they are believed to be when their scans are fitted."""
-
-VIEW_SIGMAS = np.array([np.radians(0.25)] * 3 + [0.01] * 3)
-"""By so much [rad, m] a fit of two keyframes errs for each radian between their views."""
 EDGES_EACH = 8
 """So many edges a keyframe are kept once keyframes give way."""
-PAIR_THINNED = 2
-"""Every second point is enough to fit two keyframes to each other."""
-OLD = 12
-"""Keyframes so many apart in number that show the same close a loop."""
-AGES = (2, 3, 4, 6, OLD)
-"""A keyframe is fitted to the last one, and to one at least so many before it each."""
-ASKED, SAME, SHOWN = 300, 0.15, 0.3
-"""Of so many points of a keyframe this share must lie where an old one saw something, up to this
-distance along its line of sight [m]."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +33,6 @@ class KeyframeSettings:
     Attributes:
         shift, turn: A keyframe is this far [m], [rad] from all others.
         most: So many are kept; the one that adds least gives way.
-        near_turn: Each is fitted to others that look the same way up to this [rad].
         rebuild_shift, rebuild_turn: Corrections from this size on [m], [rad] are carried out
             when a loop closed; smaller ones when the run ends.
     """
@@ -57,32 +40,8 @@ class KeyframeSettings:
     shift: float = 0.2
     turn: float = float(np.radians(12.0))
     most: int = 240
-    near_turn: float = float(np.radians(75.0))
     rebuild_shift: float = 0.004
     rebuild_turn: float = float(np.radians(0.3))
-
-
-@dataclass(frozen=True, eq=False)
-class Keyframe:
-    """One frame that the scene map is made of.
-
-    Attributes:
-        number: Its name for good.
-        T_map_camera: Where it was taken from, by what is known now.
-        surface: What it shows.
-        space: What it shows to be empty.
-        covariance: (6, 6) of changes of the pose, optical frame, since the first keyframe.
-        stretch: Keyframes of the same number were taken while the scene held every frame.
-        T_base_camera: The mount; None where not known.
-    """
-
-    number: int
-    T_map_camera: RigidTransform
-    surface: ScanSurface
-    space: FreeSpace
-    covariance: NDArray[np.floating]
-    stretch: int
-    T_base_camera: RigidTransform | None = None
 
 
 class Keyframes:
@@ -107,7 +66,6 @@ class Keyframes:
         self._by_number: dict[int, Keyframe] = {}
         self._edges: list[Edge] = []
         self._queue: deque[tuple[int, int]] = deque()
-        self._driven: dict[int, Belief] = {}
         self._heirs = Heirs()
         self._matrices: NDArray[np.float64] | None = None
         self._next = 0
@@ -178,8 +136,7 @@ class Keyframes:
         to_scene: NDArray[np.floating],
         scan: Scan,
         frame: RgbdFrame,
-        stretch: int = 0,
-        since_last: Belief | None = None,
+        passage: Passage,
     ) -> Keyframe:
         """Take a frame in, and put down which others it is to be fitted to.
 
@@ -188,51 +145,21 @@ class Keyframes:
             to_scene: (6, 6) covariance of that in the scene near by.
             scan: What it shows.
             frame: The same, not thinned.
-            stretch: Another number than the last keyframe's, if the scene did not hold every frame
-                in between.
-            since_last: By the wheels, where the camera is in the frame of the last keyframe.
+            passage: How the camera came there since the last keyframe.
         """
         number, self._next = self._next, self._next + 1
         covariance = self.covariance(T_map_camera, to_scene)
-        surface = ScanSurface.of(scan)
-        if frame.T_base_camera is not None:
-            surface = surface.on_level_floor(T_map_camera)
-        space, mount = FreeSpace.of(frame), frame.T_base_camera
-        key = Keyframe(number, T_map_camera, surface, space, covariance, stretch, mount)
+        key = Keyframe.of(number, T_map_camera, covariance, scan, frame, passage)
         if self._by_number:
-            last = next(reversed(self._by_number))
-            others = [n for n in self._showing_the_same(key) if n != last]
-            self._queue.extend((n, number) for n in [last, *others])
-            if since_last is not None:
-                self._driven[number] = since_last
+            others = list(self._by_number.values())
+            last = others[-1].number
+            same = showing_the_same(key, others, self._poses())
+            self._queue.extend((n, number) for n in [last, *(n for n in same if n != last)])
         self._by_number[number] = key
         self._matrices = None
         if len(self) > self.settings.most:
             self._give_way()
         return key
-
-    def _showing_the_same(self, key: Keyframe) -> list[int]:
-        """Of each age the keyframe that shows most of what a new one shows, if enough."""
-        scan, matrix = key.surface.scan, key.T_map_camera.as_matrix()
-        step = max(1, len(scan) // ASKED)
-        points = scan.points_xyz[::step] @ matrix[:3, :3].T + matrix[:3, 3]
-        normals = key.surface.normals_xyz[::step] @ matrix[:3, :3].T
-        off = np.abs(points[:, 2]) > FLOOR
-        if not off.any():
-            return []
-        _, turns = distances(self._poses(), matrix)
-        shares = {
-            number: _share_shown(old, points[off], normals[off])
-            for (number, old), turn in zip(self._by_number.items(), turns, strict=True)
-            if turn < self.settings.near_turn
-        }
-        chosen = []
-        for least in AGES:
-            old = [number for number in shares if key.number - number >= least]
-            best = max(old, key=lambda number: shares[number], default=None)
-            if best is not None and shares[best] >= SHOWN and best not in chosen:
-                chosen.append(best)
-        return chosen
 
     def seen_empty(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points lie where some keyframe looked through.
@@ -242,10 +169,8 @@ class Keyframes:
         """
         empty = np.zeros(len(points_xyz), bool)
         for key in self._by_number.values():
-            matrix = key.T_map_camera.as_matrix()
-            open_ = np.flatnonzero(~empty)
-            local = (points_xyz[open_] - matrix[:3, 3]) @ matrix[:3, :3]
-            empty[open_[key.space.holds(local)]] = True
+            others = np.flatnonzero(~empty)
+            empty[others] = key.looks_through(points_xyz[others])
         return empty
 
     @property
@@ -258,30 +183,10 @@ class Keyframes:
         first, second = self._queue.popleft()
         if first not in self._by_number or second not in self._by_number:
             return
-        one, other = self[first], self[second]
-        expected = one.T_map_camera.inv() * other.T_map_camera
-        consecutive, loop = second - first == 1, second - first > OLD
-        # Both were fitted to the same map, from frame to frame.
-        tracked = one.stretch == other.stretch and not loop
-        believed = np.diag((TRACKED_SIGMAS if tracked or consecutive else BELIEVED_SIGMAS) ** -2.0)
-        driven = self._driven.pop(second, None) if consecutive else None
-        if driven is not None and not tracked:
-            # What the scene does not hold between them, the wheels do.
-            expected, believed = driven.T_map_camera, np.linalg.inv(driven.covariance)
-        target = SceneMap(self._voxel).with_surface(one.surface, RigidTransform.identity())
-        found = register(
-            other.surface.scan.thinned(PAIR_THINNED), target, expected, believed, self._registration
-        )
-        verdict = self._gate.verdict(found, believed)
-        if consecutive:
-            measured = expected if verdict.contradicts else found.T_map_camera
-            known = believed if verdict.contradicts else found.information
-            known = _by_view(known, measured)
-            self._edges.append(Edge(first, second, measured, known))
-        elif verdict.is_open:
-            known = _by_view(found.information if tracked else found.hessian, found.T_map_camera)
-            self._edges.append(Edge(first, second, found.T_map_camera, known, robust=True))
-            self.loops += int(loop)
+        edge = pair_edge(self[first], self[second], self._voxel, self._registration, self._gate)
+        if edge is not None:
+            self._edges.append(edge)
+            self.loops += int(closes_a_loop(first, second))
 
     def graph(self) -> PoseGraph:
         """The pose graph; its poses are in the order of the keyframes."""
@@ -344,28 +249,5 @@ class Keyframes:
         edges = bridged(self._edges, gone, heir, T_heir_gone)
         self._edges = thinned(edges, EDGES_EACH * self.settings.most)
         self._queue = deque(pair for pair in self._queue if gone not in pair)
-        self._driven.pop(gone, None)
         del self._by_number[gone]
         self._matrices = None
-
-
-def _by_view(
-    information: NDArray[np.floating], T_first_second: RigidTransform
-) -> NDArray[np.float64]:
-    """(6, 6) what a fit is worth: with covariance C it is (C + V)⁻¹, where V grows with the turn.
-
-    From different sides rims and thin parts look different, and the fit errs by more than noise.
-    """
-    turn = float(distances(T_first_second.as_matrix(), np.eye(4))[1])
-    across = np.diag((VIEW_SIGMAS * max(turn, 1e-2)) ** -2.0)
-    return across - across @ np.linalg.solve(information + across, across)
-
-
-def _share_shown(
-    key: Keyframe, points_xyz: NDArray[np.float64], normals_xyz: NDArray[np.float64]
-) -> float:
-    """Of some points of surfaces the share that a keyframe shows, from the same side."""
-    matrix = key.T_map_camera.as_matrix()
-    points = (points_xyz - matrix[:3, 3]) @ matrix[:3, :3]
-    towards = np.einsum("ij,ij->i", points, normals_xyz @ matrix[:3, :3]) < 0
-    return float((towards & key.space.shows(points, SAME)).mean())

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
@@ -16,24 +15,20 @@ from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.motion import Belief
+from circumspect.mapping.news import rest_is_news
 from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
 from circumspect.mapping.registration import Registration, register
 from circumspect.mapping.relocalisation import relocalise
 from circumspect.mapping.scan import Scan
-from circumspect.mapping.scan_surface import FLOOR
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.tracking_settings import TrackingSettings
 from circumspect.mapping.visibility import seen_through
-from circumspect.mapping.wheel_grip import WheelGrip
-from circumspect.sensing import Odometry, RgbdFrame
+from circumspect.mapping.wheels import Wheels
+from circumspect.sensing import RgbdFrame
 
 RECOGNISED, STEADY = "a place seen before", motion.CONSTANT_VELOCITY
 BETTER = 0.9
 """At this share of the mean distance to the map a frame fits clearly better."""
-NEWS_SAMPLE = 1000
-"""So many points of a frame are asked whether they are news."""
-MOST_CONTRARY, FEW = 0.2, 10
-"""For each that lies on what is known, and then some, so many may lie where it was empty."""
 UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
 """A frame that is this many times further from the map than the last ones, and than this [m], may
 have been fitted from a wrong prediction."""
@@ -69,11 +64,7 @@ class RegisteredPoses(PoseEstimator):
         )
         self._belief: Belief | None = None
         self._stamp = 0.0
-        self._odometry: Odometry | None = None
-        self._grip = WheelGrip()
-        self._held = False
-        self._since_key: Belief | None = None
-        self._stretch = 0
+        self._wheels = Wheels(s.motion)
         self._motion = RigidTransform.identity()
         self._motion_time = 0.0
         self._overlap = 0.0
@@ -90,7 +81,6 @@ class RegisteredPoses(PoseEstimator):
 
         # Where the camera should be, and what the frame says to it
         best = self._best_attempt(frame, scan)
-        self._drive_on(frame)
 
         # A frame that fits nowhere near: perhaps the robot was carried off
         if best.verdict.contradicts and (found := self._recognised(frame, scan)) is not None:
@@ -172,21 +162,10 @@ class RegisteredPoses(PoseEstimator):
         """Share of a frame that must lie on what is known; none where the rest is news."""
         s = self.settings
         usual = max(s.gate.least_overlap, s.keeps_overlap * self._overlap)
-        return 0.0 if found.overlap < usual and self._is_news(scan, found) else usual
-
-    def _is_news(self, scan: Scan, found: Registration) -> bool:
-        """Whether what does not lie on what is known lies where nobody looked so far.
-
-        A robot that turns a corner sees a lot that is new at once. One that is not where it
-        believes to be puts things where it saw nothing before.
-        """
-        some = scan.thinned(max(1, len(scan) // NEWS_SAMPLE))
-        points = found.T_map_camera.apply(some.points_xyz)
-        points = points[np.abs(points[:, 2]) > FLOOR]
-        known = self.scene.nearest(points)[1] < self.settings.registration.reach
-        empty = self.keyframes.seen_empty(points[~known])
-        agreeing, contrary = int(known.sum()), int(empty.sum())
-        return contrary <= MOST_CONTRARY * agreeing + FEW
+        if found.overlap >= usual:
+            return usual
+        reach = s.registration.reach
+        return 0.0 if rest_is_news(scan, found, self.scene, self.keyframes, reach) else usual
 
     def _recognised(self, frame: RgbdFrame, scan: Scan) -> Attempt | None:
         """The frame among all keyframes, where it fits one beyond doubt."""
@@ -199,24 +178,12 @@ class RegisteredPoses(PoseEstimator):
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(belief, Verdict(), RECOGNISED, found)
 
-    def _wheel_step(self, frame: RgbdFrame) -> tuple[RigidTransform, NDArray[np.float64]] | None:
-        """The camera's motion since the last frame by the wheels, where they tell."""
-        mount, before, now = frame.T_base_camera, self._odometry, frame.odometry
-        if mount is None or before is None or now is None:
-            return None
-        return motion.wheel_motion(before, now, self._grip, mount, self.settings.motion)
-
     def _by_wheels(self, frame: RgbdFrame) -> Belief | None:
         """What the odometry says, where there is any."""
-        step, mount = self._wheel_step(frame), frame.T_base_camera
+        step, mount = self._wheels.step(frame), frame.T_base_camera
         if self._belief is None or step is None or mount is None:
             return None
         return self._belief.moved(*step).held_to_floor(mount, self.settings.motion)
-
-    def _drive_on(self, frame: RgbdFrame) -> None:
-        """Add the wheels' motion to what they told since the last keyframe."""
-        step, since = self._wheel_step(frame), self._since_key
-        self._since_key = None if step is None or since is None else since.moved(*step)
 
     def _by_steady_motion(self, frame: RgbdFrame) -> Belief:
         """As if the last motion went on."""
@@ -226,34 +193,20 @@ class RegisteredPoses(PoseEstimator):
         steady = self._belief.moved(*step)
         return steady if mount is None else steady.held_to_floor(mount, s)
 
-    def _learn_grip(self, frame: RgbdFrame, attempt: Attempt) -> None:
-        """Compare wheels and scene where the scene holds this frame and held the last one."""
-        held = attempt.verdict.is_open and attempt.found is not None
-        known, self._held = self._held and held, held and attempt.source != RECOGNISED
-        self._stretch += int(not self._held)
-        mount = frame.T_base_camera
-        if not known or self._belief is None or mount is None:
-            return
-        if self._odometry is None or frame.odometry is None:
-            return
-        told = self._odometry.T_odom_base.inverse() @ frame.odometry.T_odom_base
-        camera = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
-        found = PlanarPose.from_transform(mount * camera * mount.inv())
-        self._grip = self._grip.taught(told, found)
-
     def _remember(self, frame: RgbdFrame, attempt: Attempt) -> None:
-        self._learn_grip(frame, attempt)
-        believed = not attempt.verdict.contradicts
-        if self._belief is not None and believed and attempt.source != RECOGNISED:
-            self._motion = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
-            self._motion_time = frame.stamp - self._stamp
+        moved, held = None, attempt.verdict.is_open and attempt.found is not None
+        if self._belief is not None and attempt.source != RECOGNISED:
+            moved = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
+        self._wheels.heard(frame, moved if held else None)
+        if moved is not None and not attempt.verdict.contradicts:
+            self._motion, self._motion_time = moved, frame.stamp - self._stamp
         elif attempt.source == RECOGNISED:
             self._motion, self._motion_time = RigidTransform.identity(), 0.0
-        if attempt.verdict.is_open and attempt.found is not None:
+        if held and attempt.found is not None:
             self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
             self._distance = 0.5 * (self._distance + attempt.found.distance)
         self._source = attempt.source
-        self._belief, self._stamp, self._odometry = attempt.belief, frame.stamp, frame.odometry
+        self._belief, self._stamp = attempt.belief, frame.stamp
 
     def _grow(self, frame: RgbdFrame, scan: Scan) -> None:
         """Take a new keyframe in, or work a little on what the last ones are to be fitted to."""
@@ -261,8 +214,7 @@ class RegisteredPoses(PoseEstimator):
         keys, T_map_camera = self.keyframes, self._belief.T_map_camera
         if len(keys) == 0 or keys.nearest(T_map_camera)[1] >= 1:
             covariance = self._belief.covariance
-            key = keys.add(T_map_camera, covariance, scan, frame, self._stretch, self._since_key)
-            self._since_key = Belief(RigidTransform.identity(), np.zeros((6, 6)))
+            key = keys.add(T_map_camera, covariance, scan, frame, self._wheels.at_keyframe())
             self.scene = self.scene.with_surface(key.surface, T_map_camera)
         elif keys.pending:
             keys.fit_next()

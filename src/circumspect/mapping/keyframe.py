@@ -1,0 +1,79 @@
+"""One frame that the scene map is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping.free_space import FreeSpace
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scan_surface import ScanSurface
+from circumspect.mapping.wheels import Passage
+from circumspect.sensing import RgbdFrame
+
+
+@dataclass(frozen=True, eq=False)
+class Keyframe:
+    """See the file's text.
+
+    Attributes:
+        number: Its name for good.
+        T_map_camera: Where it was taken from, by what is known now.
+        surface: What it shows.
+        space: What it shows to be empty.
+        covariance: (6, 6) of changes of the pose, optical frame, since the first keyframe.
+        passage: How the camera came there.
+        T_base_camera: The mount; None where not known.
+    """
+
+    number: int
+    T_map_camera: RigidTransform
+    surface: ScanSurface
+    space: FreeSpace
+    covariance: NDArray[np.floating]
+    passage: Passage
+    T_base_camera: RigidTransform | None = None
+
+    @classmethod
+    def of(
+        cls,
+        number: int,
+        T_map_camera: RigidTransform,
+        covariance: NDArray[np.floating],
+        scan: Scan,
+        frame: RgbdFrame,
+        passage: Passage,
+    ) -> Keyframe:
+        """Look closely at a frame; see the attributes."""
+        surface, mount = ScanSurface.of(scan), frame.T_base_camera
+        if mount is not None:
+            surface = surface.on_level_floor(T_map_camera)
+        space = FreeSpace.of(frame)
+        return cls(number, T_map_camera, surface, space, covariance, passage, mount)
+
+    def shows(
+        self, points_xyz: NDArray[np.float64], normals_xyz: NDArray[np.float64], within: float
+    ) -> NDArray[np.bool_]:
+        """Which points of surfaces it shows, from the same side.
+
+        Args:
+            points_xyz: (n, 3) [m] map frame.
+            normals_xyz: (n, 3) of the surfaces, map frame.
+            within: Up to this distance [m] along the line of sight.
+        """
+        matrix = self.T_map_camera.as_matrix()
+        points = (points_xyz - matrix[:3, 3]) @ matrix[:3, :3]
+        towards = np.einsum("ij,ij->i", points, normals_xyz @ matrix[:3, :3]) < 0
+        return towards & self.space.shows(points, within)
+
+    def looks_through(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which points lie where it saw nothing.
+
+        Args:
+            points_xyz: (n, 3) [m] map frame.
+        """
+        matrix = self.T_map_camera.as_matrix()
+        return self.space.holds((points_xyz - matrix[:3, 3]) @ matrix[:3, :3])

@@ -1,0 +1,138 @@
+"""Which keyframes are fitted to each other, and what such a fit is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping.gate import GateSettings
+from circumspect.mapping.keyframe import Keyframe
+from circumspect.mapping.pose_distance import distances
+from circumspect.mapping.pose_graph import Edge
+from circumspect.mapping.registration import RegistrationSettings, register
+from circumspect.mapping.scan_surface import FLOOR
+from circumspect.mapping.scene_map import SceneMap
+
+OLD = 12
+"""Keyframes so many apart in number that show the same close a loop."""
+AGES = (2, 3, 4, 6, OLD)
+"""A keyframe is fitted to the last one, and to one at least so many before it each."""
+ASKED, SAME, SHOWN = 300, 0.15, 0.3
+"""Of so many points of a keyframe this share must lie where an old one saw something, up to this
+distance along its line of sight [m]."""
+TURNED = float(np.radians(75.0))
+"""Views that differ by more [rad] show other sides of things."""
+TRACKED_SIGMAS = np.array([np.radians(0.05)] * 3 + [0.001] * 3)
+"""How well tracking alone places two keyframes of one stretch to each other [rad, m]."""
+BELIEVED_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
+"""How far others may be from where they are believed to be."""
+VIEW_SIGMAS = np.array([np.radians(0.25)] * 3 + [0.01] * 3)
+"""By so much [rad, m] a fit of two keyframes errs for each radian between their views."""
+PAIR_THINNED = 2
+"""Every second point is enough to fit two keyframes to each other."""
+
+
+def showing_the_same(
+    key: Keyframe, others: Sequence[Keyframe], poses: NDArray[np.float64]
+) -> list[int]:
+    """Of each age the keyframe that shows most of what a new one shows, if it shows enough.
+
+    Args:
+        key: The new one.
+        others: All others.
+        poses: (n, 4, 4) `T_map_camera` of the others.
+
+    Returns:
+        Their numbers.
+    """
+    scan, matrix = key.surface.scan, key.T_map_camera.as_matrix()
+    step = max(1, len(scan) // ASKED)
+    points = scan.points_xyz[::step] @ matrix[:3, :3].T + matrix[:3, 3]
+    normals = key.surface.normals_xyz[::step] @ matrix[:3, :3].T
+    off = np.abs(points[:, 2]) > FLOOR
+    if not off.any():
+        return []
+    _, turns = distances(poses, matrix)
+    shares = {
+        other.number: float(other.shows(points[off], normals[off], SAME).mean())
+        for other, turn in zip(others, turns, strict=True)
+        if turn < TURNED
+    }
+    chosen = []
+    for least in AGES:
+        old = [number for number in shares if key.number - number >= least]
+        best = max(old, key=lambda number: shares[number], default=None)
+        if best is not None and shares[best] >= SHOWN and best not in chosen:
+            chosen.append(best)
+    return chosen
+
+
+def pair_edge(
+    one: Keyframe,
+    other: Keyframe,
+    voxel: float,
+    registration: RegistrationSettings,
+    gate: GateSettings,
+) -> Edge | None:
+    """Fit two keyframes to each other.
+
+    Args:
+        one: The earlier one.
+        other: The later one.
+        voxel: Of the map that the earlier one makes [m].
+        registration: How they are fitted.
+        gate: What is believed.
+
+    Returns:
+        What is known then; None where that is nothing. Consecutive keyframes are never let go:
+        what the scene does not tell of them, tracking or the wheels do.
+    """
+    expected = one.T_map_camera.inv() * other.T_map_camera
+    consecutive, loop = other.number - one.number == 1, closes_a_loop(one.number, other.number)
+    # Both were fitted to the same map, from frame to frame.
+    tracked = one.passage.stretch == other.passage.stretch and not loop
+    believed = np.diag((TRACKED_SIGMAS if tracked or consecutive else BELIEVED_SIGMAS) ** -2.0)
+    wheels = other.passage.by_wheels
+    if consecutive and not tracked and wheels is not None:
+        expected, believed = wheels.T_map_camera, np.linalg.inv(wheels.covariance)
+    target = SceneMap(voxel).with_surface(one.surface, RigidTransform.identity())
+    thinned = other.surface.scan.thinned(PAIR_THINNED)
+    found = register(thinned, target, expected, believed, registration)
+    verdict = gate.verdict(found, believed)
+    measured, known = found.T_map_camera, found.information
+    if consecutive:
+        if verdict.contradicts:
+            measured, known = expected, believed
+    elif not verdict.is_open:
+        return None
+    elif not tracked:
+        known = found.hessian
+    worth = worth_by_view(known, measured)
+    return Edge(one.number, other.number, measured, worth, robust=not consecutive)
+
+
+def closes_a_loop(first: int, second: int) -> bool:
+    """Whether two keyframes were taken long after each other, by their numbers."""
+    return second - first > OLD
+
+
+def worth_by_view(
+    information: NDArray[np.floating], T_first_second: RigidTransform
+) -> NDArray[np.float64]:
+    """What a fit is worth: with covariance C it is (C + V)⁻¹, where V grows with the turn.
+
+    From different sides rims and thin parts look different, and the fit errs by more than noise.
+
+    Args:
+        information: (6, 6) C⁻¹, perhaps singular.
+        T_first_second: What was fitted.
+
+    Returns:
+        (6, 6).
+    """
+    turn = float(distances(T_first_second.as_matrix(), np.eye(4))[1])
+    across = np.diag((VIEW_SIGMAS * max(turn, 1e-2)) ** -2.0)
+    return across - across @ np.linalg.solve(information + across, across)

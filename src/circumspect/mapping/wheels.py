@@ -1,0 +1,81 @@
+"""What the wheels say between frames and between keyframes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry import PlanarPose
+from circumspect.mapping.motion import Belief, MotionSettings, wheel_motion
+from circumspect.mapping.wheel_grip import WheelGrip
+from circumspect.sensing import Odometry, RgbdFrame
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """How a camera came from one keyframe to the next.
+
+    Attributes:
+        stretch: Changes whenever the scene does not hold a frame.
+        by_wheels: Where the camera is in the last keyframe's frame; None where wheels were mute.
+    """
+
+    stretch: int = 0
+    by_wheels: Belief | None = None
+
+
+class Wheels:
+    """Listens to the odometry, and learns what it is worth.
+
+    Attributes:
+        grip: How much of what the wheels tell becomes motion.
+    """
+
+    def __init__(self, settings: MotionSettings) -> None:
+        """Nothing is heard yet."""
+        self.grip = WheelGrip()
+        self._settings = settings
+        self._last: Odometry | None = None
+        self._held = False
+        self._stretch = 0
+        self._since_key: Belief | None = None
+
+    def step(self, frame: RgbdFrame) -> tuple[RigidTransform, NDArray[np.float64]] | None:
+        """The camera's motion since the last frame heard, with its covariance, where they tell."""
+        mount, before, now = frame.T_base_camera, self._last, frame.odometry
+        if mount is None or before is None or now is None:
+            return None
+        return wheel_motion(before, now, self.grip, mount, self._settings)
+
+    def heard(self, frame: RgbdFrame, T_before_now: RigidTransform | None) -> None:
+        """Take a frame in.
+
+        Args:
+            frame: The frame.
+            T_before_now: The camera's motion since the last frame; None where the scene does not
+                tell it.
+        """
+        step, since = self.step(frame), self._since_key
+        self._since_key = None if step is None or since is None else since.moved(*step)
+        if T_before_now is not None and self._held:
+            self._learn(frame, T_before_now)
+        self._held = T_before_now is not None
+        self._stretch += int(not self._held)
+        self._last = frame.odometry
+
+    def _learn(self, frame: RgbdFrame, T_before_now: RigidTransform) -> None:
+        mount, before, now = frame.T_base_camera, self._last, frame.odometry
+        if mount is None or before is None or now is None:
+            return
+        told = before.T_odom_base.inverse() @ now.T_odom_base
+        found = PlanarPose.from_transform(mount * T_before_now * mount.inv())
+        self.grip = self.grip.taught(told, found)
+
+    def at_keyframe(self) -> Passage:
+        """How the camera came here since the last keyframe; the next passage begins."""
+        passage = Passage(self._stretch, self._since_key)
+        self._since_key = Belief(RigidTransform.identity(), np.zeros((6, 6)))
+        return passage
