@@ -7,12 +7,12 @@ columns that it weighs: their weighted sum joins what is pooled, and the answer 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import torch
 from torch import Tensor, nn
 
-from circumspect.nets.planes import Planes, class_head
+from circumspect.nets.planes import Planes
 
 
 class Headed(NamedTuple):
@@ -33,6 +33,8 @@ class HeadedPlanes(Planes):
     Narrow enough that a committee of three has less than 2 M parameters.
     """
 
+    summaries: ClassVar[int] = 3
+
     def __init__(
         self,
         classes: int,
@@ -43,9 +45,8 @@ class HeadedPlanes(Planes):
         dropout: float = 0.4,
         **others: Any,
     ) -> None:
-        super().__init__(classes, shape, widths, circle, dropout=dropout, **others)
+        super().__init__(classes, shape, widths, circle, hidden=hidden, dropout=dropout, **others)
         self.facing = nn.Conv1d(circle, 1, 1)
-        self.head = class_head(3 * circle, hidden, classes, dropout)
 
     def forward(self, grids: Tensor) -> Any:
         """Logits.

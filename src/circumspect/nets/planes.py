@@ -8,6 +8,8 @@ convolutions relate front, sides and back before row-wise pooling.
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
@@ -111,6 +113,9 @@ class Planes(nn.Module):
         InputError: Cells that do not divide.
     """
 
+    summaries: ClassVar[int] = 2
+    """Vectors over the circle that the last layers see."""
+
     def __init__(
         self,
         classes: int,
@@ -140,7 +145,7 @@ class Planes(nn.Module):
             *(CircleBlock(circle, kernel) for _ in range(circle_blocks)), nn.BatchNorm1d(circle)
         )
         self.pool = RowWisePool()
-        self.head = class_head(2 * circle, hidden, classes, dropout)
+        self.head = class_head(self.summaries * circle, hidden, classes, dropout)
 
     def forward(self, grids: Tensor) -> Tensor:
         """Logits.

@@ -1,0 +1,100 @@
+"""Which keyframes are fitted to each other, and what such a fit is worth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform
+from tracking_world import drive, true_camera
+
+from circumspect.mapping import TrackingSettings, se3
+from circumspect.mapping.keyframe import Keyframe
+from circumspect.mapping.keyframe_pairs import pair_edge, showing_the_same, worth_by_view
+from circumspect.mapping.motion import Belief
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.wheels import Passage
+
+I6 = np.eye(6)
+SETTINGS = TrackingSettings()
+
+
+def keyframe(number: int, angle: float, stretch: int = 0, off: float = 0.0) -> Keyframe:
+    """Taken at an angle [rad] of the drive, believed `off` [m] from there."""
+    frame = drive(np.array([angle]))[0]
+    T = true_camera(angle) * RigidTransform.from_translation([off, 0.0, 0.0])
+    return Keyframe.of(number, T, 1e-6 * I6, Scan.of(frame), frame, Passage(stretch))
+
+
+def fitted(one: Keyframe, other: Keyframe):
+    return pair_edge(one, other, 0.03, SETTINGS.registration, SETTINGS.gate)
+
+
+def error_of(edge, first: float, second: float) -> float:
+    true = true_camera(first).inv() * true_camera(second)
+    return float(np.linalg.norm((true.inv() * edge.T_first_second).translation))
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0, 2), st.integers(1, 6))
+def test_no_fit_is_worth_more_than_it_says(seed: int, turn: float, rank: int) -> None:
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(6, rank)) * 100
+    information = A @ A.T
+    near = worth_by_view(information, se3.exp([0, 0.1 * turn, 0, 0.1, 0, 0]))
+    far = worth_by_view(information, se3.exp([0, turn, 0, 0.1, 0, 0]))
+    scale = 1e-6 * np.abs(information).max() + 1e-2
+    for less, more in ((near, information), (far, near), (np.zeros((6, 6)), far)):
+        assert np.linalg.eigvalsh(more - less).min() > -scale
+
+
+def test_of_views_that_look_alike_the_fit_is_kept() -> None:
+    information = np.diag([1e6, 1e6, 1e6, 1e5, 1e5, 1e5])
+    kept = worth_by_view(information, RigidTransform.from_translation([0.3, 0, 0]))
+    np.testing.assert_allclose(kept, information, rtol=0.3)
+
+
+def test_keyframes_that_show_the_other_side_are_left_out() -> None:
+    others = [keyframe(number, np.radians(angle)) for number, angle in enumerate((45, 135, 225))]
+    poses = np.stack([other.T_map_camera.as_matrix() for other in others])
+    assert showing_the_same(keyframe(30, np.radians(50)), others, poses) == [0]
+    assert showing_the_same(keyframe(30, np.radians(225)), others, poses) == [2]
+
+
+def test_a_loop_is_measured_whatever_the_drift() -> None:
+    first, second = np.radians(45.0), np.radians(48.0)
+    edge = fitted(keyframe(0, first), keyframe(30, second, stretch=4, off=0.03))
+    assert edge is not None
+    assert edge.robust
+    assert error_of(edge, first, second) < 0.01
+
+
+def test_where_the_scene_let_go_the_wheels_link_keyframes() -> None:
+    """Nothing of the second view lies on the first; tracking was 0.1 m off, the wheels 2 mm."""
+    first, second = np.radians(45.0), np.radians(135.0)
+    true = true_camera(first).inv() * true_camera(second)
+    driven = Belief(true * RigidTransform.from_translation([0.002, 0, 0]), 1e-5 * I6)
+    other = keyframe(1, second, off=0.1)
+    lost = Keyframe(
+        1, other.T_map_camera, other.surface, other.space, other.covariance, Passage(1, driven)
+    )
+    edge = fitted(keyframe(0, first), lost)
+    assert edge is not None
+    assert not edge.robust, "the chain of the drive"
+    assert error_of(edge, first, second) < 0.01
+    alone = fitted(keyframe(0, first), other)
+    assert alone is not None
+    assert error_of(alone, first, second) == pytest.approx(0.1, abs=0.02)
+
+
+def test_what_has_nothing_in_common_is_not_linked() -> None:
+    assert fitted(keyframe(0, np.radians(45.0)), keyframe(30, np.radians(225.0))) is None
+
+
+def test_a_keyframe_knows_what_it_looked_through() -> None:
+    key = keyframe(0, np.radians(45.0))
+    half_way = key.T_map_camera.apply(np.array([[0.0, 0.0, 0.7]]))
+    assert key.looks_through(half_way)[0]
+    assert not key.looks_through(key.T_map_camera.apply(np.array([[0.0, 0.0, -0.7]])))[0]
+    on_it = key.T_map_camera.apply(key.surface.scan.points_xyz)
+    assert key.looks_through(on_it).mean() < 0.02

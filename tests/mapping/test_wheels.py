@@ -1,0 +1,74 @@
+"""What the wheels say between frames and between keyframes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from tracking_world import SHORT, T_BASE_CAMERA, short_drive, true_camera
+
+from circumspect.mapping.motion import MotionSettings
+from circumspect.mapping.wheels import Wheels
+
+
+def true_motion(number: int):
+    return true_camera(float(SHORT[number - 1])).inv() * true_camera(float(SHORT[number]))
+
+
+def listened(held: set[int], mute: frozenset[int] = frozenset()) -> tuple[Wheels, list]:
+    """Wheels after a short drive in which the scene held some frames; a keyframe each fourth."""
+    wheels, passages = Wheels(MotionSettings()), []
+    for number, frame in enumerate(short_drive()):
+        heard = replace(frame, odometry=None) if number in mute else frame
+        wheels.heard(heard, true_motion(number) if number in held else None)
+        if number % 4 == 0:
+            passages.append(wheels.at_keyframe())
+    return wheels, passages
+
+
+def test_slip_is_learnt_where_the_scene_holds() -> None:
+    wheels, _ = listened(set(range(1, 16)))
+    way, turn = wheels.grip.shares
+    assert 0.95 < way < 0.99
+    assert 0.95 < turn < 1.0
+
+
+def test_nothing_is_learnt_where_it_does_not() -> None:
+    assert listened(set())[0].grip.shares == (1.0, 1.0)
+    # One frame that is held says nothing without the one before it.
+    assert listened({3, 6, 9})[0].grip.shares == (1.0, 1.0)
+
+
+def test_a_passage_is_the_way_since_the_last_keyframe() -> None:
+    _, passages = listened(set(range(1, 16)))
+    assert passages[0].by_wheels is None, "nothing was driven yet"
+    for number, passage in enumerate(passages[1:], start=1):
+        true = true_camera(float(SHORT[4 * number - 4])).inv() * true_camera(
+            float(SHORT[4 * number])
+        )
+        by_wheels = passage.by_wheels
+        assert by_wheels is not None
+        error = np.linalg.norm((true.inv() * by_wheels.T_map_camera).translation)
+        assert error < 0.06 * np.linalg.norm(true.translation)
+        assert (np.linalg.eigvalsh(by_wheels.covariance) > 0).all()
+
+
+def test_a_stretch_ends_where_the_scene_lets_go() -> None:
+    _, passages = listened(set(range(1, 16)) - {6})
+    stretches = [passage.stretch for passage in passages]
+    assert stretches[0] == stretches[1] != stretches[2] == stretches[3]
+
+
+def test_mute_wheels_tell_no_way() -> None:
+    _, passages = listened(set(range(1, 16)), frozenset({6}))
+    assert passages[1].by_wheels is not None
+    assert passages[2].by_wheels is None
+    assert passages[3].by_wheels is not None
+
+
+def test_without_a_mount_the_wheels_say_nothing() -> None:
+    wheels = Wheels(MotionSettings())
+    for frame in short_drive()[:3]:
+        wheels.heard(replace(frame, T_base_camera=None), None)
+    assert wheels.step(replace(short_drive()[3], T_base_camera=None)) is None
+    assert wheels.step(replace(short_drive()[3], T_base_camera=T_BASE_CAMERA)) is not None
