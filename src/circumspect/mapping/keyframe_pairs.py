@@ -133,6 +133,11 @@ def worth_by_view(
     Returns:
         (6, 6).
     """
-    turn = float(distances(T_first_second.as_matrix(), np.eye(4))[1])
-    across = np.diag((VIEW_SIGMAS * max(turn, 1e-2)) ** -2.0)
+    across = np.linalg.inv(view_covariance(T_first_second))
     return across - across @ np.linalg.solve(information + across, across)
+
+
+def view_covariance(T_first_second: RigidTransform) -> NDArray[np.float64]:
+    """(6, 6) V: what things that look different from two sides add to the covariance of a fit."""
+    turn = float(distances(T_first_second.as_matrix(), np.eye(4))[1])
+    return np.diag((VIEW_SIGMAS * max(turn, 1e-2)) ** 2)

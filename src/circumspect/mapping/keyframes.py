@@ -13,7 +13,12 @@ from circumspect.mapping import se3
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.heirs import Heirs
 from circumspect.mapping.keyframe import Keyframe
-from circumspect.mapping.keyframe_pairs import closes_a_loop, pair_edge, showing_the_same
+from circumspect.mapping.keyframe_pairs import (
+    closes_a_loop,
+    pair_edge,
+    showing_the_same,
+    view_covariance,
+)
 from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged, thinned
 from circumspect.mapping.registration import RegistrationSettings
@@ -22,6 +27,8 @@ from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.wheels import Passage
 from circumspect.sensing import RgbdFrame
 
+FOUND_AGAIN = 0.25
+"""A keyframe leads back to an old one if that makes the variance of its place so much smaller."""
 EDGES_EACH = 8
 """So many edges a keyframe are kept once keyframes give way."""
 
@@ -126,9 +133,12 @@ class Keyframes:
         """
         if not self._by_number:
             return to_scene
-        near = self[self.nearest(T_map_camera)[0]]
-        T_camera_near = T_map_camera.inv() * near.T_map_camera
-        return se3.moved_covariance(T_camera_near, near.covariance) + to_scene
+        return self._since(self.nearest(T_map_camera)[0], T_map_camera) + to_scene
+
+    def _since(self, number: int, T_map_camera: RigidTransform) -> NDArray[np.floating]:
+        """(6, 6) of a pose that is exactly known from a keyframe."""
+        key = self[number]
+        return se3.moved_covariance(T_map_camera.inv() * key.T_map_camera, key.covariance)
 
     def add(
         self,
@@ -148,18 +158,36 @@ class Keyframes:
             passage: How the camera came there since the last keyframe.
         """
         number, self._next = self._next, self._next + 1
-        covariance = self.covariance(T_map_camera, to_scene)
-        key = Keyframe.of(number, T_map_camera, covariance, scan, frame, passage)
+        key = Keyframe.of(
+            number, T_map_camera, self.covariance(T_map_camera, to_scene), scan, frame, passage
+        )
         if self._by_number:
             others = list(self._by_number.values())
             last = others[-1].number
             same = showing_the_same(key, others, self._poses())
             self._queue.extend((n, number) for n in [last, *(n for n in same if n != last)])
+            key = replace(key, covariance=self._anchored_covariance(key, to_scene, same))
         self._by_number[number] = key
         self._matrices = None
         if len(self) > self.settings.most:
             self._give_way()
         return key
+
+    def _anchored_covariance(
+        self, key: Keyframe, to_scene: NDArray[np.floating], same: list[int]
+    ) -> NDArray[np.floating]:
+        """(6, 6) of a new keyframe, which was fitted to all that show the same.
+
+        The fits to neighbours are not independent of each other. But where the last ones are far
+        less certain than one that shows the same, the place was just found again by that one.
+        """
+        known = key.covariance
+        for number in same:
+            T_same_key = self[number].T_map_camera.inv() * key.T_map_camera
+            again = self._since(number, key.T_map_camera) + to_scene + view_covariance(T_same_key)
+            if np.trace(again[3:, 3:]) < FOUND_AGAIN * np.trace(known[3:, 3:]):
+                known = again
+        return known
 
     def seen_empty(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points lie where some keyframe looked through.
