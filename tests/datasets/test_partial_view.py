@@ -30,10 +30,10 @@ def test_one_look_sees_the_faces_that_turn_to_it_and_no_other(heading, elevation
         for sign in (-1.0, 1.0):
             on_face = (axis == face) & (side == sign)
             facing = sign * towards[face]
-            if facing > 0.5:  # not grazing
-                assert seen[on_face].mean() > 0.8
-            elif facing < -0.3:
-                assert seen[on_face].mean() < 0.35  # the rim, thinner than the tolerance
+            if facing > 0.6:  # what is seen at a grazing angle hides itself within the tolerance
+                assert seen[on_face].mean() > 0.9
+            elif facing < 0.0:
+                assert seen[on_face].mean() < 0.15  # the rim, thinner than the tolerance
 
 
 @given(angles, arcs, st.floats(0.15, 0.7))
