@@ -30,8 +30,10 @@ def test_one_look_sees_the_faces_that_turn_to_it_and_no_other(heading, elevation
         for sign in (-1.0, 1.0):
             on_face = (axis == face) & (side == sign)
             facing = sign * towards[face]
-            if facing > 0.6:  # what is seen at a grazing angle hides itself within the tolerance
+            if facing > 0.6:
                 assert seen[on_face].mean() > 0.9
+            elif facing > 0.5:  # grazing, a face hides itself within the tolerance
+                assert seen[on_face].mean() > 0.75
             elif facing < 0.0:
                 assert seen[on_face].mean() < 0.15  # the rim, thinner than the tolerance
 

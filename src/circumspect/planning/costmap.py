@@ -13,6 +13,8 @@ CELL = 0.05
 """Side of the cells [m]."""
 MARGIN = 1.5
 """So far beyond everything known there is floor to drive on [m]."""
+FARTHEST = 1e3
+"""Where nothing is known everything is this far away [m]."""
 SAFETY = 0.05
 """The robot stays this far from things, beyond its radius [m]."""
 
@@ -58,6 +60,15 @@ class Costmap:
     def free(self) -> NDArray[np.bool_]:
         """(nx, ny) the cells where the robot's middle may be."""
         return np.minimum(self.to_object, self.to_obstacle) >= self.radius
+
+    def clearance(self, places_xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,) [m] from (n, 2) places to the nearest thing, between the cells' middles, too."""
+        from scipy import ndimage
+
+        # Finite, for nothing may be known to interpolate from.
+        nearest = np.minimum(np.minimum(self.to_object, self.to_obstacle), FARTHEST)
+        at = (places_xy - self.low_xy) / CELL - 0.5
+        return ndimage.map_coordinates(nearest, at.T, order=1, mode="nearest")
 
     def cell(self, place_xy: NDArray[np.float64]) -> tuple[int, int]:
         """The cell of a (2,) place [m] on the map."""

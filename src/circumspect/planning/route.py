@@ -150,12 +150,11 @@ def _graph(price: NDArray[np.float64]):
 def _smoothed(places_xy: NDArray[np.float64], costmap: Costmap) -> NDArray[np.float64]:
     """Evenly spaced, without the grid's corners, still free wherever it was."""
     path = _spaced(places_xy)
-    free = costmap.free
     for _ in range(SMOOTHINGS):
         pulled = path.copy()
         pulled[1:-1] += 0.25 * (path[:-2] - 2 * path[1:-1] + path[2:])
-        x, y = np.floor((pulled - costmap.low_xy) / CELL).astype(int).T
-        path = np.where(free[x, y][:, None], pulled, path)
+        clear = costmap.clearance(pulled) >= costmap.radius
+        path = np.where(clear[:, None], pulled, path)
     return _spaced(path)
 
 
