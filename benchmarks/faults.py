@@ -19,14 +19,13 @@ from typing import Any
 import numpy as np
 
 from benchmarks.job_pool import records, run_all
+from benchmarks.live_poses import LivePoses, trust
 from benchmarks.report import RESULTS, machine
 from benchmarks.scan_job import ScanJob, measured, prepared, told
 from benchmarks.scan_tables import table
 from circumspect.cli.simulated_scan import SimulatedScan
 from circumspect.errors import CircumspectError
-from circumspect.geometry import PlanarPose, Trajectory, TriangleMesh
-from circumspect.mapping import PoseEstimate
-from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.geometry import PlanarPose, TriangleMesh
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.robot import MobileRobot
@@ -119,53 +118,8 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
         "distance_m": scan.driven_m,
         **error.summary(),
         "missing": list(error.missing),
-        **trusted_error(live.poses, parts.witness.trajectory),
+        **trust(live.told, parts.witness.trajectory)._asdict(),
     }
-
-
-class LivePoses:
-    """Keeps poses as they were told, before later corrections; a `PipelineObserver`."""
-
-    def __init__(self) -> None:
-        self.poses: list[tuple[float, PoseEstimate | None]] = []
-
-    def on_step(self, step: RecognitionStep) -> None:
-        self.poses.append((step.stamp, step.pose))
-
-    def on_end(self, result: RecognitionResult) -> None:
-        """Nothing more to keep."""
-
-
-def trusted_error(
-    told: list[tuple[float, PoseEstimate | None]], truth: Trajectory
-) -> dict[str, float | None]:
-    """The largest error [m] of a pose that was told as certain, and the share of such frames.
-
-    Places are compared from the first pose on, which defines the map.
-    """
-    posed = [(stamp, pose) for stamp, pose in told if pose is not None]
-    if not posed:
-        return {"worst_trusted_m": None, "trusted": None}
-    first, pose = posed[0]
-    T_world_map = truth.T_map_camera[_nearest(truth, first)] * pose.T_map_camera.inv()
-    errors = [
-        float(
-            np.linalg.norm(
-                (T_world_map * pose.T_map_camera).translation
-                - truth.positions_xyz[_nearest(truth, stamp)]
-            )
-        )
-        for stamp, pose in posed
-        if pose.certain
-    ]
-    return {
-        "worst_trusted_m": max(errors) if errors else None,
-        "trusted": len(errors) / len(told),
-    }
-
-
-def _nearest(trajectory: Trajectory, stamp: float) -> int:
-    return int(np.argmin(np.abs(trajectory.stamps - stamp)))
 
 
 def _parts(job: FaultJob) -> SimulatedScan:

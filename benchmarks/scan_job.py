@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.live_poses import LivePoses, trust
 from circumspect.classification import Classifier
 from circumspect.cli.scanned_object import scanned_object
 from circumspect.cli.simulated_scan import RoomSettings, SimulatedScan
@@ -94,7 +95,8 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         return {**head, "label": None, "ended": f"not begun: {error}", "frames": 0}
     log = JourneyLog(parts.scan)
     watch = Watch()
-    parts.pipeline.observers = (log, watch)
+    live = LivePoses()
+    parts.pipeline.observers = (log, watch, live)
     result = parts.scan.run()
     error = measured(parts, result, log)
     return {
@@ -105,6 +107,7 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         "distance_m": parts.scan.driven_m,
         **settled(result, log),
         **error.summary(),
+        **trust(live.told, parts.witness.trajectory)._asdict(),
         "missing": list(error.missing),
         "views": dict(Counter(record.outcome for record in parts.scan.views)),
         "milliseconds": watch.summary(),

@@ -54,11 +54,13 @@ def trajectory_and_shape(found: list[Record]) -> tuple[str, Any]:
             _shown(f["ate_mm"], "ate_mm"), _shown(f["yaw_deg"], "yaw_deg", 2),
             f"{f['odometry_mm']['median']:.0f}", _shown(f["ratio"], "ratio", 3),
             _shown(f["chamfer_mm"], "chamfer_mm"), _shown(f["completeness"], "completeness", 3, -1),
+            f"{f['nees']['median']:.1f} ({f['nees']['worst']:.0f})",
+            f"{f['trusted_mm']['median']:.0f} ({f['trusted_mm']['worst']:.0f})",
             f"{f['right']}/{f['scans']}",
         ])  # fmt: skip
     head = [
         "category", "scans", "ATE [mm]", "yaw [°]", "odometry [mm]", "ATE / odometry",
-        "chamfer [mm]", "completeness", "right",
+        "chamfer [mm]", "completeness", "NEES", "worst while sure [mm]", "right",
     ]  # fmt: skip
     note = (
         "Median (worst) of the scans; ATE and yaw are root mean squares over a scan's frames. "
@@ -80,6 +82,10 @@ def _errors(some: list[Record]) -> dict[str, Any]:
         "ratio": _spread(ratio),
         "chamfer_mm": _spread(1e3 * r["chamfer_m"] for r in shaped),
         "completeness": _spread((r["completeness"] for r in shaped), worst=min),
+        "nees": _spread(r["nees_median"] for r in measured if r.get("nees_median") is not None),
+        "trusted_mm": _spread(
+            1e3 * r["worst_trusted_m"] for r in measured if r.get("worst_trusted_m") is not None
+        ),
         "right": sum(r["label"] == r.get("true_label") for r in some),
     }
 

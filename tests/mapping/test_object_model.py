@@ -221,7 +221,7 @@ def test_settings_reach_the_voxels() -> None:
     assert len(coarse.sums) < 0.3 * len(fused(shots).sums)
 
 
-@pytest.mark.parametrize(("distance", "voxel"), [(0.4, 0.006), (1.5, 0.010), (6.0, 0.020)])
+@pytest.mark.parametrize(("distance", "voxel"), [(0.4, 0.006), (1.5, 0.010), (6.0, 0.012)])
 def test_voxels_suit_the_distance_of_the_first_frame(distance: float, voxel: float) -> None:
     wall = RgbdFrame(np.full((240, 320), distance), CAMERA, 0.0, RigidTransform.identity())
     middle = np.zeros((240, 320), bool)

@@ -28,8 +28,8 @@ class ModelSettings:
 
     Attributes:
         voxel: Side of the voxels over which points are averaged [m]; None means a 150th of the
-            object's distance in the first frame, in whole mm from 6 to 20: about 4 x 4 pixels,
-            and some standard deviations of the depth.
+            object's distance in the first frame, in whole mm from 6 to 12: about 4 x 4 pixels of
+            what is near, and no coarser than what the model is wanted for.
         confirmed_by: Once `frames_until_strict` frames are fused, a voxel needs this many.
         frames_until_strict: See above.
         crowd: Voxels with fewer than this many in their block of 3 x 3 x 3 are specks.
@@ -164,4 +164,4 @@ class ObjectModel:
 
 def _fitting_voxel(surface: FrameSurface) -> float:
     away = np.linalg.norm(surface.points_xyz - surface.origin_xyz, axis=1)
-    return round(float(np.clip(np.median(away) / 150, 0.006, 0.020)), 3)
+    return round(float(np.clip(np.median(away) / 150, 0.006, 0.012)), 3)
