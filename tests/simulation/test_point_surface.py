@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.datasets.farthest_points import evenly_sampled
 from circumspect.errors import GeometryError, InputError
@@ -36,6 +37,18 @@ def test_a_rebuilt_surface_looks_like_the_true_one(category: str) -> None:
 def depth(mesh: TriangleMesh, orbit: Orbit, angle: float) -> np.ndarray:
     caster = RayCaster(Scene((Surface("object", mesh),)))
     return caster.view(CAMERA, orbit.station(angle).T_map_camera).depth
+
+
+def test_triangles_that_smaller_ones_cover_are_left_out_without_a_hole() -> None:
+    rng = np.random.default_rng(4)
+    grid = np.stack(np.meshgrid(*[np.arange(20.0)] * 2), axis=-1).reshape(-1, 2)
+    points = np.column_stack([grid + rng.uniform(-0.2, 0.2, grid.shape), np.zeros(400)])
+    rebuilt = surface_from_points(points, "table")
+    assert len(rebuilt.faces) < 15 * len(points)
+    caster = RayCaster(Scene((Surface("object", rebuilt),)))
+    down = RigidTransform.from_components([0, 0, 1], Rotation.from_euler("x", np.pi))
+    within = PinholeCamera(96, 96, 96.0, 96.0, 47.5, 47.5)
+    assert np.isfinite(caster.view(within, down).depth).all()
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 5e4])
