@@ -49,6 +49,7 @@ class ScanJob:
         frames: At most so many.
         data: Folder of the point packs, where the object is one of theirs.
         detailed: Keep the time of every stage of every frame.
+        shape: Compare the model with the true surface, which costs half as much as the scan.
     """
 
     suite: str
@@ -60,6 +61,7 @@ class ScanJob:
     frames: int = 4000
     data: str | None = None
     detailed: bool = False
+    shape: bool = True
 
     @property
     def key(self) -> str:
@@ -98,7 +100,7 @@ def run_job(job: ScanJob) -> dict[str, Any]:
     live = LivePoses()
     parts.pipeline.observers = (log, watch, live)
     result = parts.scan.run()
-    error = measured(parts, result, log)
+    error = measured(parts, result, log, job.shape)
     return {
         **head,
         "true_label": parts.config["true_label"],
@@ -136,14 +138,16 @@ class Watch:
         }
 
 
-def measured(parts: SimulatedScan, result: RecognitionResult, log: JourneyLog) -> ScanError:
+def measured(
+    parts: SimulatedScan, result: RecognitionResult, log: JourneyLog, shape: bool = True
+) -> ScanError:
     """The scan against the truth."""
     last = result.last
     if last is None or last.grid is None:
         return ScanError(missing=("the object was never seen",))
     return scan_error(
         parts.witness.trajectory, camera_path(result), log.odometry,
-        last.model.cloud().points_xyz, parts.room.scene, parts.camera,
+        last.model.cloud().points_xyz if shape else None, parts.room.scene, parts.camera,
     )  # fmt: skip
 
 

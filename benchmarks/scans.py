@@ -82,7 +82,7 @@ def _modelnet(data: Path, objects: int, frame_interval: float) -> list[ScanJob]:
             found += [
                 ScanJob(
                     "modelnet", str(pack.names[index]), start, seed, "normals", frame_interval,
-                    data=os.fspath(data),
+                    data=os.fspath(data), shape=False,
                 )
                 for start in STARTS_DEG
             ]  # fmt: skip

@@ -61,7 +61,7 @@ def scan_error(
     truth: Trajectory,
     estimate: Trajectory | None,
     odometry: Trajectory | None,
-    model_xyz: NDArray[np.float64],
+    model_xyz: NDArray[np.float64] | None,
     scene: Scene,
     camera: PinholeCamera,
 ) -> ScanError:
@@ -71,7 +71,7 @@ def scan_error(
         truth: The camera's true poses at the frames, in the scene's frame.
         estimate: The estimated ones, in the robot's map frame.
         odometry: Those by odometry alone, in any frame.
-        model_xyz: (n, 3) [m] the model's points, map frame; may be empty.
+        model_xyz: (n, 3) [m] the model's points, map frame; may be empty; None: not compared.
         scene: The simulated room, with the scanned thing named "object".
         camera: The robot's camera.
     """
@@ -90,7 +90,7 @@ def scan_error(
     from_start = compared("trajectory from its start", estimate, Alignment.FIRST_POSE)
     wheels = compared("odometry", odometry, Alignment.RIGID)
     shape = None
-    if estimate is not None:
+    if estimate is not None and model_xyz is not None:
         try:
             T_world_map = alignment_between(estimate, truth, Alignment.ORIENTATIONS)
             some = np.linspace(0, len(truth) - 1, min(len(truth), MOST_POSES)).astype(int)
