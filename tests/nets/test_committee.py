@@ -1,14 +1,17 @@
 import torch
 
+from circumspect.classification import GridRecipe
 from circumspect.nets import build_net
 from circumspect.nets.committee import Committee
 
-SHAPE = (32, 32, 32)
+RECIPE = GridRecipe()
 
 
 def test_the_answer_is_the_mean_of_the_members():
-    net = Committee(build_net("planes", 4, SHAPE) for _ in range(2)).eval()
-    grids = (torch.rand(3, 1, *SHAPE, generator=torch.Generator().manual_seed(0)) < 0.1).float()
+    net = Committee(build_net("planes", 4, RECIPE) for _ in range(2)).eval()
+    grids = (
+        torch.rand(3, 1, *RECIPE.shape, generator=torch.Generator().manual_seed(0)) < 0.1
+    ).float()
     with torch.no_grad():
         apart = torch.stack([member(grids) for member in net.members])
         torch.testing.assert_close(net(grids), apart.mean(0))

@@ -14,9 +14,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from safetensors.torch import load_file
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridRecipe, PointsRecipe
 from circumspect.datasets import Augmentation, GridCache, ObjectSet
+from circumspect.datasets.augmented_clouds import AugmentedClouds
+from circumspect.datasets.augmented_grids import AugmentedGrids
+from circumspect.datasets.augmented_points import AugmentedPoints
 from circumspect.errors import CircumspectError, InputError, WeightsError
+from circumspect.grid import hits_batch
+from circumspect.nets.registry import net_spec
 from circumspect.training import TrainingSettings, train
 from circumspect.training.draws import class_chances, draw_epoch, learning_rate_at
 
@@ -78,6 +83,62 @@ def test_resumed_run_equals_an_uninterrupted_one(tmp_path):
     run(tmp_path / "parts", stop_after=1)
     run(tmp_path / "parts")
     assert_same_state(tmp_path / "whole", tmp_path / "parts")
+
+
+def as_meant(net, **changes):
+    """Settings for a network that is trained in its own way."""
+    return replace(QUICK, **{**net_spec(net).training, "net": net, "replicas": 2, **changes})
+
+
+@pytest.mark.parametrize(
+    ("net", "recipe"),
+    [("moon2018", GridRecipe(shape=(14, 14, 14))), ("pointnet", PointsRecipe(128))],
+)
+def test_other_optimizers_and_inputs_resume_as_well(tmp_path, net, recipe):
+    settings = as_meant(net, epochs=2)
+    run(tmp_path / "whole", settings, recipe=recipe)
+    run(tmp_path / "parts", settings, recipe=recipe, stop_after=1)
+    run(tmp_path / "parts", settings, recipe=recipe)
+    assert_same_state(tmp_path / "whole", tmp_path / "parts")
+
+
+@pytest.mark.parametrize(
+    ("net", "recipe"),
+    [
+        ("moon2018", GridRecipe(shape=(14, 14, 14))),
+        ("moon2018-max", GridRecipe("rectangular", (14, 14, 14))),
+        ("voxnet", GridRecipe("rectangular", (16, 16, 16))),
+        ("pointnet", PointsRecipe(128)),
+        ("voxelnet", PointsRecipe(512, surface=True)),
+    ],
+)
+def test_every_kind_of_network_learns(tmp_path, net, recipe):
+    settings = as_meant(net, epochs=8)
+    checkpoint = run(tmp_path / "run", settings, shapes(64), recipe=recipe)
+    assert checkpoint.recipe == recipe
+    assert checkpoint.training["reached"]["validation_accuracy"] == 1.0
+
+
+def test_objects_that_are_not_augmented_are_all_the_same(tmp_path):
+    objects, recipe = shapes(4), GridRecipe()
+    clouds = AugmentedClouds(objects, Augmentation.none(), 0)
+    one, other = (clouds.samples(2, replica)[:300] for replica in range(2))
+    np.testing.assert_array_equal(one, other)
+    made = AugmentedGrids(clouds, recipe, 1, GridCache(tmp_path))
+    grid = made.batch(np.array([2]), np.array([0]))[0, 0]
+    vertices = hits_batch([recipe.unit_bounds], [one])[0]
+    assert (grid >= vertices).all()
+
+
+def test_points_of_a_batch_are_those_of_each_object():
+    clouds = AugmentedClouds(shapes(6), Augmentation(), 3)
+    made = AugmentedPoints(clouds, PointsRecipe(200, surface=True))
+    chosen, replicas = np.array([4, 1, 4]), np.array([0, 1, 2])
+    batch = made.batch(chosen, replicas)
+    assert batch.shape == (3, 200, 3)
+    for row, i, replica in zip(batch, chosen, replicas, strict=True):
+        there = {tuple(point) for point in clouds.samples(int(i), int(replica)).tolist()}
+        assert {tuple(point) for point in row.tolist()} <= there
 
 
 def test_killed_within_an_epoch_it_starts_that_epoch_again(tmp_path):

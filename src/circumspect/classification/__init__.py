@@ -2,7 +2,18 @@
 
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.grid_recipe import GridRecipe
+from circumspect.classification.input_recipe import InputRecipe
 from circumspect.classification.onnx_classifier import OnnxClassifier
+from circumspect.classification.points_recipe import PointsRecipe
 from circumspect.classification.prediction import Prediction
+from circumspect.classification.recipes import recipe_from_dict
 
-__all__ = ["Classifier", "GridRecipe", "OnnxClassifier", "Prediction"]
+__all__ = [
+    "Classifier",
+    "GridRecipe",
+    "InputRecipe",
+    "OnnxClassifier",
+    "PointsRecipe",
+    "Prediction",
+    "recipe_from_dict",
+]

@@ -6,7 +6,7 @@ import os
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
-from circumspect.classification.grid_recipe import GridRecipe
+from circumspect.classification.input_recipe import InputRecipe
 from circumspect.classification.prediction import Prediction
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
@@ -25,8 +25,8 @@ class Classifier(ABC):
 
     @property
     @abstractmethod
-    def recipe(self) -> GridRecipe:
-        """How it wants clouds turned into grids."""
+    def recipe(self) -> InputRecipe:
+        """How it wants to be shown clouds."""
 
     @abstractmethod
     def classify(self, cloud: PointCloud) -> Prediction:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
-from typing import Any, Literal
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.classification.input_recipe import InputRecipe, require_counts, turned
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface, require_extent
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid, hits_batch
@@ -16,8 +17,8 @@ from circumspect.grid.grid_arguments import checked_shape
 
 
 @dataclass(frozen=True)
-class GridRecipe:
-    """Everything between a cloud and a network's input; travels in the network's file.
+class GridRecipe(InputRecipe):
+    """An occupancy grid as the only channel of an input.
 
     Attributes:
         kind: "cylindrical" or "rectangular".
@@ -29,7 +30,7 @@ class GridRecipe:
         fill_samples: Points added to fill a surface.
     """
 
-    kind: Literal["cylindrical", "rectangular"] = "cylindrical"
+    kind: str = "cylindrical"
     shape: tuple[int, int, int] = (32, 32, 32)
     azimuth_views: int = 1
     fill_below: int = 20_000
@@ -39,26 +40,16 @@ class GridRecipe:
         if self.kind not in ("cylindrical", "rectangular"):
             raise InputError(f"a grid is cylindrical or rectangular, not {self.kind!r}")
         object.__setattr__(self, "shape", checked_shape(self.shape))
-        for name in ("azimuth_views", "fill_below", "fill_samples"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
-
-    @classmethod
-    def from_dict(cls, document: Mapping[str, Any]) -> GridRecipe:
-        """Read back what `to_dict` made.
-
-        Raises:
-            InputError: Unknown or missing entries.
-        """
-        known = {f.name for f in fields(cls)}
-        if unknown := set(document) - known:
-            raise InputError(f"unknown grid settings {sorted(unknown)}; known: {sorted(known)}")
-        return cls(**document)
+        require_counts(self, "azimuth_views", "fill_below", "fill_samples")
 
     def to_dict(self) -> dict[str, Any]:
-        """The recipe as JSON types."""
+        """See `InputRecipe.to_dict`."""
         return {**asdict(self), "shape": list(self.shape)}
+
+    @property
+    def input_shape(self) -> tuple[int, ...]:
+        """See `InputRecipe.input_shape`."""
+        return (1, *self.shape)
 
     @property
     def unit_bounds(self) -> CylindricalGrid | RectangularGrid:
@@ -81,15 +72,13 @@ class GridRecipe:
         return fill_surface(cloud, self.fill_samples)
 
     def bounds(self, cloud: PointCloud) -> CylindricalGrid | RectangularGrid:
-        """The empty grid around a cloud: axis through its area-weighted centre, isotropic.
-
-        Raises:
-            GeometryError: The points span no shape.
-        """
+        """See `InputRecipe.bounds`."""
         require_extent(cloud)
+        cylinder = CylindricalGrid.fit(cloud, self.shape)
         if self.kind == "cylindrical":
-            return CylindricalGrid.fit(cloud, self.shape)
-        return RectangularGrid.fit(cloud, self.shape)
+            return cylinder
+        # The cube round the cylinder: it holds the object at every yaw.
+        return RectangularGrid(self.shape, cylinder.radius, cylinder.centre_xyz)
 
     def grids(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.uint8]:
         """Grid a cloud, turned about the vertical by each of `yaws`.
@@ -116,26 +105,23 @@ class GridRecipe:
             for yaw in yaws
             for view in range(self.azimuth_views)
         ]
-        clouds = [_turned(points, turn) for turn in turns]
+        clouds = [turned(points, turn) for turn in turns]
         occupied = hits_batch([centred] * len(clouds), clouds)
         return occupied.reshape(len(yaws), self.azimuth_views, *self.shape)
 
-    def accepts(self, grid: OccupancyGrid) -> None:
-        """Check that a grid is of this kind and shape.
+    def inputs(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.uint8]:
+        """See `InputRecipe.inputs`."""
+        return self.grids(cloud, yaws)[:, :, None]
 
-        Raises:
-            InputError: It is not; the message says what is expected.
-        """
+    def with_views(self, azimuth_views: int) -> GridRecipe:
+        """See `InputRecipe.with_views`."""
+        return replace(self, azimuth_views=azimuth_views)
+
+    def accepts(self, grid: OccupancyGrid) -> None:
+        """See `InputRecipe.accepts`: it must be of this kind and shape."""
         kind = "cylindrical" if isinstance(grid.grid, CylindricalGrid) else "rectangular"
         if (kind, tuple(grid.grid.shape)) != (self.kind, self.shape):
             raise InputError(
                 f"the grid is {kind} {tuple(grid.grid.shape)}, the classifier expects "
                 f"{self.kind} {self.shape}; grid the cloud anew"
             )
-
-
-def _turned(points_xyz: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
-    if yaw == 0.0:
-        return points_xyz
-    cosine, sine = np.cos(yaw), np.sin(yaw)
-    return points_xyz @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification.classifier import Classifier
-from circumspect.classification.grid_recipe import GridRecipe
+from circumspect.classification.input_recipe import InputRecipe
 from circumspect.classification.prediction import Prediction
+from circumspect.classification.recipes import recipe_from_dict
 from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
@@ -32,7 +33,7 @@ class OnnxClassifier(Classifier):
         self.description = description
         """What the file says of itself: name, classes, grid, temperature, training."""
         self._classes = tuple(description["classes"])
-        self._recipe = GridRecipe.from_dict(description["grid"])
+        self._recipe = recipe_from_dict(description["grid"])
         if not self._classes or len(set(self._classes)) != len(self._classes):
             raise WeightsError(f"its classes are not distinct: {', '.join(self._classes)}")
         self._temperature = checked_temperature(description.get("temperature", 1.0))
@@ -51,7 +52,7 @@ class OnnxClassifier(Classifier):
         return self._classes
 
     @property
-    def recipe(self) -> GridRecipe:
+    def recipe(self) -> InputRecipe:
         """See `Classifier.recipe`."""
         return self._recipe
 
@@ -63,34 +64,35 @@ class OnnxClassifier(Classifier):
     def classify(self, cloud: PointCloud) -> Prediction:
         """See `Classifier.classify`."""
         start = time.perf_counter()
-        grids = self._recipe.grids(cloud)[0]
-        gridded = time.perf_counter()
-        probabilities = self.probabilities(grids[None])[0]
+        inputs = self._recipe.inputs(cloud)
+        made = time.perf_counter()
+        probabilities = self.probabilities(inputs)[0]
         done = time.perf_counter()
-        times = {"grid": 1e3 * (gridded - start), "classify": 1e3 * (done - gridded)}
+        times = {"grid": 1e3 * (made - start), "classify": 1e3 * (done - made)}
         return Prediction.from_probabilities(self._classes, probabilities, times)
 
     def classify_grid(self, grid: OccupancyGrid) -> Prediction:
         """See `Classifier.classify_grid`."""
         self._recipe.accepts(grid)
         start = time.perf_counter()
-        occupied = grid.occupied.astype(np.uint8)[None, None]
+        occupied = grid.occupied.astype(np.uint8)[None, None, None]
         probabilities = self.probabilities(occupied)[0]
         times = {"classify": 1e3 * (time.perf_counter() - start)}
         return Prediction.from_probabilities(self._classes, probabilities, times)
 
-    def probabilities(self, grids: NDArray[np.uint8]) -> NDArray[np.float64]:
+    def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
         """Class probabilities of many objects.
 
         Args:
-            grids: (n, views, *shape) uint8, 1 where occupied; logits are averaged over views.
+            inputs: (n, views, *input_shape) as `recipe.inputs` makes them; logits are averaged
+                over views.
 
         Returns:
             (n, c) that sum to 1 along each row.
         """
-        count, views = grids.shape[:2]
-        flat = grids.reshape(count * views, 1, *grids.shape[2:])
-        (logits,) = self._session.run(None, {"grid": flat})
+        count, views = inputs.shape[:2]
+        flat = inputs.reshape(count * views, *self._recipe.input_shape)
+        (logits,) = self._session.run(None, {self._session.get_inputs()[0].name: flat})
         mean = logits.reshape(count, views, -1).mean(axis=1, dtype=np.float64) / self._temperature
         powers = np.exp(mean - mean.max(axis=1, keepdims=True))
         return powers / powers.sum(axis=1, keepdims=True)
@@ -157,7 +159,7 @@ def _open(content: bytes, name: str, threads: int) -> OnnxClassifier:
 
 
 def _check_shapes(session: Any, classifier: OnnxClassifier, name: str) -> None:
-    expected = [1, *classifier.recipe.shape]
+    expected = list(classifier.recipe.input_shape)
     actual = list(session.get_inputs()[0].shape[1:])
     outputs = session.get_outputs()[0].shape[-1]
     if actual != expected or outputs != len(classifier.classes):

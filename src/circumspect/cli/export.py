@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from circumspect.errors import MissingExtraError
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
-    from circumspect.classification import GridRecipe
+    from circumspect.classification import InputRecipe
 
 CALIBRATION = 512
 """Training objects, half of which measure ranges and half of which check the outcome."""
@@ -63,16 +62,16 @@ class Export:
         return 0
 
 
-def _calibration(data: Path, recipe: GridRecipe) -> NDArray[np.uint8]:
+def _calibration(data: Path, recipe: InputRecipe) -> NDArray[Any]:
     """Grids of training objects, evenly over the set."""
     import numpy as np
 
     from circumspect.cli.progress import progress_bar
     from circumspect.datasets import open_data_set
-    from circumspect.evaluation.yaw_sweep import gridded_object
+    from circumspect.evaluation.yaw_sweep import inputs_of
 
     with progress_bar("sampling meshes") as progress:
         objects = open_data_set(data, "train", progress)
     chosen = np.unique(np.linspace(0, len(objects) - 1, CALIBRATION).astype(int))
-    grids = [gridded_object(recipe, objects, int(index), [0.0])[0, :1] for index in chosen]
+    grids = [inputs_of(recipe, objects, int(index), [0.0])[0, 0] for index in chosen]
     return np.stack(grids)

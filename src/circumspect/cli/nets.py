@@ -34,18 +34,20 @@ class Nets:
 
 
 def _records(classes: int) -> list[dict[str, Any]]:
-    from circumspect.nets import NETS, cost_of
+    from circumspect.nets import NETS, build_net, cost_of
 
     records = []
     for spec in NETS.values():
-        cost = cost_of(spec.build(classes, spec.recipe.shape), spec.recipe.shape)
+        cost = cost_of(build_net(spec.name, classes, spec.recipe), spec.recipe.input_shape)
         records.append(
             {
                 "name": spec.name,
                 "parameters": cost.parameters,
                 "multiply_adds": cost.multiply_adds,
-                "input": {"kind": spec.recipe.kind, "shape": list(spec.recipe.shape)},
+                "input": {"kind": spec.recipe.kind, "shape": list(spec.recipe.input_shape[-3:])},
                 "summary": spec.summary,
+                "source": spec.source,
+                "departures": spec.departures,
             }
         )
     return records
@@ -56,16 +58,19 @@ def _show(records: list[dict[str, Any]]) -> None:
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False)
-    for heading in ("name", "parameters", "multiply-adds", "input", "what it is"):
-        numeric = heading in ("parameters", "multiply-adds")
-        table.add_column(heading, justify="right" if numeric else "left", no_wrap=numeric)
+    for heading in ("name", "weights", "mult-adds", "input", "what it is"):
+        numeric = heading in ("weights", "mult-adds")
+        table.add_column(
+            heading, justify="right" if numeric else "left", no_wrap=heading != "what it is"
+        )
     for record in records:
-        shape = "x".join(str(cells) for cells in record["input"]["shape"])
+        kind, shape = record["input"]["kind"], record["input"]["shape"]
+        cells = str(shape[0]) if kind == "points" else "x".join(map(str, shape))
         table.add_row(
             record["name"],
-            f"{record['parameters']:,}",
+            f"{record['parameters'] / 1e6:.2f} M",
             f"{record['multiply_adds'] / 1e6:,.0f} M",
-            f"{record['input']['kind']} {shape}",
-            record["summary"],
+            f"{kind}\n{cells}",
+            f"{record['summary']} ({record['source']})",
         )
     Console().print(table)

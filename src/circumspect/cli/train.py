@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from circumspect.errors import MissingExtraError
+from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
-    from circumspect.classification import GridRecipe
+    from circumspect.classification import InputRecipe
     from circumspect.training import TrainingSettings
 
 
@@ -20,6 +20,7 @@ class Train:
     """Train a network; the same command goes on after an interruption.
 
     $ circumspect train --net planes --data modelnet10
+    $ circumspect train --net moon2018 --grid rectangular --data modelnet10
     $ torchrun --nproc-per-node 2 -m circumspect.cli.main train --data modelnet10
     """
 
@@ -29,8 +30,12 @@ class Train:
     """One of `circumspect nets`."""
     out: Path | None = None
     """Folder of the run: settings, log, state, best.safetensors; runs/train-NET by default."""
+    grid: Literal["cylindrical", "rectangular"] | None = None
+    """Kind of the grid; without it the one the network is meant for."""
     cells: tuple[int, int, int] | None = None
     """Of the grid, such as 32 64 32; without it those the network is meant for."""
+    pool: Literal["rwmp", "max"] | None = None
+    """Of moon2018: row-wise max pooling, or the paper's comparison with it."""
     epochs: int | None = None
     """Passes over as many objects as the set holds."""
     batch_size: int | None = None
@@ -68,10 +73,11 @@ class Train:
         from circumspect.cli.training_progress import TrainingProgress
         from circumspect.datasets import GridCache, open_data_set
 
-        settings, recipe = self._settings(), self._recipe()
+        net = pooled_net(self.net, self.pool)
+        settings, recipe = self._settings(net), self._recipe(net)
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(self.data, "train", progress)
-        out = self.out or Path("runs") / f"train-{self.net}"
+        out = self.out or Path("runs") / f"train-{net}"
         with TrainingProgress(settings.epochs) as observer:
             cache = GridCache(self.cache)
             checkpoint = train(objects, settings, out, observer, cache, recipe)
@@ -84,19 +90,26 @@ class Train:
             print(f"{out / 'best.safetensors'}: {kept}")  # noqa: T201
         return 0
 
-    def _recipe(self) -> GridRecipe:
+    def _recipe(self, net: str) -> InputRecipe:
+        from circumspect.classification import GridRecipe
         from circumspect.nets.registry import net_spec
 
-        recipe = net_spec(self.net).recipe
-        return recipe if self.cells is None else replace(recipe, shape=self.cells)
+        recipe = net_spec(net).recipe
+        if isinstance(recipe, GridRecipe):
+            return replace(recipe, kind=self.grid or recipe.kind, shape=self.cells or recipe.shape)
+        if self.grid or self.cells:
+            raise InputError(f"{net} takes points; leave out --grid and --cells")
+        return recipe
 
-    def _settings(self) -> TrainingSettings:
+    def _settings(self, net: str) -> TrainingSettings:
         from circumspect.datasets import Augmentation
+        from circumspect.nets.registry import net_spec
         from circumspect.training import TrainingSettings
 
         known = {f.name for f in fields(TrainingSettings)} & {f.name for f in fields(self)}
         given = {name: getattr(self, name) for name in known}
         given = {name: value for name, value in given.items() if value is not None}
+        given = {**net_spec(net).training, **given, "net": net}
         augmentation = Augmentation()
         if self.stretch is not None:
             augmentation = replace(augmentation, stretch=self.stretch)
@@ -104,3 +117,16 @@ class Train:
             augmentation = replace(augmentation, partial=self.partial)
         given["augmentation"] = augmentation
         return TrainingSettings(**given)
+
+
+def pooled_net(net: str, pool: str | None) -> str:
+    """The name of a network with the pooling asked for.
+
+    Raises:
+        InputError: The network has no choice of pooling.
+    """
+    if pool is None:
+        return net
+    if net != "moon2018":
+        raise InputError(f"--pool is moon2018's; {net} has no choice of pooling")
+    return net if pool == "rwmp" else f"{net}-{pool}"

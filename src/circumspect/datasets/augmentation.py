@@ -45,6 +45,13 @@ class Augmentation:
     hole_radius: tuple[float, float] = (0.05, 0.25)
     partial: float = 0.0
 
+    @classmethod
+    def none(cls) -> Augmentation:
+        """Objects as they are."""
+        return cls(
+            mirror=0.0, stretch=0.0, jitter=0.0, shift=0.0, scale=(1.0, 1.0), thin=1.0, holes=0.0
+        )
+
     def __post_init__(self) -> None:
         for name in ("mirror", "stretch", "jitter", "shift", "thin", "holes", "partial"):
             if not 0 <= getattr(self, name) <= 1:

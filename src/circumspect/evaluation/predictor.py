@@ -1,4 +1,4 @@
-"""Weights of either form as one function from grids to probabilities."""
+"""Weights of either form as one function from inputs to probabilities."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification import Classifier, GridRecipe
+from circumspect.classification import Classifier, InputRecipe
 from circumspect.errors import MissingExtraError, WeightsError
 
 CHECKPOINT_SUFFIX = ".safetensors"
 
 
 class Predictor(Protocol):
-    """Names grids."""
+    """Names objects as its recipe shows them."""
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -25,8 +25,8 @@ class Predictor(Protocol):
         ...
 
     @property
-    def recipe(self) -> GridRecipe:
-        """How clouds become grids."""
+    def recipe(self) -> InputRecipe:
+        """How clouds become inputs."""
         ...
 
     @property
@@ -34,8 +34,8 @@ class Predictor(Protocol):
         """How it was trained: `settings`, and `data`, the digest of the training split."""
         ...
 
-    def probabilities(self, grids: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """(n, views, *shape) grids to (n, c) probabilities."""
+    def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
+        """(n, views, *input_shape) inputs to (n, c) probabilities."""
         ...
 
 
@@ -77,9 +77,9 @@ def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
     checkpoint = Checkpoint.load(weights)
     net = checkpoint.build()
 
-    def probabilities(grids: NDArray[np.uint8]) -> NDArray[np.float64]:
-        count, views = grids.shape[:2]
-        flat = torch.from_numpy(grids.reshape(count * views, 1, *grids.shape[2:]))
+    def probabilities(inputs: NDArray[Any]) -> NDArray[np.float64]:
+        count, views = inputs.shape[:2]
+        flat = torch.from_numpy(inputs.reshape(count * views, *inputs.shape[2:]))
         with torch.inference_mode():
             parts = [net(part.float()) for part in flat.split(64)]
         mean = torch.cat(parts).double().view(count, views, -1).mean(1)
@@ -91,12 +91,12 @@ def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
 
 
 class _Function(Protocol):
-    def __call__(self, grids: NDArray[np.uint8]) -> NDArray[np.float64]: ...
+    def __call__(self, inputs: NDArray[Any]) -> NDArray[np.float64]: ...
 
 
 @dataclass(frozen=True)
 class _CheckpointPredictor:
     classes: tuple[str, ...]
-    recipe: GridRecipe
+    recipe: InputRecipe
     training: Mapping[str, Any]
     probabilities: _Function

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import InputRecipe
 from circumspect.datasets import ObjectSet
 from circumspect.errors import GeometryError, InputError, WeightsError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
@@ -97,7 +97,7 @@ def sweep_yaw(
     yaw_deg: Sequence[float],
     progress: Callable[[int, int], None] | None = None,
 ) -> YawSweep:
-    """Turn the points of every object, grid them anew, and name them.
+    """Turn the points of every object, make the network's input anew, and name them.
 
     Args:
         predictor: What names them.
@@ -118,9 +118,9 @@ def sweep_yaw(
         raise InputError("nothing to evaluate: no objects or no yaws")
     probabilities = np.empty((len(yaw_deg), len(objects), len(objects.classes)))
     times: dict[str, list[float]] = {"grid": [], "classify": []}
-    for index, (grids, seconds) in enumerate(_gridded(predictor, objects, np.deg2rad(yaw_deg))):
+    for index, (inputs, seconds) in enumerate(_made(predictor, objects, np.deg2rad(yaw_deg))):
         start = time.perf_counter()
-        probabilities[:, index] = predictor.probabilities(grids)
+        probabilities[:, index] = predictor.probabilities(inputs)
         times["grid"].append(seconds / len(yaw_deg))
         times["classify"].append((time.perf_counter() - start) / len(yaw_deg))
         if progress:
@@ -134,34 +134,34 @@ def sweep_yaw(
     )
 
 
-def gridded_object(
-    recipe: GridRecipe, objects: ObjectSet, index: int, yaws: Sequence[float]
-) -> NDArray[np.uint8]:
-    """Grids of one object of a set, as `GridRecipe.grids`.
+def inputs_of(
+    recipe: InputRecipe, objects: ObjectSet, index: int, yaws: Sequence[float]
+) -> NDArray[Any]:
+    """What a network sees of one object of a set, as `InputRecipe.inputs`.
 
     Raises:
         InputError: The object spans no shape; the message names it.
     """
     try:
-        return recipe.grids(objects.cloud(index), yaws)
+        return recipe.inputs(objects.cloud(index), yaws)
     except GeometryError as error:
         raise InputError(f"{objects.names[index]}: {error}") from error
 
 
-def _gridded(
+def _made(
     predictor: Predictor, objects: ObjectSet, yaws: NDArray[np.float64]
-) -> Iterator[tuple[NDArray[np.uint8], float]]:
-    """The grids of each object and the seconds they took, made one object ahead."""
+) -> Iterator[tuple[NDArray[Any], float]]:
+    """The inputs of each object and the seconds they took, made one object ahead."""
 
-    def grid(index: int) -> tuple[NDArray[np.uint8], float]:
+    def made(index: int) -> tuple[NDArray[Any], float]:
         start = time.perf_counter()
-        grids = gridded_object(predictor.recipe, objects, index, yaws.tolist())
-        return grids, time.perf_counter() - start
+        inputs = inputs_of(predictor.recipe, objects, index, yaws.tolist())
+        return inputs, time.perf_counter() - start
 
     with ThreadPoolExecutor(1) as pool:
-        ahead = pool.submit(grid, 0)
+        ahead = pool.submit(made, 0)
         for index in range(len(objects)):
             current = ahead.result()
             if index + 1 < len(objects):
-                ahead = pool.submit(grid, index + 1)
+                ahead = pool.submit(made, index + 1)
             yield current

@@ -6,7 +6,7 @@ import json
 import logging
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from circumspect.classification import InputRecipe, PointsRecipe
 from circumspect.classification.onnx_classifier import METADATA_KEY, checked_temperature
 from circumspect.errors import CircumspectError, InputError
 from circumspect.export.eight_bit import in_eight_bits
@@ -26,20 +27,20 @@ from circumspect.storage import atomic_path
 
 OPSET = 18
 TOLERANCE = 1e-4
-"""Logits in floating point."""
+"""Logits in floating point, see `Fidelity`."""
 AGREEMENT = 0.985
 """Labels in eight bits; the others are those that the network itself is unsure of."""
 
 
-class _FromBits(nn.Module):
-    """Takes grids as they are stored, uint8."""
+class _AsStored(nn.Module):
+    """Takes grids as they are stored, uint8, and points as they are."""
 
     def __init__(self, net: nn.Module) -> None:
         super().__init__()
         self.net = net
 
-    def forward(self, grid: Tensor) -> Tensor:
-        return self.net(grid.float())
+    def forward(self, given: Tensor) -> Tensor:
+        return self.net(given.float())
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ class Fidelity:
     """How well a file answers as its networks do.
 
     Attributes:
-        difference: The largest difference between their logits.
+        difference: The largest difference between their logits, as a share of the largest logit
+            where that is above 1.
         agreement: Share of the grids asked about that get the same label.
     """
 
@@ -69,7 +71,7 @@ def export_onnx(
         path: The file to write.
         azimuth_views: Grids an object that the classifier averages over.
         temperature: Divides the logits.
-        calibration: (n, 1, *shape) grids of training objects, at least two; with them the
+        calibration: (n, *input_shape) inputs of training objects, at least two; with them the
             convolutions compute in eight bits.
 
     Returns:
@@ -83,8 +85,8 @@ def export_onnx(
     """
     _require_same_task(members)
     nets = [member.build() for member in members]
-    net = _FromBits(nets[0] if len(nets) == 1 else Committee(nets)).eval()
-    recipe = replace(members[0].recipe, azimuth_views=azimuth_views)
+    net = _AsStored(nets[0] if len(nets) == 1 else Committee(nets)).eval()
+    recipe = members[0].recipe.with_views(azimuth_views)
     description = {
         "format": 1,
         "name": " + ".join(member.net for member in members),
@@ -93,8 +95,8 @@ def export_onnx(
         "temperature": checked_temperature(temperature),
         "training": _training(members),
     }
-    probe = _probe(recipe.shape) if calibration is None else calibration[1::2]
-    network = _converted(net, torch.from_numpy(_probe(recipe.shape)[:2]))
+    probe = _probe(recipe) if calibration is None else calibration[1::2]
+    network = _converted(net, torch.from_numpy(_probe(recipe)[:2]), _input_name(recipe))
     if calibration is not None:
         if len(calibration) < 2:
             raise InputError("eight bits need two grids or more to be measured on")
@@ -145,7 +147,11 @@ def _training(members: Sequence[Checkpoint]) -> dict[str, Any]:
     return {**first, "others": others} if others else first
 
 
-def _converted(net: nn.Module, example: Tensor) -> onnx.ModelProto:
+def _input_name(recipe: InputRecipe) -> str:
+    return "points" if isinstance(recipe, PointsRecipe) else "grid"
+
+
+def _converted(net: nn.Module, example: Tensor, name: str) -> onnx.ModelProto:
     exporter_log = logging.getLogger("torch.onnx")
     level = exporter_log.level
     exporter_log.setLevel(logging.ERROR)
@@ -155,11 +161,11 @@ def _converted(net: nn.Module, example: Tensor) -> onnx.ModelProto:
             program = torch.onnx.export(
                 net,
                 (example,),
-                input_names=["grid"],
+                input_names=[name],
                 output_names=["logits"],
                 opset_version=OPSET,
                 dynamo=True,
-                dynamic_shapes={"grid": {0: torch.export.Dim("objects")}},
+                dynamic_shapes={"given": {0: torch.export.Dim("objects")}},
                 verbose=False,
             )
     finally:
@@ -189,17 +195,20 @@ def _forget_sources(network: onnx.ModelProto) -> None:
     del network.graph.metadata_props[:]
 
 
-def _probe(shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Random grids of several densities, empty and full ones among them."""
+def _probe(recipe: InputRecipe) -> NDArray[Any]:
+    """Random grids of several densities, empty and full ones among them; or random points."""
     rng = np.random.default_rng(0)
+    if isinstance(recipe, PointsRecipe):
+        return rng.uniform(-0.7, 0.7, (6, *recipe.input_shape)).astype(np.float32)
     densities = np.array([0.0, 0.01, 0.03, 0.1, 0.3, 1.0])[:, None, None, None, None]
-    return (rng.random((6, 1, *shape)) < densities).astype(np.uint8)
+    return (rng.random((6, *recipe.input_shape)) < densities).astype(np.uint8)
 
 
-def _fidelity(net: nn.Module, path: Path, probe: NDArray[np.uint8]) -> Fidelity:
+def _fidelity(net: nn.Module, path: Path, probe: NDArray[Any]) -> Fidelity:
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-    actual = np.asarray(session.run(None, {"grid": probe})[0])
+    actual = np.asarray(session.run(None, {session.get_inputs()[0].name: probe})[0])
     with torch.no_grad():
         expected = net(torch.from_numpy(probe)).numpy()
     same = actual.argmax(axis=1) == expected.argmax(axis=1)
-    return Fidelity(float(np.abs(actual - expected).max()), float(same.mean()))
+    largest = max(1.0, float(np.abs(expected).max()))
+    return Fidelity(float(np.abs(actual - expected).max()) / largest, float(same.mean()))

@@ -13,7 +13,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import InputRecipe, recipe_from_dict
 from circumspect.errors import InputError, WeightsError
 from circumspect.nets.registry import build_net
 from circumspect.storage import atomic_path
@@ -28,14 +28,14 @@ class Checkpoint:
     Attributes:
         net: Its name in the registry.
         classes: Class names in the order of its outputs.
-        recipe: The grids it was trained on.
+        recipe: What it was shown.
         weights: Parameter and buffer tensors by name.
         training: How it was trained: settings and what was reached, as JSON types.
     """
 
     net: str
     classes: tuple[str, ...]
-    recipe: GridRecipe
+    recipe: InputRecipe
     weights: Mapping[str, Tensor]
     training: Mapping[str, Any] = field(default_factory=dict)
 
@@ -45,7 +45,7 @@ class Checkpoint:
         Raises:
             WeightsError: The weights do not fit the network of that name.
         """
-        module = build_net(self.net, len(self.classes), self.recipe.shape)
+        module = build_net(self.net, len(self.classes), self.recipe)
         try:
             module.load_state_dict(dict(self.weights))
         except RuntimeError as error:
@@ -86,7 +86,7 @@ class Checkpoint:
             return cls(
                 header["net"],
                 tuple(header["classes"]),
-                GridRecipe.from_dict(header["grid"]),
+                recipe_from_dict(header["grid"]),
                 weights,
                 header["training"],
             )

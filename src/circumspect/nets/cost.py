@@ -15,24 +15,24 @@ class Cost:
 
     Attributes:
         parameters: Trained numbers.
-        multiply_adds: For one grid, of convolutions and matrix products.
+        multiply_adds: For one input, of convolutions and matrix products.
     """
 
     parameters: int
     multiply_adds: int
 
 
-def cost_of(net: nn.Module, shape: tuple[int, int, int]) -> Cost:
+def cost_of(net: nn.Module, input_shape: tuple[int, ...]) -> Cost:
     """Count parameters and multiply-adds.
 
     Args:
-        net: Takes (1, 1, *shape).
-        shape: Of the grid.
+        net: Takes (1, *input_shape).
+        input_shape: Of one input.
     """
     training = net.training
     net.eval()
     with torch.no_grad(), FlopCounterMode(display=False) as counter:
-        net(torch.zeros(1, 1, *shape))
+        net(torch.zeros(1, *input_shape))
     net.train(training)
     parameters = sum(parameter.numel() for parameter in net.parameters())
     return Cost(parameters, counter.get_total_flops() // 2)

@@ -3,16 +3,38 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
+from types import MappingProxyType
+from typing import Any
 
 import torch
 from torch import nn
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridRecipe, InputRecipe, PointsRecipe
 from circumspect.errors import InputError
+from circumspect.nets.deeppano import DeepPano
 from circumspect.nets.headed_planes import HeadedPlanes
+from circumspect.nets.moon2018 import Moon2018
+from circumspect.nets.mvcnn import MultiView
 from circumspect.nets.planes import Planes
+from circumspect.nets.pointnet import PointNet
+from circumspect.nets.shapenets import ShapeNets
+from circumspect.nets.voxelnet import VoxelNet
+from circumspect.nets.voxnet import VoxNet
+
+SURFACE = PointsRecipe(8192, surface=True)
+"""Enough points that images of them have no holes."""
+PLAIN: Mapping[str, Any] = MappingProxyType({"mixing": 0.0, "label_smoothing": 0.0, "heading": 0.0})
+AS_THE_PAPER: Mapping[str, Any] = MappingProxyType(
+    {
+        **PLAIN,
+        "optimizer": "sgd", "learning_rate": 0.03, "weight_decay": 0.0, "averaging": 0.0,
+        "balance": 0.0, "augmented": False, "replicas": 1,
+    }
+)  # fmt: skip
+"""Plain stochastic gradient descent on the objects as they are."""
 
 
 @dataclass(frozen=True)
@@ -22,28 +44,113 @@ class NetSpec:
     Attributes:
         name: Its name on the command line.
         summary: What it is, in one line.
-        build: Makes it from the number of classes and the grid's shape.
-        recipe: The grids it is meant for.
+        build: Makes it from the number of classes and, where it takes grids, their shape.
+        recipe: What it is meant to be shown.
+        source: Where it comes from.
+        departures: What differs from there, and why.
+        training: Settings that it is meant to be trained with, where they differ from the usual.
+        whole_cells: Its answer is the same for turns by whole azimuth cells of a 32nd of a turn.
     """
 
     name: str
     summary: str
-    build: Callable[[int, tuple[int, int, int]], nn.Module]
-    recipe: GridRecipe = field(default_factory=GridRecipe)
+    build: Callable[..., nn.Module]
+    recipe: InputRecipe = field(default_factory=GridRecipe)
+    source: str = "ours"
+    departures: str = ""
+    training: Mapping[str, Any] = field(default_factory=dict)
+    whole_cells: bool = False
 
 
+_MOON = "Moon, Kim and Lee 2018"
 NETS = {
     spec.name: spec
     for spec in (
         NetSpec(
             "planes",
-            "ours: wrapped 2D convolutions on two stacks of planes, circular mixing, RWMP and mean",
+            "wrapped 2D convolutions on two stacks of planes, circular mixing, RWMP and mean",
             Planes,
+            whole_cells=True,
         ),
         NetSpec(
             "headed-planes",
-            "ours: `planes`, narrower, that also learns which way the object faces",
+            "`planes`, narrower, that also learns which way the object faces",
             HeadedPlanes,
+            whole_cells=True,
+        ),
+        NetSpec(
+            "moon2018",
+            "the paper's: four convolutions, row-wise max pooling (RWMP)",
+            Moon2018,
+            source=_MOON,
+            training=AS_THE_PAPER,
+        ),
+        NetSpec(
+            "moon2018-max",
+            "the paper's comparison: 2x2x2 max pooling in the place of RWMP",
+            partial(Moon2018, pool="max"),
+            source=_MOON,
+            training=AS_THE_PAPER,
+        ),
+        NetSpec(
+            "voxnet",
+            "two convolutions, pooling and one hidden layer on voxels",
+            VoxNet,
+            GridRecipe("rectangular"),
+            "Maturana and Scherer 2015",
+            "AdamW in the place of SGD; not trained on turned copies, no vote over them; "
+            "surface cells only, not a density grid",
+            PLAIN,
+        ),
+        NetSpec(
+            "3dshapenets",
+            "three convolutions and two hidden layers on voxels",
+            ShapeNets,
+            GridRecipe("rectangular"),
+            "Wu et al. 2015",
+            "feed-forward: the top layers are plain hidden ones, all is trained at once by "
+            "back-propagation instead of layer by layer; 32 cells a side instead of 30, "
+            "surface cells only",
+            PLAIN,
+        ),
+        NetSpec(
+            "deeppano",
+            "convolutions on a panorama of the cylinder's surface, RWMP",
+            DeepPano,
+            SURFACE,
+            "Shi et al. 2015",
+            "narrower, with batch norms; wrapped at every convolution instead of padding the "
+            "panorama once; rendered from points",
+            PLAIN,
+        ),
+        NetSpec(
+            "mvcnn",
+            "one network for 12 views, the largest of each feature over the views",
+            MultiView,
+            SURFACE,
+            "Su et al. 2015",
+            "small and without pre-trained weights; depth images of 64 x 64 pixels, rendered "
+            "from points, instead of shaded ones",
+            PLAIN,
+        ),
+        NetSpec(
+            "pointnet",
+            "every point by itself, the largest of each feature over the points",
+            PointNet,
+            PointsRecipe(1024),
+            "Qi et al. 2017",
+            "no loss on the feature transform; not trained on turned copies",
+            PLAIN,
+        ),
+        NetSpec(
+            "voxelnet",
+            "points encoded by cells of a cylindrical grid, wrapped convolutions, RWMP and mean",
+            VoxelNet,
+            SURFACE,
+            "Zhou and Tuzel 2018",
+            "the feature encoding alone is theirs; points are told by radius, height and where "
+            "they lie in their cell, which forgets the azimuth; all points of a cell count",
+            PLAIN,
         ),
     )
 }
@@ -62,18 +169,23 @@ def net_spec(name: str) -> NetSpec:
     raise InputError(f"no network '{name}'; known: {', '.join(NETS)}{hint}")
 
 
-def build_net(name: str, classes: int, shape: tuple[int, int, int]) -> nn.Module:
+def build_net(name: str, classes: int, recipe: InputRecipe) -> nn.Module:
     """Build a network with fresh weights, laid out as CPU convolutions like them best.
 
     Args:
         name: One of `NETS`.
         classes: How many.
-        shape: Of its input grid.
+        recipe: What it will be shown.
 
     Raises:
-        InputError: No network of that name.
+        InputError: No network of that name, or it can not be shown that.
     """
-    net = net_spec(name).build(classes, shape)
+    spec = net_spec(name)
+    if isinstance(recipe, PointsRecipe) != isinstance(spec.recipe, PointsRecipe):
+        takes = "points" if isinstance(spec.recipe, PointsRecipe) else "grids"
+        raise InputError(f"{name} takes {takes}")
+    cells = (recipe.shape,) if isinstance(recipe, GridRecipe) else ()
+    net = spec.build(classes, *cells)
     layouts = {4: torch.channels_last, 5: torch.channels_last_3d}
     for parameter in net.parameters():
         if layout := layouts.get(parameter.ndim):

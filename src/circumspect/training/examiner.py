@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import InputRecipe
 from circumspect.datasets import ObjectSet
 from circumspect.evaluation.accuracy import mean_class_accuracy
-from circumspect.evaluation.yaw_sweep import gridded_object
+from circumspect.evaluation.yaw_sweep import inputs_of
 
 YAWS: list[float] = np.deg2rad([0.0, 3.0, 7.0, 131.0]).tolist()
 """[rad], on and off the cells."""
@@ -22,24 +24,24 @@ class Examiner:
 
     Args:
         objects: Held back, at least one.
-        recipe: The grids.
+        recipe: What the network is shown.
         device: Where the network runs.
 
     Raises:
         InputError: An object spans no shape.
     """
 
-    def __init__(self, objects: ObjectSet, recipe: GridRecipe, device: torch.device) -> None:
+    def __init__(self, objects: ObjectSet, recipe: InputRecipe, device: torch.device) -> None:
         self._labels, self._classes = objects.labels, len(objects.classes)
         self._device = device
-        grids = [gridded_object(recipe, objects, i, YAWS) for i in range(len(objects))]
-        self._grids = np.stack(grids, axis=1)
+        inputs = [inputs_of(recipe, objects, i, YAWS) for i in range(len(objects))]
+        self._inputs = np.stack(inputs, axis=1)
 
     def examine(self, net: nn.Module) -> dict[str, float]:
         """Mean-class accuracy, instance accuracy and loss, each the mean over the yaws."""
         net.eval()
         labels = torch.from_numpy(self._labels)
-        logits = [self._logits(net, grids) for grids in self._grids]
+        logits = [self._logits(net, inputs) for inputs in self._inputs]
         share = np.mean([(row.argmax(1) == labels).numpy() for row in logits], axis=0)
         losses = [float(functional.cross_entropy(row, labels)) for row in logits]
         return {
@@ -49,8 +51,8 @@ class Examiner:
         }
 
     @torch.no_grad()
-    def _logits(self, net: nn.Module, grids: NDArray[np.uint8]) -> Tensor:
-        count, views = grids.shape[:2]
-        flat = torch.from_numpy(grids.reshape(count * views, 1, *grids.shape[2:]))
+    def _logits(self, net: nn.Module, inputs: NDArray[Any]) -> Tensor:
+        count, views = inputs.shape[:2]
+        flat = torch.from_numpy(inputs.reshape(count * views, *inputs.shape[2:]))
         parts = [net(part.to(self._device).float()).float().cpu() for part in flat.split(64)]
         return torch.cat(parts).view(count, views, -1).mean(1)

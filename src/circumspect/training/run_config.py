@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import InputRecipe
 from circumspect.datasets import ObjectSet
 from circumspect.errors import InputError
 from circumspect.storage import write_json
@@ -16,7 +16,7 @@ CONFIG = "config.json"
 
 
 def run_config(
-    settings: TrainingSettings, recipe: GridRecipe, objects: ObjectSet
+    settings: TrainingSettings, recipe: InputRecipe, objects: ObjectSet
 ) -> dict[str, Any]:
     """All that determines a run, as JSON types."""
     document = {"settings": settings.to_dict(), "grid": recipe.to_dict(), "data": objects.digest}

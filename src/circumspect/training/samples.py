@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridRecipe, InputRecipe, PointsRecipe
 from circumspect.datasets import GridCache, ObjectSet
+from circumspect.datasets.augmented_clouds import AugmentedClouds
 from circumspect.datasets.augmented_grids import AugmentedGrids
+from circumspect.datasets.augmented_points import AugmentedPoints
 from circumspect.datasets.furniture_set import furniture_set
 from circumspect.errors import InputError
 from circumspect.furniture import CATEGORIES
@@ -18,12 +21,12 @@ from circumspect.training.settings import TrainingSettings
 
 
 class TrainingSamples:
-    """Augmented grids of all sources under one index.
+    """Augmented inputs of all sources under one index.
 
     Args:
         fit: The training objects.
         settings: Of the run.
-        recipe: The grids.
+        recipe: What the network is shown.
         cache: Where they are kept.
         progress: Called with (done, all) while they are made.
 
@@ -36,7 +39,7 @@ class TrainingSamples:
         self,
         fit: ObjectSet,
         settings: TrainingSettings,
-        recipe: GridRecipe,
+        recipe: InputRecipe,
         cache: GridCache,
         progress: Callable[[int, int], None],
     ) -> None:
@@ -54,31 +57,41 @@ class TrainingSamples:
         """(n, c) one-hot targets."""
         self._starts = np.cumsum([0] + [len(source) for source, _ in sources])
         self._parts = [
-            AugmentedGrids(
-                source, recipe, settings.augmentation, settings.replicas, settings.seed,
-                cache, progress,
-            )
-            for source, _ in sources
-        ]  # fmt: skip
+            _augmented(source, settings, recipe, cache, progress) for source, _ in sources
+        ]
 
-    def grids(self, chosen: NDArray[np.int64], replicas: NDArray[np.int64]) -> NDArray[np.uint8]:
-        """Grids of chosen objects.
+    def inputs(self, chosen: NDArray[np.int64], replicas: NDArray[np.int64]) -> NDArray[Any]:
+        """Inputs of chosen objects.
 
         Args:
             chosen: (b,) indices over all sources.
             replicas: (b,) the variant of each.
 
         Returns:
-            (b, 1, *shape) uint8, 1 where occupied.
+            (b, *input_shape).
         """
         part = np.searchsorted(self._starts, chosen, side="right") - 1
         local = chosen - self._starts[part]
-        return np.concatenate(
-            [
-                self._parts[p].batch(local[i : i + 1], replicas[i : i + 1])
-                for i, p in enumerate(part)
-            ]
-        )
+        made = {p: self._parts[p].batch(local[part == p], replicas[part == p]) for p in set(part)}
+        inputs = np.empty((len(chosen), *made[part[0]].shape[1:]), made[part[0]].dtype)
+        for p, found in made.items():
+            inputs[part == p] = found
+        return inputs
+
+
+def _augmented(
+    source: ObjectSet,
+    settings: TrainingSettings,
+    recipe: InputRecipe,
+    cache: GridCache,
+    progress: Callable[[int, int], None],
+) -> AugmentedGrids | AugmentedPoints:
+    filled = not isinstance(recipe, PointsRecipe) or recipe.surface
+    clouds = AugmentedClouds(source, settings.changes, settings.seed, filled)
+    if isinstance(recipe, PointsRecipe):
+        return AugmentedPoints(clouds, recipe)
+    assert isinstance(recipe, GridRecipe)
+    return AugmentedGrids(clouds, recipe, settings.replicas, cache, progress)
 
 
 def _furniture_of(classes: tuple[str, ...], settings: TrainingSettings) -> ObjectSet:

@@ -20,7 +20,8 @@ class TrainingSettings:
         batch_size: Objects a step, over all processes.
         learning_rate: Its peak; it warms up linearly and decays as a cosine.
         warm_up: Share of the run until the peak.
-        weight_decay: Of AdamW, on weights of two and more dimensions.
+        optimizer: "adamw", or "sgd" with a momentum of 0.9.
+        weight_decay: On weights of two and more dimensions.
         label_smoothing: Share of the target spread over all classes.
         averaging: Decay a step of the averaged weights, which are those kept.
         mixing: Share of the batches in which each grid is blended with another (mixup, Zhang et
@@ -36,6 +37,7 @@ class TrainingSettings:
         validation_salt: Another salt holds back other objects.
         precision: "fp32" or "bf16" (automatic mixed precision).
         seed: Of all chance.
+        augmented: Objects are changed at random; without it they are shown as they are.
         augmentation: The random changes.
     """
 
@@ -44,6 +46,7 @@ class TrainingSettings:
     batch_size: int = 32
     learning_rate: float = 2e-3
     warm_up: float = 0.15
+    optimizer: Literal["adamw", "sgd"] = "adamw"
     weight_decay: float = 0.05
     label_smoothing: float = 0.1
     averaging: float = 0.998
@@ -58,6 +61,7 @@ class TrainingSettings:
     validation_salt: str = ""
     precision: Literal["fp32", "bf16"] = "fp32"
     seed: int = 0
+    augmented: bool = True
     augmentation: Augmentation = field(default_factory=Augmentation)
 
     def __post_init__(self) -> None:
@@ -72,6 +76,11 @@ class TrainingSettings:
         ):  # fmt: skip
             if not 0 <= getattr(self, name) <= 1:
                 raise CircumspectError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
+
+    @property
+    def changes(self) -> Augmentation:
+        """The random changes that are made."""
+        return self.augmentation if self.augmented else Augmentation.none()
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as JSON types."""

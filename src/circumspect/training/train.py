@@ -15,7 +15,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 from torch.optim.swa_utils import AveragedModel
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import InputRecipe
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.validation_split import validation_split
 from circumspect.errors import InputError
@@ -25,7 +25,7 @@ from circumspect.nets.registry import net_spec
 from circumspect.training.draws import draw_epoch, learning_rate_at
 from circumspect.training.examiner import Examiner
 from circumspect.training.mixing import mixed
-from circumspect.training.optimisation import forgetful_average, parameter_groups
+from circumspect.training.optimisation import forgetful_average, optimizer_for
 from circumspect.training.resume import load_state, save_state
 from circumspect.training.run_config import claim_folder, run_config
 from circumspect.training.run_log import RunLog
@@ -68,7 +68,7 @@ def train(
     folder: Path,
     observer: TrainingObserver,
     cache: GridCache | None = None,
-    recipe: GridRecipe | None = None,
+    recipe: InputRecipe | None = None,
     stop_after: int | None = None,
 ) -> Checkpoint:
     """Train a network; a run that was interrupted goes on where it stopped.
@@ -79,7 +79,7 @@ def train(
         folder: Of the run: settings, log, state and the best checkpoint.
         observer: Told of the progress.
         cache: Where grids are kept.
-        recipe: The grids; None means those the network is meant for.
+        recipe: What the network is shown; None means what it is meant for.
         stop_after: Stop after this many epochs as if interrupted.
 
     Returns:
@@ -125,7 +125,7 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
     torch.manual_seed(settings.seed * 1_000_003 + epoch * 1_009 + accelerator.process_index)
     start, losses, hits, seen = time.perf_counter(), 0.0, 0, 0
     run.net.train()
-    for step, (grids, targets) in enumerate(_batches(run, epoch)):
+    for step, (inputs, targets) in enumerate(_batches(run, epoch)):
         rate = learning_rate_at(
             epoch * run.steps + step,
             settings.epochs * run.steps,
@@ -135,7 +135,7 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         for group in run.optimizer.param_groups:
             group["lr"] = rate
         with torch.autocast(accelerator.device.type, torch.bfloat16, settings.precision == "bf16"):
-            answer = run.net(grids)
+            answer = run.net(inputs)
         logits, loss = _judged(answer, targets, settings)
         accelerator.backward(loss)
         accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
@@ -170,7 +170,7 @@ def _judged(
 
 
 def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
-    """This process' share of the epoch's batches: grids (b, 1, …) and targets (b, c), float32."""
+    """This process' share of the epoch's batches: inputs (b, …) and targets (b, c), float32."""
     settings, accelerator = run.settings, run.accelerator
     rng = np.random.default_rng([settings.seed, epoch])
     draws = draw_epoch(run.samples.chances, run.samples.epoch, rng)
@@ -179,9 +179,9 @@ def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
     for step in range(run.steps):
         batch = slice(step * settings.batch_size, (step + 1) * settings.batch_size)
         chosen = draws[batch][mine]
-        grids = torch.from_numpy(run.samples.grids(chosen, replicas[batch][mine]))
+        inputs = torch.from_numpy(run.samples.inputs(chosen, replicas[batch][mine]))
         targets = torch.from_numpy(run.samples.targets[chosen])
-        pair = grids.to(accelerator.device).float(), targets.to(accelerator.device)
+        pair = inputs.to(accelerator.device).float(), targets.to(accelerator.device)
         yield mixed(*pair, rng) if rng.random() < settings.mixing else pair
 
 
@@ -201,7 +201,7 @@ def _split(objects: ObjectSet, settings: TrainingSettings) -> tuple[ObjectSet, O
 def _prepare(
     fit: ObjectSet,
     settings: TrainingSettings,
-    recipe: GridRecipe,
+    recipe: InputRecipe,
     cache: GridCache,
     observer: TrainingObserver,
 ) -> _Run:
@@ -211,8 +211,8 @@ def _prepare(
     with accelerator.main_process_first():
         samples = TrainingSamples(fit, settings, recipe, cache, observer.preparing)
     torch.manual_seed(settings.seed)
-    net = build_net(settings.net, len(fit.classes), recipe.shape)
-    optimizer = torch.optim.AdamW(parameter_groups(net, settings.weight_decay))
+    net = build_net(settings.net, len(fit.classes), recipe)
+    optimizer = optimizer_for(net, settings)
     net, optimizer = accelerator.prepare(net, optimizer)
     averaged = AveragedModel(
         accelerator.unwrap_model(net),
@@ -224,7 +224,7 @@ def _prepare(
 
 
 def _checkpoint(
-    run: _Run, objects: ObjectSet, recipe: GridRecipe, row: dict[str, float]
+    run: _Run, objects: ObjectSet, recipe: InputRecipe, row: dict[str, float]
 ) -> Checkpoint:
     weights = {name: value.cpu() for name, value in run.averaged.module.state_dict().items()}
     training = {"settings": run.settings.to_dict(), "reached": row, "data": objects.digest}

@@ -1,0 +1,97 @@
+"""What lies between a cloud and a network's input; it travels in the network's file."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+from circumspect.geometry import PointCloud
+from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
+
+
+class InputRecipe(ABC):
+    """How an object is shown to a network."""
+
+    kind: str
+    """Tells recipes apart in files."""
+    azimuth_views: int
+    """Inputs an object, each turned by a further fraction of an azimuth cell; the classifier
+    averages over them."""
+
+    @property
+    @abstractmethod
+    def input_shape(self) -> tuple[int, ...]:
+        """Of one input, without the axis of the batch."""
+
+    @abstractmethod
+    def inputs(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[Any]:
+        """What the network sees of a cloud that is turned about the vertical by each of `yaws`.
+
+        Args:
+            cloud: (n, 3) points of the object.
+            yaws: y angles [rad], counter-clockwise seen from above.
+
+        Returns:
+            (y, azimuth_views, *input_shape).
+
+        Raises:
+            GeometryError: The points span no shape.
+        """
+
+    @abstractmethod
+    def bounds(self, cloud: PointCloud) -> CylindricalGrid | RectangularGrid:
+        """The empty grid around a cloud: axis through its area-weighted centre, isotropic.
+
+        Raises:
+            GeometryError: The points span no shape.
+        """
+
+    @abstractmethod
+    def with_views(self, azimuth_views: int) -> InputRecipe:
+        """The same with another number of inputs an object.
+
+        Raises:
+            InputError: Fewer than one.
+        """
+
+    @abstractmethod
+    def accepts(self, grid: OccupancyGrid) -> None:
+        """Check that a grid can be shown as it is.
+
+        Raises:
+            InputError: It can not; the message says what is expected.
+        """
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """The recipe as JSON types; `recipe_from_dict` reads it back."""
+
+
+def turned(points_xyz: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
+    """Points turned about the z axis.
+
+    Args:
+        points_xyz: (n, 3).
+        yaw: [rad], counter-clockwise seen from above.
+    """
+    if yaw == 0.0:
+        return points_xyz
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    return points_xyz @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def require_counts(recipe: object, *names: str) -> None:
+    """Check fields that count something.
+
+    Raises:
+        InputError: One is not a whole number of at least 1.
+    """
+    for name in names:
+        value = getattr(recipe, name)
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")

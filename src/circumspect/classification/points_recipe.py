@@ -1,0 +1,91 @@
+"""How a cloud becomes the points that a network was trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.classification.input_recipe import InputRecipe, require_counts, turned
+from circumspect.errors import InputError
+from circumspect.geometry import PointCloud, fill_surface, require_extent
+from circumspect.grid import CylindricalGrid, OccupancyGrid
+
+
+@dataclass(frozen=True)
+class PointsRecipe(InputRecipe):
+    """Points about the object's axis, in units of the radius of the cylinder round it.
+
+    Attributes:
+        count: Points an object.
+        surface: Clouds of fewer points than wanted are filled between near neighbours; otherwise
+            points are taken twice.
+        azimuth_views: Inputs an object, turned by fractions of a 32nd of a turn.
+        kind: "points".
+    """
+
+    count: int = 1024
+    surface: bool = False
+    azimuth_views: int = 1
+    kind: str = "points"
+
+    def __post_init__(self) -> None:
+        if self.kind != "points":
+            raise InputError(f"points are of the kind 'points', not {self.kind!r}")
+        require_counts(self, "count", "azimuth_views")
+
+    @property
+    def input_shape(self) -> tuple[int, ...]:
+        """See `InputRecipe.input_shape`."""
+        return (self.count, 3)
+
+    def inputs(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.float32]:
+        """See `InputRecipe.inputs`; which points are taken depends on the cloud alone."""
+        frame = self.bounds(cloud)
+        if self.surface and len(cloud) < self.count:
+            cloud = fill_surface(cloud, self.count - len(cloud))
+        points = (cloud.points_xyz - np.asarray(frame.centre_xyz)) / frame.radius
+        points = points[_some(len(points), self.count, np.random.default_rng(0))]
+        cell = 2 * np.pi / 32 / self.azimuth_views
+        turns = [[yaw + cell * view for view in range(self.azimuth_views)] for yaw in yaws]
+        return np.array([[turned(points, t) for t in row] for row in turns], np.float32)
+
+    def of_samples(
+        self, samples_xyz: NDArray[np.float32], rng: np.random.Generator
+    ) -> NDArray[np.float32]:
+        """One input from samples of a normalised object, for training.
+
+        Args:
+            samples_xyz: (m, 3) about the axis, within a cylinder of radius 1.
+            rng: Chooses among them.
+
+        Returns:
+            (count, 3).
+        """
+        return samples_xyz[_some(len(samples_xyz), self.count, rng)].astype(np.float32)
+
+    def bounds(self, cloud: PointCloud) -> CylindricalGrid:
+        """See `InputRecipe.bounds`."""
+        require_extent(cloud)
+        return CylindricalGrid.fit(cloud)
+
+    def with_views(self, azimuth_views: int) -> PointsRecipe:
+        """See `InputRecipe.with_views`."""
+        return replace(self, azimuth_views=azimuth_views)
+
+    def accepts(self, grid: OccupancyGrid) -> None:  # noqa: ARG002 - none is
+        """See `InputRecipe.accepts`: no grid can be shown as points."""
+        raise InputError("the classifier takes points, not grids; give it the cloud itself")
+
+    def to_dict(self) -> dict[str, Any]:
+        """See `InputRecipe.to_dict`."""
+        return asdict(self)
+
+
+def _some(there: int, wanted: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Indices of as many as are wanted, each as often as any other, give or take one."""
+    rounds = -(-wanted // there)
+    return np.concatenate([rng.permutation(there) for _ in range(rounds)])[:wanted]

@@ -1,0 +1,77 @@
+"""What networks are shown of a cloud."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.classification import GridRecipe, PointsRecipe, recipe_from_dict
+from circumspect.errors import GeometryError, InputError
+from circumspect.furniture import make_furniture
+from circumspect.geometry import PointCloud
+from circumspect.grid import CylindricalGrid
+
+
+def chair(points=3000):
+    return make_furniture("chair", 1).sampled(points, 0)
+
+
+@given(st.integers(1, 4), st.integers(1, 5000), st.booleans())
+def test_points_recipes_survive_json(views, count, surface):
+    recipe = PointsRecipe(count, surface, views)
+    assert recipe_from_dict(json.loads(json.dumps(recipe.to_dict()))) == recipe
+    assert recipe.with_views(7).azimuth_views == 7
+
+
+@pytest.mark.parametrize(
+    "document", [{"kind": "points", "shape": 3}, {"kind": "points", "count": 0}]
+)
+def test_settings_that_make_no_sense_are_refused(document):
+    with pytest.raises(InputError):
+        recipe_from_dict(document)
+
+
+@given(yaw=st.floats(-7, 7), count=st.integers(10, 400), scale=st.floats(1e-3, 1e3))
+def test_points_turn_with_the_object_whatever_its_place_and_unit(yaw, count, scale):
+    recipe, cloud = PointsRecipe(count), chair()
+    moved = PointCloud(cloud.points_xyz * scale + [3 * scale, -scale, 2 * scale])
+    still, turned = recipe.inputs(moved, [0.0, yaw])[:, 0]
+    np.testing.assert_allclose(still, recipe.inputs(PointCloud(cloud.points_xyz))[0, 0], atol=1e-5)
+    angle = np.arctan2(turned[:, 1], turned[:, 0]) - np.arctan2(still[:, 1], still[:, 0])
+    away = np.hypot(still[:, 0], still[:, 1])
+    np.testing.assert_allclose(away, np.hypot(turned[:, 0], turned[:, 1]), atol=1e-5)
+    wrong = np.abs((angle - yaw + np.pi) % (2 * np.pi) - np.pi) * away
+    assert wrong.max() < 1e-4
+
+
+def test_points_lie_within_the_cylinder_and_reach_its_wall():
+    points = PointsRecipe(3000).inputs(chair())[0, 0]
+    reach = max(np.hypot(points[:, 0], points[:, 1]).max(), np.abs(points[:, 2]).max())
+    assert reach == pytest.approx(1.0, abs=1e-5)
+
+
+@pytest.mark.parametrize("surface", [False, True])
+def test_a_small_cloud_gives_as_many_points_as_a_large_one(surface):
+    cloud = chair(300)
+    points = PointsRecipe(1000, surface).inputs(cloud)[0, 0]
+    assert points.shape == (1000, 3)
+    distinct = len(np.unique(points, axis=0))
+    assert distinct == (1000 if surface else 300)
+
+
+def test_points_can_not_be_had_from_a_grid():
+    with pytest.raises(InputError, match="points, not grids"):
+        PointsRecipe().accepts(CylindricalGrid().hits(chair().points_xyz))
+    with pytest.raises(GeometryError):
+        PointsRecipe().inputs(PointCloud(np.zeros((5, 3))))
+
+
+def test_a_rectangular_grid_holds_the_object_at_every_yaw():
+    cloud, recipe = chair(), GridRecipe("rectangular")
+    bounds = recipe.bounds(cloud)
+    corner = cloud.points_xyz - np.asarray(bounds.centre_xyz)
+    assert np.hypot(corner[:, 0], corner[:, 1]).max() <= bounds.half_width * (1 + 1e-9)
+    counts = recipe.grids(cloud, np.linspace(0, 1.5, 7).tolist()).sum(axis=(1, 2, 3, 4))
+    assert counts.min() > 0.8 * counts.max()

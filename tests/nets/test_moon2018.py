@@ -1,0 +1,51 @@
+"""The paper's network is that of its Table 1."""
+
+import pytest
+import torch
+
+from circumspect.nets.moon2018 import Moon2018, RowWiseMaxPool
+
+
+def sizes(net):
+    return [
+        sum(parameter.numel() for parameter in layer.parameters())
+        for layer in net.layers
+        if list(layer.parameters())
+    ]
+
+
+def test_table_1_to_the_parameter():
+    net = Moon2018(10)
+    assert sizes(net) == [448, 64_032, 55_360, 221_312, 63_439_872, 524_800, 5_130]
+    assert sum(sizes(net)) == 64_310_954
+
+
+def test_the_outputs_of_the_convolutions_are_those_of_table_1():
+    features = torch.zeros(1, 1, 32, 32, 32)
+    shapes = []
+    for layer in Moon2018(10).eval().layers:
+        if isinstance(layer, torch.nn.Flatten):
+            break
+        features = layer(features)
+        if isinstance(layer, torch.nn.Conv3d | RowWiseMaxPool):
+            shapes.append(tuple(features.shape[1:]))
+    assert shapes == [
+        (16, 30, 30, 30), (32, 26, 26, 26), (64, 24, 24, 24), (128, 22, 22, 22), (128, 22, 1, 22),
+    ]  # fmt: skip
+
+
+def test_row_wise_pooling_forgets_where_along_the_azimuth():
+    features = torch.rand(2, 3, 4, 6, 5)
+    pooled = RowWiseMaxPool()(features)
+    assert pooled.shape == (2, 3, 4, 1, 5)
+    torch.testing.assert_close(pooled, RowWiseMaxPool()(features.roll(2, 3)))
+    torch.testing.assert_close(pooled[..., 0, :], features.max(3).values)
+
+
+@pytest.mark.parametrize("pool", ["rwmp", "max"])
+def test_nothing_wraps_so_that_invariance_is_only_near(pool):
+    torch.manual_seed(0)
+    net = Moon2018(3, (14, 14, 14), pool).eval()
+    grids = (torch.rand(2, 1, 14, 14, 14) < 0.1).float()
+    with torch.no_grad():
+        assert not torch.allclose(net(grids), net(grids.roll(5, 3)), atol=1e-4)
