@@ -38,9 +38,18 @@ def draw_all(sweep: YawSweep, objects: ObjectSet, folder: Path) -> list[Path]:
         "surest_mistakes.png": draw_surest_mistakes(sweep, objects),
     }
     for name, figure in figures.items():
-        with atomic_path(folder / name) as aside:
-            figure.savefig(aside, dpi=130, facecolor="white")
+        save_figure(figure, folder / name)
     return [folder / name for name in figures]
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG.
+
+    Raises:
+        OutputError: It can not be written.
+    """
+    with atomic_path(path) as aside:
+        figure.savefig(aside, dpi=130, facecolor="white")
 
 
 def draw_accuracy_over_yaw(sweep: YawSweep) -> Figure:

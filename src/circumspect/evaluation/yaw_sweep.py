@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +19,7 @@ from circumspect.datasets import ObjectSet
 from circumspect.errors import GeometryError, InputError, WeightsError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
 from circumspect.evaluation.predictor import Predictor
+from circumspect.storage import atomic_open
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +60,41 @@ class YawSweep:
         """(c, c) counts over all yaws; row is the true class."""
         labels = np.broadcast_to(self.labels, self.answers.shape).reshape(-1)
         return confusion_matrix(labels, self.answers.reshape(-1), len(self.classes))
+
+    def save(self, path: Path) -> None:
+        """Write all of it as NPZ.
+
+        Raises:
+            OutputError: It can not be written.
+        """
+        with atomic_open(path, "wb") as stream:
+            np.savez_compressed(
+                stream,
+                yaw_deg=self.yaw_deg,
+                probabilities=self.probabilities.astype(np.float32),
+                labels=self.labels,
+                classes=np.array(self.classes),
+                milliseconds=np.array(json.dumps(self.milliseconds)),
+            )
+
+    @classmethod
+    def load(cls, path: Path) -> YawSweep:
+        """Read what `save` wrote.
+
+        Raises:
+            InputError: The file is missing or broken.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as stored:
+                return cls(
+                    stored["yaw_deg"],
+                    stored["probabilities"].astype(np.float64),
+                    stored["labels"],
+                    tuple(str(name) for name in stored["classes"]),
+                    json.loads(str(stored["milliseconds"])),
+                )
+        except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+            raise InputError(f"{path}: not a yaw sweep ({error})") from error
 
     def metrics(self) -> dict[str, Any]:
         """What `metrics.json` holds."""

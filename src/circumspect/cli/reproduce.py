@@ -1,0 +1,87 @@
+"""`circumspect reproduce`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+from circumspect.cli.progress import progress_bar
+from circumspect.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from circumspect.training.train import TrainingObserver
+
+
+@dataclass(frozen=True)
+class Reproduce:
+    """An experiment of the paper from data to table; the same command goes on.
+
+    $ circumspect reproduce table2 --data modelnet10 --out table2
+    """
+
+    what: tyro.conf.Positional[Literal["table2"]]
+    """table2: the paper's network on both grids, with both poolings."""
+    data: Path
+    """Folder with point packs, or ModelNet10's folder of OFF files."""
+    out: Path | None = None
+    """Folder for runs, tables and figures; runs/WHAT by default."""
+    epochs: int = 24
+    """Of every network."""
+    yaw_count: int = 64
+    """Yaws over the turn, each at another fraction of a cell."""
+    precision: Literal["fp32", "bf16"] = "fp32"
+    """bf16 is automatic mixed precision, for CPUs and GPUs that have it."""
+    seed: int = 0
+    """Of all chance."""
+    json: bool = False
+    """Print the table as JSON and nothing else on standard output."""
+    cache: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = field(default=None)
+    """Where grids are kept; $CIRCUMSPECT_CACHE or ~/.cache/circumspect by default."""
+
+    def run(self) -> int:
+        """Do what is not yet done, and print the table."""
+        try:
+            from circumspect.reproduction import Table2, reproduce_table2
+        except ImportError as error:
+            raise MissingExtraError(error.name or "torch", "train") from error
+        from circumspect.datasets import GridCache, open_data_set
+
+        out = self.out or Path("runs") / self.what
+        with progress_bar("sampling meshes") as progress:
+            train, test = (open_data_set(self.data, split, progress) for split in ("train", "test"))
+        how = Table2(self.epochs, self.yaw_count, self.precision, self.seed)
+        document = reproduce_table2(train, test, how, out, Shown(), GridCache(self.cache))
+        text = (out / f"{self.what}.md").read_text(encoding="utf-8")
+        print(json.dumps(document) if self.json else text)  # noqa: T201
+        return 0
+
+
+class Shown:
+    """Shows an experiment's progress; a `Watched`."""
+
+    @contextmanager
+    def training(self, name: str, epochs: int) -> Iterator[TrainingObserver]:
+        """Bars, and a line an epoch."""
+        from circumspect.cli.training_progress import TrainingProgress
+
+        _say(f"{name}: training")
+        with TrainingProgress(epochs) as observer:
+            yield observer
+
+    def measuring(self, name: str) -> AbstractContextManager[Callable[[int, int], None]]:
+        """A bar."""
+        _say(f"{name}: measuring")
+        return progress_bar("objects")
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)  # noqa: T201

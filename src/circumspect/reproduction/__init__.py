@@ -1,0 +1,5 @@
+"""Whole experiments by one command: trained, measured, and set beside what was published."""
+
+from circumspect.reproduction.table2 import Table2, reproduce_table2
+
+__all__ = ["Table2", "reproduce_table2"]

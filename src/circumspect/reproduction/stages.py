@@ -1,0 +1,97 @@
+"""Stages of an experiment: each is done once, and results of another are never mixed in."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from circumspect import __version__
+from circumspect.classification import InputRecipe
+from circumspect.datasets import GridCache, ObjectSet
+from circumspect.errors import InputError
+from circumspect.evaluation.predictor import load_predictor
+from circumspect.evaluation.yaw_sweep import YawSweep, sweep_yaw
+from circumspect.storage import write_json
+from circumspect.training import TrainingSettings, train
+from circumspect.training.run_config import run_config
+from circumspect.training.train import BEST, STATE, TrainingObserver
+
+MADE_OF = "made_of.json"
+SWEEP = "sweep.npz"
+
+
+def trained(
+    objects: ObjectSet,
+    settings: TrainingSettings,
+    recipe: InputRecipe,
+    folder: Path,
+    observer: TrainingObserver,
+    cache: GridCache | None = None,
+) -> Path:
+    """Train a network, or go on with it, or leave it as it is where it is done.
+
+    Returns:
+        The checkpoint of the best epoch.
+
+    Raises:
+        InputError: The folder holds another run.
+        OutputError: It can not be written.
+    """
+    made_of = run_config(settings, recipe, objects)
+    if not is_done(folder, made_of):
+        train(objects, settings, folder, observer, cache, recipe)
+        write_json(folder / MADE_OF, made_of)
+    # Hundreds of megabytes that only an unfinished run needs.
+    (folder / STATE).unlink(missing_ok=True)
+    return folder / BEST
+
+
+def measured(
+    weights: Path,
+    objects: ObjectSet,
+    yaw_deg: list[float],
+    folder: Path,
+    progress: Callable[[int, int], None] | None = None,
+) -> YawSweep:
+    """Name all objects at all yaws, or read what was found before.
+
+    Raises:
+        InputError: The folder holds what was found with other weights, objects or yaws.
+        OutputError: It can not be written.
+    """
+    made_of = {
+        "circumspect": __version__,
+        "weights": hashlib.sha256(weights.read_bytes()).hexdigest(),
+        "data": objects.digest,
+        "yaw_deg": list(yaw_deg),
+    }
+    if is_done(folder, made_of):
+        return YawSweep.load(folder / SWEEP)
+    sweep = sweep_yaw(load_predictor(weights), objects, yaw_deg, progress)
+    sweep.save(folder / SWEEP)
+    write_json(folder / "metrics.json", sweep.metrics())
+    write_json(folder / MADE_OF, made_of)
+    return sweep
+
+
+def is_done(folder: Path, made_of: dict[str, Any]) -> bool:
+    """Whether a stage's result is there: it is written before what it was made of.
+
+    Raises:
+        InputError: What is there was made of something else.
+    """
+    try:
+        found = json.loads((folder / MADE_OF).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return False
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder / MADE_OF}: can not be read; choose another --out") from error
+    if found != json.loads(json.dumps(made_of)):
+        differing = sorted(k for k in {*found, *made_of} if found.get(k) != made_of.get(k))
+        raise InputError(
+            f"{folder}: holds a result with other {', '.join(differing)}; choose another --out"
+        )
+    return True

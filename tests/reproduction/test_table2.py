@@ -1,0 +1,113 @@
+"""The paper's experiment end to end, on a handful of plates and posts."""
+
+from __future__ import annotations
+
+import json
+from contextlib import contextmanager, nullcontext
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from circumspect.datasets import GridCache, ObjectSet
+from circumspect.errors import InputError
+from circumspect.reproduction import Table2, reproduce_table2
+from circumspect.reproduction.published import ANGLES_DEG, MODELNET10
+from circumspect.reproduction.stages import is_done
+
+QUICK = Table2(epochs=2, yaw_count=5, shape=(14, 14, 14))
+
+
+def shapes(count, seed=0):
+    rng = np.random.default_rng(seed)
+    cube = rng.random((count, 300, 3)) - 0.5
+    labels = np.arange(count) % 2
+    size = np.where(labels[:, None] == 0, [1.0, 1.0, 0.1], [0.15, 0.15, 1.0])
+    names = np.array([f"{['plate', 'post'][k]}_{i:04d}" for i, k in enumerate(labels)])
+    return ObjectSet(
+        (cube * size[:, None]).astype(np.float32), labels.astype(np.int64), names, ("plate", "post")
+    )
+
+
+class Watched:
+    """Counts stages, and can interrupt one."""
+
+    def __init__(self, stop_at: str | None = None) -> None:
+        self.steps: list[str] = []
+        self.stop_at = stop_at
+        self.name = ""
+
+    @contextmanager
+    def training(self, name, epochs):
+        self.name = name
+        yield self
+
+    def preparing(self, done, total):
+        pass
+
+    def stepped(self, epoch, step, steps, loss):
+        self.steps.append(self.name)
+        if self.name == self.stop_at and epoch == 1:
+            raise KeyboardInterrupt
+
+    def finished_epoch(self, row):
+        pass
+
+    def measuring(self, name):
+        self.steps.append(name)
+        return nullcontext(lambda done, total: None)
+
+
+def run(tmp_path, how=QUICK, watched=None, test=None):
+    return reproduce_table2(
+        shapes(40), test or shapes(10, 1), how, tmp_path / "out", watched or Watched(),
+        GridCache(tmp_path / "grids"),
+    )  # fmt: skip
+
+
+def test_the_table_stands_beside_the_papers_and_is_made_once(tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path, watched=Watched("cylindrical-rwmp"))
+    goes_on = Watched()
+    document = run(tmp_path, watched=goes_on)
+    trained = [step for step in goes_on.steps if step in {f"{g}-{p}" for g, p in MODELNET10}]
+    assert set(trained) == {"cylindrical-rwmp"}
+
+    out = tmp_path / "out"
+    assert json.loads((out / "table2.json").read_text()) == json.loads(json.dumps(document))
+    assert {
+        (row["grid"], row["pool"]): tuple(row["paper"]) for row in document["rows"]
+    } == MODELNET10
+    for row in document["rows"]:
+        assert row["yaw_deg"] == list(ANGLES_DEG)
+        assert len(row["accuracy"]) == 4
+        metrics = json.loads(
+            (out / f"{row['grid']}-{row['pool']}" / "angles" / "metrics.json").read_text()
+        )
+        assert metrics["accuracy"] == row["accuracy"]
+    text = (out / "table2.md").read_text()
+    assert "(0.87) |" in text
+    assert text.count("| cylindrical") == 2
+    for figure in ("accuracy_over_yaw.png", "confusion_cylindrical_rwmp.png"):
+        assert np.ptp(imread(out / figure)[..., :3]) > 0.5
+    assert not list(out.rglob("state.safetensors"))
+
+    before = {path: path.stat().st_mtime_ns for path in out.rglob("best.safetensors")}
+    again = Watched()
+    assert run(tmp_path, watched=again) == document
+    assert all("-" not in step or " " in step for step in again.steps)
+    assert before == {path: path.stat().st_mtime_ns for path in out.rglob("best.safetensors")}
+
+    with pytest.raises(InputError, match="other settings; choose another --out"):
+        run(tmp_path, Table2(epochs=3, yaw_count=5, shape=(14, 14, 14)))
+    with pytest.raises(InputError, match="other data; choose another --out"):
+        run(tmp_path, test=shapes(10, 2))
+    with pytest.raises(InputError, match="other yaw_deg"):
+        run(tmp_path, Table2(epochs=2, yaw_count=6, shape=(14, 14, 14)))
+
+
+def test_a_broken_note_of_what_a_result_is_made_of_is_named(tmp_path):
+    (tmp_path / "made_of.json").write_text("{")
+    with pytest.raises(InputError, match=r"made_of\.json"):
+        is_done(tmp_path, {"data": 1})
+    assert not is_done(tmp_path / "nowhere", {"data": 1})
