@@ -10,7 +10,7 @@ from circumspect.datasets import ObjectSet
 from circumspect.errors import InputError, WeightsError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
 from circumspect.evaluation.figures import draw_all
-from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
+from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws, sweep_yaw
 
 CLASSES = ("flat", "tall")
 
@@ -22,7 +22,7 @@ class ByHeight:
     recipe = GridRecipe(azimuth_views=2)
 
     def probabilities(self, grids):
-        rows = grids.any(axis=(1, 2, 3)).sum(axis=1)
+        rows = grids.any(axis=(1, 2, 3, 4)).sum(axis=1)
         tall = np.clip(rows / grids.shape[-1], 0.0, 1.0)
         return np.stack([1 - tall, tall], axis=1)
 
@@ -31,7 +31,7 @@ class ByDirection(ByHeight):
     """Not invariant: looks at what lies towards +x."""
 
     def probabilities(self, grids):
-        towards = grids[:, :, 16:, :4].any(axis=(1, 2, 3, 4)).astype(float)
+        towards = grids[:, :, 0, 16:, :4].any(axis=(1, 2, 3, 4)).astype(float)
         return np.stack([1 - towards, towards], axis=1)
 
 
@@ -102,3 +102,15 @@ def test_accuracy_measures_agree_with_their_definitions(pairs):
     assert np.trace(confusion) == (labels == answers).sum()
     by_hand = [np.mean(answers[labels == c] == c) for c in range(4) if (labels == c).any()]
     assert mean_class_accuracy(labels == answers, labels, 4) == pytest.approx(np.mean(by_hand))
+
+
+def test_a_sweep_survives_the_disk(tmp_path):
+    sweep = sweep_yaw(ByDirection(), objects(), spread_yaws(3))
+    sweep.save(tmp_path / "sweep.npz")
+    back = YawSweep.load(tmp_path / "sweep.npz")
+    assert back.metrics() == sweep.metrics()
+    whole = (tmp_path / "sweep.npz").read_bytes()
+    for broken in (b"", whole[:100], whole[:-40]):
+        (tmp_path / "sweep.npz").write_bytes(broken)
+        with pytest.raises(InputError, match=r"sweep\.npz"):
+            YawSweep.load(tmp_path / "sweep.npz")
