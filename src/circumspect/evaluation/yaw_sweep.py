@@ -85,7 +85,8 @@ class YawSweep:
             InputError: The file is missing or broken.
         """
         try:
-            with np.load(path, allow_pickle=False) as stored:
+            # NumPy leaves a file that it opened itself open where it is broken.
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
                 return cls(
                     stored["yaw_deg"],
                     stored["probabilities"].astype(np.float64),
