@@ -26,12 +26,14 @@ class Classify:
     $ circumspect classify chair.ply
     $ circumspect classify scans/*.pcd --json
     $ circumspect classify model.glb --up y
+    $ circumspect classify fallen.ply --up auto
     """
 
     files: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="FILE...")]
     """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, NPY, NPZ, or a grid saved by `circumspect grid`."""
-    up: Literal["x", "y", "z"] = "z"
-    """The axis that points up in the files."""
+    up: Literal["x", "y", "z", "auto"] = "z"
+    """The axis that points up in the files; auto stands each object on every face that it can
+    stand on and believes the surest answer."""
     json: bool = False
     """One JSON object a line on standard output and nothing else there."""
     weights: Path | None = None
@@ -75,8 +77,14 @@ def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[st
     else:
         from circumspect.geometry import read_cloud
 
-        cloud = read_cloud(file, up=up, samples=samples)
+        cloud = read_cloud(file, up="z" if up == "auto" else up, samples=samples)
         points, loaded = len(cloud), time.perf_counter()
+        if up == "auto":
+            from circumspect.classification.upright import classify_any_way_up
+
+            prediction, pose = classify_any_way_up(classifier, cloud)
+            record = _record(file, prediction, points, 1e3 * (loaded - start))
+            return {**record, "up_xyz": pose.inv().apply([0.0, 0.0, 1.0]).round(4).tolist()}
         prediction = classifier.classify(cloud)
     return _record(file, prediction, points, 1e3 * (loaded - start))
 
@@ -106,4 +114,6 @@ def _record(file: Path, prediction: Prediction, points: int, load: float) -> dic
 def _readable(record: dict[str, Any], top: int) -> str:
     best = sorted(record["probabilities"].items(), key=lambda item: -item[1])[: max(1, top)]
     ranked = ", ".join(f"{name} {100 * share:.1f} %" for name, share in best)
-    return f"{record['file']}: {ranked}"
+    up = record.get("up_xyz")
+    turned = "" if up is None else f"; up is ({', '.join(f'{value:.2f}' for value in up)})"
+    return f"{record['file']}: {ranked}{turned}"

@@ -1,0 +1,31 @@
+"""Names objects of which nobody knows which way is up."""
+
+from __future__ import annotations
+
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from circumspect.classification.classifier import Classifier
+from circumspect.classification.prediction import Prediction
+from circumspect.geometry import PointCloud
+from circumspect.geometry.resting_poses import resting_poses
+
+
+def classify_any_way_up(classifier: Classifier, cloud: PointCloud) -> tuple[Prediction, Rotation]:
+    """Stand an object on each face that it can stand on, and believe the surest answer.
+
+    Args:
+        classifier: Names standing objects.
+        cloud: The object's surface, any axis up.
+
+    Returns:
+        The answer, and the rotation from the cloud's coordinates to those of the standing object.
+
+    Raises:
+        GeometryError: The points span no shape.
+    """
+    answers = [(classifier.classify(_stood(cloud, pose)), pose) for pose in resting_poses(cloud)]
+    return max(answers, key=lambda answer: answer[0].probability)
+
+
+def _stood(cloud: PointCloud, pose: Rotation) -> PointCloud:
+    return cloud.moved(RigidTransform.from_rotation(pose).as_matrix())
