@@ -19,18 +19,18 @@ def rows() -> list[Row]:
     found = []
     for threads in (1, 2):
         classifier = Classifier.load(threads=threads)
-        grids = classifier.recipe.grids(dense)
+        inputs = classifier.recipe.inputs(dense)
         views = classifier.recipe.azimuth_views
         plural = "s" if threads > 1 else ""
         found.append(
             timed(
                 f"network, {views} views, {threads} thread{plural}",
-                partial(classifier.probabilities, grids),
+                partial(classifier.probabilities, inputs),
             )
         )
     recipe = Classifier.load(threads=1).recipe
-    found.append(timed("grids of 32,768 points", partial(recipe.grids, dense)))
-    found.append(timed("fill and grids of 1,024 points", partial(recipe.grids, sparse)))
+    found.append(timed("grids of 32,768 points", partial(recipe.inputs, dense)))
+    found.append(timed("fill and grids of 1,024 points", partial(recipe.inputs, sparse)))
     return found + _processes()
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from contextlib import contextmanager, nullcontext
 
 import numpy as np
 import pytest
+from experiment_watcher import Watched
 from matplotlib.image import imread
 
 from circumspect.datasets import GridCache, ObjectSet
@@ -27,35 +27,6 @@ def shapes(count, seed=0):
     return ObjectSet(
         (cube * size[:, None]).astype(np.float32), labels.astype(np.int64), names, ("plate", "post")
     )
-
-
-class Watched:
-    """Counts stages, and can interrupt one."""
-
-    def __init__(self, stop_at: str | None = None) -> None:
-        self.steps: list[str] = []
-        self.stop_at = stop_at
-        self.name = ""
-
-    @contextmanager
-    def training(self, name, epochs):
-        self.name = name
-        yield self
-
-    def preparing(self, done, total):
-        pass
-
-    def stepped(self, epoch, step, steps, loss):
-        self.steps.append(self.name)
-        if self.name == self.stop_at and epoch == 1:
-            raise KeyboardInterrupt
-
-    def finished_epoch(self, row):
-        pass
-
-    def measuring(self, name):
-        self.steps.append(name)
-        return nullcontext(lambda done, total: None)
 
 
 def run(tmp_path, how=QUICK, watched=None, test=None):

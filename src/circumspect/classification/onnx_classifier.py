@@ -121,9 +121,14 @@ def _read(path: Path) -> bytes:
         raise WeightsError(f"{path}: can not be read ({reason})") from error
 
 
+def shipped_path() -> Path:
+    """Where the shipped classifier lies."""
+    return Path(str(resources.files("circumspect.classification").joinpath(SHIPPED)))
+
+
 def _shipped() -> bytes:
     try:
-        return resources.files("circumspect.classification").joinpath(SHIPPED).read_bytes()
+        return shipped_path().read_bytes()
     except OSError as error:
         raise WeightsError("the shipped classifier is missing; install circumspect anew") from error
 

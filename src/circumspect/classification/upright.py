@@ -23,9 +23,10 @@ def classify_any_way_up(classifier: Classifier, cloud: PointCloud) -> tuple[Pred
     Raises:
         GeometryError: The points span no shape.
     """
-    answers = [(classifier.classify(_stood(cloud, pose)), pose) for pose in resting_poses(cloud)]
+    answers = [(classifier.classify(stood(cloud, pose)), pose) for pose in resting_poses(cloud)]
     return max(answers, key=lambda answer: answer[0].probability)
 
 
-def _stood(cloud: PointCloud, pose: Rotation) -> PointCloud:
+def stood(cloud: PointCloud, pose: Rotation) -> PointCloud:
+    """The cloud, turned."""
     return cloud.moved(RigidTransform.from_rotation(pose).as_matrix())

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -26,16 +26,18 @@ class Reproduce:
     """An experiment of the paper from data to table; the same command goes on.
 
     $ circumspect reproduce table2 --data modelnet10 --out table2
+    $ circumspect reproduce rivals --data modelnet10 --epochs 24
     """
 
-    what: tyro.conf.Positional[Literal["table2"]]
-    """table2: the paper's network on both grids, with both poolings."""
+    what: tyro.conf.Positional[Literal["table2", "rivals"]]
+    """table2: the paper's network on both grids, with both poolings; rivals: it, six others and
+    ours, at all yaws and any way up."""
     data: Path
     """Folder with point packs, or ModelNet10's folder of OFF files."""
     out: Path | None = None
     """Folder for runs, tables and figures; runs/WHAT by default."""
-    epochs: int = 24
-    """Of every network."""
+    epochs: int | None = None
+    """Of every network; without it those that each is meant for."""
     yaw_count: int = 64
     """Yaws over the turn, each at another fraction of a cell."""
     precision: Literal["fp32", "bf16"] = "fp32"
@@ -50,7 +52,12 @@ class Reproduce:
     def run(self) -> int:
         """Do what is not yet done, and print the table."""
         try:
-            from circumspect.reproduction import Table2, reproduce_table2
+            from circumspect.reproduction import (
+                Rivals,
+                Table2,
+                reproduce_rivals,
+                reproduce_table2,
+            )
         except ImportError as error:
             raise MissingExtraError(error.name or "torch", "train") from error
         from circumspect.datasets import GridCache, open_data_set
@@ -58,8 +65,14 @@ class Reproduce:
         out = self.out or Path("runs") / self.what
         with progress_bar("sampling meshes") as progress:
             train, test = (open_data_set(self.data, split, progress) for split in ("train", "test"))
-        how = Table2(self.epochs, self.yaw_count, self.precision, self.seed)
-        document = reproduce_table2(train, test, how, out, Shown(), GridCache(self.cache))
+        rest = (out, Shown(), GridCache(self.cache))
+        flags: dict[str, Any] = {
+            name: getattr(self, name) for name in ("epochs", "yaw_count", "precision", "seed")
+        }
+        if self.what == "table2":
+            document = reproduce_table2(train, test, Table2(**flags), *rest)
+        else:
+            document = reproduce_rivals(train, test, Rivals(**flags), *rest)
         text = (out / f"{self.what}.md").read_text(encoding="utf-8")
         print(json.dumps(document) if self.json else text)  # noqa: T201
         return 0

@@ -100,7 +100,7 @@ NETS = {
             "Maturana and Scherer 2015",
             "AdamW in the place of SGD; not trained on turned copies, no vote over them; "
             "surface cells only, not a density grid",
-            PLAIN,
+            {**PLAIN, "epochs": 40},
         ),
         NetSpec(
             "3dshapenets",
@@ -140,7 +140,7 @@ NETS = {
             PointsRecipe(1024),
             "Qi et al. 2017",
             "no loss on the feature transform; not trained on turned copies",
-            PLAIN,
+            {**PLAIN, "epochs": 60},
         ),
         NetSpec(
             "voxelnet",

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from circumspect import __version__
 from circumspect.classification import InputRecipe
@@ -14,6 +15,7 @@ from circumspect.datasets import GridCache, ObjectSet
 from circumspect.errors import InputError
 from circumspect.evaluation.predictor import load_predictor
 from circumspect.evaluation.yaw_sweep import YawSweep, sweep_yaw
+from circumspect.nets.registry import net_spec
 from circumspect.storage import write_json
 from circumspect.training import TrainingSettings, train
 from circumspect.training.run_config import run_config
@@ -21,6 +23,25 @@ from circumspect.training.train import BEST, STATE, TrainingObserver
 
 MADE_OF = "made_of.json"
 SWEEP = "sweep.npz"
+RESULT = "result.json"
+
+
+Precision = Literal["fp32", "bf16"]
+
+
+def meant_settings(
+    net: str, epochs: int | None = None, precision: Precision = "fp32", seed: int = 0
+) -> TrainingSettings:
+    """How a network is meant to be trained.
+
+    Args:
+        net: Its name.
+        epochs: Others than it is meant for.
+        precision: Of the arithmetic.
+        seed: Of all chance.
+    """
+    meant = TrainingSettings(**{**net_spec(net).training, "net": net})
+    return replace(meant, epochs=epochs or meant.epochs, precision=precision, seed=seed)
 
 
 def trained(
@@ -64,7 +85,7 @@ def measured(
     """
     made_of = {
         "circumspect": __version__,
-        "weights": hashlib.sha256(weights.read_bytes()).hexdigest(),
+        "weights": file_digest(weights),
         "data": objects.digest,
         "yaw_deg": list(yaw_deg),
     }
@@ -75,6 +96,29 @@ def measured(
     write_json(folder / "metrics.json", sweep.metrics())
     write_json(folder / MADE_OF, made_of)
     return sweep
+
+
+def done_once(folder: Path, made_of: dict[str, Any], make: Callable[[], Any]) -> Any:
+    """What `make` gives, as JSON types, or what it gave before.
+
+    Raises:
+        InputError: The folder holds a result that was made of something else.
+        OutputError: It can not be written.
+    """
+    made_of = {"circumspect": __version__, **made_of}
+    if not is_done(folder, made_of):
+        write_json(folder / RESULT, make())
+        write_json(folder / MADE_OF, made_of)
+    try:
+        return json.loads((folder / RESULT).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder / RESULT}: can not be read; choose another --out") from error
+
+
+def file_digest(path: Path) -> str:
+    """What tells a file's content from any other."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def is_done(folder: Path, made_of: dict[str, Any]) -> bool:

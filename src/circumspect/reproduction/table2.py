@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -15,28 +13,14 @@ from circumspect.classification import GridRecipe
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.evaluation.figures import draw_confusion, save_figure
 from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws
-from circumspect.nets.registry import net_spec
 from circumspect.reproduction.comparison_figures import draw_accuracies_over_yaw
 from circumspect.reproduction.markdown import table
 from circumspect.reproduction.published import ANGLES_DEG, MODELNET10
-from circumspect.reproduction.stages import measured, trained
+from circumspect.reproduction.stages import Precision, meant_settings, measured, trained
+from circumspect.reproduction.watched import Watched
 from circumspect.storage import atomic_open, write_json
-from circumspect.training import TrainingSettings
-from circumspect.training.train import TrainingObserver
 
 NETS = {"rwmp": "moon2018", "max": "moon2018-max"}
-
-
-class Watched(Protocol):
-    """Shows what an experiment is doing."""
-
-    def training(self, name: str, epochs: int) -> AbstractContextManager[TrainingObserver]:
-        """While a network is trained."""
-        ...
-
-    def measuring(self, name: str) -> AbstractContextManager[Callable[[int, int], None]]:
-        """While it is measured; yields a function to call with (done, all)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -44,16 +28,16 @@ class Table2:
     """How the experiment is done.
 
     Attributes:
-        epochs: Of each of the four networks.
+        epochs: Of each of the four networks; None means those they are meant for.
         yaw_count: Yaws of the plot.
         precision: "fp32" or "bf16".
         seed: Of all chance.
         shape: Of the grids; the paper's are of 32 cells.
     """
 
-    epochs: int = 24
+    epochs: int | None = None
     yaw_count: int = 64
-    precision: str = "fp32"
+    precision: Precision = "fp32"
     seed: int = 0
     shape: tuple[int, int, int] = (32, 32, 32)
 
@@ -89,8 +73,8 @@ def reproduce_table2(
     angles, around = {}, {}
     for kind, pool in MODELNET10:
         name = f"{kind}-{pool}"
-        settings = _settings(NETS[pool], how)
-        with watched.training(name, how.epochs) as observer:
+        settings = meant_settings(NETS[pool], how.epochs, how.precision, how.seed)
+        with watched.training(name, settings.epochs) as observer:
             recipe = GridRecipe(kind, how.shape)
             weights = trained(train, settings, recipe, folder / name / "training", observer, cache)
         with watched.measuring(f"{name} at the paper's angles") as progress:
@@ -108,12 +92,6 @@ def reproduce_table2(
     with atomic_open(folder / "table2.md") as stream:
         stream.write(_markdown(document))
     return document
-
-
-def _settings(net: str, how: Table2) -> TrainingSettings:
-    meant = TrainingSettings(**{**net_spec(net).training, "net": net})
-    precision: Any = how.precision
-    return replace(meant, epochs=how.epochs, precision=precision, seed=how.seed)
 
 
 def _document(
@@ -142,7 +120,7 @@ def _document(
     return {
         "circumspect": __version__,
         "objects": len(first.labels),
-        "epochs": how.epochs,
+        "epochs": meant_settings(NETS["rwmp"], how.epochs).epochs,
         "precision": how.precision,
         "seed": how.seed,
         "rows": rows,

@@ -1,0 +1,84 @@
+"""Rivals beside ours, end to end on a little furniture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from experiment_watcher import Watched
+from matplotlib.image import imread
+
+from circumspect.datasets import GridCache, ObjectSet
+from circumspect.errors import InputError
+from circumspect.furniture import CATEGORIES, make_furniture
+from circumspect.nets import NETS
+from circumspect.reproduction import Rivals, reproduce_rivals
+from circumspect.reproduction.rivals import BETWEEN_DEG, RIVALS, WHOLE_DEG
+from circumspect.reproduction.stages import done_once, meant_settings
+
+QUICK = Rivals(nets=("voxnet", "pointnet"), epochs=1, yaw_count=3)
+
+
+def furniture(each, first):
+    pieces = [(label, first + k) for label in range(10) for k in range(each)]
+    points = [
+        make_furniture(CATEGORIES[label], k).sampled(256, k).points_xyz for label, k in pieces
+    ]
+    names = np.array([f"{CATEGORIES[label]}_{k:04d}" for label, k in pieces])
+    labels = np.array([label for label, _ in pieces])
+    return ObjectSet(np.array(points, np.float32), labels, names, CATEGORIES)
+
+
+def run(tmp_path, watched=None, how=QUICK):
+    return reproduce_rivals(
+        furniture(9, 0), furniture(2, 500), how, tmp_path / "out", watched or Watched(),
+        GridCache(tmp_path / "grids"),
+    )  # fmt: skip
+
+
+def test_rivals_and_ours_in_one_table(tmp_path):
+    document = run(tmp_path)
+    out = tmp_path / "out"
+    assert list(document["nets"]) == ["circumspect", "voxnet", "pointnet"]
+    for row in document["nets"].values():
+        assert 0 <= row["worst"] <= row["mean"] <= 1
+        assert row["spread"] >= 0
+        assert row["milliseconds"] > 0
+        assert {"at_0", "tumbled", "stood_up", "whole_cells", "between_cells"} <= set(row)
+    ours = document["nets"]["circumspect"]
+    assert ours["mean"] > 0.6
+    assert ours["stood_up"] >= ours["tumbled"]
+    assert (out / "rivals.md").read_text().count("\n| ") == 5
+    assert np.ptp(imread(out / "rivals_over_yaw.png")[..., :3]) > 0.5
+    again = Watched()
+    assert run(tmp_path, again) == document
+    assert not any("any way up" in step for step in again.steps)
+    with pytest.raises(InputError, match="other settings"):
+        run(tmp_path, how=Rivals(nets=("voxnet",), epochs=2, yaw_count=3))
+
+
+def test_angles_between_cells_are_half_a_cell_off():
+    cell = 360 / 32
+    assert all(angle % cell == 0 for angle in WHOLE_DEG)
+    assert all(angle % cell == cell / 2 for angle in BETWEEN_DEG)
+
+
+def test_every_rival_says_where_it_is_from():
+    assert set(RIVALS) <= set(NETS)
+    for name in RIVALS[1:]:
+        assert NETS[name].source[-4:].isdigit()
+        assert NETS[name].departures
+    assert meant_settings("moon2018").optimizer == "sgd"
+    assert meant_settings("pointnet", epochs=3).epochs == 3
+
+
+def test_a_result_is_made_once(tmp_path):
+    made = []
+    for _ in range(2):
+        found = done_once(tmp_path / "a", {"seed": 1}, lambda: made.append(1) or {"x": 2})
+        assert found == {"x": 2}
+    assert made == [1]
+    with pytest.raises(InputError, match="other seed"):
+        done_once(tmp_path / "a", {"seed": 2}, dict)
+    (tmp_path / "a" / "result.json").unlink()
+    with pytest.raises(InputError, match=r"result\.json"):
+        done_once(tmp_path / "a", {"seed": 1}, dict)
