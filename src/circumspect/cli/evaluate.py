@@ -16,6 +16,8 @@ from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from circumspect.datasets import ObjectSet
+    from circumspect.evaluation.evaluation_set import EvaluationSet
+    from circumspect.evaluation.predictor import Predictor
     from circumspect.evaluation.yaw_sweep import YawSweep
 
 
@@ -25,6 +27,7 @@ class Evaluate:
 
     $ circumspect evaluate --data modelnet10 --split test --yaw-count 64 --out eval
     $ circumspect evaluate --weights runs/train-planes --data modelnet10 --yaw 0,45
+    $ circumspect evaluate --data modelnet10 --corrupt --out robustness
     """
 
     data: Path
@@ -37,6 +40,8 @@ class Evaluate:
     """Angles in degrees, such as 0,45,90,135."""
     yaw_count: int = 64
     """This many angles over the turn, each at another fraction of a cell, without --yaw."""
+    corrupt: bool = False
+    """Instead of turning objects, corrupt them in twelve ways and five severities each."""
     out: Path = Path("evaluation")
     """Folder for metrics.json and figures."""
     json: bool = False
@@ -57,21 +62,38 @@ class Evaluate:
         with progress_bar("sampling meshes") as progress:
             evaluated = open_evaluation_set(predictor, self.data, self.split, progress)
         # First of all, so that a folder that can not be written is found out before the work.
-        config = {"data": str(self.data), "split": self.split, "yaw_deg": yaws}
+        how = {"corrupt": True} if self.corrupt else {"yaw_deg": yaws}
+        config = {"data": str(self.data), "split": self.split, **how}
         write_json(self.out / "config.json", config)
+        if self.corrupt:
+            return self._corrupt(predictor, evaluated)
         with progress_bar("objects") as progress:
             sweep = sweep_yaw(predictor, evaluated.objects, yaws, progress)
-        metrics = {
+        metrics = {**self._head(evaluated), **sweep.metrics()}
+        write_json(self.out / "metrics.json", metrics)
+        print(json.dumps(metrics) if self.json else _readable(metrics, self.out))  # noqa: T201
+        self._draw(sweep, evaluated.objects)
+        return 0
+
+    def _head(self, evaluated: EvaluationSet) -> dict[str, Any]:
+        return {
             "circumspect": __version__,
             "weights": "shipped" if self.weights is None else str(self.weights),
             "split": self.split,
             "data": evaluated.objects.digest,
             "seen_in_training": evaluated.seen,
-            **sweep.metrics(),
         }
-        write_json(self.out / "metrics.json", metrics)
-        print(json.dumps(metrics) if self.json else _readable(metrics, self.out))  # noqa: T201
-        self._draw(sweep, evaluated.objects)
+
+    def _corrupt(self, predictor: Predictor, evaluated: EvaluationSet) -> int:
+        from circumspect.cli.progress import progress_bar
+        from circumspect.evaluation.robustness import measure_robustness
+        from circumspect.storage import write_json
+
+        with progress_bar("corruptions") as progress:
+            found = measure_robustness(predictor, evaluated.objects, progress=progress)
+        metrics = {**self._head(evaluated), "objects": len(evaluated.objects), **found.to_dict()}
+        write_json(self.out / "robustness.json", metrics)
+        print(json.dumps(metrics) if self.json else _robust(metrics, self.out))  # noqa: T201
         return 0
 
     def _draw(self, sweep: YawSweep, objects: ObjectSet) -> None:
@@ -104,7 +126,26 @@ def _readable(metrics: dict[str, Any], out: Path) -> str:
         f"accuracy worst {metrics['worst']:.4f}, best {max(accuracy):.4f}, "
         f"spread {metrics['spread']:.4f}; {100 * metrics['flip_rate']:.1f} % flip"
     )
-    if metrics["seen_in_training"]:
-        lines.append("the network was trained on these objects: do not quote these figures")
+    lines += _seen(metrics)
     lines.append(f"metrics and figures: {out}")
     return "\n".join(lines)
+
+
+def _robust(metrics: dict[str, Any], out: Path) -> str:
+    lines = [
+        f"{metrics['objects']} objects of {metrics['split']}; accuracy {metrics['clean']:.3f}, "
+        f"corrupted {metrics['mean']:.3f} on average",
+        f"{'severity':14}" + "".join(f"{severity:8}" for severity in range(1, 6)) + "    mean",
+    ]
+    for kind, row in metrics["accuracy"].items():
+        cells = "".join(f"{value:8.3f}" for value in (*row, sum(row) / len(row)))
+        lines.append(f"{kind:14}{cells}")
+    lines += _seen(metrics)
+    lines.append(f"metrics: {out}")
+    return "\n".join(lines)
+
+
+def _seen(metrics: dict[str, Any]) -> list[str]:
+    if not metrics["seen_in_training"]:
+        return []
+    return ["the network was trained on these objects: do not quote these figures"]
