@@ -67,7 +67,7 @@ def test_figures_are_written(tmp_path):
 
     sweep = sweep_yaw(ByDirection(), objects(), spread_yaws(8))
     files = draw_all(sweep, objects(), tmp_path)
-    assert len(files) == 3
+    assert len(files) == 4
     for file in files:
         with Image.open(file) as picture:
             assert min(picture.size) > 500

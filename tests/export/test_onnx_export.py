@@ -161,3 +161,13 @@ def test_eight_bits_that_change_labels_are_not_kept(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="two grids"):
         export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=some_grids(1))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_less_probable_than_the_threshold_is_called_unknown(tmp_path):
+    cloud = make_furniture("chair", 1).sampled(3000, 0)
+    for threshold, known in ((0.0, True), (1.0, False)):
+        path = tmp_path / f"{threshold}.onnx"
+        export_onnx([checkpoint("planes")], path, unknown_below=threshold)
+        assert Classifier.load(path).classify(cloud).known is known
+    with pytest.raises(InputError, match="threshold"):
+        export_onnx([checkpoint("planes")], tmp_path / "x.onnx", unknown_below=1.5)

@@ -31,12 +31,14 @@ class OnnxClassifier(Classifier):
     def __init__(self, session: Any, description: dict[str, Any]) -> None:
         self._session = session
         self.description = description
-        """What the file says of itself: name, classes, grid, temperature, training."""
+        """What the file says of itself: name, classes, grid, temperature, unknown_below,
+        training."""
         self._classes = tuple(description["classes"])
         self._recipe = recipe_from_dict(description["grid"])
         if not self._classes or len(set(self._classes)) != len(self._classes):
             raise WeightsError(f"its classes are not distinct: {', '.join(self._classes)}")
         self._temperature = checked_temperature(description.get("temperature", 1.0))
+        self._unknown_below = checked_threshold(description.get("unknown_below", 0.0))
 
     @staticmethod
     def load(path: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
@@ -69,7 +71,7 @@ class OnnxClassifier(Classifier):
         probabilities = self.probabilities(inputs)[0]
         done = time.perf_counter()
         times = {"grid": 1e3 * (made - start), "classify": 1e3 * (done - made)}
-        return Prediction.from_probabilities(self._classes, probabilities, times)
+        return self._prediction(probabilities, times)
 
     def classify_grid(self, grid: OccupancyGrid) -> Prediction:
         """See `Classifier.classify_grid`."""
@@ -78,7 +80,14 @@ class OnnxClassifier(Classifier):
         occupied = grid.occupied.astype(np.uint8)[None, None, None]
         probabilities = self.probabilities(occupied)[0]
         times = {"classify": 1e3 * (time.perf_counter() - start)}
-        return Prediction.from_probabilities(self._classes, probabilities, times)
+        return self._prediction(probabilities, times)
+
+    def _prediction(
+        self, probabilities: NDArray[np.float64], milliseconds: Mapping[str, float]
+    ) -> Prediction:
+        return Prediction.from_probabilities(
+            self._classes, probabilities, milliseconds, self._unknown_below
+        )
 
     def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
         """Class probabilities of many objects.
@@ -119,6 +128,17 @@ def _read(path: Path) -> bytes:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise WeightsError(f"{path}: can not be read ({reason})") from error
+
+
+def checked_threshold(value: Any) -> float:
+    """A probability below which an answer is called unknown.
+
+    Raises:
+        InputError: Not within 0 … 1.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1:
+        raise InputError(f"the threshold of the unknown must lie in 0 … 1, not {value!r}")
+    return float(value)
 
 
 def shipped_path() -> Path:

@@ -19,12 +19,15 @@ class Prediction:
         probability: Its probability, 0 … 1.
         probabilities: Class to probability, in the classifier's order; they sum to 1.
         milliseconds: Stage to time spent [ms].
+        known: False where the probability is lower than that of nearly all objects of the
+            classes: the object may well be of none of them, and the label is the nearest guess.
     """
 
     label: str
     probability: float
     probabilities: Mapping[str, float]
     milliseconds: Mapping[str, float] = field(default_factory=dict)
+    known: bool = True
 
     @classmethod
     def from_probabilities(
@@ -32,6 +35,7 @@ class Prediction:
         classes: Sequence[str],
         probabilities: NDArray[np.floating],
         milliseconds: Mapping[str, float] | None = None,
+        unknown_below: float = 0.0,
     ) -> Prediction:
         """Build from a vector.
 
@@ -39,6 +43,7 @@ class Prediction:
             classes: The c class names.
             probabilities: (c,) that sum to 1.
             milliseconds: Stage to time spent [ms].
+            unknown_below: Less probable answers are not `known`.
         """
         best = int(np.argmax(probabilities))
         named = {name: float(p) for name, p in zip(classes, probabilities, strict=True)}
@@ -47,4 +52,5 @@ class Prediction:
             probability=float(probabilities[best]),
             probabilities=MappingProxyType(named),
             milliseconds=MappingProxyType(dict(milliseconds or {})),
+            known=float(probabilities[best]) >= unknown_below,
         )

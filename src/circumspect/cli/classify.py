@@ -104,6 +104,7 @@ def _record(file: Path, prediction: Prediction, points: int, load: float) -> dic
     return {
         "file": str(file),
         "label": prediction.label,
+        "known": prediction.known,
         "probability": prediction.probability,
         "probabilities": dict(prediction.probabilities),
         "points": points,
@@ -116,4 +117,5 @@ def _readable(record: dict[str, Any], top: int) -> str:
     ranked = ", ".join(f"{name} {100 * share:.1f} %" for name, share in best)
     up = record.get("up_xyz")
     turned = "" if up is None else f"; up is ({', '.join(f'{value:.2f}' for value in up)})"
-    return f"{record['file']}: {ranked}{turned}"
+    unknown = "" if record["known"] else "unknown, nearest "
+    return f"{record['file']}: {unknown}{ranked}{turned}"

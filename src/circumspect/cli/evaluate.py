@@ -70,6 +70,8 @@ class Evaluate:
         with progress_bar("objects") as progress:
             sweep = sweep_yaw(predictor, evaluated.objects, yaws, progress)
         metrics = {**self._head(evaluated), **sweep.metrics()}
+        if self.split == "validation":
+            metrics |= _choices(sweep)
         write_json(self.out / "metrics.json", metrics)
         print(json.dumps(metrics) if self.json else _readable(metrics, self.out))  # noqa: T201
         self._draw(sweep, evaluated.objects)
@@ -126,9 +128,27 @@ def _readable(metrics: dict[str, Any], out: Path) -> str:
         f"accuracy worst {metrics['worst']:.4f}, best {max(accuracy):.4f}, "
         f"spread {metrics['spread']:.4f}; {100 * metrics['flip_rate']:.1f} % flip"
     )
+    lines.append(f"expected calibration error {metrics['expected_calibration_error']:.4f}")
+    if "fitted_temperature" in metrics:
+        lines.append(
+            f"best temperature {metrics['fitted_temperature']:.3f}; with it 95 % of the objects "
+            f"reach {metrics['unknown_below']:.3f}"
+        )
     lines += _seen(metrics)
     lines.append(f"metrics and figures: {out}")
     return "\n".join(lines)
+
+
+def _choices(sweep: YawSweep) -> dict[str, float]:
+    """What is chosen on validation: temperature, and from where on an object is known."""
+    from circumspect.evaluation.calibration import fitted_temperature, least_known, tempered
+
+    try:
+        temperature = fitted_temperature(*sweep.flat)
+    except InputError:  # of a handful of objects that are all named rightly
+        return {}
+    known = least_known(tempered(sweep.flat[0], temperature))
+    return {"fitted_temperature": temperature, "unknown_below": known}
 
 
 def _robust(metrics: dict[str, Any], out: Path) -> str:

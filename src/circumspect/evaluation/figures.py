@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from circumspect.datasets import ObjectSet
+from circumspect.evaluation.calibration import reliability
 from circumspect.evaluation.figure_canvas import new_figure
 from circumspect.evaluation.yaw_sweep import YawSweep
 from circumspect.storage import atomic_path
@@ -23,7 +24,7 @@ LINE_FROM = 12
 
 
 def draw_all(sweep: YawSweep, objects: ObjectSet, folder: Path) -> list[Path]:
-    """Draw accuracy over yaw, the confusion matrix and the surest mistakes.
+    """Draw accuracy over yaw, the confusion matrix, reliability and the surest mistakes.
 
     Returns:
         The files written.
@@ -35,6 +36,7 @@ def draw_all(sweep: YawSweep, objects: ObjectSet, folder: Path) -> list[Path]:
     figures = {
         "accuracy_over_yaw.png": draw_accuracy_over_yaw(sweep),
         "confusion.png": draw_confusion(sweep),
+        "reliability.png": draw_reliability(sweep),
         "surest_mistakes.png": draw_surest_mistakes(sweep, objects),
     }
     for name, figure in figures.items():
@@ -95,6 +97,30 @@ def draw_confusion(sweep: YawSweep) -> Figure:
             colour = "white" if value > 55 else "black"
             axes.text(column, row, text, ha="center", va="center", fontsize=8, color=colour)
     axes.set_title(f"Share of each class [%], over {len(sweep.yaw_deg)} yaws", fontsize=11)
+    return figure
+
+
+def draw_reliability(sweep: YawSweep) -> Figure:
+    """Accuracy over probability, and how often each probability is given."""
+    found = reliability(*sweep.flat)
+    figure = new_figure((6.4, 6.4))
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    width = np.diff(found.edges)
+    upper.bar(found.edges[:-1], 100 * found.accuracy, width, align="edge", color=ACCENT, alpha=0.7)
+    upper.plot([0, 1], [0, 100], color="black", linewidth=1, linestyle="--")
+    upper.plot(found.confidence, 100 * found.accuracy, "o", color=WRONG, markersize=4)
+    upper.set_ylabel("accuracy [%]")
+    upper.set_ylim(0, 100)
+    upper.set_title(
+        f"Expected calibration error {found.expected_error:.3f}: "
+        f"{len(sweep.labels)} objects, {len(sweep.yaw_deg)} yaws",
+        fontsize=11,
+    )
+    share = 100 * found.counts / found.counts.sum()
+    lower.bar(found.edges[:-1], share, width, align="edge", color=ACCENT, alpha=0.7)
+    lower.set_ylabel("answers [%]")
+    lower.set_xlabel("probability of the answer")
+    lower.set_xlim(0, 1)
     return figure
 
 

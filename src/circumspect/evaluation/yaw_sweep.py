@@ -18,6 +18,7 @@ from circumspect.classification import InputRecipe
 from circumspect.datasets import ObjectSet
 from circumspect.errors import GeometryError, InputError, WeightsError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
+from circumspect.evaluation.calibration import reliability
 from circumspect.evaluation.predictor import Predictor
 from circumspect.storage import atomic_open
 
@@ -58,8 +59,13 @@ class YawSweep:
     @property
     def confusion(self) -> NDArray[np.int64]:
         """(c, c) counts over all yaws; row is the true class."""
+        return confusion_matrix(self.flat[1], self.answers.reshape(-1), len(self.classes))
+
+    @property
+    def flat(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """(y n, c) probabilities and (y n,) labels of all answers."""
         labels = np.broadcast_to(self.labels, self.answers.shape).reshape(-1)
-        return confusion_matrix(labels, self.answers.reshape(-1), len(self.classes))
+        return self.probabilities.reshape(-1, len(self.classes)), labels
 
     def save(self, path: Path) -> None:
         """Write all of it as NPZ.
@@ -108,6 +114,7 @@ class YawSweep:
             "worst": float(self.accuracy.min()),
             "spread": float(self.accuracy.max() - self.accuracy.min()),
             "flip_rate": self.flip_rate,
+            "expected_calibration_error": reliability(*self.flat).expected_error,
             "confusion": self.confusion.tolist(),
             "classes": list(self.classes),
             "objects": len(self.labels),

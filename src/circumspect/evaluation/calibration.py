@@ -1,0 +1,111 @@
+"""Whether probabilities mean what they say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from circumspect.errors import InputError
+
+BINS = 15
+RECALL = 0.95
+"""Share of known objects that are to be called known."""
+_TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class Reliability:
+    """Accuracy of answers beside the probability that they were given with.
+
+    Attributes:
+        edges: (b + 1,) of the bins of probability.
+        counts: (b,) answers in each.
+        accuracy: (b,) share that is right; NaN where there are none.
+        confidence: (b,) mean probability; NaN where there are none.
+    """
+
+    edges: NDArray[np.float64]
+    counts: NDArray[np.int64]
+    accuracy: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+
+    @property
+    def expected_error(self) -> float:
+        """Expected calibration error: the mean distance of the two over all answers.
+
+        Guo et al., "On calibration of modern neural networks", ICML 2017, equation 3.
+        """
+        held = self.counts > 0
+        gaps = np.abs(self.accuracy[held] - self.confidence[held])
+        return float(gaps @ self.counts[held] / self.counts.sum())
+
+
+def reliability(probabilities: NDArray[np.float64], labels: NDArray[np.int64]) -> Reliability:
+    """Sort answers by their probability.
+
+    Args:
+        probabilities: (n, c) that sum to 1 along each row; n at least 1.
+        labels: (n,) true classes.
+    """
+    confidence, right = probabilities.max(axis=1), probabilities.argmax(axis=1) == labels
+    edges = np.linspace(0, 1, BINS + 1)
+    bins = np.clip(np.digitize(confidence, edges[1:-1], right=True), 0, BINS - 1)
+    counts = np.bincount(bins, minlength=BINS)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        accuracy = np.bincount(bins, weights=right, minlength=BINS) / counts
+        mean = np.bincount(bins, weights=confidence, minlength=BINS) / counts
+    return Reliability(edges, counts, accuracy, mean)
+
+
+def fitted_temperature(probabilities: NDArray[np.float64], labels: NDArray[np.int64]) -> float:
+    """What to divide the logits by, so that the truth becomes most probable.
+
+    Temperature scaling (Guo et al. 2017, section 4.2): of one number a small validation split tells
+    enough, and no answer changes. It multiplies a temperature that the probabilities already have.
+
+    Args:
+        probabilities: (n, c) on objects that the network was not trained on.
+        labels: (n,) true classes.
+
+    Raises:
+        InputError: All answers are right or all are wrong; no temperature is best.
+    """
+    right = probabilities.argmax(axis=1) == labels
+    if right.all() or not right.any():
+        raise InputError("a temperature needs right answers and wrong ones to be fitted to")
+    logits = np.log(np.maximum(probabilities, _TINY))
+
+    def loss(log_temperature: float) -> float:
+        scaled = logits / np.exp(log_temperature)
+        scaled -= scaled.max(axis=1, keepdims=True)
+        total = np.log(np.exp(scaled).sum(axis=1))
+        return float(np.mean(total - scaled[np.arange(len(labels)), labels]))
+
+    best: Any = minimize_scalar(loss, bounds=(-3.0, 3.0), method="bounded")
+    return float(np.exp(best.x))
+
+
+def tempered(probabilities: NDArray[np.float64], temperature: float) -> NDArray[np.float64]:
+    """The same answers with the logits divided by a temperature.
+
+    Args:
+        probabilities: (…, c) that sum to 1.
+        temperature: Positive.
+    """
+    logits = np.log(np.maximum(probabilities, _TINY)) / temperature
+    powers = np.exp(logits - logits.max(axis=-1, keepdims=True))
+    return powers / powers.sum(axis=-1, keepdims=True)
+
+
+def least_known(probabilities: NDArray[np.float64], recall: float = RECALL) -> float:
+    """The probability that this share of known objects reaches; less speaks for an unknown one.
+
+    Args:
+        probabilities: (n, c) of known objects that the network was not trained on.
+        recall: Share of them that is to be called known.
+    """
+    return float(np.quantile(probabilities.max(axis=1), 1 - recall))
