@@ -56,7 +56,7 @@ def test_what_is_missing_broken_or_misplaced_is_named(off_folder, capsys):
     text = capsys.readouterr().out
     assert "chair_0007" in text
     assert "desk_0201.off" in text
-    assert text.endswith("not complete\n")
+    assert text.endswith(": not complete\n")
     assert max(map(len, text.splitlines()[:11])) <= 80
 
 

@@ -9,32 +9,55 @@ from typing import Any, Literal
 
 import tyro
 
+from circumspect.errors import InputError
+
 SHOWN = 8
 """Of each list; --json tells all."""
 
 
 @dataclass(frozen=True)
 class Data:
-    """Data sets: whether a copy of ModelNet10 is complete and can be read.
+    """Data sets: fetch ModelNet10, or see whether a copy is complete and can be read.
 
+    $ circumspect data fetch modelnet10
     $ circumspect data verify ModelNet10
     """
 
-    what: tyro.conf.Positional[Literal["verify"]]
-    """verify: count every class and split, and name what is missing, foreign or broken."""
-    path: tyro.conf.Positional[Path]
-    """Folder with point packs, or ModelNet10's folder of OFF files."""
+    what: tyro.conf.Positional[Literal["fetch", "verify"]]
+    """fetch: download and unpack; an interrupted download goes on. verify: count every class and
+    split, and name what is missing, foreign or broken."""
+    which: tyro.conf.Positional[str]
+    """What to fetch (modelnet10), or the folder to verify: point packs or OFF files."""
+    out: Path = Path()
+    """Of fetch: where to put the folder ModelNet10."""
+    url: str | None = None
+    """Of fetch: another place than the public archive."""
+    sha256: str | None = None
+    """Of fetch: what the archive must hash to."""
     json: bool = False
     """One JSON object and nothing else on standard output."""
 
     def run(self) -> int:
-        """Verify; 1 where something is missing or broken."""
+        """Fetch if that is asked for, then verify; 1 where something is missing or broken."""
+        path = self._fetched() if self.what == "fetch" else Path(self.which)
+        return self._verify(path)
+
+    def _fetched(self) -> Path:
+        from circumspect.cli.progress import progress_bar
+        from circumspect.datasets.fetching import URL, fetch_modelnet10
+
+        if self.which.lower() != "modelnet10":
+            raise InputError(f"no data set '{self.which}' to fetch; known: modelnet10")
+        with progress_bar("bytes") as progress:
+            return fetch_modelnet10(self.out, self.url or URL, self.sha256, progress=progress)
+
+    def _verify(self, path: Path) -> int:
         from circumspect.cli.progress import progress_bar
         from circumspect.datasets.verification import verify
 
         with progress_bar("files") as progress:
-            found = verify(self.path, progress)
-        document = found.to_dict()
+            found = verify(path, progress)
+        document = {"folder": str(path), **found.to_dict()}
         print(json.dumps(document) if self.json else _readable(document))  # noqa: T201
         return 0 if found.complete else 1
 
@@ -57,5 +80,5 @@ def _readable(document: dict[str, Any]) -> str:
             more = len(entries) - SHOWN
             rest = f", and {more} more (all with --json)" if more > 0 else ""
             lines.append(f"{what}: {', '.join(entries[:SHOWN])}{rest}")
-    lines.append("complete" if document["complete"] else "not complete")
+    lines.append(f"{document['folder']}: {'' if document['complete'] else 'not '}complete")
     return "\n".join(lines)

@@ -20,6 +20,7 @@ EXTRAS = {
     ),
     "sim": ("embreex", "mujoco-core", "matplotlib"),
     "train": ("torch", "accelerate", "safetensors", "onnx", "onnxscript", "tensorboard"),
+    "data": ("pooch",),
 }
 
 

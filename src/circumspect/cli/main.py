@@ -22,7 +22,7 @@ COMMANDS = {
     "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
     "export": ("export:Export", "turn a trained network into one ONNX file"),
     "reproduce": ("reproduce:Reproduce", "the paper's tables from data to figures"),
-    "data": ("data:Data", "whether a data set is complete"),
+    "data": ("data:Data", "fetch and verify data sets"),
     "nets": ("nets:Nets", "every network, with its size and work"),
     "doctor": ("doctor:Doctor", "what is installed and what is missing"),
 }

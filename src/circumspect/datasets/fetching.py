@@ -1,0 +1,99 @@
+"""ModelNet10 from the public archive, as a folder of OFF files."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile, ZipFile
+
+from circumspect.datasets.resumed_download import ResumedDownload
+from circumspect.errors import CircumspectError, MissingExtraError
+
+URL = "http://3dvision.princeton.edu/projects/2014/3DShapeNets/ModelNet10.zip"
+ARCHIVE = "ModelNet10.zip"
+MEMBER = re.compile(r"ModelNet10/(\w+)/(train|test)/(\w+)\.off")
+"""What is unpacked; archives hold notes of the machine that made them as well."""
+
+
+def fetch_modelnet10(
+    folder: Path,
+    url: str = URL,
+    sha256: str | None = None,
+    downloader: ResumedDownload | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Path:
+    """Download and unpack; what is there is left as it is.
+
+    An interrupted download goes on where it was. The archive has no published checksum; each file
+    in it has one, and is checked when it is unpacked.
+
+    Args:
+        folder: Gets the folder `ModelNet10`; the archive is not kept.
+        url: Of the archive.
+        sha256: What the archive must hash to, where it is known.
+        downloader: Fetches; None means one beside the folder.
+        progress: Called with (bytes there, bytes in all).
+
+    Returns:
+        The folder of OFF files.
+
+    Raises:
+        MissingExtraError: pooch is not installed.
+        CircumspectError: The server, the archive or the disk fails; the message says which.
+    """
+    target, archive = folder / "ModelNet10", folder / ARCHIVE
+    if target.exists():
+        return target
+    if not archive.exists():
+        part = folder / f"{ARCHIVE}.part"
+        _download(url, archive, sha256, downloader or ResumedDownload(part, progress=progress))
+    try:
+        _unpack(archive, target)
+    except (BadZipFile, OSError, EOFError) as error:
+        archive.unlink(missing_ok=True)
+        raise CircumspectError(
+            f"{url}: what came is no sound archive ({error}); fetch it again, or from elsewhere"
+        ) from error
+    archive.unlink()
+    return target
+
+
+def _download(url: str, archive: Path, sha256: str | None, downloader: ResumedDownload) -> None:
+    try:
+        import pooch
+    except ImportError as error:
+        raise MissingExtraError("pooch", "data") from error
+    pooch.get_logger().setLevel("ERROR")
+    fetches: Any = downloader  # pooch names the same arguments otherwise
+    known = None if sha256 is None else f"sha256:{sha256.lower()}"
+    try:
+        pooch.retrieve(url, known, archive.name, archive.parent, downloader=fetches)
+    except ValueError as error:
+        raise CircumspectError(
+            f"{url}: what came does not have the checksum {sha256}; fetch it from elsewhere"
+        ) from error
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise CircumspectError(f"{archive.parent}: can not be written ({reason})") from error
+
+
+def _unpack(archive: Path, target: Path) -> None:
+    """Beside the target first, so that it is whole when it appears."""
+    with ZipFile(archive) as members:
+        wanted = [entry for entry in members.infolist() if MEMBER.fullmatch(entry.filename)]
+        if not wanted:
+            raise BadZipFile("it holds no ModelNet10/<class>/<split>/*.off")
+        room, free = sum(e.file_size for e in wanted), shutil.disk_usage(target.parent).free
+        if room > free:
+            raise CircumspectError(
+                f"{target.parent}: {room / 1e6:,.0f} MB are to be unpacked, but there is room for "
+                f"{free / 1e6:,.0f} MB; the archive stays for the next attempt"
+            )
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".unpacking") as aside:
+            for entry in wanted:
+                members.extract(entry, aside)
+            (Path(aside) / "ModelNet10").replace(target)

@@ -1,0 +1,120 @@
+"""A downloader for pooch that goes on where an earlier attempt broke off."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from circumspect.errors import CircumspectError
+
+CHUNK = 1 << 16
+TIMEOUT = 30.0
+"""Without a byte for so long [s] an attempt is over."""
+PARTIAL, COMPLETE, PAST_THE_END = 206, 200, 416
+
+
+class ResumedDownload:
+    """Keeps what has come beside the target and asks only for the rest.
+
+    Args:
+        part: Where to keep what has come; a second file beside it tells the version of it.
+        attempts: How often to go on after the connection broke without a further byte.
+        pause: Before the second attempt [s]; it doubles from attempt to attempt.
+        progress: Called with (bytes there, bytes in all).
+    """
+
+    def __init__(
+        self,
+        part: Path,
+        attempts: int = 5,
+        pause: float = 1.0,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
+        self.part, self.attempts, self.pause, self.progress = part, attempts, pause, progress
+        self._version = part.with_suffix(part.suffix + ".version")
+
+    def __call__(self, url: str, output_file: Any, pooch: Any, **_: Any) -> None:  # noqa: ARG002
+        """Download; the signature is pooch's.
+
+        Raises:
+            CircumspectError: The server can not be reached, refuses, or breaks off too often.
+        """
+        import requests
+
+        failures, reason = 0, ""
+        while failures < self.attempts:
+            before = self._there()
+            try:
+                if self._went_on(url):
+                    break
+                reason = "the connection broke"
+            except requests.HTTPError as error:
+                status = "nothing" if error.response is None else error.response.status_code
+                raise CircumspectError(f"{url}: the server answers {status}") from error
+            except requests.RequestException as error:
+                reason = type(error).__name__
+            failures = 1 if self._there() > before else failures + 1
+            time.sleep(self.pause * 2 ** (failures - 1))
+        else:
+            raise CircumspectError(
+                f"{url}: can not be fetched ({reason}); the same command goes on with the "
+                f"{self._there():,} bytes that are there"
+            )
+        self._version.unlink(missing_ok=True)
+        with self.part.open("rb") as source, Path(output_file).open("wb") as target:
+            shutil.copyfileobj(source, target)
+        self.part.unlink()
+
+    def _there(self) -> int:
+        return self.part.stat().st_size if self.part.exists() else 0
+
+    def _went_on(self, url: str) -> bool:
+        """Ask for what is missing; whether all of it has come."""
+        import requests
+
+        there, headers = self._there(), {"Accept-Encoding": "identity"}
+        if there and self._version.exists():
+            headers |= {
+                "Range": f"bytes={there}-",
+                # Otherwise parts of two versions would become one file.
+                "If-Range": self._version.read_text(encoding="utf-8"),
+            }
+        else:
+            there = 0
+        with requests.get(url, headers=headers, stream=True, timeout=TIMEOUT) as answer:
+            if answer.status_code == PAST_THE_END:
+                self.part.unlink()
+                return False
+            answer.raise_for_status()
+            if answer.status_code != PARTIAL:
+                there = 0
+            length = answer.headers.get("Content-Length")
+            total = there + int(length) if length is not None else None
+            self.part.parent.mkdir(parents=True, exist_ok=True)
+            self._require_space(url, 0 if total is None else total - there)
+            self._keep_version(answer.headers.get("ETag") or answer.headers.get("Last-Modified"))
+            with self.part.open("ab" if there else "wb") as stream:
+                for chunk in answer.iter_content(CHUNK):
+                    stream.write(chunk)
+                    there += len(chunk)
+                    if self.progress:
+                        self.progress(there, total or there)
+        return total is None or there == total
+
+    def _keep_version(self, version: str | None) -> None:
+        if version is None or version.startswith("W/"):
+            self._version.unlink(missing_ok=True)
+        else:
+            self._version.write_text(version, encoding="utf-8")
+
+    def _require_space(self, url: str, missing: int) -> None:
+        free = shutil.disk_usage(os.fspath(self.part.parent)).free
+        if missing > free:
+            raise CircumspectError(
+                f"{url}: {missing / 1e6:,.0f} MB are to come, but {self.part.parent} has room for "
+                f"{free / 1e6:,.0f} MB"
+            )

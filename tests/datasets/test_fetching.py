@@ -1,0 +1,185 @@
+"""Fetching from a server that breaks off, sends garbage, or is not there; on loopback only."""
+
+import hashlib
+import io
+import threading
+import zipfile
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import pytest
+
+from circumspect.cli.main import main
+from circumspect.datasets import fetching
+from circumspect.datasets.fetching import fetch_modelnet10
+from circumspect.datasets.resumed_download import CHUNK, ResumedDownload
+from circumspect.errors import CircumspectError
+
+OFF = b"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n"
+
+
+def archive(names=("ModelNet10/chair/train/chair_0001.off", "ModelNet10/bed/test/bed_0516.off")):
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as members:
+        for name in (*names, "__MACOSX/ModelNet10/._chair", "../outside.off"):
+            members.writestr(name, OFF * 4000)
+    return stream.getvalue()
+
+
+class Server(ThreadingHTTPServer):
+    """Serves one file, badly where it is told to."""
+
+    def __init__(self):
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.content, self.version, self.status = archive(), '"1"', 200
+        self.breaks_off_after: int | None = None
+        self.asked: list[str | None] = []
+
+    @property
+    def url(self):
+        return f"http://127.0.0.1:{self.server_address[1]}/ModelNet10.zip"
+
+
+class Handler(BaseHTTPRequestHandler):
+    server: Server
+
+    def do_GET(self):
+        server, asked = self.server, self.headers.get("Range")
+        server.asked.append(asked)
+        if server.status != 200:
+            self.send_error(server.status)
+            return
+        first, same = 0, self.headers.get("If-Range") == server.version
+        if asked and same:
+            first = int(asked.removeprefix("bytes=").removesuffix("-"))
+        body = server.content[first:]
+        self.send_response(206 if first else 200)
+        self.send_header("Content-Length", str(len(body)))
+        self.send_header("ETag", server.version)
+        self.end_headers()
+        self.wfile.write(body[: server.breaks_off_after])
+
+    def log_message(self, *words):
+        pass
+
+
+@pytest.fixture
+def server():
+    with Server() as running:
+        thread = threading.Thread(target=running.serve_forever)
+        thread.start()
+        yield running
+        running.shutdown()
+        thread.join()
+
+
+def quick(tmp_path, attempts=3):
+    return ResumedDownload(tmp_path / "ModelNet10.zip.part", attempts, pause=0.0)
+
+
+def fetch(server, tmp_path, attempts=3, **options):
+    return fetch_modelnet10(tmp_path, server.url, downloader=quick(tmp_path, attempts), **options)
+
+
+def unpacked(folder):
+    return sorted(str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file())
+
+
+def test_what_belongs_is_unpacked_and_nothing_else_is_left(server, tmp_path):
+    folder = fetch(server, tmp_path)
+    assert unpacked(folder) == ["bed/test/bed_0516.off", "chair/train/chair_0001.off"]
+    assert (folder / "bed/test/bed_0516.off").read_bytes() == OFF * 4000
+    assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10"]
+    assert fetch(server, tmp_path) == folder
+    assert len(server.asked) == 1
+
+
+def test_a_server_that_breaks_off_is_asked_for_the_rest_alone(server, tmp_path):
+    server.breaks_off_after = len(server.content) // 5 + 1
+    assert unpacked(fetch(server, tmp_path))
+    assert 5 <= len(server.asked) < 9
+    assert server.asked[0] is None
+    assert all(asked is not None for asked in server.asked[1:])
+
+
+def test_an_interrupted_command_goes_on_later(server, tmp_path):
+    server.breaks_off_after = 100_000
+    stopped = quick(tmp_path)
+    stopped.progress = lambda done, total: (_ for _ in ()).throw(KeyboardInterrupt)
+    with pytest.raises(KeyboardInterrupt):
+        fetch_modelnet10(tmp_path, server.url, downloader=stopped)
+    assert (tmp_path / "ModelNet10.zip.part").exists()
+    server.breaks_off_after = None
+    assert unpacked(fetch(server, tmp_path))
+    assert server.asked[-1] == f"bytes={CHUNK}-"
+
+
+def test_parts_of_two_versions_are_never_joined(server, tmp_path):
+    server.breaks_off_after = 100_000
+    with pytest.raises(CircumspectError):
+        fetch(server, tmp_path, attempts=1)
+    server.content, server.version, server.breaks_off_after = archive(), '"2"', None
+    assert unpacked(fetch(server, tmp_path))
+
+
+def test_a_server_that_gives_nothing_more_is_given_up(server, tmp_path):
+    server.breaks_off_after = 0
+    with pytest.raises(CircumspectError, match="the same command goes on"):
+        fetch(server, tmp_path)
+    assert len(server.asked) == 3
+
+
+def test_garbage_is_refused_and_not_kept(server, tmp_path):
+    server.content = b"<html>we have moved</html>"
+    with pytest.raises(CircumspectError, match="no sound archive"):
+        fetch(server, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    broken = bytearray(archive())
+    broken[len(broken) // 4] ^= 0xFF
+    server.content = bytes(broken)
+    with pytest.raises(CircumspectError, match="no sound archive"):
+        fetch(server, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    server.content = archive(names=())
+    with pytest.raises(CircumspectError, match="holds no ModelNet10"):
+        fetch(server, tmp_path)
+
+
+def test_a_checksum_that_is_given_must_agree(server, tmp_path):
+    right = hashlib.sha256(server.content).hexdigest()
+    with pytest.raises(CircumspectError, match="checksum"):
+        fetch(server, tmp_path, sha256="0" * 64)
+    assert not (tmp_path / "ModelNet10").exists()
+    assert fetch(server, tmp_path, sha256=right).is_dir()
+
+
+def test_refusals_and_absence_are_one_line(server, tmp_path, capsys):
+    server.status = 404
+    with pytest.raises(CircumspectError, match="answers 404"):
+        fetch(server, tmp_path)
+    nowhere = "http://127.0.0.1:9/ModelNet10.zip"
+    with pytest.raises(CircumspectError, match="can not be fetched"):
+        fetch_modelnet10(tmp_path, nowhere, downloader=quick(tmp_path))
+    assert main(["data", "fetch", "imagenet"]) == 2
+    assert "known: modelnet10" in capsys.readouterr().err
+
+
+def test_too_little_disk_is_told_before_it_is_full(server, tmp_path, monkeypatch):
+    class Usage:
+        free = 1000
+
+    monkeypatch.setattr("circumspect.datasets.resumed_download.shutil.disk_usage", lambda _: Usage)
+    with pytest.raises(CircumspectError, match="room for"):
+        fetch(server, tmp_path)
+    monkeypatch.undo()
+    monkeypatch.setattr(fetching.shutil, "disk_usage", lambda _: Usage)
+    (tmp_path / "ModelNet10.zip").write_bytes(server.content)
+    with pytest.raises(CircumspectError, match="to be unpacked"):
+        fetch(server, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10.zip"]
+
+
+def test_the_command_fetches_and_counts(server, tmp_path, capsys):
+    assert main(["data", "fetch", "modelnet10", "--url", server.url, "--out", str(tmp_path)]) == 1
+    text = capsys.readouterr().out
+    assert "1 of 889" in text
+    assert "not complete" in text
