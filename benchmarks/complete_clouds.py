@@ -11,19 +11,19 @@ from circumspect.datasets.point_pack import read_point_pack
 from circumspect.geometry import PointCloud
 
 
-def complete_answers(found: Sequence[dict[str, Any]]) -> dict[str, str]:
+def complete_answers(found: Sequence[dict[str, Any]], data: Path) -> dict[str, str]:
     """Object to label, by the points that the scanned surface was made of.
 
     Args:
         found: Records of scans of objects from point packs.
+        data: Folder of the packs.
     """
     classifier, answers = Classifier.load(), {}
     names = {record["object"] for record in found}
-    for folder in {record["data"] for record in found}:
-        for file in sorted(Path(folder).glob("*.npz")):
-            pack = read_point_pack(file)
-            for index, name in enumerate(pack.names):
-                if str(name) in names:
-                    cloud = PointCloud(pack.points_xyz[index])
-                    answers[str(name)] = classifier.classify(cloud).label
+    for file in sorted(data.glob("*.npz")):
+        pack = read_point_pack(file)
+        for index, name in enumerate(pack.names):
+            if str(name) in names:
+                cloud = PointCloud(pack.points_xyz[index])
+                answers[str(name)] = classifier.classify(cloud).label
     return answers

@@ -91,6 +91,8 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         JSON types: the job, its key, and what came of it.
     """
     head = {"key": job.key, **asdict(job)}
+    # Where the data lie is this machine's own affair.
+    del head["data"]
     try:
         parts = prepared(job)
     except CircumspectError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ LIMITS = {"ate_mm": 10.0, "yaw_deg": 0.5, "ratio": 0.2, "chamfer_mm": 6.0, "comp
 """What is wanted; a figure that misses its limit is bold."""
 
 
-def write_tables(found: Sequence[Record], folder: Path, command: str) -> None:
+def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path) -> None:
     """Write `scans.md` and `scans.json`; tables of suites that were not run are left out."""
     by_suite: dict[str, list[Record]] = defaultdict(list)
     for record in found:
@@ -28,7 +29,7 @@ def write_tables(found: Sequence[Record], folder: Path, command: str) -> None:
     makers: tuple[tuple[str, str, Callable[[list[Record]], tuple[str, Any]]], ...] = (
         ("furniture", "Trajectory and shape", trajectory_and_shape),
         ("planners", "Distance driven", distances),
-        ("modelnet", "Answers on ModelNet10's test objects", answers),
+        ("modelnet", "Answers on ModelNet10's test objects", partial(answers, data=data)),
         ("timing", "Time a frame [ms]", times),
     )
     for suite, title, maker in makers:
@@ -54,8 +55,7 @@ def trajectory_and_shape(found: list[Record]) -> tuple[str, Any]:
             _shown(f["ate_mm"], "ate_mm"), _shown(f["yaw_deg"], "yaw_deg", 2),
             f"{f['odometry_mm']['median']:.0f}", _shown(f["ratio"], "ratio", 3),
             _shown(f["chamfer_mm"], "chamfer_mm"), _shown(f["completeness"], "completeness", 3, -1),
-            f"{f['nees']['median']:.1f} ({f['nees']['worst']:.0f})",
-            f"{f['trusted_mm']['median']:.0f} ({f['trusted_mm']['worst']:.0f})",
+            _plain(f["nees"], 1), _plain(f["trusted_mm"], 0),
             f"{f['right']}/{f['scans']}",
         ])  # fmt: skip
     head = [
@@ -110,10 +110,10 @@ def distances(found: list[Record]) -> tuple[str, Any]:
     return "Median (95th percentile).\n\n" + table(head, rows), figures
 
 
-def answers(found: list[Record]) -> tuple[str, Any]:
+def answers(found: list[Record], data: Path) -> tuple[str, Any]:
     """Right answers per class and start, agreement over starts, loss against complete clouds."""
     starts = sorted({r["start_deg"] for r in found})
-    complete = complete_answers(found)
+    complete = complete_answers(found, data)
     groups = _grouped(found, "true_label")
     groups["all"] = found
     rows, figures = [], {}
@@ -174,6 +174,13 @@ def _spread(values: Iterable[float], worst: Callable[..., float] = max) -> dict[
 def _shown(spread: dict[str, float], limit: str, digits: int = 1, sign: int = 1) -> str:
     text = f"{spread['median']:.{digits}f} ({spread['worst']:.{digits}f})"
     return text if sign * spread["worst"] <= sign * LIMITS[limit] else f"**{text}**"
+
+
+def _plain(spread: dict[str, float], digits: int) -> str:
+    """Without a limit; scans of older versions may not tell it."""
+    if np.isnan(spread["median"]):
+        return "–"
+    return f"{spread['median']:.{digits}f} ({spread['worst']:.0f})"
 
 
 def _right(some: list[Record]) -> float:

@@ -40,7 +40,7 @@ def main() -> int:
             # Times are only worth something when nothing else runs.
             workers = 1 if suite == "timing" else arguments.workers
             run_all(jobs(suite, arguments), run_job, path, workers)
-    write_tables(records(path), arguments.out, " ".join(["python -m benchmarks.scans"]))
+    write_tables(records(path), arguments.out, "python -m benchmarks.scans", arguments.data)
     return 0
 
 
