@@ -140,7 +140,7 @@ NETS = {
             PointsRecipe(1024),
             "Qi et al. 2017",
             "no loss on the feature transform; not trained on turned copies",
-            {**PLAIN, "epochs": 60},
+            {**PLAIN, "epochs": 30},
         ),
         NetSpec(
             "voxelnet",
