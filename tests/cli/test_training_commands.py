@@ -47,6 +47,18 @@ def test_training_says_what_it_kept(trained, data, capsys):
     assert "other settings" in capsys.readouterr().err
 
 
+def test_corruption_is_measured_instead(trained, data, tmp_path, capsys):
+    words = ("evaluate", "--weights", trained, "--data", data, "--split", "test", "--corrupt")
+    assert run(*words, "--out", tmp_path, "--json") == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads((tmp_path / "robustness.json").read_text())
+    assert all(len(row) == 5 for row in printed["accuracy"].values())
+    assert run(*words, "--out", tmp_path) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[2].startswith("jitter")
+    assert max(map(len, lines[:14])) <= 80
+
+
 def test_evaluation_writes_metrics_and_figures(trained, data, tmp_path, capsys):
     words = ("evaluate", "--weights", trained, "--data", data, "--split", "test")
     assert run(*words, "--yaw", "0,45,90,135", "--out", tmp_path, "--json") == 0
@@ -59,7 +71,7 @@ def test_evaluation_writes_metrics_and_figures(trained, data, tmp_path, capsys):
     assert metrics["classes"] == ["chair", "sofa"]
     assert {"accuracy", "mean_class_accuracy", "worst", "spread", "flip_rate", "confusion",
             "milliseconds"} <= set(metrics)  # fmt: skip
-    assert len(list(tmp_path.glob("*.png"))) == 3
+    assert len(list(tmp_path.glob("*.png"))) == 4
 
 
 @pytest.mark.parametrize(("split", "seen"), [("validation", False), ("train", True)])
