@@ -22,9 +22,9 @@ from benchmarks.job_pool import records, run_all
 from benchmarks.live_poses import LivePoses, trust
 from benchmarks.report import RESULTS, machine
 from benchmarks.scan_job import ScanJob, measured, prepared, told
-from benchmarks.scan_tables import table
 from circumspect.cli.simulated_scan import SimulatedScan
 from circumspect.errors import CircumspectError
+from circumspect.evaluation.markdown import table
 from circumspect.geometry import PlanarPose, TriangleMesh
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.scan import ObjectScan

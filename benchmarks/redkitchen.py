@@ -21,7 +21,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from benchmarks.report import RESULTS, machine
-from benchmarks.scan_tables import table
+from circumspect.evaluation.markdown import table
 from circumspect.evaluation.trajectory_error import (
     Alignment,
     TrajectoryError,

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.report import RESULTS, machine
 from benchmarks.scan_job import ScanJob, prepared
-from benchmarks.scan_tables import table
+from circumspect.evaluation.markdown import table
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.planning import CirclePlanner, Finished, NextView, Situation, ViewPlanner
 from circumspect.storage import atomic_open, write_json

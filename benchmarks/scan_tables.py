@@ -12,6 +12,7 @@ import numpy as np
 
 from benchmarks.complete_clouds import complete_answers
 from benchmarks.report import machine
+from circumspect.evaluation.markdown import table
 from circumspect.storage import atomic_open, write_json
 
 Record = dict[str, Any]
@@ -155,12 +156,6 @@ def times(found: list[Record]) -> tuple[str, Any]:
         + table(["stage", "median", "95 %"], rows),
         figures,
     )
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Markdown."""
-    lines = ["| " + " | ".join(row) + " |" for row in [head, ["---"] * len(head), *rows]]
-    return "\n".join(lines)
 
 
 def _spread(values: Iterable[float], worst: Callable[..., float] = max) -> dict[str, float]:

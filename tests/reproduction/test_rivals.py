@@ -13,7 +13,7 @@ from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.nets import NETS
 from circumspect.reproduction import Rivals, reproduce_rivals
 from circumspect.reproduction.rivals import BETWEEN_DEG, RIVALS, WHOLE_DEG
-from circumspect.reproduction.stages import done_once, meant_settings
+from circumspect.reproduction.stages import done_once
 
 QUICK = Rivals(nets=("voxnet", "pointnet"), epochs=1, yaw_count=3)
 
@@ -67,8 +67,8 @@ def test_every_rival_says_where_it_is_from():
     for name in RIVALS[1:]:
         assert NETS[name].source[-4:].isdigit()
         assert NETS[name].departures
-    assert meant_settings("moon2018").optimizer == "sgd"
-    assert meant_settings("pointnet", epochs=3).epochs == 3
+    assert Rivals().settings("moon2018").optimizer == "sgd"
+    assert Rivals(epochs=3).settings("pointnet").epochs == 3
 
 
 def test_a_result_is_made_once(tmp_path):

@@ -133,7 +133,7 @@ def _registration(points: Points, severity: int, rng: np.random.Generator) -> Po
 
 
 def _floor(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """Under the object a disc of floor, reaching 4 % … 20 % beyond it, as dense as itself."""
+    """Under the object a disc of floor that reaches 4 % … 20 % beyond it."""
     reach = np.hypot(points[:, 0], points[:, 1]).max() * (1 + 0.04 * severity)
     count = round(len(points) * 0.06 * severity)
     angle, away = rng.uniform(0, 2 * np.pi, count), reach * np.sqrt(rng.random(count))

@@ -26,7 +26,7 @@ from circumspect.nets.voxnet import VoxNet
 
 SURFACE = PointsRecipe(8192, surface=True)
 """Enough points that images of them have no holes."""
-PLAIN: Mapping[str, Any] = MappingProxyType({"mixing": 0.0, "label_smoothing": 0.0, "heading": 0.0})
+PLAIN: Mapping[str, Any] = MappingProxyType({"mixing": 0.0, "label_smoothing": 0.0})
 AS_THE_PAPER: Mapping[str, Any] = MappingProxyType(
     {
         **PLAIN,

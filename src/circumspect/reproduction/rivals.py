@@ -18,6 +18,7 @@ from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.classification.upright import stood
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.evaluation.figures import save_figure
+from circumspect.evaluation.markdown import table
 from circumspect.evaluation.predictor import Predictor, load_predictor
 from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws
 from circumspect.export import export_onnx
@@ -25,12 +26,10 @@ from circumspect.geometry.resting_poses import resting_poses
 from circumspect.nets import Checkpoint, build_net, cost_of
 from circumspect.nets.registry import net_spec
 from circumspect.reproduction.comparison_figures import draw_accuracies_over_yaw
-from circumspect.reproduction.markdown import table
+from circumspect.reproduction.experiment import Experiment
 from circumspect.reproduction.stages import (
-    Precision,
     done_once,
     file_digest,
-    meant_settings,
     measured,
     trained,
 )
@@ -47,23 +46,15 @@ BETWEEN_DEG = tuple(angle + 360 / 64 for angle in WHOLE_DEG)
 ROUNDS = 15
 
 
-@dataclass(frozen=True)
-class Rivals:
-    """How the comparison is done.
+@dataclass(frozen=True, kw_only=True)
+class Rivals(Experiment):
+    """How the comparison is done; see `Experiment`.
 
     Attributes:
         nets: Beside ours.
-        epochs: Of every network; None means those it is meant for.
-        yaw_count: Yaws over the turn.
-        precision: "fp32" or "bf16".
-        seed: Of all chance.
     """
 
     nets: tuple[str, ...] = RIVALS
-    epochs: int | None = None
-    yaw_count: int = 64
-    precision: Precision = "fp32"
-    seed: int = 0
 
 
 def reproduce_rivals(
@@ -95,7 +86,7 @@ def reproduce_rivals(
     """
     weights = {OURS: shipped_path()}
     for net in how.nets:
-        settings = meant_settings(net, how.epochs, how.precision, how.seed)
+        settings = how.settings(net)
         with watched.training(net, settings.epochs) as observer:
             at = folder / net / "training"
             weights[net] = trained(train, settings, net_spec(net).recipe, at, observer, cache)

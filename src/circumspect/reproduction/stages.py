@@ -5,9 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from circumspect import __version__
 from circumspect.classification import InputRecipe
@@ -15,7 +14,6 @@ from circumspect.datasets import GridCache, ObjectSet
 from circumspect.errors import InputError
 from circumspect.evaluation.predictor import load_predictor
 from circumspect.evaluation.yaw_sweep import YawSweep, sweep_yaw
-from circumspect.nets.registry import net_spec
 from circumspect.storage import write_json
 from circumspect.training import TrainingSettings, train
 from circumspect.training.run_config import run_config
@@ -24,24 +22,6 @@ from circumspect.training.train import BEST, STATE, TrainingObserver
 MADE_OF = "made_of.json"
 SWEEP = "sweep.npz"
 RESULT = "result.json"
-
-
-Precision = Literal["fp32", "bf16"]
-
-
-def meant_settings(
-    net: str, epochs: int | None = None, precision: Precision = "fp32", seed: int = 0
-) -> TrainingSettings:
-    """How a network is meant to be trained.
-
-    Args:
-        net: Its name.
-        epochs: Others than it is meant for.
-        precision: Of the arithmetic.
-        seed: Of all chance.
-    """
-    meant = TrainingSettings(**{**net_spec(net).training, "net": net})
-    return replace(meant, epochs=epochs or meant.epochs, precision=precision, seed=seed)
 
 
 def trained(

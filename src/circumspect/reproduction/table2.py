@@ -12,33 +12,26 @@ from circumspect import __version__
 from circumspect.classification import GridRecipe
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.evaluation.figures import draw_confusion, save_figure
+from circumspect.evaluation.markdown import table
 from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws
 from circumspect.reproduction.comparison_figures import draw_accuracies_over_yaw
-from circumspect.reproduction.markdown import table
+from circumspect.reproduction.experiment import Experiment
 from circumspect.reproduction.published import ANGLES_DEG, MODELNET10
-from circumspect.reproduction.stages import Precision, meant_settings, measured, trained
+from circumspect.reproduction.stages import measured, trained
 from circumspect.reproduction.watched import Watched
 from circumspect.storage import atomic_open, write_json
 
 NETS = {"rwmp": "moon2018", "max": "moon2018-max"}
 
 
-@dataclass(frozen=True)
-class Table2:
-    """How the experiment is done.
+@dataclass(frozen=True, kw_only=True)
+class Table2(Experiment):
+    """How the experiment is done; see `Experiment`.
 
     Attributes:
-        epochs: Of each of the four networks; None means those they are meant for.
-        yaw_count: Yaws of the plot.
-        precision: "fp32" or "bf16".
-        seed: Of all chance.
         shape: Of the grids; the paper's are of 32 cells.
     """
 
-    epochs: int | None = None
-    yaw_count: int = 64
-    precision: Precision = "fp32"
-    seed: int = 0
     shape: tuple[int, int, int] = (32, 32, 32)
 
 
@@ -73,7 +66,7 @@ def reproduce_table2(
     angles, around = {}, {}
     for kind, pool in MODELNET10:
         name = f"{kind}-{pool}"
-        settings = meant_settings(NETS[pool], how.epochs, how.precision, how.seed)
+        settings = how.settings(NETS[pool])
         with watched.training(name, settings.epochs) as observer:
             recipe = GridRecipe(kind, how.shape)
             weights = trained(train, settings, recipe, folder / name / "training", observer, cache)
@@ -120,7 +113,7 @@ def _document(
     return {
         "circumspect": __version__,
         "objects": len(first.labels),
-        "epochs": meant_settings(NETS["rwmp"], how.epochs).epochs,
+        "epochs": how.settings(NETS["rwmp"]).epochs,
         "precision": how.precision,
         "seed": how.seed,
         "rows": rows,

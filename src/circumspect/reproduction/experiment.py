@@ -1,0 +1,32 @@
+"""What all experiments can be asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from circumspect.nets.registry import net_spec
+from circumspect.training import TrainingSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """How an experiment is done.
+
+    Attributes:
+        epochs: Of every network; None means those it is meant for.
+        yaw_count: Yaws over the turn, each at another fraction of a cell.
+        precision: "fp32" or "bf16".
+        seed: Of all chance.
+    """
+
+    epochs: int | None = None
+    yaw_count: int = 64
+    precision: Literal["fp32", "bf16"] = "fp32"
+    seed: int = 0
+
+    def settings(self, net: str) -> TrainingSettings:
+        """As a network is meant to be trained, but for what the experiment asks for."""
+        meant = TrainingSettings(**{**net_spec(net).training, "net": net})
+        epochs = self.epochs or meant.epochs
+        return replace(meant, epochs=epochs, precision=self.precision, seed=self.seed)
