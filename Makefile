@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 PINS := $(abspath constraints.txt)
 PIP := PIP_CONSTRAINT=$(PINS) PIP_BUILD_CONSTRAINT=$(PINS) $(BIN)/python -m pip install \
 	--quiet --disable-pip-version-check
+# Gigabytes come over the network: a second try keeps what the first has fetched.
+INSTALL = $(PIP) $(1) || { sleep 20; $(PIP) $(1); }
 SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') \
 	CMakeLists.txt pyproject.toml constraints.txt README.md
 
@@ -17,11 +19,11 @@ $(VENV)/created:
 	touch $@
 
 $(VENV)/installed-demo: $(VENV)/created $(SOURCES)
-	$(PIP) '.[sim]'
+	$(call INSTALL,'.[sim]')
 	touch $@
 
 $(VENV)/installed-test: $(VENV)/created $(SOURCES)
-	$(PIP) '.[test]'
+	$(call INSTALL,'.[test]')
 	touch $@ $(VENV)/installed-demo
 
 demo: $(VENV)/installed-demo  ## a simulated camera circles an object and names it
