@@ -146,7 +146,7 @@ def test_dropped_frames_are_bridged() -> None:
 
 def carried_off(angle: float) -> tuple[list, np.ndarray]:
     """A drive, and from its end on frames from elsewhere that the wheels know nothing of."""
-    away = np.radians(angle + np.arange(4) * 2.5)
+    away = np.radians(angle + np.arange(8) * 2.5)
     frames = [*short_drive(), *drive(away)]
     last = frames[15].odometry.T_odom_base
     moved = with_odometry(frames, lambda n, pose: last @ pose if n >= 16 else pose)

@@ -17,6 +17,7 @@ from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.news import rest_is_news
 from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
+from circumspect.mapping.recognition import Recognition
 from circumspect.mapping.registration import Registration, register
 from circumspect.mapping.relocalisation import relocalise
 from circumspect.mapping.scan import Scan
@@ -32,6 +33,9 @@ BETTER = 0.9
 UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
 """A frame that is this many times further from the map than the last ones, and than this [m], may
 have been fitted from a wrong prediction."""
+
+FADING = 0.99
+"""A frame: how soon it is forgotten how many inliers a good frame has."""
 
 
 class RegisteredPoses(PoseEstimator):
@@ -67,7 +71,9 @@ class RegisteredPoses(PoseEstimator):
         self._wheels = Wheels(s.motion)
         self._motion = RigidTransform.identity()
         self._motion_time = 0.0
+        self._recognition = Recognition(s.relocalisation, s.gate.farthest)
         self._overlap = 0.0
+        self._inliers = 0.0
         self._distance = 0.0
         self._source = ""
         self._doubts = 0
@@ -83,8 +89,10 @@ class RegisteredPoses(PoseEstimator):
         best = self._best_attempt(frame, scan)
 
         # A frame that fits nowhere near: perhaps the robot was carried off
-        if best.verdict.contradicts and (found := self._recognised(frame, scan)) is not None:
-            best = found
+        if best.verdict.contradicts:
+            best = self._recognised(frame, scan, best.belief) or best
+        else:
+            self._recognition.forget()
         if best.verdict.contradicts:
             best = best.doubted(self.settings.doubt)
 
@@ -167,12 +175,16 @@ class RegisteredPoses(PoseEstimator):
         reach = s.registration.reach
         return 0.0 if rest_is_news(scan, found, self.scene, self.keyframes, reach) else usual
 
-    def _recognised(self, frame: RgbdFrame, scan: Scan) -> Attempt | None:
-        """The frame among all keyframes, where it fits one beyond doubt."""
+    def _recognised(self, frame: RgbdFrame, scan: Scan, expected: Belief) -> Attempt | None:
+        """The frame among all keyframes, where it fits one place beyond doubt."""
         s = self.settings
-        found = relocalise(
+        assert self._belief is not None
+        fits = relocalise(
             frame, scan, self.scene, self.keyframes.places, s.registration, s.gate, s.relocalisation
         )
+        moved = self._belief.T_map_camera.inv() * expected.T_map_camera
+        lost = self._doubts + 1 >= s.lost_after
+        found = self._recognition.believed(fits, expected, moved, self._inliers, lost)
         if found is None:
             return None
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
@@ -205,6 +217,7 @@ class RegisteredPoses(PoseEstimator):
         if held and attempt.found is not None:
             self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
             self._distance = 0.5 * (self._distance + attempt.found.distance)
+            self._inliers = max(FADING * self._inliers, attempt.found.inliers)
         self._source = attempt.source
         self._belief, self._stamp = attempt.belief, frame.stamp
 

@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.mapping.gate import GateSettings
+from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.registration import Registration, RegistrationSettings, register
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
@@ -20,8 +21,10 @@ SAMPLE = 400
 """So many points of the scan are tried at every known place."""
 LOOSE = 0.1
 """A point within this distance [m] of the map speaks for a place."""
-TRIED = 3
-"""The best places are fitted."""
+TRIED = 5
+"""So many of the best places are fitted."""
+APART_SHIFT, APART_TURN = 0.3, float(np.radians(20.0))
+"""Places, and fits, within this [m] and [rad] of each other count as one."""
 COARSE_REACH = 0.3
 """How far points may be from their counterparts at first [m]."""
 SIGMAS = np.array([np.radians(10.0)] * 3 + [0.2] * 3)
@@ -35,10 +38,15 @@ class RelocalisationSettings:
     Attributes:
         least_overlap: Share of the scan that must lie on what is known.
         most_through: Share of what is known and in view that may be looked through.
+        least_inliers: Share of the usual number that a frame must have which places the camera
+            far from where it was believed to be: one flat piece looks like another.
+        confirmed: So many frames in a row must tell of the same far place.
     """
 
     least_overlap: float = 0.85
     most_through: float = 0.01
+    least_inliers: float = 0.5
+    confirmed: int = 3
 
 
 def relocalise(
@@ -49,31 +57,34 @@ def relocalise(
     registration: RegistrationSettings,
     gate: GateSettings,
     settings: RelocalisationSettings,
-) -> Registration | None:
+) -> list[Registration]:
     """Find a frame among known places.
 
-    Every place is scored by how many points of the scan would lie on the map; the best ones are
-    aligned coarsely by generalised ICP (small_gicp) and then like any frame.
+    Every place is scored by how many points of the scan would lie on the map; the best ones, which
+    are apart from each other, are aligned coarsely by generalised ICP (small_gicp) and then like
+    any frame.
 
     Returns:
-        The registration; None where no place fits beyond doubt.
+        The registrations that fit beyond doubt, apart from each other. A scene that looks alike
+        from several sides, as a square table does, has several.
     """
     if len(scan) < gate.fewest_points or len(scene) == 0:
-        return None
+        return []
     some = scan.points_xyz[:: max(1, len(scan) // SAMPLE)]
     scores = [float((scene.nearest(place.apply(some))[1] < LOOSE).mean()) for place in places]
     information = np.diag(SIGMAS**-2.0)
-    best: Registration | None = None
-    for index in np.argsort(scores)[::-1][:TRIED]:
-        coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, places[int(index)])
+    fits: list[Registration] = []
+    ranked = [places[int(index)] for index in np.argsort(scores)[::-1]]
+    for place in _distinct(ranked)[:TRIED]:
+        coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, place)
         found = register(scan, scene, coarse, information, registration)
         through = seen_through(frame, scene, found.T_map_camera)
         verdict = gate.verdict(found, information, through, settings.least_overlap)
-        if not verdict.is_open or through > settings.most_through:
-            continue
-        if best is None or found.overlap > best.overlap:
-            best = found
-    return best
+        if verdict.is_open and through <= settings.most_through:
+            fits.append(found)
+    fits.sort(key=lambda fit: fit.overlap, reverse=True)
+    kept = {id(pose) for pose in _distinct([fit.T_map_camera for fit in fits])}
+    return [fit for fit in fits if id(fit.T_map_camera) in kept]
 
 
 def coarsely_aligned(
@@ -114,3 +125,18 @@ def coarsely_aligned(
     if result.num_inliers == 0 or not np.isfinite(matrix).all():
         return T_target_source
     return RigidTransform.from_matrix(matrix)
+
+
+def apart(one: RigidTransform, other: RigidTransform) -> bool:
+    """Whether two poses are different places."""
+    shift, turn = distances(one.as_matrix(), other.as_matrix())
+    return bool(shift >= APART_SHIFT or turn >= APART_TURN)
+
+
+def _distinct(poses: list[RigidTransform]) -> list[RigidTransform]:
+    """Those that are apart from all before them."""
+    kept: list[RigidTransform] = []
+    for pose in poses:
+        if all(apart(pose, other) for other in kept):
+            kept.append(pose)
+    return kept

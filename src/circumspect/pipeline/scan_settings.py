@@ -21,7 +21,8 @@ class ScanSettings:
         frame_interval: Between frames [s] (section 3.1).
         tick: Between two commands to the wheels [s].
         turn_between_frames: The robot turns at most by this from frame to frame [rad].
-        keep: Distance to the object that is worth a detour [m].
+        keep: Distance to the object that is worth a detour [m]; a camera over the left wheel sees
+            nothing of what is nearer than 0.8 m to it.
         patience: Without progress for this long it is blocked, but see `stuck_after` [s].
         back_off: So far it then goes back [m].
         most_blocks: So often it may be blocked before it gives up.
@@ -39,7 +40,7 @@ class ScanSettings:
     frame_interval: float = 0.5
     tick: float = 0.1
     turn_between_frames: float = float(np.radians(6.0))
-    keep: float = 0.8
+    keep: float = 1.1
     patience: float = 4.0
     back_off: float = 0.2
     most_blocks: int = 6

@@ -1,0 +1,76 @@
+"""Which of the places that look like a frame to believe."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping import se3
+from circumspect.mapping.motion import Belief
+from circumspect.mapping.registration import Registration
+from circumspect.mapping.relocalisation import SIGMAS, RelocalisationSettings, apart
+
+
+class Recognition:
+    """Believes in a place near by at once, in one far off only on good evidence.
+
+    Wheels seldom mislead by more than they are uncertain; what looks alike from several sides, as
+    a square table does, or has little to tell, as the flat side of a sofa, does.
+    """
+
+    def __init__(self, settings: RelocalisationSettings, farthest: float) -> None:
+        """Nothing is supposed yet.
+
+        Args:
+            settings: When to believe.
+            farthest: Squared Mahalanobis distance from the belief up to which a place is near.
+        """
+        self._settings = settings
+        self._farthest = farthest
+        self._supposed: RigidTransform | None = None
+        self._times = 0
+
+    def forget(self) -> None:
+        """A frame was where it should be, or told of nowhere."""
+        self._supposed, self._times = None, 0
+
+    def believed(
+        self,
+        fits: list[Registration],
+        expected: Belief,
+        T_before_now: RigidTransform,
+        usual_inliers: float,
+        lost: bool,
+    ) -> Registration | None:
+        """The one place where the camera can be.
+
+        Args:
+            fits: Of a frame that contradicts its pose; see `relocalise`.
+            expected: Where the camera should be.
+            T_before_now: How it moved since the last frame.
+            usual_inliers: Of a good frame.
+            lost: Several frames contradicted.
+
+        Returns:
+            The only one near by; else, once the camera is lost, the only one at all, when several
+            frames in a row told of it with enough inliers.
+        """
+        information = np.linalg.inv(expected.covariance + np.diag(SIGMAS**2))
+        errors = [se3.log(expected.T_map_camera.inv() * fit.T_map_camera) for fit in fits]
+        distances = [float(error @ information @ error) for error in errors]
+        near = [f for f, d in zip(fits, distances, strict=True) if d < self._farthest]
+        if near:
+            self.forget()
+            return near[0] if len(near) == 1 else None
+        enough = self._settings.least_inliers * usual_inliers
+        if not lost or len(fits) != 1 or fits[0].inliers < enough:
+            self.forget()
+            return None
+        return fits[0] if self._confirms(fits[0].T_map_camera, T_before_now) else None
+
+    def _confirms(self, T_map_camera: RigidTransform, T_before_now: RigidTransform) -> bool:
+        if self._supposed is None or apart(self._supposed * T_before_now, T_map_camera):
+            self._times = 0
+        self._supposed = T_map_camera
+        self._times += 1
+        return self._times >= self._settings.confirmed
