@@ -51,14 +51,19 @@ def jobs(suite: str, arguments: argparse.Namespace) -> list[ScanJob]:
         return [job for number in range(each) for job in _round(suite, number)]
     if suite == "planners":
         some = range(max(1, each // 3))
-        return [j for p in PLANNERS for number in some for j in _round(suite, number, p)]
+        every = arguments.frame_interval
+        return [j for p in PLANNERS for number in some for j in _round(suite, number, p, every)]
     if suite == "timing":
         return _round(suite, 0, detailed=True)
     return _modelnet(arguments.data, arguments.objects, arguments.frame_interval)
 
 
 def _round(
-    suite: str, number: int, planner: str = "normals", detailed: bool = False
+    suite: str,
+    number: int,
+    planner: str = "normals",
+    frame_interval: float = 0.5,
+    detailed: bool = False,
 ) -> list[ScanJob]:
     """One scan of each category, from a start of its own."""
     found = []
@@ -66,7 +71,7 @@ def _round(
         rng = np.random.default_rng([number, index])
         start, seed = float(np.round(rng.uniform(0, 360), 1)), int(rng.integers(2**31))
         name = f"{category}-{FIRST_VARIANT + number}"
-        found.append(ScanJob(suite, name, start, seed, planner, detailed=detailed))
+        found.append(ScanJob(suite, name, start, seed, planner, frame_interval, detailed=detailed))
     return found
 
 
@@ -95,7 +100,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--each", type=int, default=6, help="scans a category (furniture)")
     parser.add_argument("--objects", type=int, default=3, help="objects a class (modelnet)")
     parser.add_argument(
-        "--frame-interval", type=float, default=2.0, help="between frames [s] (modelnet)"
+        "--frame-interval", type=float, default=2.0, help="between frames [s] (planners, modelnet)"
     )
     parser.add_argument("--data", type=Path, default=DATA, help="folder of the point packs")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)

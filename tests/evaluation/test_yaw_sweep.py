@@ -4,27 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from two_kinds import ByHeight, flat_and_tall
 
-from circumspect.classification import GridRecipe
 from circumspect.datasets import ObjectSet
 from circumspect.errors import InputError, WeightsError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
 from circumspect.evaluation.figures import draw_all
 from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws, sweep_yaw
-
-CLASSES = ("flat", "tall")
-
-
-class ByHeight:
-    """Invariant to yaw: tall objects fill more rows of the grid than flat ones."""
-
-    classes = CLASSES
-    recipe = GridRecipe(azimuth_views=2)
-
-    def probabilities(self, grids):
-        rows = grids.any(axis=(1, 2, 3, 4)).sum(axis=1)
-        tall = np.clip(rows / grids.shape[-1], 0.0, 1.0)
-        return np.stack([1 - tall, tall], axis=1)
 
 
 class ByDirection(ByHeight):
@@ -35,17 +21,8 @@ class ByDirection(ByHeight):
         return np.stack([1 - towards, towards], axis=1)
 
 
-def objects(count=12):
-    rng = np.random.default_rng(0)
-    labels = np.arange(count) % 2
-    size = np.where(labels[:, None, None] == 0, [2.0, 0.3, 0.1], [0.3, 0.2, 2.0])
-    points = (rng.random((count, 300, 3)) - 0.5) * size
-    names = np.array([f"{CLASSES[k]}_{i:04d}" for i, k in enumerate(labels)])
-    return ObjectSet(points.astype(np.float32), labels.astype(np.int64), names, CLASSES)
-
-
 def test_an_invariant_predictor_has_no_spread():
-    sweep = sweep_yaw(ByHeight(), objects(), spread_yaws(7))
+    sweep = sweep_yaw(ByHeight(), flat_and_tall(12), spread_yaws(7))
     metrics = sweep.metrics()
     assert metrics["accuracy"] == [1.0] * 7
     assert metrics["mean_class_accuracy"] == [1.0] * 7
@@ -57,7 +34,7 @@ def test_an_invariant_predictor_has_no_spread():
 
 
 def test_a_predictor_that_looks_one_way_is_found_out():
-    sweep = sweep_yaw(ByDirection(), objects(), spread_yaws(16))
+    sweep = sweep_yaw(ByDirection(), flat_and_tall(12), spread_yaws(16))
     assert sweep.flip_rate > 0.4
     assert sweep.metrics()["spread"] > 0.2
 
@@ -65,8 +42,8 @@ def test_a_predictor_that_looks_one_way_is_found_out():
 def test_figures_are_written(tmp_path):
     from PIL import Image
 
-    sweep = sweep_yaw(ByDirection(), objects(), spread_yaws(8))
-    files = draw_all(sweep, objects(), tmp_path)
+    sweep = sweep_yaw(ByDirection(), flat_and_tall(12), spread_yaws(8))
+    files = draw_all(sweep, flat_and_tall(12), tmp_path)
     assert len(files) == 4
     for file in files:
         with Image.open(file) as picture:
@@ -75,12 +52,12 @@ def test_figures_are_written(tmp_path):
 
 
 def test_other_classes_are_refused():
-    other = objects()
+    other = flat_and_tall(12)
     renamed = ObjectSet(other.points_xyz, other.labels, other.names, ("a", "b"))
     with pytest.raises(WeightsError, match="know flat, tall, but the data set has a, b"):
         sweep_yaw(ByHeight(), renamed, [0.0])
     with pytest.raises(InputError, match="nothing to evaluate"):
-        sweep_yaw(ByHeight(), objects(), [])
+        sweep_yaw(ByHeight(), flat_and_tall(12), [])
 
 
 @given(count=st.integers(2, 200), cells=st.sampled_from([16, 32, 64]))
@@ -105,7 +82,7 @@ def test_accuracy_measures_agree_with_their_definitions(pairs):
 
 
 def test_a_sweep_survives_the_disk(tmp_path):
-    sweep = sweep_yaw(ByDirection(), objects(), spread_yaws(3))
+    sweep = sweep_yaw(ByDirection(), flat_and_tall(12), spread_yaws(3))
     sweep.save(tmp_path / "sweep.npz")
     back = YawSweep.load(tmp_path / "sweep.npz")
     assert back.metrics() == sweep.metrics()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,7 +13,12 @@ from tracking_world import drive, true_camera
 
 from circumspect.mapping import TrackingSettings, se3
 from circumspect.mapping.keyframe import Keyframe
-from circumspect.mapping.keyframe_pairs import pair_edge, showing_the_same, worth_by_view
+from circumspect.mapping.keyframe_pairs import (
+    joined,
+    pair_edge,
+    showing_the_same,
+    worth_by_view,
+)
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.wheels import Passage
@@ -75,9 +82,7 @@ def test_where_the_scene_let_go_the_wheels_link_keyframes() -> None:
     true = true_camera(first).inv() * true_camera(second)
     driven = Belief(true * RigidTransform.from_translation([0.002, 0, 0]), 1e-5 * I6)
     other = keyframe(1, second, off=0.1)
-    lost = Keyframe(
-        1, other.T_map_camera, other.surface, other.space, other.covariance, Passage(1, driven)
-    )
+    lost = replace(other, passage=Passage(1, driven))
     edge = fitted(keyframe(0, first), lost)
     assert edge is not None
     assert not edge.robust, "the chain of the drive"
@@ -85,6 +90,33 @@ def test_where_the_scene_let_go_the_wheels_link_keyframes() -> None:
     alone = fitted(keyframe(0, first), other)
     assert alone is not None
     assert error_of(alone, first, second) == pytest.approx(0.1, abs=0.02)
+
+
+def test_where_the_scene_held_the_heading_it_is_kept() -> None:
+    """The wheels turned 2° too little; a wall all along told the heading, but not the way."""
+    first, second = np.radians(45.0), np.radians(135.0)
+    true = true_camera(first).inv() * true_camera(second)
+    driven = Belief(true * se3.exp(np.array([0, np.radians(2.0), 0, 0.01, 0, 0])), 1e-5 * I6)
+    by_scene = np.diag([1e8, 1e8, 1e8, 0.0, 1e6, 1e6])
+    key = replace(keyframe(1, second, off=0.1), passage=Passage(1, driven, by_scene))
+    edge = fitted(keyframe(0, first), key)
+    assert edge is not None
+    error = se3.log(true.inv() * edge.T_first_second)
+    assert np.degrees(np.linalg.norm(error[:3])) < 0.1
+    assert abs(error[3]) < 0.015, "the way is that of the wheels"
+
+
+def rotations_and_ways():
+    return st.lists(st.floats(-0.3, 0.3), min_size=6, max_size=6).map(np.array)
+
+
+@given(rotations_and_ways(), st.floats(1.0, 1e4), st.floats(1.0, 1e4))
+def test_joined_measurements_lie_between(change, one: float, other: float) -> None:
+    T = se3.exp(np.array([0.1, -0.2, 0.3, 1.0, 2.0, 3.0]))
+    found, known = joined(T, one * I6, T * se3.exp(change), other * I6)
+    share = other / (one + other)
+    np.testing.assert_allclose(se3.log(T.inv() * found), share * change, atol=1e-9)
+    np.testing.assert_allclose(known, (one + other) * I6)
 
 
 def test_what_has_nothing_in_common_is_not_linked() -> None:

@@ -37,9 +37,11 @@ def true_camera(angle: float) -> RigidTransform:
     return true_base(angle).as_transform() * T_BASE_CAMERA
 
 
-def drive(angles: np.ndarray, seed: int = 0) -> list[RgbdFrame]:
+def drive(
+    angles: np.ndarray, seed: int = 0, things: tuple[Surface, ...] = THINGS
+) -> list[RgbdFrame]:
     """Frames with odometry and mount, without poses; one a second."""
-    camera = SimulatedCamera(Scene(THINGS), lambda: Station(0.0, RigidTransform.identity()),
+    camera = SimulatedCamera(Scene(things), lambda: Station(0.0, RigidTransform.identity()),
                              CAMERA, DepthNoise(), seed)  # fmt: skip
     odom, covariance, frames = PlanarPose(), np.zeros((3, 3)), []
     for number, angle in enumerate(angles):

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from experiment_watcher import Watched
 from matplotlib.image import imread
+from two_kinds import two_kinds
 
-from circumspect.datasets import GridCache, ObjectSet
+from circumspect.datasets import GridCache
 from circumspect.errors import InputError
 from circumspect.reproduction import Table2, reproduce_table2
 from circumspect.reproduction.published import ANGLES_DEG, MODELNET10
@@ -18,20 +19,9 @@ from circumspect.reproduction.stages import is_done
 QUICK = Table2(epochs=2, yaw_count=5, shape=(14, 14, 14))
 
 
-def shapes(count, seed=0):
-    rng = np.random.default_rng(seed)
-    cube = rng.random((count, 300, 3)) - 0.5
-    labels = np.arange(count) % 2
-    size = np.where(labels[:, None] == 0, [1.0, 1.0, 0.1], [0.15, 0.15, 1.0])
-    names = np.array([f"{['plate', 'post'][k]}_{i:04d}" for i, k in enumerate(labels)])
-    return ObjectSet(
-        (cube * size[:, None]).astype(np.float32), labels.astype(np.int64), names, ("plate", "post")
-    )
-
-
 def run(tmp_path, how=QUICK, watched=None, test=None):
     return reproduce_table2(
-        shapes(40), test or shapes(10, 1), how, tmp_path / "out", watched or Watched(),
+        two_kinds(40), test or two_kinds(10, seed=1), how, tmp_path / "out", watched or Watched(),
         GridCache(tmp_path / "grids"),
     )  # fmt: skip
 
@@ -72,7 +62,7 @@ def test_the_table_stands_beside_the_papers_and_is_made_once(tmp_path):
     with pytest.raises(InputError, match="other settings; choose another --out"):
         run(tmp_path, Table2(epochs=3, yaw_count=5, shape=(14, 14, 14)))
     with pytest.raises(InputError, match="other data; choose another --out"):
-        run(tmp_path, test=shapes(10, 2))
+        run(tmp_path, test=two_kinds(10, seed=2))
     with pytest.raises(InputError, match="other yaw_deg"):
         run(tmp_path, Table2(epochs=2, yaw_count=6, shape=(14, 14, 14)))
 

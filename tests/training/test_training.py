@@ -13,6 +13,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 from safetensors.torch import load_file
+from two_kinds import two_kinds
 
 from circumspect.classification import GridRecipe, PointsRecipe
 from circumspect.datasets import Augmentation, GridCache, ObjectSet
@@ -39,25 +40,14 @@ class Silent:
         pass
 
 
-def shapes(count=48, points=300, seed=0):
-    """Two classes that anyone can tell apart: flat plates and upright posts."""
-    rng = np.random.default_rng(seed)
-    cube = rng.random((count, points, 3)) - 0.5
-    labels = np.arange(count) % 2
-    size = np.where(labels[:, None] == 0, [1.0, 1.0, 0.1], [0.15, 0.15, 1.0])
-    clouds = (cube * size[:, None]).astype(np.float32)
-    names = np.array([f"{['plate', 'post'][k]}_{i:04d}" for i, k in enumerate(labels)])
-    return ObjectSet(clouds, labels.astype(np.int64), names, ("plate", "post"))
-
-
 def run(folder, settings=QUICK, objects=None, **options):
     cache = GridCache(folder.parent / "grids")
-    return train(objects or shapes(), settings, folder, Silent(), cache, **options)
+    return train(objects or two_kinds(), settings, folder, Silent(), cache, **options)
 
 
 def test_learns_logs_and_keeps_the_best(tmp_path):
     settings = TrainingSettings(epochs=6, batch_size=8, replicas=2, seed=1)
-    checkpoint = run(tmp_path / "run", settings, shapes(96))
+    checkpoint = run(tmp_path / "run", settings, two_kinds(96))
     assert checkpoint.classes == ("plate", "post")
     assert checkpoint.training["reached"]["validation_accuracy"] == 1.0
     with (tmp_path / "run" / "epochs.csv").open() as stream:
@@ -114,13 +104,13 @@ def test_other_optimizers_and_inputs_resume_as_well(tmp_path, net, recipe):
 )
 def test_every_kind_of_network_learns(tmp_path, net, recipe):
     settings = as_meant(net, epochs=8)
-    checkpoint = run(tmp_path / "run", settings, shapes(64), recipe=recipe)
+    checkpoint = run(tmp_path / "run", settings, two_kinds(64), recipe=recipe)
     assert checkpoint.recipe == recipe
     assert checkpoint.training["reached"]["validation_accuracy"] == 1.0
 
 
 def test_objects_that_are_not_augmented_are_all_the_same(tmp_path):
-    objects, recipe = shapes(4), GridRecipe()
+    objects, recipe = two_kinds(4), GridRecipe()
     clouds = AugmentedClouds(objects, Augmentation.none(), 0)
     one, other = (clouds.samples(2, replica)[:300] for replica in range(2))
     np.testing.assert_array_equal(one, other)
@@ -131,7 +121,7 @@ def test_objects_that_are_not_augmented_are_all_the_same(tmp_path):
 
 
 def test_points_of_a_batch_are_those_of_each_object():
-    clouds = AugmentedClouds(shapes(6), Augmentation(), 3)
+    clouds = AugmentedClouds(two_kinds(6), Augmentation(), 3)
     made = AugmentedPoints(clouds, PointsRecipe(200, surface=True))
     chosen, replicas = np.array([4, 1, 4]), np.array([0, 1, 2])
     batch = made.batch(chosen, replicas)
@@ -148,7 +138,7 @@ def test_killed_within_an_epoch_it_starts_that_epoch_again(tmp_path):
                 raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(shapes(), QUICK, tmp_path / "run", Killer(), GridCache(tmp_path / "grids"))
+        train(two_kinds(), QUICK, tmp_path / "run", Killer(), GridCache(tmp_path / "grids"))
     run(tmp_path / "run")
     run(tmp_path / "whole")
     assert_same_state(tmp_path / "run", tmp_path / "whole")
@@ -159,7 +149,7 @@ def test_other_settings_are_not_mixed_in(tmp_path):
     with pytest.raises(InputError, match="other settings"):
         run(tmp_path / "run", TrainingSettings(epochs=4, batch_size=8, replicas=2, seed=1))
     with pytest.raises(InputError, match="other settings"):
-        run(tmp_path / "run", objects=shapes(seed=5))
+        run(tmp_path / "run", objects=two_kinds(seed=5))
 
 
 def test_broken_state_is_named(tmp_path):
@@ -187,7 +177,7 @@ def test_bf16_trains(tmp_path):
 
 
 def test_a_class_without_objects_is_named(tmp_path):
-    objects = shapes()
+    objects = two_kinds()
     three = ObjectSet(objects.points_xyz, objects.labels, objects.names, ("plate", "post", "urn"))
     with pytest.raises(InputError, match="urn"):
         run(tmp_path / "run", objects=three)
@@ -221,7 +211,7 @@ def test_two_processes_train_together(tmp_path):
     script = tmp_path / "job.py"
     script.write_text(
         "import sys, pathlib\n"
-        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        f"sys.path[:0] = {[str(folder) for folder in Path(__file__).parents[:2]]!r}\n"
         "import test_training as t\n"
         f"t.run(pathlib.Path({str(tmp_path / 'run')!r}), t.QUICK, stop_after=1)\n"
     )
@@ -295,7 +285,7 @@ def test_furniture_needs_known_classes(tmp_path):
 
 def test_the_heading_is_learnt_at_zero_degrees_and_found_at_others(tmp_path):
     rng = np.random.default_rng(0)
-    plain = shapes(96)
+    plain = two_kinds(96)
     # A rod sticks out along +x, so that every object has a front.
     rod = np.stack([rng.uniform(0.4, 1.2, (96, 60)), *rng.normal(0, 0.01, (2, 96, 60))], axis=2)
     clouds = np.concatenate([plain.points_xyz, rod.astype(np.float32)], axis=1)

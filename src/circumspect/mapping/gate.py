@@ -82,8 +82,6 @@ class GateSettings:
             )
         if through > self.most_through:
             return Verdict(f"looks through {through:.0%} of what is known to be there", True)
-        if not found.converged:
-            return Verdict(f"not converged after {found.iterations} steps", True)
         if found.misfit > self.largest_misfit:
             return Verdict(f"residual of {found.misfit:.1f} standard deviations", True)
         distance = squared_distance(found, prior_information)
@@ -91,6 +89,8 @@ class GateSettings:
             return Verdict(
                 f"{np.sqrt(distance):.1f} standard deviations from where it was expected", True
             )
+        if not found.converged:
+            return Verdict(f"not converged after {found.iterations} steps")
         weakest = weakest_direction(found.hessian)
         if weakest > self.weakest:
             return Verdict(f"the scene holds one direction to {weakest:.3f} m only")

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.mapping import se3
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.pose_distance import distances
@@ -88,7 +89,7 @@ def pair_edge(
 
     Returns:
         What is known then; None where that is nothing. Consecutive keyframes are never let go:
-        what the scene does not tell of them, tracking or the wheels do.
+        what they do not tell of each other, tracking and the wheels do.
     """
     expected = one.T_map_camera.inv() * other.T_map_camera
     consecutive, loop = other.number - one.number == 1, closes_a_loop(one.number, other.number)
@@ -97,7 +98,10 @@ def pair_edge(
     believed = np.diag((TRACKED_SIGMAS if tracked or consecutive else BELIEVED_SIGMAS) ** -2.0)
     wheels = other.passage.by_wheels
     if consecutive and not tracked and wheels is not None:
+        live, by_scene = expected, other.passage.by_scene
         expected, believed = wheels.T_map_camera, np.linalg.inv(wheels.covariance)
+        if by_scene is not None:
+            expected, believed = joined(expected, believed, live, by_scene)
     target = SceneMap(voxel).with_surface(one.surface, RigidTransform.identity())
     thinned = other.surface.scan.thinned(PAIR_THINNED)
     found = register(thinned, target, expected, believed, registration)
@@ -112,6 +116,21 @@ def pair_edge(
         known = found.hessian
     worth = worth_by_view(known, measured)
     return Edge(one.number, other.number, measured, worth, robust=not consecutive)
+
+
+def joined(
+    T: RigidTransform,
+    information: NDArray[np.floating],
+    T_other: RigidTransform,
+    other_information: NDArray[np.floating],
+) -> tuple[RigidTransform, NDArray[np.floating]]:
+    """Two measurements of the same pose by their information; one may be blind to a direction.
+
+    With e = log(T⁻¹T_other) and information Λ, H the joint optimum lies at T exp((Λ + H)⁻¹He).
+    """
+    total = information + other_information
+    step = np.linalg.solve(total, other_information @ se3.log(T.inv() * T_other))
+    return T * se3.exp(step), total
 
 
 def closes_a_loop(first: int, second: int) -> bool:

@@ -8,7 +8,12 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.mapping import se3
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.registration import Registration
-from circumspect.mapping.relocalisation import SIGMAS, RelocalisationSettings, apart
+from circumspect.mapping.relocalisation import (
+    SAME_PLACE,
+    SIGMAS,
+    RelocalisationSettings,
+    within,
+)
 
 
 class Recognition:
@@ -52,9 +57,11 @@ class Recognition:
             lost: Several frames contradicted.
 
         Returns:
-            The only one near by; else, once the camera is lost, the only one at all, when several
-            frames in a row told of it with enough inliers.
+            Of those with enough inliers the only one near by; else, once the camera is lost, the
+            only one at all, when several frames in a row told of it.
         """
+        enough = self._settings.least_inliers * usual_inliers
+        fits = [fit for fit in fits if fit.inliers >= enough]
         information = np.linalg.inv(expected.covariance + np.diag(SIGMAS**2))
         errors = [se3.log(expected.T_map_camera.inv() * fit.T_map_camera) for fit in fits]
         distances = [float(error @ information @ error) for error in errors]
@@ -62,14 +69,14 @@ class Recognition:
         if near:
             self.forget()
             return near[0] if len(near) == 1 else None
-        enough = self._settings.least_inliers * usual_inliers
-        if not lost or len(fits) != 1 or fits[0].inliers < enough:
+        if not lost or len(fits) != 1:
             self.forget()
             return None
         return fits[0] if self._confirms(fits[0].T_map_camera, T_before_now) else None
 
     def _confirms(self, T_map_camera: RigidTransform, T_before_now: RigidTransform) -> bool:
-        if self._supposed is None or apart(self._supposed * T_before_now, T_map_camera):
+        supposed = self._supposed
+        if supposed is None or not within(supposed * T_before_now, T_map_camera, SAME_PLACE):
             self._times = 0
         self._supposed = T_map_camera
         self._times += 1

@@ -19,7 +19,7 @@ from circumspect.mapping.news import rest_is_news
 from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
 from circumspect.mapping.recognition import Recognition
 from circumspect.mapping.registration import Registration, register
-from circumspect.mapping.relocalisation import relocalise
+from circumspect.mapping.relocalisation import nearby, relocalise
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.tracking_settings import TrackingSettings
@@ -100,7 +100,7 @@ class RegisteredPoses(PoseEstimator):
         self._remember(frame, best)
         # A direction that the scene does not hold is held by the wheels for a while.
         if self._is_certain(best) and len(scan) >= self.settings.gate.fewest_points:
-            self._grow(frame, scan)
+            self._grow(frame, scan, best)
         return self._told(frame, best)
 
     def _first(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
@@ -125,7 +125,7 @@ class RegisteredPoses(PoseEstimator):
         first = Attempt(Belief(T, covariance), Verdict(), "first frame")
         self._remember(frame, first)
         if len(scan) >= self.settings.gate.fewest_points:
-            self._grow(frame, scan)
+            self._grow(frame, scan, first)
         else:
             # Nothing to begin a map with.
             first = replace(first, verdict=Verdict(f"{len(scan)} points in range"))
@@ -160,7 +160,8 @@ class RegisteredPoses(PoseEstimator):
         through = seen_through(frame, self.scene, found.T_map_camera)
         least = self._least_overlap(scan, found)
         verdict = self.settings.gate.verdict(found, information, through, least)
-        if verdict.contradicts or found.points < self.settings.gate.fewest_points:
+        says = found.converged and found.points >= self.settings.gate.fewest_points
+        if verdict.contradicts or not says:
             return Attempt(believed, verdict, source, found)
         # By their information; directions that the scene does not hold stay as predicted.
         fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
@@ -179,11 +180,12 @@ class RegisteredPoses(PoseEstimator):
         """The frame among all keyframes, where it fits one place beyond doubt."""
         s = self.settings
         assert self._belief is not None
-        fits = relocalise(
-            frame, scan, self.scene, self.keyframes.places, s.registration, s.gate, s.relocalisation
-        )
-        moved = self._belief.T_map_camera.inv() * expected.T_map_camera
         lost = self._doubts + 1 >= s.lost_after
+        places = self.keyframes.places
+        if not lost:
+            places = nearby(places, expected.T_map_camera)
+        fits = relocalise(frame, scan, self.scene, places, s.registration, s.gate, s.relocalisation)
+        moved = self._belief.T_map_camera.inv() * expected.T_map_camera
         found = self._recognition.believed(fits, expected, moved, self._inliers, lost)
         if found is None:
             return None
@@ -221,13 +223,16 @@ class RegisteredPoses(PoseEstimator):
         self._source = attempt.source
         self._belief, self._stamp = attempt.belief, frame.stamp
 
-    def _grow(self, frame: RgbdFrame, scan: Scan) -> None:
+    def _grow(self, frame: RgbdFrame, scan: Scan, attempt: Attempt) -> None:
         """Take a new keyframe in, or work a little on what the last ones are to be fitted to."""
         assert self._belief is not None
         keys, T_map_camera = self.keyframes, self._belief.T_map_camera
         if len(keys) == 0 or keys.nearest(T_map_camera)[1] >= 1:
             covariance = self._belief.covariance
-            key = keys.add(T_map_camera, covariance, scan, frame, self._wheels.at_keyframe())
+            found, followed = attempt.found, attempt.source != RECOGNISED
+            by_scene = found.hessian if found is not None and found.converged and followed else None
+            passage = self._wheels.at_keyframe(by_scene)
+            key = keys.add(T_map_camera, covariance, scan, frame, passage)
             self.scene = self.scene.with_surface(key.surface, T_map_camera)
         elif keys.pending:
             keys.fit_next()

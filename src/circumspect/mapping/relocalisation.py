@@ -21,10 +21,14 @@ SAMPLE = 400
 """So many points of the scan are tried at every known place."""
 LOOSE = 0.1
 """A point within this distance [m] of the map speaks for a place."""
-TRIED = 5
+TRIED = 8
 """So many of the best places are fitted."""
-APART_SHIFT, APART_TURN = 0.3, float(np.radians(20.0))
-"""Places, and fits, within this [m] and [rad] of each other count as one."""
+SPREAD = 0.4, float(np.radians(30.0))
+"""Of the places within this [m] and [rad] of each other one is fitted."""
+SAME_PLACE = 0.3, float(np.radians(20.0))
+"""Fits within this [m] and [rad] of each other are one place."""
+NEARBY = 1.0, float(np.radians(45.0))
+"""A camera that is not lost is looked for this far [m], [rad] from where it should be."""
 COARSE_REACH = 0.3
 """How far points may be from their counterparts at first [m]."""
 SIGMAS = np.array([np.radians(10.0)] * 3 + [0.2] * 3)
@@ -38,8 +42,8 @@ class RelocalisationSettings:
     Attributes:
         least_overlap: Share of the scan that must lie on what is known.
         most_through: Share of what is known and in view that may be looked through.
-        least_inliers: Share of the usual number that a frame must have which places the camera
-            far from where it was believed to be: one flat piece looks like another.
+        least_inliers: Share of the usual number that the frame must have: one flat piece looks
+            like another.
         confirmed: So many frames in a row must tell of the same far place.
     """
 
@@ -75,7 +79,7 @@ def relocalise(
     information = np.diag(SIGMAS**-2.0)
     fits: list[Registration] = []
     ranked = [places[int(index)] for index in np.argsort(scores)[::-1]]
-    for place in _distinct(ranked)[:TRIED]:
+    for place in _distinct(ranked, SPREAD)[:TRIED]:
         coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, place)
         found = register(scan, scene, coarse, information, registration)
         through = seen_through(frame, scene, found.T_map_camera)
@@ -83,7 +87,7 @@ def relocalise(
         if verdict.is_open and through <= settings.most_through:
             fits.append(found)
     fits.sort(key=lambda fit: fit.overlap, reverse=True)
-    kept = {id(pose) for pose in _distinct([fit.T_map_camera for fit in fits])}
+    kept = {id(pose) for pose in _distinct([fit.T_map_camera for fit in fits], SAME_PLACE)}
     return [fit for fit in fits if id(fit.T_map_camera) in kept]
 
 
@@ -127,16 +131,21 @@ def coarsely_aligned(
     return RigidTransform.from_matrix(matrix)
 
 
-def apart(one: RigidTransform, other: RigidTransform) -> bool:
-    """Whether two poses are different places."""
+def within(one: RigidTransform, other: RigidTransform, bounds: tuple[float, float]) -> bool:
+    """Whether two poses are less than a shift [m] and a turn [rad] from each other."""
     shift, turn = distances(one.as_matrix(), other.as_matrix())
-    return bool(shift >= APART_SHIFT or turn >= APART_TURN)
+    return bool(shift < bounds[0] and turn < bounds[1])
 
 
-def _distinct(poses: list[RigidTransform]) -> list[RigidTransform]:
-    """Those that are apart from all before them."""
+def nearby(places: list[RigidTransform], expected: RigidTransform) -> list[RigidTransform]:
+    """Those where a camera that is not lost may be."""
+    return [place for place in places if within(place, expected, NEARBY)]
+
+
+def _distinct(poses: list[RigidTransform], bounds: tuple[float, float]) -> list[RigidTransform]:
+    """Those that are not within the bounds of one before them."""
     kept: list[RigidTransform] = []
     for pose in poses:
-        if all(apart(pose, other) for other in kept):
+        if not any(within(pose, other, bounds) for other in kept):
             kept.append(pose)
     return kept

@@ -21,10 +21,13 @@ class Passage:
     Attributes:
         stretch: Changes whenever the scene does not hold a frame.
         by_wheels: Where the camera is in the last keyframe's frame; None where wheels were mute.
+        by_scene: (6, 6) information of the scene about where it came to; None where that is
+            nothing.
     """
 
     stretch: int = 0
     by_wheels: Belief | None = None
+    by_scene: NDArray[np.floating] | None = None
 
 
 class Wheels:
@@ -74,8 +77,12 @@ class Wheels:
         found = PlanarPose.from_transform(mount * T_before_now * mount.inv())
         self.grip = self.grip.taught(told, found)
 
-    def at_keyframe(self) -> Passage:
-        """How the camera came here since the last keyframe; the next passage begins."""
-        passage = Passage(self._stretch, self._since_key)
+    def at_keyframe(self, by_scene: NDArray[np.floating] | None = None) -> Passage:
+        """How the camera came here since the last keyframe; the next passage begins.
+
+        Args:
+            by_scene: (6, 6) information of the scene about where it is now.
+        """
+        passage = Passage(self._stretch, self._since_key, by_scene)
         self._since_key = Belief(RigidTransform.identity(), np.zeros((6, 6)))
         return passage

@@ -1,0 +1,118 @@
+"""A place far from where the camera should be needs good evidence."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+from tracking_world import THINGS, drive, true_camera
+
+from circumspect.mapping import TrackingSettings
+from circumspect.mapping.motion import Belief
+from circumspect.mapping.recognition import Recognition
+from circumspect.mapping.registration import Registration
+from circumspect.mapping.relocalisation import (
+    SAME_PLACE,
+    RelocalisationSettings,
+    relocalise,
+    within,
+)
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scan_surface import ScanSurface
+from circumspect.mapping.scene_map import SceneMap
+from circumspect.simulation import Surface, block
+
+USUAL = 4000.0
+HERE = Belief(RigidTransform.identity(), np.eye(6) * 1e-4)
+STEP = RigidTransform.from_translation([0.05, 0.0, 0.0])
+STILL = RigidTransform.identity()
+
+
+def fit(x: float, inliers: int = 4000) -> Registration:
+    place = RigidTransform.from_translation([x, 0.0, 0.0])
+    known = np.eye(6) * 1e4
+    return Registration(
+        place, known, known, np.zeros(6), inliers, inliers, 1.0, 0.001, 0.001, 1.0, 5, True
+    )
+
+
+@pytest.fixture
+def recognition() -> Recognition:
+    return Recognition(RelocalisationSettings(), farthest=38.0)
+
+
+def test_a_place_near_by_counts_at_once(recognition: Recognition) -> None:
+    near = fit(0.2)
+    assert recognition.believed([near], HERE, STILL, USUAL, lost=False) is near
+    far_too = [fit(3.0), near]
+    assert recognition.believed(far_too, HERE, STILL, USUAL, lost=False) is near
+
+
+def test_a_few_points_tell_of_no_place(recognition: Recognition) -> None:
+    assert recognition.believed([fit(0.2, inliers=1500)], HERE, STILL, USUAL, lost=True) is None
+
+
+def test_of_two_places_near_by_none_counts(recognition: Recognition) -> None:
+    fits = [fit(0.2), fit(-0.2)]
+    assert recognition.believed(fits, HERE, STILL, USUAL, lost=True) is None
+
+
+def far(recognition: Recognition, times: int, **changed) -> list[bool]:
+    """Whether a place 3 m off that moves along is believed, frame by frame."""
+    how = {"inliers": 4000, "step": STEP, "lost": True, "others": [], **changed}
+    return [
+        recognition.believed(
+            [fit(3.0 + 0.05 * n, how["inliers"]), *how["others"]],
+            HERE, how["step"], USUAL, lost=how["lost"],
+        ) is not None
+        for n in range(times)
+    ]  # fmt: skip
+
+
+def test_a_far_place_counts_when_several_frames_tell_of_it(recognition: Recognition) -> None:
+    assert far(recognition, 4) == [False, False, True, True]
+
+
+def test_frames_that_tell_of_different_places_count_for_nothing(recognition: Recognition) -> None:
+    metre_back = RigidTransform.from_translation([-1.0, 0.0, 0.0])
+    assert not any(far(recognition, 6, step=metre_back))
+
+
+@pytest.mark.parametrize("changed", [{"lost": False}, {"inliers": 1500}, {"others": [fit(-4.0)]}])
+def test_a_far_place_does_not_count(recognition: Recognition, changed: dict) -> None:
+    """Not before the camera is lost, not by a few points, not where there is another."""
+    assert not any(far(recognition, 6, **changed))
+
+
+def test_one_frame_that_is_placed_begins_the_count_anew(recognition: Recognition) -> None:
+    far(recognition, 2)
+    recognition.forget()
+    assert far(recognition, 3) == [False, False, True]
+
+
+def test_a_square_pillar_looks_alike_from_its_four_sides() -> None:
+    """And who is lost beside one is not told to be at one of them."""
+    square = (Surface("object", block((-0.25, -0.25, 0.0), (0.25, 0.25, 0.8))), THINGS[2])
+    angles = np.radians(np.arange(5, 365, 10.0))
+    frames = drive(angles, things=square)
+    places = [true_camera(float(angle)) for angle in angles]
+    s = TrackingSettings()
+    surfaces = [
+        (ScanSurface.of(Scan.of(frame, s.scan)).on_level_floor(place), place)
+        for frame, place in zip(frames, places, strict=True)
+    ]
+    scene = SceneMap(s.scan.voxel).with_surfaces(surfaces)
+    frame = frames[4]
+    fits = relocalise(
+        frame, Scan.of(frame, s.scan), scene, places, s.registration, s.gate, s.relocalisation
+    )
+    assert len(fits) >= 2
+    assert not any(
+        within(a.T_map_camera, b.T_map_camera, SAME_PLACE) for a, b in combinations(fits, 2)
+    )
+    nowhere = Belief(RigidTransform.from_translation([0.0, 0.0, 50.0]), np.eye(6) * 1e-4)
+    recognition = Recognition(s.relocalisation, s.gate.farthest)
+    for _ in range(5):
+        assert recognition.believed(fits, nowhere, STILL, 0.0, lost=True) is None
