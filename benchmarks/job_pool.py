@@ -6,6 +6,7 @@ import json
 import multiprocessing
 import os
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -76,6 +77,18 @@ def run_all(
     return [record for record in records(path) if record["key"] in keys]
 
 
+def _end_with_parent() -> None:
+    """A worker whose parent was killed would otherwise go on with its job."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
 def _outcomes(
     jobs: Sequence[SomeJob], work: Callable[[SomeJob], Record], workers: int
 ) -> Iterator[tuple[SomeJob, Record | BaseException]]:
@@ -85,7 +98,7 @@ def _outcomes(
     115634).
     """
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
         pending = {pool.submit(work, job): job for job in jobs}
         for future in as_completed(pending):
             yield pending[future], future.exception() or future.result()

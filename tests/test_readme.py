@@ -1,5 +1,7 @@
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -17,7 +19,8 @@ def blocks(language):
 
 
 def commands():
-    pages = [README] + [page.read_text() for page in (ROOT / "docs").glob("*.md")]
+    docs = [page for page in (ROOT / "docs").glob("*.md") if page.name != "benchmarks.md"]
+    pages = [README] + [page.read_text() for page in docs]
     joined = [re.sub(r"\\\n\s*", "", page) for page in pages]
     lines = [line for page in joined for line in re.findall(r"^circumspect .*$", page, re.M)]
     return sorted({line.split("#")[0].strip() for line in lines})
@@ -59,3 +62,9 @@ def test_links_lead_somewhere():
         for link in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
             if not link.startswith("http"):
                 assert (page.parent / link).exists(), f"{page.name}: {link}"
+
+
+def test_the_benchmark_page_is_that_of_the_committed_results():
+    words = [sys.executable, "-m", "benchmarks.page", "--check"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr or "run: python -m benchmarks.page"

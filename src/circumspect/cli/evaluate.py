@@ -80,7 +80,7 @@ class Evaluate:
     def _head(self, evaluated: EvaluationSet) -> dict[str, Any]:
         return {
             "circumspect": __version__,
-            "weights": "shipped" if self.weights is None else str(self.weights),
+            "weights": "shipped" if self.weights is None else self.weights.name,
             "split": self.split,
             "data": evaluated.objects.digest,
             "seen_in_training": evaluated.seen,

@@ -1,0 +1,91 @@
+"""The docs' benchmark page, put together from the committed results.
+
+python -m benchmarks.page            # writes docs/benchmarks.md
+python -m benchmarks.page --check    # says whether it is up to date
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from benchmarks.report import RESULTS
+from circumspect.evaluation.markdown import table
+from circumspect.storage import atomic_open
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
+HEAD = """# Benchmarks
+
+Made by `python -m benchmarks.page` from `benchmarks/results/`; nothing here is written by hand.
+Each section names the command that measured it, and the machine. What the scans' figures mean is
+told in [scans](scans.md), how the networks differ in [networks](networks.md).
+"""
+SECTIONS = (
+    "grid_speed", "classifier_speed", "modelnet10_test", "table2", "rivals", "robustness",
+    "unknown", "scans", "faults", "scan_memory", "redkitchen_registration", "redkitchen",
+)  # fmt: skip
+"""Results in the order of the page; those that are not there yet are left out."""
+LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")
+
+
+def page(results: Path) -> str:
+    """The page's text."""
+    parts = [HEAD]
+    for name in SECTIONS:
+        if (results / f"{name}.md").is_file():
+            parts.append(_section((results / f"{name}.md").read_text(encoding="utf-8")))
+        elif (results / name / "metrics.json").is_file():
+            parts.append(_shipped(results / name))
+    return "\n".join(parts)
+
+
+def _section(text: str) -> str:
+    """A result a level further down, its links seen from the docs."""
+    lines, fenced = [], False
+    for line in text.splitlines():
+        fenced ^= line.startswith("```")
+        lines.append(f"#{line}" if line.startswith("#") and not fenced else line)
+    return LINK.sub(_from_docs, "\n".join(lines).strip()) + "\n"
+
+
+def _from_docs(link: re.Match[str]) -> str:
+    return f"]({os.path.relpath(RESULTS / link[1], PAGE.parent)})"
+
+
+def _shipped(folder: Path) -> str:
+    """What `circumspect evaluate` says of the shipped classifier."""
+    found: dict[str, Any] = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    mean = sum(found["accuracy"]) / len(found["accuracy"])
+    row = [
+        str(found["objects"]), str(len(found["yaw_deg"])), f"{mean:.4f}", f"{found['worst']:.4f}",
+        f"{found['spread']:.4f}", f"{found['flip_rate']:.2%}",
+        f"{found['milliseconds']['grid']:.1f}", f"{found['milliseconds']['classify']:.1f}",
+    ]  # fmt: skip
+    head = ["objects", "yaws", "mean", "worst", "spread", "flips", "grid [ms]", "classify [ms]"]
+    return (
+        "## The shipped classifier on ModelNet10's test objects\n\n"
+        "`circumspect evaluate --data modelnet10 --split test --yaw-count 64`\n\n"
+        + table(head, [row])
+        + "\n"
+    )
+
+
+def main() -> int:
+    """Write the page, or compare it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true")
+    text = page(RESULTS)
+    if parser.parse_args().check:
+        return int(not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != text)
+    with atomic_open(PAGE) as stream:
+        stream.write(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
