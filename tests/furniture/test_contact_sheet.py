@@ -12,6 +12,7 @@ from PIL import Image
 from circumspect.errors import OutputError
 from circumspect.furniture import CATEGORIES
 from circumspect.furniture.contact_sheet import draw_contact_sheet
+from circumspect.furniture.other_things import OTHER_THINGS, make_other_thing
 from circumspect.furniture.placement import joined, turned
 from circumspect.furniture.primitives import box, cylinder
 from circumspect.furniture.shading import shaded
@@ -73,3 +74,13 @@ def test_module_without_a_file_says_what_to_give():
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode != 0
     assert "give one file to write" in done.stderr
+
+
+@pytest.mark.parametrize("kind", OTHER_THINGS)
+def test_other_things_stand_on_the_floor_and_differ(kind):
+    one, other = make_other_thing(kind, 0), make_other_thing(kind, 1)
+    low, high = one.vertices_xyz.min(axis=0), one.vertices_xyz.max(axis=0)
+    np.testing.assert_allclose([*(low + high)[:2], low[2]], 0, atol=1e-9)
+    assert 0.2 < (high - low).max() < 6
+    assert not np.array_equal(one.vertices_xyz, other.vertices_xyz)
+    np.testing.assert_array_equal(one.vertices_xyz, make_other_thing(kind, 0).vertices_xyz)

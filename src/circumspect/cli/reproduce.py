@@ -27,11 +27,12 @@ class Reproduce:
 
     $ circumspect reproduce table2 --data modelnet10 --out table2
     $ circumspect reproduce rivals --data modelnet10 --epochs 24
+    $ circumspect reproduce unknown --data modelnet10 --yaw-count 8
     """
 
-    what: tyro.conf.Positional[Literal["table2", "rivals"]]
+    what: tyro.conf.Positional[Literal["table2", "rivals", "unknown"]]
     """table2: the paper's network on both grids, with both poolings; rivals: it, six others and
-    ours, at all yaws and any way up."""
+    ours, at all yaws and any way up; unknown: ours without each class in turn."""
     data: Path
     """Folder with point packs, or ModelNet10's folder of OFF files."""
     out: Path | None = None
@@ -52,12 +53,7 @@ class Reproduce:
     def run(self) -> int:
         """Do what is not yet done, and print the table."""
         try:
-            from circumspect.reproduction import (
-                Rivals,
-                Table2,
-                reproduce_rivals,
-                reproduce_table2,
-            )
+            from circumspect import reproduction as experiments
         except ImportError as error:
             raise MissingExtraError(error.name or "torch", "train") from error
         from circumspect.datasets import GridCache, open_data_set
@@ -70,9 +66,14 @@ class Reproduce:
             name: getattr(self, name) for name in ("epochs", "yaw_count", "precision", "seed")
         }
         if self.what == "table2":
-            document = reproduce_table2(train, test, Table2(**flags), *rest)
+            how = experiments.Table2(**flags)
+            document = experiments.reproduce_table2(train, test, how, *rest)
+        elif self.what == "rivals":
+            how = experiments.Rivals(**flags)
+            document = experiments.reproduce_rivals(train, test, how, *rest)
         else:
-            document = reproduce_rivals(train, test, Rivals(**flags), *rest)
+            how = experiments.Unknown(**flags)
+            document = experiments.reproduce_unknown(train, test, how, *rest)
         text = (out / f"{self.what}.md").read_text(encoding="utf-8")
         print(json.dumps(document) if self.json else text)  # noqa: T201
         return 0

@@ -14,7 +14,7 @@ from circumspect.furniture.cabinets import dresser, night_stand
 from circumspect.furniture.chairs import chair
 from circumspect.furniture.desks import desk
 from circumspect.furniture.monitors import monitor
-from circumspect.furniture.placement import turned
+from circumspect.furniture.placement import settled, turned
 from circumspect.furniture.sofas import sofa
 from circumspect.furniture.tables import table
 from circumspect.furniture.toilets import toilet
@@ -37,9 +37,6 @@ CATEGORIES: tuple[str, ...] = tuple(_MAKERS)
 
 _BACK_TOWARDS_Y = frozenset({"bed", "chair", "toilet"})
 """ModelNet10 turns these with their backs (heads) to +y; the rest face -x, long side along y."""
-
-_SLIVER = 1e-10
-"""[m²] triangles below this area carry nothing and are left out."""
 
 
 def make_furniture(category: str, seed: int) -> TriangleMesh:
@@ -67,14 +64,7 @@ def make_furniture(category: str, seed: int) -> TriangleMesh:
     mesh = _MAKERS[category](rng)
     if category not in _BACK_TOWARDS_Y:
         mesh = turned(mesh, -np.pi / 2)
-    return _settled(mesh)
-
-
-def _settled(mesh: TriangleMesh) -> TriangleMesh:
-    """The mesh on z = 0 and centred, without slivers."""
-    low, high = mesh.vertices_xyz.min(axis=0), mesh.vertices_xyz.max(axis=0)
-    middle = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
-    return TriangleMesh(mesh.vertices_xyz - middle, mesh.faces[mesh.areas > _SLIVER])
+    return settled(mesh)
 
 
 def _unknown(category: str) -> str:

@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike
 
 from circumspect.geometry import TriangleMesh
 
+SLIVER = 1e-10
+"""[m²] triangles below this area carry nothing and are left out."""
+
 
 def joined(parts: Sequence[TriangleMesh]) -> TriangleMesh:
     """One mesh of all parts; nothing is cut or merged where they meet."""
@@ -65,3 +68,10 @@ def around(mesh: TriangleMesh, count: int, start: float = 0.0) -> TriangleMesh:
     """`count` copies of the mesh turned evenly about the z axis, the first by `start` [rad]."""
     angles = start + np.arange(count) * (2 * np.pi / count)
     return joined([turned(mesh, angle) for angle in angles])
+
+
+def settled(mesh: TriangleMesh) -> TriangleMesh:
+    """The mesh on z = 0, the middle of its bounding box on the z axis, without slivers."""
+    low, high = mesh.vertices_xyz.min(axis=0), mesh.vertices_xyz.max(axis=0)
+    middle = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
+    return TriangleMesh(mesh.vertices_xyz - middle, mesh.faces[mesh.areas > SLIVER])

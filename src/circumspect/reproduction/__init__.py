@@ -2,5 +2,13 @@
 
 from circumspect.reproduction.rivals import Rivals, reproduce_rivals
 from circumspect.reproduction.table2 import Table2, reproduce_table2
+from circumspect.reproduction.unknown import Unknown, reproduce_unknown
 
-__all__ = ["Rivals", "Table2", "reproduce_rivals", "reproduce_table2"]
+__all__ = [
+    "Rivals",
+    "Table2",
+    "Unknown",
+    "reproduce_rivals",
+    "reproduce_table2",
+    "reproduce_unknown",
+]

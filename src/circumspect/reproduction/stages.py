@@ -69,13 +69,12 @@ def measured(
         "data": objects.digest,
         "yaw_deg": list(yaw_deg),
     }
-    if is_done(folder, made_of):
-        return YawSweep.load(folder / SWEEP)
-    sweep = sweep_yaw(load_predictor(weights), objects, yaw_deg, progress)
-    sweep.save(folder / SWEEP)
-    write_json(folder / "metrics.json", sweep.metrics())
-    write_json(folder / MADE_OF, made_of)
-    return sweep
+    if not is_done(folder, made_of):
+        sweep = sweep_yaw(load_predictor(weights), objects, yaw_deg, progress)
+        sweep.save(folder / SWEEP)
+        write_json(folder / "metrics.json", sweep.metrics())
+        write_json(folder / MADE_OF, made_of)
+    return YawSweep.load(folder / SWEEP)
 
 
 def done_once(folder: Path, made_of: dict[str, Any], make: Callable[[], Any]) -> Any:

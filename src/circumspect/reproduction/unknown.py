@@ -1,0 +1,202 @@
+"""Whether the classifier notices that an object is none of its classes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import mannwhitneyu
+
+from circumspect import __version__
+from circumspect.classification.onnx_classifier import shipped_path
+from circumspect.datasets import GridCache, ObjectSet, validation_split
+from circumspect.evaluation.calibration import fitted_temperature, least_known, tempered
+from circumspect.evaluation.markdown import table
+from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws
+from circumspect.furniture.other_things import OTHER_THINGS, make_other_thing
+from circumspect.nets.registry import net_spec
+from circumspect.reproduction.experiment import Experiment
+from circumspect.reproduction.stages import measured, trained
+from circumspect.reproduction.watched import Watched
+from circumspect.storage import atomic_open, write_json
+
+Scores = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unknown(Experiment):
+    """How the experiment is done; see `Experiment`.
+
+    Attributes:
+        net: Which network is trained without each class in turn.
+        each: Other things of each kind.
+    """
+
+    net: str = "planes"
+    each: int = 20
+
+
+def reproduce_unknown(
+    train: ObjectSet,
+    test: ObjectSet,
+    how: Unknown,
+    folder: Path,
+    watched: Watched,
+    cache: GridCache | None = None,
+) -> dict[str, Any]:
+    """Leave every class out in turn, and show things of other kinds to all of them.
+
+    Temperature and threshold are chosen on what training holds back: 95 % of those known objects
+    are to be called known. Every stage whose result is in the folder is left as it is.
+
+    Args:
+        train: The training split; part of it is held back.
+        test: The test split.
+        how: Settings.
+        folder: For the runs, `unknown.md` and `unknown.json`.
+        watched: Told of the progress.
+        cache: Where grids are kept.
+
+    Returns:
+        What `unknown.json` holds.
+
+    Raises:
+        InputError: The folder holds results of another experiment.
+        OutputError: It can not be written.
+    """
+    settings = how.settings(how.net)
+    recipe = net_spec(how.net).recipe
+    rows: dict[str, Any] = {}
+    for label, left_out in enumerate(train.classes):
+        known, _ = without(train, label)
+        at = folder / f"without-{left_out}"
+        with watched.training(f"without {left_out}", settings.epochs) as observer:
+            weights = trained(known, settings, recipe, at / "training", observer, cache)
+        rows[left_out] = _judged(weights, known, without(test, label), how, at, watched)
+    document = {
+        "circumspect": __version__, "net": how.net, "epochs": settings.epochs,
+        "yaws": how.yaw_count, "precision": how.precision, "seed": how.seed,
+        "left_out": rows, "other_things": _of_shipped(test.classes, how, folder, watched),
+    }  # fmt: skip
+    write_json(folder / "unknown.json", document)
+    with atomic_open(folder / "unknown.md") as stream:
+        stream.write(_markdown(document))
+    return document
+
+
+def without(objects: ObjectSet, label: int) -> tuple[ObjectSet, ObjectSet]:
+    """The objects of all classes but one, and those of that class.
+
+    Returns:
+        Two sets of the same classes, all but that one; the labels of the second mean nothing.
+    """
+    classes = objects.classes[:label] + objects.classes[label + 1 :]
+    kept = objects.labels != label
+    labels = objects.labels - (objects.labels > label)
+    known = ObjectSet(objects.points_xyz[kept], labels[kept], objects.names[kept], classes)
+    rest = ObjectSet(
+        objects.points_xyz[~kept], np.zeros_like(labels[~kept]), objects.names[~kept], classes
+    )
+    return known, rest
+
+
+def other_things(classes: tuple[str, ...], each: int, points: int) -> ObjectSet:
+    """Things of all other kinds; their labels mean nothing.
+
+    Args:
+        classes: Of the classifier that they are shown to.
+        each: Of every kind.
+        points: Of every thing.
+    """
+    made = [(kind, seed) for kind in OTHER_THINGS for seed in range(each)]
+    clouds = [make_other_thing(*one).sampled(points, one[1]).points_xyz for one in made]
+    names = np.array([f"{kind}_{seed:04d}" for kind, seed in made])
+    return ObjectSet(np.array(clouds, np.float32), np.zeros(len(made), np.int64), names, classes)
+
+
+def _judged(
+    weights: Path,
+    trained_on: ObjectSet,
+    tested_on: tuple[ObjectSet, ObjectSet],
+    how: Unknown,
+    folder: Path,
+    watched: Watched,
+) -> dict[str, float]:
+    """What a network that was trained without a class makes of it."""
+    sets = {
+        "held_back": trained_on.subset(validation_split(trained_on)),
+        "known": tested_on[0],
+        "left_out": tested_on[1],
+    }
+    sweeps: dict[str, YawSweep] = {}
+    for name, objects in sets.items():
+        with watched.measuring(f"{folder.name}, {name}") as progress:
+            yaws = spread_yaws(how.yaw_count)
+            sweeps[name] = measured(weights, objects, yaws, folder / name, progress)
+    temperature = fitted_temperature(*sweeps["held_back"].flat)
+    scores = {name: _scores(sweep, temperature) for name, sweep in sweeps.items()}
+    held_back = tempered(sweeps["held_back"].flat[0], temperature)
+    least = least_known(held_back)
+    return {
+        "accuracy": float(sweeps["known"].accuracy.mean()),
+        "temperature": temperature,
+        "unknown_below": least,
+        "known_called_known": float((scores["known"] >= least).mean()),
+        "left_out_called_unknown": float((scores["left_out"] < least).mean()),
+        "area_under_curve": area_under_curve(scores["known"], scores["left_out"]),
+    }
+
+
+def _of_shipped(
+    classes: tuple[str, ...], how: Unknown, folder: Path, watched: Watched
+) -> dict[str, Any]:
+    """Of other things the share that the shipped classifier calls unknown, by kind."""
+    from circumspect.classification import OnnxClassifier
+
+    classifier = OnnxClassifier.load(shipped_path())
+    least = float(classifier.description.get("unknown_below", 0.0))
+    things = other_things(classes, how.each, 1024)
+    with watched.measuring("other things") as progress:
+        yaws = spread_yaws(how.yaw_count)
+        sweep = measured(shipped_path(), things, yaws, folder / "other_things", progress)
+    unknown = sweep.probabilities.max(axis=2) < least
+    kinds = np.array([name.rsplit("_", 1)[0] for name in things.names])
+    return {
+        "unknown_below": least,
+        "called_unknown": {kind: float(unknown[:, kinds == kind].mean()) for kind in OTHER_THINGS},
+    }
+
+
+def _scores(sweep: YawSweep, temperature: float) -> Scores:
+    return tempered(sweep.flat[0], temperature).max(axis=1)
+
+
+def area_under_curve(known: Scores, unknown: Scores) -> float:
+    """Chance that a known object scores higher than an unknown one (area under the ROC curve)."""
+    return float(mannwhitneyu(known, unknown).statistic / (len(known) * len(unknown)))
+
+
+def _markdown(document: dict[str, Any]) -> str:
+    head = ["left out", "accuracy on the rest", "known called known", "left out called unknown"]
+    keys = ("accuracy", "known_called_known", "left_out_called_unknown", "area_under_curve")
+    rows = [
+        [name.replace("_", " "), *(f"{row[key]:.3f}" for key in keys)]
+        for name, row in document["left_out"].items()
+    ]
+    mean = [np.mean([row[key] for row in document["left_out"].values()]) for key in keys]
+    rows.append(["mean", *(f"{value:.3f}" for value in mean)])
+    other = document["other_things"]
+    shown = [[kind.replace("_", " "), f"{v:.2f}"] for kind, v in other["called_unknown"].items()]
+    return (
+        "# Objects of no known class\n\n"
+        "`circumspect reproduce unknown --data modelnet10`\n\n"
+        f"`{document['net']}` trained {document['epochs']} epochs without a class; what is below "
+        "the threshold that 95 % of the held-back objects reach is called unknown. On ModelNet10's "
+        f"test objects at {document['yaws']} yaws.\n\n"
+        + table([*head, "area under ROC"], rows)
+        + f"\n\nThe shipped classifier (threshold {other['unknown_below']:.3f}) on procedural "
+        "things of other kinds:\n\n" + table(["kind", "called unknown"], shown) + "\n"
+    )
