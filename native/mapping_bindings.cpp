@@ -3,12 +3,14 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <vector>
 
 #include "groups.hpp"
+#include "plane_fits.hpp"
 #include "plane_map.hpp"
 
 namespace nb = nanobind;
@@ -74,6 +76,27 @@ nb::tuple linearised(const PlaneMap& planes, Points points_xyz, Values sigmas, P
                         given<Real>(std::move(feigned), {6, 6}),
                         given<Real>(std::move(gradient), {6}), fit.inliers, fit.overlap,
                         fit.distance, fit.residual, fit.misfit);
+}
+
+// The plane round each point through its neighbours, whose numbers are a row each.
+nb::tuple plane_fits(Points points_xyz, Rows<int64_t> near) {
+  const std::size_t count = near.shape(0), neighbours = near.shape(1);
+  const auto points = static_cast<int64_t>(points_xyz.shape(0));
+  require(neighbours >= 1 && neighbours <= 1000, "number of neighbours");
+  for (std::size_t n = 0; n < count * neighbours; ++n) {
+    require(near.data()[n] >= 0 && near.data()[n] < points, "neighbours that are points");
+  }
+  std::vector<double> normals(3 * count), variances(3 * count);
+  {
+    nb::gil_scoped_release release;
+    for (std::size_t n = 0; n < count; ++n) {
+      const PlaneFit fit = plane_fit(points_xyz.data(), near.data() + n * neighbours, neighbours);
+      std::copy(fit.normal.begin(), fit.normal.end(), &normals[3 * n]);
+      std::copy(fit.variances.begin(), fit.variances.end(), &variances[3 * n]);
+    }
+  }
+  return nb::make_tuple(given<Real>(std::move(normals), {count, 3}),
+                        given<Real>(std::move(variances), {count, 3}));
 }
 
 nb::tuple groups(Keys keys) {
@@ -242,6 +265,7 @@ NB_MODULE(_native, m) {
       .def("linearised", &linearised, "points_xyz"_a, "sigmas"_a, "pose"_a, nb::kw_only(),
            "reach"_a, "tukey"_a, "correlation"_a, "least_spread"_a, "floor"_a, "far"_a, "averted"_a,
            "standing"_a, "fewest"_a);
+  m.def("plane_fits", &plane_fits, "points_xyz"_a, "near"_a);
   m.def("groups", &groups, "keys"_a);
   m.def("row_sums", &row_sums<double>, "keys"_a, "values"_a);
   m.def("row_sums", &row_sums<float>, "keys"_a, "values"_a);

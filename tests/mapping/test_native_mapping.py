@@ -55,6 +55,40 @@ def test_the_linear_problem_of_real_pictures(step: int) -> None:
     assert_same_fit(scan, scene, T, 0.05)
 
 
+@given(seeds, st.integers(3, 12), st.sampled_from([1e-3, 1.0, 1e3]))
+def test_plane_fits(seed: int, neighbours: int, scale: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(40, 3)) * scale * [1.0, rng.uniform(0.1, 1), rng.uniform(0, 0.05)]
+    near = rng.integers(0, 40, (25, neighbours))
+    normals, variances = _native.plane_fits(points, near)
+    expected_normals, expected = twin.plane_fits(points, near)
+    np.testing.assert_allclose(variances, expected, atol=1e-12 * expected.max())
+    clear = expected[:, 1] - expected[:, 0] > 1e-3 * expected[:, 2]
+    cosines = np.einsum("ij,ij->i", normals, expected_normals)
+    np.testing.assert_allclose(np.abs(cosines[clear]), 1, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1)
+
+
+@pytest.mark.parametrize(
+    ("points", "variances"),
+    [
+        (np.ones((4, 3)), [0.0, 0.0, 0.0]),
+        (np.arange(4.0)[:, None] * [0.0, 2.0, 0.0], [0.0, 0.0, 5.0]),
+        (np.array([[0, 0, 1.0], [1, 0, 1], [0, 1, 1], [1, 1, 1]]), [0.0, 0.25, 0.25]),
+    ],
+)
+def test_plane_fits_of_a_point_a_line_and_a_square(points, variances) -> None:
+    normals, found = _native.plane_fits(points, np.arange(4)[None])
+    np.testing.assert_allclose(found[0], variances, atol=1e-15)
+    np.testing.assert_allclose(normals[0] @ (points - points.mean(axis=0)).T, 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("near", [[[0, 40]], [[-1, 0]], [[]]])
+def test_neighbours_must_be_points(near) -> None:
+    with pytest.raises(ValueError, match="neighbours"):
+        _native.plane_fits(np.zeros((40, 3)), np.array(near, np.int64))
+
+
 def test_points_that_are_nowhere_have_no_correspondence() -> None:
     scene = random_scene(np.random.default_rng(0), 200, 0.1)
     nowhere = np.full((FEWEST + 2, 3), np.nan)

@@ -40,6 +40,9 @@ class PlaneMap:
         float,
     ]: ...
 
+def plane_fits(
+    points_xyz: NDArray[np.float64], near: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 def groups(
     keys: NDArray[np.int64],
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]: ...

@@ -137,6 +137,15 @@ def patch_keys(cells: NDArray[np.int64], normals_xyz: NDArray[np.floating]) -> N
     return cells * 8 + (2 * axis + ahead)
 
 
+def plane_fits(
+    points_xyz: NDArray[np.float64], near: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Twin of `_native.plane_fits`."""
+    around = points_xyz[near] - points_xyz[near].mean(axis=1, keepdims=True)
+    values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around) / near.shape[1])
+    return vectors[:, :, 0], values
+
+
 def surface_sums(
     points_xyz: NDArray[np.float64],
     normals_xyz: NDArray[np.float32],

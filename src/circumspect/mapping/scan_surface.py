@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.mapping import _native
 from circumspect.mapping.scan import Scan
 
 NEIGHBOURS = 10
@@ -54,10 +55,7 @@ class ScanSurface:
         if len(points) < neighbours:
             return cls(scan, np.zeros((len(points), 3)), np.full(len(points), STEEPEST))
         near, _ = KdTree(points).batch_knn_search(points, neighbours)
-        around = points[np.asarray(near, np.intp)]
-        around -= around.mean(axis=1, keepdims=True)
-        values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around) / neighbours)
-        normals = vectors[:, :, 0]
+        normals, values = _native.plane_fits(points, np.asarray(near, np.int64))
         away = np.einsum("ij,ij->i", normals, points) > 0
         across = np.clip(values[:, 0], 0, None) * neighbours / (neighbours - 3)
         along = 0.5 * (1 / np.maximum(values[:, 1:], 1e-12)).sum(axis=1)
