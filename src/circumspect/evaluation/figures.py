@@ -72,7 +72,7 @@ def draw_accuracy_over_yaw(sweep: YawSweep) -> Figure:
     axes.yaxis.set_major_formatter("{x:.0f} %")
     axes.set_title(
         f"Accuracy over yaw: {percent.min():.1f} to {percent.max():.1f} %\n"
-        f"{len(sweep.labels)} objects, {len(sweep.yaw_deg)} yaws, "
+        f"{len(sweep.labels)} objects, {_yaws(sweep)}, "
         f"{100 * sweep.flip_rate:.1f} % change their label",
         fontsize=11,
     )
@@ -96,8 +96,13 @@ def draw_confusion(sweep: YawSweep) -> Figure:
             text = f"{value:.1f}" if value < 99.95 else "100"
             colour = "white" if value > 55 else "black"
             axes.text(column, row, text, ha="center", va="center", fontsize=8, color=colour)
-    axes.set_title(f"Share of each class [%], over {len(sweep.yaw_deg)} yaws", fontsize=11)
+    axes.set_title(f"Share of each class [%], over {_yaws(sweep)}", fontsize=11)
     return figure
+
+
+def _yaws(sweep: YawSweep) -> str:
+    count = len(sweep.yaw_deg)
+    return "1 yaw" if count == 1 else f"{count} yaws"
 
 
 def draw_reliability(sweep: YawSweep) -> Figure:
@@ -113,7 +118,7 @@ def draw_reliability(sweep: YawSweep) -> Figure:
     upper.set_ylim(0, 100)
     upper.set_title(
         f"Expected calibration error {found.expected_error:.3f}: "
-        f"{len(sweep.labels)} objects, {len(sweep.yaw_deg)} yaws",
+        f"{len(sweep.labels)} objects, {_yaws(sweep)}",
         fontsize=11,
     )
     share = 100 * found.counts / found.counts.sum()

@@ -42,7 +42,8 @@ class FreeSpace:
         lines = cut.reshape(rows, BLOCK, columns * BLOCK)
         measured = np.isfinite(lines).sum(axis=1, dtype=np.int32)
         valid = measured.reshape(rows, columns, BLOCK).sum(axis=2) >= MEASURED * BLOCK**2
-        nearest = np.fmin.reduce(np.fmin.reduce(lines, axis=1).reshape(rows, columns, BLOCK), axis=2)
+        line = np.fmin.reduce(lines, axis=1).reshape(rows, columns, BLOCK)
+        nearest = np.fmin.reduce(line, axis=2)
         clear = np.where(valid, nearest, 0)
         return cls(
             ndimage.minimum_filter(clear, 3, mode="nearest").astype(np.float32), frame.camera
