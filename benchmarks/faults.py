@@ -1,7 +1,7 @@
 """What becomes of a scan when something goes wrong: a table of faults against outcome.
 
     python -m benchmarks.faults                      # all faults, a few scans each
-    python -m benchmarks.faults --only kidnapped
+    python -m benchmarks.faults --only "robot kidnapped"
 
 Every scan is one JSON line in `benchmarks/results/faults.jsonl`; what is there is not done again.
 """
