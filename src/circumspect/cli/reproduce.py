@@ -65,15 +65,13 @@ class Reproduce:
         flags: dict[str, Any] = {
             name: getattr(self, name) for name in ("epochs", "yaw_count", "precision", "seed")
         }
-        if self.what == "table2":
-            how = experiments.Table2(**flags)
-            document = experiments.reproduce_table2(train, test, how, *rest)
-        elif self.what == "rivals":
-            how = experiments.Rivals(**flags)
-            document = experiments.reproduce_rivals(train, test, how, *rest)
-        else:
-            how = experiments.Unknown(**flags)
-            document = experiments.reproduce_unknown(train, test, how, *rest)
+        kinds: dict[str, tuple[Callable[..., Any], Callable[..., dict[str, Any]]]] = {
+            "table2": (experiments.Table2, experiments.reproduce_table2),
+            "rivals": (experiments.Rivals, experiments.reproduce_rivals),
+            "unknown": (experiments.Unknown, experiments.reproduce_unknown),
+        }
+        how, reproduce = kinds[self.what]
+        document = reproduce(train, test, how(**flags), *rest)
         text = (out / f"{self.what}.md").read_text(encoding="utf-8")
         print(json.dumps(document) if self.json else text)  # noqa: T201
         return 0

@@ -79,16 +79,15 @@ def relocalise(
     information = np.diag(SIGMAS**-2.0)
     fits: list[Registration] = []
     ranked = [places[int(index)] for index in np.argsort(scores)[::-1]]
-    for place in _distinct(ranked, SPREAD)[:TRIED]:
-        coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, place)
+    for number in _distinct(ranked, SPREAD)[:TRIED]:
+        coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, ranked[number])
         found = register(scan, scene, coarse, information, registration)
         through = seen_through(frame, scene, found.T_map_camera)
         verdict = gate.verdict(found, information, through, settings.least_overlap)
         if verdict.is_open and through <= settings.most_through:
             fits.append(found)
     fits.sort(key=lambda fit: fit.overlap, reverse=True)
-    kept = {id(pose) for pose in _distinct([fit.T_map_camera for fit in fits], SAME_PLACE)}
-    return [fit for fit in fits if id(fit.T_map_camera) in kept]
+    return [fits[number] for number in _distinct([fit.T_map_camera for fit in fits], SAME_PLACE)]
 
 
 def coarsely_aligned(
@@ -142,10 +141,10 @@ def nearby(places: list[RigidTransform], expected: RigidTransform) -> list[Rigid
     return [place for place in places if within(place, expected, NEARBY)]
 
 
-def _distinct(poses: list[RigidTransform], bounds: tuple[float, float]) -> list[RigidTransform]:
-    """Those that are not within the bounds of one before them."""
-    kept: list[RigidTransform] = []
-    for pose in poses:
-        if not any(within(pose, other, bounds) for other in kept):
-            kept.append(pose)
+def _distinct(poses: list[RigidTransform], bounds: tuple[float, float]) -> list[int]:
+    """The numbers of those that are not within the bounds of one before them."""
+    kept: list[int] = []
+    for number, pose in enumerate(poses):
+        if not any(within(pose, poses[other], bounds) for other in kept):
+            kept.append(number)
     return kept

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import mannwhitneyu
 
 from circumspect import __version__
+from circumspect.classification import OnnxClassifier
 from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.datasets import GridCache, ObjectSet, validation_split
 from circumspect.evaluation.calibration import fitted_temperature, least_known, tempered
@@ -154,8 +155,6 @@ def _of_shipped(
     classes: tuple[str, ...], how: Unknown, folder: Path, watched: Watched
 ) -> dict[str, Any]:
     """Of other things the share that the shipped classifier calls unknown, by kind."""
-    from circumspect.classification import OnnxClassifier
-
     classifier = OnnxClassifier.load(shipped_path())
     least = float(classifier.description.get("unknown_below", 0.0))
     things = other_things(classes, how.each, 1024)
