@@ -137,6 +137,14 @@ def test_odometry_that_fails_does_not_mislead(kind: str) -> None:
     assert told[-1].certain
 
 
+@pytest.mark.parametrize("certain", [(1e-9, 1.0), (1.0, 1e-9)])
+def test_turn_and_place_must_both_be_known_to_be_certain(certain: tuple[float, float]) -> None:
+    strict = RegisteredPoses(settings=replace(TrackingSettings(), certain=certain))
+    assert not any(estimate.certain for estimate in follow(short_drive()[:3], strict)[1:])
+    generous = RegisteredPoses(settings=replace(TrackingSettings(), certain=(1.0, 1.0)))
+    assert all(estimate.certain for estimate in follow(short_drive()[:3], generous))
+
+
 def test_dropped_frames_are_bridged() -> None:
     kept = [0, 1, 2, 4, 5, 8, 9, 12, 15]
     told = follow([short_drive()[n] for n in kept])

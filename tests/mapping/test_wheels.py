@@ -59,6 +59,16 @@ def test_a_stretch_ends_where_the_scene_lets_go() -> None:
     assert stretches[0] == stretches[1] != stretches[2] == stretches[3]
 
 
+def test_a_frame_that_contradicts_breaks_the_passage_and_only_that_one() -> None:
+    wheels, by_scene, passages = Wheels(MotionSettings()), np.eye(6), []
+    for number, frame in enumerate(short_drive()):
+        wheels.heard(frame, None, broken=number == 6)
+        if number % 4 == 0:
+            passages.append(wheels.at_keyframe(by_scene))
+    assert [passage.broken for passage in passages] == [False, False, True, False]
+    assert [passage.by_scene is None for passage in passages] == [False, False, True, False]
+
+
 def test_mute_wheels_tell_no_way() -> None:
     _, passages = listened(set(range(1, 16)), frozenset({6}))
     assert passages[1].by_wheels is not None

@@ -16,6 +16,7 @@ from circumspect.mapping.pose_graph import Edge
 from circumspect.mapping.registration import RegistrationSettings, register
 from circumspect.mapping.scan_surface import FLOOR
 from circumspect.mapping.scene_map import SceneMap
+from circumspect.mapping.wheels import Passage
 
 OLD = 12
 """Keyframes so many apart in number that show the same close a loop."""
@@ -88,20 +89,17 @@ def pair_edge(
         gate: What is believed.
 
     Returns:
-        What is known then; None where that is nothing. Consecutive keyframes are never let go:
-        what they do not tell of each other, tracking and the wheels do.
+        What is known then; None where that is nothing. Consecutive keyframes are never let go,
+        but where a frame between them contradicted: what they do not tell of each other, tracking
+        and the wheels do.
     """
     expected = one.T_map_camera.inv() * other.T_map_camera
     consecutive, loop = other.number - one.number == 1, closes_a_loop(one.number, other.number)
     # Both were fitted to the same map, from frame to frame.
     tracked = one.passage.stretch == other.passage.stretch and not loop
-    believed = np.diag((TRACKED_SIGMAS if tracked or consecutive else BELIEVED_SIGMAS) ** -2.0)
-    wheels = other.passage.by_wheels
-    if consecutive and not tracked and wheels is not None:
-        live, by_scene = expected, other.passage.by_scene
-        expected, believed = wheels.T_map_camera, np.linalg.inv(wheels.covariance)
-        if by_scene is not None:
-            expected, believed = joined(expected, believed, live, by_scene)
+    believed = np.diag((TRACKED_SIGMAS if tracked else BELIEVED_SIGMAS) ** -2.0)
+    if consecutive and not tracked:
+        expected, believed = _along(other.passage, expected)
     target = SceneMap(voxel).with_surface(one.surface, RigidTransform.identity())
     thinned = other.surface.scan.thinned(PAIR_THINNED)
     found = register(thinned, target, expected, believed, registration)
@@ -115,7 +113,17 @@ def pair_edge(
     elif not tracked:
         known = found.hessian
     worth = worth_by_view(known, measured)
-    return Edge(one.number, other.number, measured, worth, robust=not consecutive)
+    broken = consecutive and other.passage.broken
+    return Edge(one.number, other.number, measured, worth, robust=broken or not consecutive)
+
+
+def _along(passage: Passage, T_live: RigidTransform) -> tuple[RigidTransform, NDArray[np.floating]]:
+    """What a passage on which the scene did not hold tells of its end, with its information."""
+    wheels, by_scene = passage.by_wheels, passage.by_scene
+    if wheels is None:
+        return T_live, np.diag(BELIEVED_SIGMAS**-2.0)
+    T, information = wheels.T_map_camera, np.linalg.inv(wheels.covariance)
+    return (T, information) if by_scene is None else joined(T, information, T_live, by_scene)
 
 
 def joined(

@@ -209,12 +209,13 @@ class RegisteredPoses(PoseEstimator):
 
     def _remember(self, frame: RgbdFrame, attempt: Attempt) -> None:
         moved, held = None, attempt.verdict.is_open and attempt.found is not None
-        if self._belief is not None and attempt.source != RECOGNISED:
+        recognised, contradicts = attempt.source == RECOGNISED, attempt.verdict.contradicts
+        if self._belief is not None and not recognised:
             moved = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
-        self._wheels.heard(frame, moved if held else None)
-        if moved is not None and not attempt.verdict.contradicts:
+        self._wheels.heard(frame, moved if held else None, recognised or contradicts)
+        if moved is not None and not contradicts:
             self._motion, self._motion_time = moved, frame.stamp - self._stamp
-        elif attempt.source == RECOGNISED:
+        elif recognised:
             self._motion, self._motion_time = RigidTransform.identity(), 0.0
         if held and attempt.found is not None:
             self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
@@ -229,8 +230,8 @@ class RegisteredPoses(PoseEstimator):
         keys, T_map_camera = self.keyframes, self._belief.T_map_camera
         if len(keys) == 0 or keys.nearest(T_map_camera)[1] >= 1:
             covariance = self._belief.covariance
-            found, followed = attempt.found, attempt.source != RECOGNISED
-            by_scene = found.hessian if found is not None and found.converged and followed else None
+            found = attempt.found
+            by_scene = found.hessian if found is not None and found.converged else None
             passage = self._wheels.at_keyframe(by_scene)
             key = keys.add(T_map_camera, covariance, scan, frame, passage)
             self.scene = self.scene.with_surface(key.surface, T_map_camera)
@@ -284,8 +285,13 @@ class RegisteredPoses(PoseEstimator):
 
     def _is_certain(self, attempt: Attempt) -> bool:
         """Whether to build on it: nothing speaks against it, and it is known well enough."""
-        place = float(np.sqrt(np.linalg.eigvalsh(attempt.belief.covariance[3:, 3:])[-1]))
-        return not attempt.verdict.contradicts and place < self.settings.certain
+        covariance = attempt.belief.covariance
+        turn, place = (
+            float(np.sqrt(np.linalg.eigvalsh(block)[-1]))
+            for block in (covariance[:3, :3], covariance[3:, 3:])
+        )
+        known = turn < self.settings.certain[0] and place < self.settings.certain[1]
+        return known and not attempt.verdict.contradicts
 
     def _told(self, frame: RgbdFrame, attempt: Attempt) -> PoseEstimate:
         believed = self._belief or attempt.belief

@@ -23,11 +23,14 @@ class Passage:
         by_wheels: Where the camera is in the last keyframe's frame; None where wheels were mute.
         by_scene: (6, 6) information of the scene about where it came to; None where that is
             nothing.
+        broken: A frame on the way contradicted its pose, and the next one that fits may have
+            leapt to another part of the map; or the robot was carried, and the wheels mislead.
     """
 
     stretch: int = 0
     by_wheels: Belief | None = None
     by_scene: NDArray[np.floating] | None = None
+    broken: bool = False
 
 
 class Wheels:
@@ -45,6 +48,7 @@ class Wheels:
         self._held = False
         self._stretch = 0
         self._since_key: Belief | None = None
+        self._broken = False
 
     def step(self, frame: RgbdFrame) -> tuple[RigidTransform, NDArray[np.float64]] | None:
         """The camera's motion since the last frame heard, with its covariance, where they tell."""
@@ -53,14 +57,18 @@ class Wheels:
             return None
         return wheel_motion(before, now, self.grip, mount, self._settings)
 
-    def heard(self, frame: RgbdFrame, T_before_now: RigidTransform | None) -> None:
+    def heard(
+        self, frame: RgbdFrame, T_before_now: RigidTransform | None, broken: bool = False
+    ) -> None:
         """Take a frame in.
 
         Args:
             frame: The frame.
             T_before_now: The camera's motion since the last frame; None where the scene does not
                 tell it.
+            broken: The frame contradicts its pose, or was found elsewhere.
         """
+        self._broken |= broken
         step, since = self.step(frame), self._since_key
         self._since_key = None if step is None or since is None else since.moved(*step)
         if T_before_now is not None and self._held:
@@ -83,6 +91,8 @@ class Wheels:
         Args:
             by_scene: (6, 6) information of the scene about where it is now.
         """
-        passage = Passage(self._stretch, self._since_key, by_scene)
+        told = None if self._broken else by_scene
+        passage = Passage(self._stretch, self._since_key, told, self._broken)
         self._since_key = Belief(RigidTransform.identity(), np.zeros((6, 6)))
+        self._broken = False
         return passage
