@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import PinholeCamera
+from circumspect.sensing.millimetres import metres, millimetres
 
 AXIAL = (0.0012, 0.0019, 0.4)
 """a, b [1/m] and c [m] of the frontal axial noise a + b (z - c)²."""
@@ -88,7 +89,8 @@ class DepthNoise:
             rng: Source of the noise; the same state gives the same image.
 
         Returns:
-            (height, width) float32 [m], NaN where the sensor gives none.
+            (height, width) float32 [m] in whole millimetres, as the sensor's driver hands them on;
+            NaN where it gives none.
         """
         looked_at = self._jittered_pixels(depth.shape, rng)
         z = depth.ravel()[looked_at].astype(np.float32)
@@ -100,7 +102,7 @@ class DepthNoise:
             lost |= (measured < self.nearest) | (measured > self.farthest)
             lost |= self._at_edge(depth) & (rng.random(depth.shape, np.float32) < self.edge_loss)
         measured[lost] = np.nan
-        return measured
+        return metres(millimetres(measured))
 
     def _jittered_pixels(
         self, shape: tuple[int, ...], rng: np.random.Generator

@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
+from circumspect.sensing.millimetres import metres
 from circumspect.sensing.odometry import Odometry
 from circumspect.sensing.pixel_rays import pixel_rays
 
@@ -79,10 +80,7 @@ class RgbdFrame:
             T_map_camera: See the class.
             colour: See the class.
         """
-        millimetres = np.asarray(depth)
-        metres = millimetres.astype(np.float32) * np.float32(1e-3)
-        metres[(millimetres == 0) | (millimetres == 65535)] = np.nan
-        return cls(metres, camera, stamp, T_map_camera, colour)
+        return cls(metres(np.asarray(depth)), camera, stamp, T_map_camera, colour)
 
     @property
     def valid(self) -> NDArray[np.bool_]:

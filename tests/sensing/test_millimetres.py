@@ -1,0 +1,30 @@
+"""Depth in whole millimetres, there and back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.sensing.millimetres import metres, millimetres
+
+
+def test_every_value_goes_there_and_back() -> None:
+    every = np.arange(65536, dtype=np.uint16)
+    back = millimetres(metres(every))
+    np.testing.assert_array_equal(back[:-1], every[:-1])
+    assert back[-1] == 0, "65535 is invalid as well, and written as 0"
+    assert np.isnan(metres(every)[[0, -1]]).all()
+
+
+@given(st.floats(0.125, 65.0, width=32))
+def test_the_nearest_depth_is_kept(depth: float) -> None:
+    kept = metres(millimetres(np.array([depth], np.float32)))
+    assert kept[0] == pytest.approx(depth, abs=0.5001e-3)
+    np.testing.assert_array_equal(metres(millimetres(kept)), kept, "nothing is lost twice")
+
+
+@pytest.mark.parametrize("depth", [np.nan, np.inf, -np.inf, -1.0, 0.0, 0.0004, 65.6, 1e30])
+def test_what_16_bits_do_not_hold_is_no_depth(depth: float) -> None:
+    assert millimetres(np.array([depth], np.float32))[0] == 0
