@@ -13,10 +13,9 @@ from circumspect.pipeline import PipelineObserver, RecognitionPipeline
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.scan_settings import ScanSettings
 from circumspect.planning import CirclePlanner, ViewPlanner
-from circumspect.robot import MobileRobot
+from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import DepthNoise, GroundSegmentation, RgbdFrame
 from circumspect.simulation import CameraMount, Scene, SimulatedRobot, Surface, block
-from circumspect.simulation.faulty_robot import FaultyRobot
 
 CAMERA = PinholeCamera(160, 120, 142.5, 142.5, 79.5, 59.5)
 BOX = block((-0.25, -0.2, 0.0), (0.25, 0.2, 0.6))
@@ -31,7 +30,7 @@ QUICK = ScanSettings(
 )
 
 
-class TruePoses(FaultyRobot):
+class TruePoses(WrappedRobot):
     """Its frames know where they were taken from."""
 
     def __init__(self, robot: SimulatedRobot, outer: MobileRobot | None = None) -> None:

@@ -8,14 +8,13 @@ from robot_world import ROUND, robot, told_pose, true_pose
 
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
-from circumspect.robot import MobileRobot, Velocity
+from circumspect.robot import MobileRobot, Velocity, WrappedRobot
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import (
     Blackout,
     Blocked,
     DroppedFrames,
     EqualStamps,
-    FaultyRobot,
     Kidnapped,
     NanFrame,
     OdometryGone,
@@ -209,7 +208,7 @@ def test_faults_can_be_combined() -> None:
 
 
 def test_without_a_fault_all_is_passed_on() -> None:
-    one, other = drive_on(FaultyRobot(robot()), 3), drive_on(robot(), 3)
+    one, other = drive_on(WrappedRobot(robot()), 3), drive_on(robot(), 3)
     for a, b in zip(one, other, strict=True):
         np.testing.assert_array_equal(a.depth, b.depth)
 

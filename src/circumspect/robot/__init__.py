@@ -5,5 +5,14 @@ from circumspect.robot.mobile_robot import MobileRobot
 from circumspect.robot.path_follower import PathFollower
 from circumspect.robot.velocity import Velocity
 from circumspect.robot.wheel_odometry import WheelOdometry
+from circumspect.robot.wrapped_robot import WrappedRobot
 
-__all__ = ["DifferentialDrive", "MobileRobot", "PathFollower", "Velocity", "WheelOdometry", "arc"]
+__all__ = [
+    "DifferentialDrive",
+    "MobileRobot",
+    "PathFollower",
+    "Velocity",
+    "WheelOdometry",
+    "WrappedRobot",
+    "arc",
+]

@@ -9,7 +9,6 @@ from circumspect.simulation.camera_faults import (
     WrongUnit,
 )
 from circumspect.simulation.camera_mount import CameraMount
-from circumspect.simulation.faulty_robot import FaultyRobot
 from circumspect.simulation.motion_faults import Blocked, Kidnapped
 from circumspect.simulation.odometry_faults import OdometryGone, OdometryJumping, OdometryStuck
 from circumspect.simulation.orbit import Orbit
@@ -29,7 +28,6 @@ __all__ = [
     "CameraMount",
     "DroppedFrames",
     "EqualStamps",
-    "FaultyRobot",
     "Kidnapped",
     "NanFrame",
     "OdometryGone",

@@ -1,4 +1,7 @@
-"""Faults of a robot's camera."""
+"""Faults of a robot's camera.
+
+For tests and measurements; deterministic by seed. Times are seconds of the robot's clock.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,14 @@ from dataclasses import replace
 import numpy as np
 
 from circumspect.errors import InputError
-from circumspect.robot import MobileRobot
+from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import RgbdFrame
-from circumspect.simulation.faulty_robot import FaultyRobot
 
 FRAME_PERIOD = 0.5
 """Time to the next frame after one was lost [s]."""
 
 
-class Blackout(FaultyRobot):
+class Blackout(WrappedRobot):
     """For a span of time no pixel has a depth, and the colour is black."""
 
     def __init__(self, robot: MobileRobot, after: float, seconds: float = 5.0) -> None:
@@ -26,7 +28,7 @@ class Blackout(FaultyRobot):
         return _black(frame) if self._span[0] <= frame.stamp < self._span[1] else frame
 
 
-class NanFrame(FaultyRobot):
+class NanFrame(WrappedRobot):
     """One frame is all NaN; frames count from 0."""
 
     def __init__(self, robot: MobileRobot, number: int) -> None:
@@ -38,7 +40,7 @@ class NanFrame(FaultyRobot):
         return _black(frame) if self._left == -1 else frame
 
 
-class WrongUnit(FaultyRobot):
+class WrongUnit(WrappedRobot):
     """From a time on the depth is in another unit: millimetres taken for metres."""
 
     def __init__(self, robot: MobileRobot, after: float = 0.0, factor: float = 1000.0) -> None:
@@ -51,7 +53,7 @@ class WrongUnit(FaultyRobot):
         return replace(frame, depth=frame.depth * np.float32(self._factor))
 
 
-class DroppedFrames(FaultyRobot):
+class DroppedFrames(WrappedRobot):
     """A share of the frames is lost: the robot drives on blindly until the next one."""
 
     def __init__(
@@ -68,7 +70,7 @@ class DroppedFrames(FaultyRobot):
         return super().observe()
 
 
-class UnorderedFrames(FaultyRobot):
+class UnorderedFrames(WrappedRobot):
     """A share of the frames comes one too late, after a younger one."""
 
     def __init__(
@@ -90,7 +92,7 @@ class UnorderedFrames(FaultyRobot):
         return super().observe()
 
 
-class EqualStamps(FaultyRobot):
+class EqualStamps(WrappedRobot):
     """A share of the frames bears the stamp of the frame before."""
 
     def __init__(self, robot: MobileRobot, share: float = 0.2, seed: int = 0) -> None:

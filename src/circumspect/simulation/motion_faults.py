@@ -1,20 +1,22 @@
-"""Robots that do not move as their wheels say."""
+"""Robots that do not move as their wheels say.
+
+For tests and measurements; deterministic by seed. Times are seconds of the robot's clock.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from circumspect.geometry import PlanarPose
-from circumspect.robot import MobileRobot, Velocity, arc
+from circumspect.robot import MobileRobot, Velocity, WrappedRobot, arc
 from circumspect.sensing import Odometry
-from circumspect.simulation.faulty_robot import FaultyRobot
 from circumspect.simulation.simulated_robot import SimulatedRobot
 
 SLICE = 0.1
 """Faults in driving begin and end with this accuracy [s]."""
 
 
-class Blocked(FaultyRobot):
+class Blocked(WrappedRobot):
     """For a span of time the robot stands still, though its wheels turn as they are told."""
 
     def __init__(self, robot: MobileRobot, after: float, seconds: float = 5.0) -> None:
@@ -52,7 +54,7 @@ class Blocked(FaultyRobot):
         return replace(told, forward=self._wanted.forward, turn=self._wanted.turn)
 
 
-class Kidnapped(FaultyRobot):
+class Kidnapped(WrappedRobot):
     """At one time somebody lifts the robot and puts it down elsewhere."""
 
     def __init__(self, robot: SimulatedRobot, after: float, by: PlanarPose) -> None:

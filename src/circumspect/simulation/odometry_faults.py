@@ -1,4 +1,7 @@
-"""Faults of a robot's wheel odometry."""
+"""Faults of a robot's wheel odometry.
+
+For tests and measurements; deterministic by seed. Times are seconds of the robot's clock.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from circumspect.geometry import PlanarPose
-from circumspect.robot import MobileRobot
+from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import Odometry
-from circumspect.simulation.faulty_robot import FaultyRobot
 
 
-class OdometryGone(FaultyRobot):
+class OdometryGone(WrappedRobot):
     """For a span of time the wheels say nothing."""
 
     def __init__(self, robot: MobileRobot, after: float = 0.0, seconds: float = np.inf) -> None:
@@ -25,7 +27,7 @@ class OdometryGone(FaultyRobot):
         return odometry
 
 
-class OdometryJumping(FaultyRobot):
+class OdometryJumping(WrappedRobot):
     """From a time on the odometry jumps again and again, and stays where it jumped to."""
 
     def __init__(
@@ -52,7 +54,7 @@ class OdometryJumping(FaultyRobot):
         return replace(odometry, T_odom_base=pose)
 
 
-class OdometryStuck(FaultyRobot):
+class OdometryStuck(WrappedRobot):
     """From a time on the odometry says that the robot stands still."""
 
     def __init__(self, robot: MobileRobot, after: float) -> None:

@@ -7,12 +7,12 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import Trajectory
+from circumspect.robot import WrappedRobot
 from circumspect.sensing import RgbdFrame
-from circumspect.simulation.faulty_robot import FaultyRobot
 from circumspect.simulation.simulated_robot import SimulatedRobot
 
 
-class Witness(FaultyRobot):
+class Witness(WrappedRobot):
     """A robot without fault whose true poses are kept; for measurements only.
 
     It belongs directly round the simulated robot, inside of any faults, so that it sees each

@@ -1,8 +1,6 @@
-"""A robot with something wrong, for tests and measurements.
+"""A robot around another one: to record it, to watch it, to make it fail.
 
-The faults of the camera, the odometry and the motion derive from it; each wraps another robot,
-so that they can be combined. They act on `observe` and `odometry`, not on `camera`, and are
-deterministic by seed. Their times are seconds of the robot's clock.
+What derives from it acts on `observe` and `odometry`, not on `camera`; wrappers can be combined.
 """
 
 from __future__ import annotations
@@ -11,11 +9,12 @@ from dataclasses import replace
 
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.robot import MobileRobot, Velocity
+from circumspect.robot.mobile_robot import MobileRobot
+from circumspect.robot.velocity import Velocity
 from circumspect.sensing import Odometry, RgbdCamera, RgbdFrame
 
 
-class FaultyRobot(MobileRobot):
+class WrappedRobot(MobileRobot):
     """A robot that passes everything on; see `MobileRobot`."""
 
     def __init__(self, robot: MobileRobot) -> None:
@@ -23,7 +22,7 @@ class FaultyRobot(MobileRobot):
 
     @property
     def camera(self) -> RgbdCamera:
-        """The camera itself, without the fault."""
+        """The camera itself, past the wrapper."""
         return self.robot.camera
 
     @property
