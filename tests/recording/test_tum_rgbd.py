@@ -232,7 +232,7 @@ def test_recordings_are_told_by_what_they_hold(folder: Path, tmp_path: Path) -> 
     assert isinstance(scene, SevenScenesFolder)
     assert next(iter(scene)).T_map_camera is None
     (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match=r"holds neither frame-\*\.depth\.png .* nor depth\.txt"):
+    with pytest.raises(InputError, match=r"holds neither metadata\.yaml .* nor depth\.txt"):
         open_recording(tmp_path / "empty")
-    with pytest.raises(InputError, match="no such folder"):
+    with pytest.raises(InputError, match="no such recording"):
         open_recording(tmp_path / "nowhere")

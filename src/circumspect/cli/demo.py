@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
+
+import tyro
 
 from circumspect.errors import InputError
 
@@ -35,6 +38,8 @@ class Demo:
     """Folder of the run; runs/demo-DATE-TIME by default."""
     weights: Path | None = None
     """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    record: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Record what the robot sees and says into a new MCAP file."""
     json: bool = False
     """One JSON line on standard output and nothing else there."""
 
@@ -51,6 +56,7 @@ class Demo:
             frames=self.frames,
             out=self.out,
             weights=self.weights,
+            record=self.record,
             json=self.json,
         )
         return scan.run("demo")

@@ -8,37 +8,66 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from circumspect.errors import InputError
+
 if TYPE_CHECKING:
+    from circumspect.mapping import PoseEstimator
     from circumspect.pipeline import RecognitionPipeline
-    from circumspect.recording import FrameFolder
-    from circumspect.sensing import BoxSegmentation
+    from circumspect.recording import BagSettings, Recording
+    from circumspect.sensing import Segmentation
 
 Box = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True)
 class Replay:
-    """Recorded RGB-D frames through the pipeline: names what lies in a box.
+    """Recorded RGB-D frames through the pipeline: names what stands there.
 
+    $ circumspect replay run.mcap
+    $ circumspect replay robot.bag --depth-topic /depth --mount 0.1 0 0.9 90 30
     $ circumspect replay redkitchen --box -1.445 .746 1.811 -.947 -.337 2.101
-    $ circumspect replay redkitchen --box X Y Z X Y Z --box-frame map --every 5
     $ circumspect replay redkitchen --box X Y Z X Y Z --poses hidden
     """
 
-    recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]
-    """Folder in the layout of 7-Scenes (frame-*.depth.png, frame-*.pose.txt, where present
-    gravity-direction.txt and frame-*.color.jpg) or of TUM RGB-D (depth.txt, where present rgb.txt
-    and groundtruth.txt); camera-intrinsics.txt where present."""
-    box: Annotated[Box, tyro.conf.arg(metavar="X Y Z X Y Z")]
-    """Two opposite corners of an upright box round the object [m]."""
+    recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RECORDING")]
+    """An MCAP file; a bag of ROS 2 (folder or db3 file) or ROS 1; or a folder in the layout of
+    7-Scenes (frame-*.depth.png, frame-*.pose.txt, where present gravity-direction.txt and
+    frame-*.color.jpg) or of TUM RGB-D (depth.txt, where present rgb.txt and groundtruth.txt), with
+    camera-intrinsics.txt where present."""
+    box: Annotated[Box | None, tyro.conf.arg(metavar="X Y Z X Y Z")] = None
+    """Two opposite corners of an upright box round the object [m]. Without it the object is what
+    stands on the floor nearest to where the camera looks, which needs a bag's robot."""
     box_frame: Literal["world", "map"] = "world"
     """Frame of the corners: world, that of the recorded poses, or map, the same turned so that z
     is up. The edges of the box are along the map's axes in both cases."""
-    poses: Literal["given", "hidden"] = "given"
-    """given: the recorded poses are taken as true. hidden: only the first one is; the others are
-    found by registration and compared with the recorded ones at the end."""
+    poses: Literal["given", "hidden"] | None = None
+    """given: the recorded poses are taken as true (folders, without this flag). hidden: only the
+    first one is; the others are found by registration, from the odometry where there is any, and
+    compared with the recorded ones at the end. Of a bag, without this flag, none is used."""
     every: int = 1
     """Take each n-th frame only."""
+    depth_topic: str | None = None
+    """Of a bag: the depth images; without it the only likely topic."""
+    info_topic: str | None = None
+    """Of a bag: the depth camera's CameraInfo; without it that beside the images."""
+    colour_topic: str | None = None
+    """Of a bag: colour images that lie on the depth images."""
+    odometry_topic: str | None = None
+    """Of a bag: the wheels' odometry; "" for none."""
+    map_frame: str = "map"
+    """Of a bag: the frame in which its transforms tell the recorded poses."""
+    intrinsics: Annotated[
+        tuple[float, float, float, float] | None, tyro.conf.arg(metavar="FX FY CX CY")
+    ] = None
+    """Of a bag without CameraInfo, with --size: focal lengths and principal point [px]."""
+    size: Annotated[tuple[int, int], tyro.conf.arg(metavar="WIDTH HEIGHT")] = (640, 480)
+    """Of the depth images that --intrinsics describe [px]."""
+    mount: Annotated[
+        tuple[float, float, float, float, float] | None,
+        tyro.conf.arg(metavar="X Y Z PAN TILT"),
+    ] = None
+    """Of a bag whose transforms do not tell it: where the camera stands on the robot [m], and
+    where it looks: counter-clockwise from straight on, and down [degrees]."""
     out: Path | None = None
     """Folder of the run; runs/replay-DATE-TIME by default."""
     weights: Path | None = None
@@ -51,21 +80,23 @@ class Replay:
         from circumspect.classification import Classifier
         from circumspect.cli.recorded_poses import RecordedPoses
         from circumspect.cli.run_screen import RunScreen, new_run_folder, tell_result
-        from circumspect.mapping import KnownPoses, RegisteredPoses
         from circumspect.pipeline import RecognitionPipeline, RunFolder
-        from circumspect.recording import open_recording
+        from circumspect.recording import GivenPoses, is_bag, open_recording
 
-        frames = open_recording(self.recording, self.every)
+        hidden = self.poses == "hidden" or (self.poses is None and is_bag(self.recording))
+        # What a bag's transforms tell may be another pipeline's guess: asked for, or not used.
+        wanted = GivenPoses.NONE if hidden and self.poses is None else GivenPoses.ALL
+        frames = open_recording(self.recording, self.every, wanted, self._bag_settings())
         segmentation = self._segmentation(frames)
-        poses = RegisteredPoses() if self.poses == "hidden" else KnownPoses()
+        poses = self._estimator(frames, hidden)
         pipeline = RecognitionPipeline(segmentation, poses, Classifier.load(self.weights))
         recorded = RecordedPoses()
-        config = self._config(segmentation, pipeline)
+        config = self._config(segmentation, pipeline, hidden)
         folder = RunFolder(self.out or new_run_folder("replay"), config)
         with RunScreen("replaying frames", len(frames)) as screen:
             pipeline.observers = (screen, folder)
             try:
-                result = pipeline.run(recorded.hidden(frames) if self.poses == "hidden" else frames)
+                result = pipeline.run(recorded.hidden(frames) if hidden else frames)
             except KeyboardInterrupt:
                 screen.say(f"what was gathered so far is in {folder.path}")
                 raise
@@ -75,31 +106,75 @@ class Replay:
         head: dict[str, Any] = {"recording": str(self.recording), "skipped": len(frames.skipped)}
         head |= recorded.errors(result)
         tell_result(result, folder, self.json, head)
-        if not self.json and "ate_rmse_m" in head:
+        if not self.json and head.get("ate_rmse_m") is not None:
             print(recorded.sentence(head))  # noqa: T201
         return 0
 
-    def _segmentation(self, frames: FrameFolder) -> BoxSegmentation:
+    def _bag_settings(self) -> BagSettings:
         import numpy as np
 
-        from circumspect.sensing import BoxSegmentation
+        from circumspect.geometry import PinholeCamera
+        from circumspect.recording import BagSettings, TopicNames
+        from circumspect.sensing.viewing import looking
 
-        corners = np.array(self.box).reshape(2, 3)
-        if self.box_frame == "world":
-            corners = frames.T_map_world.apply(corners)
-        return BoxSegmentation(corners[0], corners[1])
+        topics = TopicNames(
+            self.depth_topic, self.info_topic, self.colour_topic, self.odometry_topic
+        )
+        camera = None if self.intrinsics is None else PinholeCamera(*self.size, *self.intrinsics)
+        mount = None
+        if self.mount is not None:
+            pan, tilt = np.radians(self.mount[3:])
+            mount = looking(self.mount[:3], float(pan), float(tilt))
+        return BagSettings(topics, camera, mount, self.map_frame)
+
+    def _segmentation(self, frames: Recording) -> Segmentation:
+        import numpy as np
+
+        from circumspect.recording import BagRecording
+        from circumspect.sensing import BoxSegmentation, DepthNoise, GroundSegmentation
+
+        if self.box is not None:
+            corners = np.array(self.box).reshape(2, 3)
+            if self.box_frame == "world":
+                corners = frames.T_map_world.apply(corners)
+            return BoxSegmentation(corners[0], corners[1])
+        if isinstance(frames, BagRecording):
+            return GroundSegmentation(noise=DepthNoise())
+        raise InputError(
+            f"{self.recording}: nothing tells where the floor is; give the object's --box X Y Z "
+            "X Y Z"
+        )
+
+    def _estimator(self, frames: Recording, hidden: bool) -> PoseEstimator:
+        from circumspect.mapping import KnownPoses, RegisteredPoses, TrackingSettings
+        from circumspect.recording import CALIBRATED, BagRecording
+        from circumspect.sensing import DepthNoise
+
+        if not hidden:
+            return KnownPoses()
+        if isinstance(frames, BagRecording) and frames.bag.notes.get(CALIBRATED) == "true":
+            return RegisteredPoses(settings=TrackingSettings.calibrated(DepthNoise()))
+        return RegisteredPoses()
 
     def _config(
-        self, segmentation: BoxSegmentation, pipeline: RecognitionPipeline
+        self, segmentation: Segmentation, pipeline: RecognitionPipeline, hidden: bool
     ) -> dict[str, Any]:
         from circumspect import __version__
+        from circumspect.sensing import BoxSegmentation
 
-        return {
+        told: dict[str, Any] = {
             "command": "replay",
             "version": __version__,
             "recording": str(self.recording),
-            "poses": self.poses,
+            "poses": "hidden" if hidden else "given",
             "every": self.every,
+            "model": asdict(pipeline.model.settings),
+            "grid": pipeline.classifier.recipe.to_dict(),
+        }
+        if not isinstance(segmentation, BoxSegmentation) or self.box is None:
+            return {**told, "segmentation": {"kind": "ground"}}
+        return {
+            **told,
             "box": list(self.box),
             "box_frame": self.box_frame,
             "box_in_map": [
@@ -107,6 +182,4 @@ class Replay:
                 for corner in (segmentation.low_xyz, segmentation.high_xyz)
             ],
             "segmentation": {"kind": "box", "noise": asdict(segmentation.noise)},
-            "model": asdict(pipeline.model.settings),
-            "grid": pipeline.classifier.recipe.to_dict(),
         }

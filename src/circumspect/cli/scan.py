@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from circumspect.cli.simulated_scan import SimulatedScan
     from circumspect.pipeline.scan_settings import ScanSettings
     from circumspect.planning import ViewPlanner
+    from circumspect.recording import RunRecorder
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Scan:
     $ circumspect scan sofa-17 --start 135 --slip 0.1 --planner convinced
     $ circumspect scan desk.obj --up y --height 0.75 --stop-when-sure
     $ circumspect scan chair_0890 --data modelnet10 --json
+    $ circumspect scan toilet --record toilet.mcap
     """
 
     object: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="OBJECT")]
@@ -62,6 +64,9 @@ class Scan:
     """A classifier of your own, made by `circumspect export`; without it the shipped one."""
     out: Path | None = None
     """Folder of the run; runs/scan-DATE-TIME by default."""
+    record: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Record what the robot sees and says into a new MCAP file, which `circumspect replay`,
+    Foxglove and ROS 2 can play."""
     json: bool = False
     """One JSON line on standard output and nothing else there."""
 
@@ -73,19 +78,35 @@ class Scan:
         """
         from circumspect.cli.run_screen import RunScreen, new_run_folder
         from circumspect.cli.scan_report import ScanReport
+        from circumspect.pipeline.step_recorder import StepRecorder
 
-        scan = self._prepared(command)
+        scan, recorder = self._recorded(self._prepared(command))
         report = ScanReport(scan, self.out or new_run_folder(command))
         with RunScreen("round the object [°]", 360, report.round_deg) as screen:
             screen.say(report.opening)
-            scan.pipeline.observers = (screen, *report.observers)
+            writers = () if recorder is None else (StepRecorder(recorder),)
+            scan.pipeline.observers = (screen, *writers, *report.observers)
             try:
                 result = scan.scan.run()
             except KeyboardInterrupt:
                 screen.say(f"what was gathered so far is in {report.folder.path}")
                 raise
         report.tell(result, self.json)
+        if recorder is not None and recorder.failure is not None:
+            raise recorder.failure
         return 0
+
+    def _recorded(self, scan: SimulatedScan) -> tuple[SimulatedScan, RunRecorder | None]:
+        """The scan, with a recorder where one is asked for."""
+        import json
+
+        from circumspect.recording import CALIBRATED, RunRecorder
+
+        if self.record is None:
+            return scan, None
+        notes = {CALIBRATED: "true", "config": json.dumps(scan.config)}
+        recorder = RunRecorder(self.record, notes)
+        return scan.recorded(recorder), recorder
 
     def _prepared(self, command: str) -> SimulatedScan:
         """Everything that can be wrong with the flags is told here, before anything is written."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -15,6 +15,7 @@ from circumspect.pipeline import RecognitionPipeline
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.scan_settings import ScanSettings
 from circumspect.planning import ViewPlanner
+from circumspect.recording import RecordingRobot, RunRecorder
 from circumspect.robot import MobileRobot
 from circumspect.sensing import DepthNoise, GroundSegmentation
 from circumspect.simulation import (
@@ -71,6 +72,12 @@ class SimulatedScan:
     def pipeline(self) -> RecognitionPipeline:
         """What registers, fuses and names."""
         return self.scan.pipeline
+
+    def recorded(self, recorder: RunRecorder) -> Self:
+        """The same scan with a robot whose frames are recorded; see `RecordingRobot`."""
+        robot = RecordingRobot(self.scan.robot, recorder)
+        scan = ObjectScan(robot, self.pipeline, self.scan.planner, self.scan.settings)
+        return replace(self, scan=scan)
 
     @classmethod
     def prepared(

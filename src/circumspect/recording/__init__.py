@@ -1,8 +1,28 @@
-"""Recorded RGB-D frames."""
+"""Recorded RGB-D frames: written as ROS 2 does, and read in many formats."""
 
-from circumspect.recording.frame_folder import FrameFolder, GivenPoses
-from circumspect.recording.open_recording import open_recording
+from circumspect.recording.bag_recording import BagRecording, BagSettings
+from circumspect.recording.frame_folder import FrameFolder
+from circumspect.recording.open_recording import is_bag, open_bag, open_recording
+from circumspect.recording.recording import GivenPoses, Recording
+from circumspect.recording.recording_robot import RecordingRobot
+from circumspect.recording.run_recorder import CALIBRATED, RunRecorder
 from circumspect.recording.seven_scenes import SevenScenesFolder
+from circumspect.recording.topic_choice import TopicNames
 from circumspect.recording.tum_rgbd import TumRgbdFolder
 
-__all__ = ["FrameFolder", "GivenPoses", "SevenScenesFolder", "TumRgbdFolder", "open_recording"]
+__all__ = [
+    "CALIBRATED",
+    "BagRecording",
+    "BagSettings",
+    "FrameFolder",
+    "GivenPoses",
+    "Recording",
+    "RecordingRobot",
+    "RunRecorder",
+    "SevenScenesFolder",
+    "TopicNames",
+    "TumRgbdFolder",
+    "is_bag",
+    "open_bag",
+    "open_recording",
+]

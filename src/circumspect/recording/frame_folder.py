@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import logging
 import os
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
-from enum import Enum
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.recording.matrix_file import read_numbers
+from circumspect.recording.recording import GivenPoses, Recording
 from circumspect.sensing import RgbdFrame
 
 INTRINSICS_FILE = "camera-intrinsics.txt"
@@ -23,16 +21,7 @@ INTRINSICS_FILE = "camera-intrinsics.txt"
 _log = logging.getLogger(__name__)
 
 
-class GivenPoses(Enum):
-    """Which of the recorded poses frames bring along."""
-
-    ALL = "all"
-    FIRST = "first"
-    """Only that of the first frame: it says where the map lies; the others are to be found."""
-    NONE = "none"
-
-
-class FrameFolder(ABC):
+class FrameFolder(Recording):
     """RGB-D frames of a folder, in order, read when they are asked for.
 
     A frame that can not be read is left out and the reason kept in `skipped`.
@@ -44,17 +33,13 @@ class FrameFolder(ABC):
         Raises:
             InputError: No such folder, or `every` is below 1.
         """
-        self.path = Path(path)
+        super().__init__(path)
         if every < 1:
             raise InputError(f"every {every}: take each first, second, … frame")
         if not self.path.is_dir():
             raise InputError(f"{self.path}: no such folder; give one of recorded frames")
         self.every = every
         self.poses = poses
-        self.T_map_world = RigidTransform.identity()
-        """Turns the world frame of the recorded poses into the map frame."""
-        self.skipped: dict[str, str] = {}
-        """File name to reason, of the frames left out so far."""
 
     @property
     @abstractmethod

@@ -12,9 +12,10 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
-from circumspect.recording.frame_folder import FrameFolder, GivenPoses
+from circumspect.recording.frame_folder import FrameFolder
 from circumspect.recording.image_files import read_colour, read_depth
 from circumspect.recording.matrix_file import read_numbers, read_pose
+from circumspect.recording.recording import GivenPoses
 from circumspect.sensing import RgbdFrame
 
 FRAME_RATE = 30.0

@@ -14,8 +14,9 @@ from scipy.spatial.transform import RigidTransform, Slerp
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera, Trajectory, read_tum
-from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder, GivenPoses
+from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder
 from circumspect.recording.image_files import read_colour, read_depth
+from circumspect.recording.recording import GivenPoses
 from circumspect.sensing import RgbdFrame
 
 DEPTH_LIST, COLOUR_LIST, POSE_LIST = "depth.txt", "rgb.txt", "groundtruth.txt"

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform, Rotation
+from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.robot import DifferentialDrive
+from circumspect.sensing.viewing import looking
 from circumspect.simulation.orbit import MAST_HEIGHT, Orbit
 
 
@@ -45,7 +46,4 @@ class CameraMount:
     @property
     def T_base_camera(self) -> RigidTransform:
         """The camera's pose on the robot, optical frame: x to the robot's front."""
-        c, s = np.cos(self.tilt), np.sin(self.tilt)
-        right, down, forward = (1.0, 0.0, 0.0), (0.0, -s, -c), (0.0, c, -s)
-        rotation = Rotation.from_matrix(np.column_stack([right, down, forward]))
-        return RigidTransform.from_components([0.0, self.left, self.height], rotation)
+        return looking([0.0, self.left, self.height], np.pi / 2, self.tilt)

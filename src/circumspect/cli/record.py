@@ -1,0 +1,114 @@
+"""`circumspect record`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from circumspect.errors import InputError
+
+if TYPE_CHECKING:
+    from circumspect.recording.bag import Bag, Topic
+
+SECOND = 1e9
+"""Nanoseconds."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a recording holds, and what a replay would make of it.
+
+    $ circumspect record info run.mcap
+    $ circumspect record info robot.bag --json
+
+    Recordings are made by `circumspect scan OBJECT --record FILE`.
+    """
+
+    what: tyro.conf.Positional[Literal["info"]]
+    """info: tell what is in the file."""
+    recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
+    """An MCAP file, or a bag of ROS 2 (folder or db3 file) or ROS 1."""
+    json: bool = False
+    """One JSON object and nothing else on standard output."""
+
+    def run(self) -> int:
+        """Look the bag over and tell."""
+        from circumspect.recording import is_bag, open_bag
+
+        if not is_bag(self.recording):
+            raise InputError(f"{self.recording}: is no bag (.mcap, .db3, .bag or a bag's folder)")
+        document = facts(open_bag(self.recording))
+        if self.json:
+            print(json.dumps(document))  # noqa: T201
+        else:
+            _show(document)
+        return 0
+
+
+def facts(bag: Bag) -> dict[str, Any]:
+    """What a bag holds, in JSON types."""
+    from circumspect.recording.topic_choice import TopicNames, chosen
+
+    replayed: dict[str, Any] | str
+    try:
+        replayed = asdict(chosen(bag, TopicNames()))
+    except InputError as error:
+        replayed = str(error)
+    notes = dict(bag.notes)
+    if "config" in notes:
+        notes["config"] = json.loads(notes["config"])
+    return {
+        "recording": str(bag.path),
+        "kind": bag.kind,
+        "bytes": _size(bag.path),
+        "seconds": _span([t for t in bag.topics.values() if t.count]),
+        "broken": bag.fault,
+        "topics": {name: asdict(topic) for name, topic in sorted(bag.topics.items())},
+        "replay": replayed,
+        "notes": notes,
+    }
+
+
+def _size(path: Path) -> int:
+    files = [path] if path.is_file() else [file for file in path.iterdir() if file.is_file()]
+    return sum(file.stat().st_size for file in files)
+
+
+def _span(topics: list[Topic]) -> float | None:
+    firsts = [topic.first for topic in topics if topic.first is not None]
+    lasts = [topic.last for topic in topics if topic.last is not None]
+    return (max(lasts) - min(firsts)) / SECOND if firsts and lasts else None
+
+
+def _show(document: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    seconds = document["seconds"]
+    span = "" if seconds is None else f", {seconds:.1f} s"
+    console.print(
+        f"{document['recording']}: {document['kind']}, {document['bytes'] / 1e6:.1f} MB{span}",
+        soft_wrap=True, markup=False,
+    )  # fmt: skip
+    if document["broken"]:
+        console.print(f"It is {document['broken']}; what came before can be replayed.")
+    table = Table("topic", "type", "messages", "per second", box=None, pad_edge=False)
+    for column in table.columns[2:]:
+        column.justify = "right"
+    for name, topic in document["topics"].items():
+        rate = f"{(topic['count'] - 1) / seconds:.1f}" if seconds and topic["count"] > 1 else ""
+        table.add_row(name, topic["kind"].replace("/msg/", "/"), str(topic["count"]), rate)
+    console.print(table)
+    replay = document["replay"]
+    if isinstance(replay, str):
+        console.print(f"A replay needs help: {replay}", markup=False)
+        return
+    used = {k: v for k, v in replay.items() if v and k != "transforms"}
+    console.print("Replayed are " + ", ".join(f"{v} ({k})" for k, v in used.items()))
+    if not replay["odometry"]:
+        console.print("There is no odometry: frames are found by registration alone.")

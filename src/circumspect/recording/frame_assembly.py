@@ -1,0 +1,193 @@
+"""Frames, put together of messages."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.errors import CircumspectError, InputError
+from circumspect.geometry import PinholeCamera
+from circumspect.recording.bag import BagMessage
+from circumspect.recording.image_messages import camera_of, colour_of, depth_of, is_distorted
+from circumspect.recording.odometry_buffer import OdometryBuffer
+from circumspect.recording.pose_messages import odometry_of
+from circumspect.recording.ros_time import NANOSECONDS, seconds
+from circumspect.recording.topic_choice import ChosenTopics
+from circumspect.recording.transform_tree import TransformTree
+from circumspect.sensing import Odometry, RgbdFrame
+
+PATIENCE = 0.5
+"""So long [s] a frame waits for odometry that is later than it, and for its colour."""
+TOGETHER = 0.02
+"""A colour image belongs to a depth image if their stamps differ by no more than this [s]."""
+COLOURS = 8
+"""So many of the last colour images are kept."""
+WITHOUT_CAMERA = 30
+"""So many depth images wait for the first CameraInfo."""
+LEAP = 5.0
+"""Between two images stamps and the bag's own clock advance alike, up to this [s]."""
+
+_log = logging.getLogger(__name__)
+
+
+class ClockError(InputError):
+    """From here on the stamps belong to another time."""
+
+
+@dataclass(frozen=True)
+class AssemblySettings:
+    """What messages do not tell.
+
+    Attributes:
+        camera: Instead of CameraInfo.
+        T_base_camera: Instead of transforms.
+        map_frame: Frames bring their pose in it, where transforms tell it; None for none.
+        synchronous: The odometry before a depth image, since the last one, is that image's own.
+    """
+
+    camera: PinholeCamera | None = None
+    T_base_camera: RigidTransform | None = None
+    map_frame: str | None = None
+    synchronous: bool = False
+
+
+class FrameAssembly:
+    """Takes messages in the order in which they were heard, and gives frames.
+
+    Attributes:
+        skipped: Name of a frame to why it was left out.
+    """
+
+    def __init__(self, topics: ChosenTopics, settings: AssemblySettings) -> None:
+        self.skipped: dict[str, str] = {}
+        self._topics, self._settings = topics, settings
+        self._camera = settings.camera
+        self._tree = TransformTree()
+        self._buffer = OdometryBuffer()
+        self._since_image: Odometry | None = None
+        self._base = "base_link"
+        self._colours: deque[Any] = deque(maxlen=COLOURS)
+        self._waiting: deque[tuple[BagMessage, Odometry | None]] = deque()
+        self._clock: tuple[float, float] | None = None
+        self._count = 0
+
+    def heard(self, message: BagMessage) -> Iterator[RgbdFrame]:
+        """Take a message in; give the frames that are complete with it.
+
+        Raises:
+            ClockError: The stamps leapt; nothing after this message can be used.
+            InputError: No CameraInfo comes.
+        """
+        topics, told = self._topics, message.told
+        try:
+            if message.topic == topics.info and self._settings.camera is None:
+                self._learn_camera(told)
+            elif message.topic in topics.transforms:
+                self._tree.heard(told)
+            elif message.topic == topics.odometry:
+                self._base = told.child_frame_id or self._base
+                self._since_image = odometry_of(told)
+                self._buffer.heard(self._since_image)
+            elif message.topic == topics.colour:
+                self._colours.append(told)
+        except CircumspectError as error:
+            _log.warning("a message on %s left out: %s", message.topic, error)
+        if message.topic == topics.depth:
+            self._wait(message)
+        yield from self._complete(message.log_time)
+
+    def rest(self) -> Iterator[RgbdFrame]:
+        """The frames that still wait when no more messages come."""
+        while self._waiting:
+            yield from self._next()
+
+    def _learn_camera(self, info: Any) -> None:
+        if self._camera is None and is_distorted(info):
+            _log.warning("the CameraInfo tells of distortion; depth images are taken as rectified")
+        self._camera = camera_of(info)
+
+    def _wait(self, message: BagMessage) -> None:
+        stamp, clock = seconds(message.told), message.log_time / NANOSECONDS
+        if self._clock is not None:
+            leap = (stamp - self._clock[0]) - (clock - self._clock[1])
+            if abs(leap) > LEAP:
+                raise ClockError(
+                    f"the clock leapt by {leap:+.1f} s at {stamp:.3f} s; what follows is left out"
+                )
+        self._clock = stamp, clock
+        self._waiting.append((message, self._since_image))
+        self._since_image = None
+        if self._camera is None and len(self._waiting) > WITHOUT_CAMERA:
+            raise InputError(
+                f"no CameraInfo comes with {self._topics.depth}; name its topic by --info-topic "
+                "or give --intrinsics FX FY CX CY"
+            )
+
+    def _complete(self, log_time: int) -> Iterator[RgbdFrame]:
+        while self._waiting and self._camera is not None:
+            message = self._waiting[0][0]
+            patient = log_time - message.log_time < PATIENCE * NANOSECONDS
+            if patient and self._more_to_come(seconds(message.told)):
+                return
+            yield from self._next()
+
+    def _more_to_come(self, stamp: float) -> bool:
+        """Whether odometry or colour of that time may still be on the way."""
+        if self._settings.synchronous:
+            return False
+        if self._topics.odometry is not None and not self._buffer.reaches(stamp):
+            return True
+        if self._topics.colour is None:
+            return False
+        return not any(seconds(image) >= stamp - TOGETHER for image in self._colours)
+
+    def _next(self) -> Iterator[RgbdFrame]:
+        """The frame that has waited longest, unless it is broken."""
+        message, own = self._waiting.popleft()
+        self._count += 1
+        try:
+            yield self._frame(message.told, own)
+        except CircumspectError as error:
+            self.skipped[f"frame {self._count} at {seconds(message.told):.3f} s"] = str(error)
+            _log.warning("frame %d left out: %s", self._count, error)
+
+    def _frame(self, image: Any, own: Odometry | None) -> RgbdFrame:
+        settings, stamp, camera = self._settings, seconds(image), self._camera
+        if camera is None:
+            raise InputError("no CameraInfo came before it")
+        depth = depth_of(image)
+        if depth.shape != (camera.height, camera.width):
+            raise InputError(
+                f"the depth has {depth.shape[1]} x {depth.shape[0]} pixels, the CameraInfo tells "
+                f"of {camera.width} x {camera.height}"
+            )
+        optical = image.header.frame_id
+        mount = settings.T_base_camera
+        if mount is None:
+            mount = self._tree.between(self._base, optical)
+        pose = None
+        if settings.map_frame is not None:
+            pose = self._tree.between(settings.map_frame, optical)
+        odometry = own if settings.synchronous else self._buffer.at(stamp)
+        colour = self._colour_at(stamp, depth)
+        return RgbdFrame(depth, camera, stamp, pose, colour, odometry, mount)
+
+    def _colour_at(self, stamp: float, depth: NDArray[np.float32]) -> NDArray[np.uint8] | None:
+        """The colour image nearest in time, if it lies on the depth."""
+        nearest = min(self._colours, key=lambda image: abs(seconds(image) - stamp), default=None)
+        if nearest is None or abs(seconds(nearest) - stamp) > TOGETHER:
+            return None
+        if (nearest.height, nearest.width) != depth.shape:
+            return None
+        try:
+            return colour_of(nearest)
+        except InputError as error:
+            _log.warning("colour left out: %s", error)
+            return None

@@ -1,0 +1,163 @@
+"""Depth and colour images as `sensor_msgs` has them."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+from circumspect.geometry import PinholeCamera
+from circumspect.recording.ros_time import header
+from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, message
+from circumspect.sensing.millimetres import metres, millimetres
+
+DEPTH_16, DEPTH_32 = "16UC1", "32FC1"
+DEPTH_TYPES = {DEPTH_16: "u2", "mono16": "u2", DEPTH_32: "f4"}
+CHANNELS = {
+    "rgb8": [0, 1, 2],
+    "bgr8": [2, 1, 0],
+    "rgba8": [0, 1, 2],
+    "bgra8": [2, 1, 0],
+    "mono8": [0, 0, 0],
+}
+"""Encoding to where red, green and blue are."""
+BYTES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
+COMPRESSED_HEAD = 12
+"""Bytes before the PNG in what `compressed_depth_image_transport` makes."""
+LARGEST = 8192
+"""Pixels along a side; images of more are something else."""
+
+
+def depth_message(depth: NDArray[np.float32], stamp: float, frame_id: str) -> Any:
+    """A `sensor_msgs/Image`: 16UC1 where that loses nothing, else 32FC1.
+
+    Args:
+        depth: (height, width) [m], NaN where invalid.
+        stamp: [s].
+        frame_id: The optical frame.
+    """
+    whole = millimetres(depth)
+    if np.array_equal(metres(whole), depth, equal_nan=True):
+        return _image(whole, DEPTH_16, stamp, frame_id)
+    return _image(depth, DEPTH_32, stamp, frame_id)
+
+
+def colour_message(colour: NDArray[np.uint8], stamp: float, frame_id: str) -> Any:
+    """A `sensor_msgs/Image` in rgb8 of (height, width, 3) colours."""
+    return _image(colour, "rgb8", stamp, frame_id)
+
+
+def grey_message(grey: NDArray[np.uint8], stamp: float, frame_id: str) -> Any:
+    """A `sensor_msgs/Image` in mono8 of (height, width) brightness."""
+    return _image(grey, "mono8", stamp, frame_id)
+
+
+def _image(pixels: NDArray[Any], encoding: str, stamp: float, frame_id: str) -> Any:
+    flat = np.ascontiguousarray(pixels).view(np.uint8).reshape(-1)
+    return message(
+        IMAGE, header=header(stamp, frame_id), height=pixels.shape[0], width=pixels.shape[1],
+        encoding=encoding, is_bigendian=0, step=len(flat) // pixels.shape[0], data=flat,
+    )  # fmt: skip
+
+
+def depth_of(image: Any) -> NDArray[np.float32]:
+    """Depth of a `sensor_msgs/Image` or a `CompressedImage`.
+
+    Returns:
+        (height, width) float32 [m], NaN where invalid.
+
+    Raises:
+        InputError: Another encoding, or data that do not fill the image.
+    """
+    if hasattr(image, "format"):
+        return metres(_unpacked(image))
+    kind = DEPTH_TYPES.get(image.encoding)
+    if kind is None:
+        raise InputError(
+            f"depth in the encoding {image.encoding[:20]!r}; known are {', '.join(DEPTH_TYPES)}"
+        )
+    pixels = _rows(image, np.dtype(kind))
+    return pixels.astype(np.float32) if kind == "f4" else metres(pixels)
+
+
+def _unpacked(image: Any) -> NDArray[np.uint16]:
+    """(height, width) [mm] of a `compressedDepth` image that holds a PNG."""
+    from PIL import Image
+
+    if "16UC1" not in image.format or "compressedDepth" not in image.format:
+        raise InputError(f"depth in the format {image.format[:40]!r}; of compressed ones only "
+                         "16UC1 as compressedDepth png is known")  # fmt: skip
+    try:
+        with Image.open(io.BytesIO(bytes(image.data[COMPRESSED_HEAD:])), formats=["PNG"]) as png:
+            if max(png.size) > LARGEST or png.mode not in ("I;16", "I;16B", "I"):
+                raise InputError(f"a depth image of {png.size} pixels in mode {png.mode}")
+            return np.asarray(png).astype(np.uint16)
+    # Pillow reports broken files by any of these.
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise InputError(f"a compressed depth image can not be read ({error})") from error
+
+
+def colour_of(image: Any) -> NDArray[np.uint8]:
+    """(height, width, 3) RGB of a `sensor_msgs/Image`.
+
+    Raises:
+        InputError: Another encoding, or data that do not fill the image.
+    """
+    if image.encoding not in CHANNELS:
+        raise InputError(
+            f"colour in the encoding {image.encoding[:20]!r}; known are {', '.join(CHANNELS)}"
+        )
+    pixels = _rows(image, np.dtype((np.uint8, (BYTES[image.encoding],))))
+    return np.ascontiguousarray(pixels[..., CHANNELS[image.encoding]])
+
+
+def _rows(image: Any, pixel: np.dtype[Any]) -> NDArray[Any]:
+    """(height, width, …) pixels without the padding of rows, in this machine's byte order."""
+    height, width, step = image.height, image.width, image.step
+    held = step >= width * pixel.itemsize and len(image.data) >= step * height
+    if not (0 < height <= LARGEST and 0 < width <= LARGEST and held):
+        raise InputError(
+            f"an image of {width} x {height} pixels with {len(image.data)} bytes in rows of {step}"
+        )
+    rows = np.asarray(image.data, np.uint8)[: step * height].reshape(height, step)
+    packed = np.ascontiguousarray(rows[:, : width * pixel.itemsize])
+    if pixel.subdtype is not None:
+        return packed.reshape(height, width, -1)
+    order = ">" if image.is_bigendian else "<"
+    return packed.view(pixel.newbyteorder(order)).astype(pixel, copy=False)
+
+
+def camera_info(camera: PinholeCamera, stamp: float, frame_id: str) -> Any:
+    """A `sensor_msgs/CameraInfo` without distortion."""
+    K = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
+    roi = message(
+        "sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0,
+        do_rectify=False,
+    )  # fmt: skip
+    return message(
+        CAMERA_INFO, header=header(stamp, frame_id), height=camera.height, width=camera.width,
+        distortion_model="plumb_bob", d=np.zeros(5), k=K.ravel(), r=np.eye(3).ravel(),
+        p=np.hstack([K, np.zeros((3, 1))]).ravel(), binning_x=0, binning_y=0, roi=roi,
+    )  # fmt: skip
+
+
+def camera_of(info: Any) -> PinholeCamera:
+    """The camera of a `sensor_msgs/CameraInfo`, of ROS 2 or ROS 1.
+
+    Raises:
+        InputError: It states no focal length, or binned images.
+    """
+    K = np.asarray(info.k if hasattr(info, "k") else info.K, np.float64)
+    if K.shape != (9,) or not np.isfinite(K).all() or not (K[[0, 4]] > 0).all():
+        raise InputError("the CameraInfo states no focal length: is the camera calibrated?")
+    if max(info.binning_x, info.binning_y) > 1:
+        raise InputError("the CameraInfo tells of binned images, which are not known here")
+    return PinholeCamera(info.width, info.height, K[0], K[4], K[2], K[5])
+
+
+def is_distorted(info: Any) -> bool:
+    """Whether a `sensor_msgs/CameraInfo` tells of distortion."""
+    return bool(np.any(np.asarray(info.d if hasattr(info, "d") else info.D, np.float64) != 0))

@@ -1,0 +1,169 @@
+"""MCAP files, whole or broken off."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from circumspect.errors import InputError, MissingExtraError
+from circumspect.recording.bag import Bag, BagMessage, Topic
+from circumspect.recording.mcap_writer import NOTES
+from circumspect.recording.ros_types import typestore
+
+if TYPE_CHECKING:
+    from mcap.records import McapRecord
+
+LARGEST = 2**28
+"""Records and chunks of more bytes are refused: a few bytes can claim to unpack to anything."""
+MAGIC = b"\x89MCAP0\r\n"
+
+
+class McapBag(Bag):
+    """An MCAP file as ROS 2 or `McapWriter` writes it, read from its beginning to its end.
+
+    A file that breaks off, as that of a process that was killed, is read as far as it goes.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        """Look the file over: by its index, or without one by reading it through.
+
+        Raises:
+            InputError: It can not be read, is no MCAP file, or holds nothing.
+            MissingExtraError: mcap or rosbags is not installed.
+        """
+        try:
+            import mcap.reader  # noqa: F401
+        except ImportError as error:
+            raise MissingExtraError("mcap", "bags") from error
+        self.path = Path(path)
+        self.kind, self.fault = "MCAP", None
+        self.topics: dict[str, Topic] = {}
+        self.notes: dict[str, str] = {}
+        self._types = typestore()
+        try:
+            with self.path.open("rb") as stream:
+                if stream.read(len(MAGIC)) != MAGIC:
+                    raise InputError(f"{path}: is no MCAP file, or holds nothing")
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise InputError(f"{path}: can not be read ({reason})") from error
+        if not self._by_index():
+            self._by_reading()
+        if not self.topics:
+            raise InputError(f"{path}: holds no messages")
+
+    def _by_index(self) -> bool:
+        """Take the topics from the index at the end; False where there is none to rely on."""
+        from mcap.reader import SeekingReader
+
+        try:
+            with self.path.open("rb") as stream:
+                reader = SeekingReader(stream, record_size_limit=LARGEST)
+                summary = reader.get_summary()
+                if summary is None or summary.statistics is None or not summary.channels:
+                    return False
+                counts = summary.statistics.channel_message_counts
+                first, last = (
+                    summary.statistics.message_start_time, summary.statistics.message_end_time
+                )  # fmt: skip
+                for number, channel in summary.channels.items():
+                    kind = summary.schemas[channel.schema_id].name
+                    self._count(channel.topic, kind, counts.get(number, 0), first, last)
+                for record in reader.iter_metadata():
+                    self._note(record)
+        except Exception:  # whatever a parser makes of a broken index
+            self.topics.clear()
+            return False
+        return True
+
+    def _by_reading(self) -> None:
+        from mcap.records import Channel, Message, Metadata, Schema
+
+        schemas: dict[int, str] = {}
+        channels: dict[int, Channel] = {}
+        for record in self._records():
+            match record:
+                case Schema():
+                    schemas[record.id] = record.name
+                case Channel():
+                    channels[record.id] = record
+                case Metadata():
+                    self._note(record)
+                case Message() if record.channel_id in channels:
+                    channel, time = channels[record.channel_id], record.log_time
+                    kind = schemas.get(channel.schema_id, "")
+                    self._count(channel.topic, kind, 1, time, time)
+                case _:
+                    pass
+
+    def _count(self, topic: str, kind: str, count: int, first: int, last: int) -> None:
+        known = self.topics.get(topic, Topic(topic, kind, 0, first, last))
+        earliest, latest = min(known.first or first, first), max(known.last or last, last)
+        self.topics[topic] = replace(known, count=known.count + count, first=earliest, last=latest)
+
+    def _note(self, record: Any) -> None:
+        if record.name == NOTES:
+            self.notes |= record.metadata
+
+    def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
+        """See `Bag.messages`."""
+        from mcap.records import Channel, Message, Schema
+
+        kinds: dict[int, str] = {}
+        wanted: dict[int, tuple[str, str]] = {}
+        for record in self._records():
+            match record:
+                case Schema():
+                    kinds[record.id] = record.name
+                case Channel() if record.topic in topics:
+                    wanted[record.id] = record.topic, self._kind(record, kinds)
+                case Message() if record.channel_id in wanted:
+                    topic, kind = wanted[record.channel_id]
+                    yield BagMessage(topic, record.log_time, self._read(topic, kind, record.data))
+                case _:
+                    pass
+
+    def _kind(self, channel: Any, kinds: dict[int, str]) -> str:
+        kind = kinds.get(channel.schema_id, "")
+        if channel.message_encoding != "cdr" or kind not in self._types.fielddefs:
+            raise InputError(
+                f"{self.path}: {channel.topic} holds {kind or 'messages without a type'} as "
+                f"{channel.message_encoding or 'nothing'}; known are messages of ROS 2 as cdr"
+            )
+        return kind
+
+    def _read(self, topic: str, kind: str, data: bytes) -> Any:
+        try:
+            return self._types.deserialize_cdr(data, kind)
+        except Exception as error:  # whatever a parser makes of broken bytes
+            raise InputError(f"{self.path}: a message on {topic} is no {kind}") from error
+
+    def _records(self) -> Iterator[McapRecord]:
+        """All records in order, up to the end or to where the file breaks off."""
+        from mcap.records import Chunk, DataEnd
+        from mcap.stream_reader import StreamReader, breakup_chunk
+
+        self.fault = None
+        with self.path.open("rb") as stream:
+            size = os.fstat(stream.fileno()).st_size
+            records = StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST).records
+            while True:
+                whole = stream.tell()
+                try:
+                    record = next(records, None)
+                    if record is None or isinstance(record, DataEnd):
+                        return
+                    if isinstance(record, Chunk):
+                        if record.uncompressed_size > LARGEST:
+                            raise InputError(f"a chunk of {record.uncompressed_size} bytes")
+                        inside = breakup_chunk(record, validate_crc=True)
+                    else:
+                        inside = [record]
+                except Exception:  # whatever a parser makes of a broken file
+                    left = size - whole
+                    self.fault = f"broken off: of {size} bytes the last {left} are no record"
+                    return
+                yield from inside

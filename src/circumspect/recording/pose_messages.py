@@ -1,0 +1,97 @@
+"""Odometry and transforms as ROS has them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from circumspect.errors import InputError
+from circumspect.geometry import PlanarPose
+from circumspect.recording.ros_time import header, seconds
+from circumspect.recording.ros_types import ODOMETRY, TRANSFORMS, message
+from circumspect.sensing import Odometry
+
+PLANAR = [0, 1, 5]
+"""x, y and yaw among ROS's six."""
+
+
+def odometry_message(odometry: Odometry, frame_id: str, child_frame_id: str) -> Any:
+    """A `nav_msgs/Odometry`."""
+    covariance = np.zeros((6, 6))
+    covariance[np.ix_(PLANAR, PLANAR)] = odometry.covariance
+    T, turn = odometry.T_odom_base.as_transform(), odometry.turn
+    twist = message("geometry_msgs/msg/Twist", linear=vector_message([odometry.forward, 0, 0]),
+                    angular=vector_message([0, 0, turn]))  # fmt: skip
+    return message(
+        ODOMETRY, header=header(odometry.stamp, frame_id), child_frame_id=child_frame_id,
+        pose=message("geometry_msgs/msg/PoseWithCovariance", pose=pose_message(T),
+                     covariance=covariance.ravel()),
+        twist=message("geometry_msgs/msg/TwistWithCovariance", twist=twist,
+                      covariance=np.zeros(36)),
+    )  # fmt: skip
+
+
+def odometry_of(told: Any) -> Odometry:
+    """The odometry of a `nav_msgs/Odometry`.
+
+    Raises:
+        InputError: It is not finite, or its quaternion is none.
+    """
+    pose, covariance = told.pose.pose, np.reshape(told.pose.covariance, (6, 6))
+    T = transform_of(pose.position, pose.orientation)
+    planar = covariance[np.ix_(PLANAR, PLANAR)]
+    if not np.isfinite(planar).all():
+        raise InputError("the covariance of the odometry is not finite")
+    return Odometry(
+        seconds(told), PlanarPose.from_transform(T), (planar + planar.T) / 2,
+        float(told.twist.twist.linear.x), float(told.twist.twist.angular.z),
+    )  # fmt: skip
+
+
+def transforms_message(transforms: list[Any]) -> Any:
+    """A `tf2_msgs/TFMessage` of several `transform_message`."""
+    return message(TRANSFORMS, transforms=transforms)
+
+
+def transform_message(T: RigidTransform, stamp: float, target: str, source: str) -> Any:
+    """A `geometry_msgs/TransformStamped` that maps source coordinates into target."""
+    transform = message("geometry_msgs/msg/Transform", translation=vector_message(T.translation),
+                        rotation=_quaternion(T.rotation))  # fmt: skip
+    return message("geometry_msgs/msg/TransformStamped", header=header(stamp, target),
+                   child_frame_id=source, transform=transform)  # fmt: skip
+
+
+def pose_message(T: RigidTransform) -> Any:
+    """A `geometry_msgs/Pose`."""
+    place = message("geometry_msgs/msg/Point", **_xyz(T.translation))
+    return message("geometry_msgs/msg/Pose", position=place, orientation=_quaternion(T.rotation))
+
+
+def transform_of(place: Any, orientation: Any) -> RigidTransform:
+    """A pose of its two parts, whatever their types are called.
+
+    Raises:
+        InputError: It is not finite, or the quaternion's length is far from 1.
+    """
+    xyz = np.array([place.x, place.y, place.z])
+    xyzw = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
+    length = float(np.linalg.norm(xyzw))
+    if not np.isfinite(xyz).all() or not abs(length - 1) < 0.01:
+        raise InputError(f"a pose at {xyz.round(3).tolist()} with the quaternion {xyzw.tolist()}")
+    return RigidTransform.from_components(xyz, Rotation.from_quat(xyzw))
+
+
+def vector_message(xyz: Any) -> Any:
+    """A `geometry_msgs/Vector3`."""
+    return message("geometry_msgs/msg/Vector3", **_xyz(xyz))
+
+
+def _xyz(xyz: Any) -> dict[str, float]:
+    return dict(zip("xyz", (float(value) for value in xyz), strict=True))
+
+
+def _quaternion(rotation: Rotation) -> Any:
+    names = zip("xyzw", rotation.as_quat().tolist(), strict=True)
+    return message("geometry_msgs/msg/Quaternion", **dict(names))

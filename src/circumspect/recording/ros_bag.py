@@ -1,0 +1,86 @@
+"""Bags of ROS 1 and of ROS 2, by rosbags."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from circumspect.errors import InputError
+from circumspect.recording.bag import Bag, BagMessage, Topic
+from circumspect.recording.ros_types import typestore
+
+if TYPE_CHECKING:
+    from rosbags.highlevel import AnyReader
+    from rosbags.interfaces import Connection
+
+
+class RosBag(Bag):
+    """A ROS 1 bag, a db3 file or a rosbag2 folder."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        """Open it and read its index.
+
+        Raises:
+            InputError: It can not be read.
+            MissingExtraError: rosbags is not installed.
+        """
+        self.path, self.notes, self.fault = Path(path), {}, None
+        self.kind = "ROS 1 bag" if self.path.suffix == ".bag" else "ROS 2 bag"
+        if not self.path.exists():
+            raise InputError(f"{path}: no such file or folder")
+        with self._opened() as reader:
+            first, last = reader.start_time, reader.end_time - 1
+            self.topics = {
+                name: Topic(name, topic.msgtype or "", topic.msgcount, first, last)
+                for name, topic in reader.topics.items()
+                if topic.msgcount
+            }
+        if not self.topics:
+            raise InputError(f"{path}: holds no messages")
+
+    @contextmanager
+    def _opened(self) -> Iterator[AnyReader]:
+        types = typestore()
+        try:
+            from rosbags.highlevel import AnyReader
+
+            reader = AnyReader([self.path], default_typestore=types)
+            reader.open()
+        except Exception as error:  # whatever a parser makes of a broken bag
+            raise InputError(f"{self.path}: can not be read ({_first_line(error)})") from error
+        try:
+            yield reader
+        finally:
+            reader.close()
+
+    def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
+        """See `Bag.messages`."""
+        self.fault = None
+        with self._opened() as reader:
+            wanted = [c for c in reader.connections if c.topic in topics]
+            found = reader.messages(connections=wanted) if wanted else iter(())
+            while True:
+                try:
+                    connection, log_time, data = next(found)
+                except StopIteration:
+                    return
+                except Exception as error:  # whatever a parser makes of a broken bag
+                    self.fault = f"broken off: {_first_line(error)}"
+                    return
+                told = self._read(reader, connection, data)
+                yield BagMessage(connection.topic, log_time, told)
+
+    def _read(self, reader: AnyReader, connection: Connection, data: bytes) -> Any:
+        try:
+            return reader.deserialize(data, connection.msgtype)
+        except Exception as error:  # whatever a parser makes of broken bytes
+            raise InputError(
+                f"{self.path}: a message on {connection.topic} is no {connection.msgtype}"
+            ) from error
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0].rstrip(".")

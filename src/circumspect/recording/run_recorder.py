@@ -1,0 +1,216 @@
+"""What a run sees and says, as ROS 2 would record it."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.classification import Prediction
+from circumspect.errors import InputError, OutputError
+from circumspect.geometry import PlanarPose
+from circumspect.recording.image_messages import (
+    camera_info,
+    camera_of,
+    colour_message,
+    depth_message,
+    depth_of,
+    grey_message,
+)
+from circumspect.recording.mcap_writer import McapWriter
+from circumspect.recording.pose_messages import (
+    odometry_message,
+    odometry_of,
+    pose_message,
+    transform_message,
+    transform_of,
+    transforms_message,
+    vector_message,
+)
+from circumspect.recording.ros_time import NANOSECONDS, header, nanoseconds
+from circumspect.recording.ros_types import (
+    CAMERA_INFO,
+    DETECTIONS,
+    IMAGE,
+    ODOMETRY,
+    TRANSFORMS,
+    message,
+)
+from circumspect.sensing import Odometry, RgbdFrame
+
+DEPTH_TOPIC, DEPTH_INFO = "/camera/depth/image_raw", "/camera/depth/camera_info"
+COLOUR_TOPIC = "/camera/color/image_raw"
+ODOMETRY_TOPIC, TF_TOPIC, STATIC_TOPIC = "/odom", "/tf", "/tf_static"
+DETECTIONS_TOPIC = "/circumspect/detections"
+MAP, ODOM, BASE, OPTICAL = "map", "odom", "base_link", "camera_optical"
+SYNCHRONOUS = "synchronous"
+"""Note of a recording in which the odometry before each depth image is that image's own."""
+CALIBRATED = "calibrated"
+"""Note of a recording whose depth is true, but for the Xtion's noise, as far as it reaches."""
+
+_log = logging.getLogger(__name__)
+
+
+class RunRecorder:
+    """Records frames and answers into one MCAP file.
+
+    A disk that is full ends the recording but not the run: the fault is kept in `failure`.
+
+    Attributes:
+        failure: Why recording ended early; None while it goes on.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], notes: Mapping[str, str]) -> None:
+        """Begin a new file; see `McapWriter`."""
+        self._writer = McapWriter(path, {SYNCHRONOUS: "true", **notes})
+        self.failure: OutputError | None = None
+        self._mount: RigidTransform | None = None
+        self._last = 0
+
+    def frame(self, frame: RgbdFrame) -> RgbdFrame:
+        """Record a frame.
+
+        Returns:
+            What reading the recording gives: depth, stamps and poses are rounded as messages hold
+            them, so that a replay is the run again. What the recording can not hold, a stamp
+            before 0, is left out of it, and the frame comes back as it is.
+        """
+        with self._going_on("a frame"):
+            return self._recorded(frame)
+        return frame
+
+    def _recorded(self, frame: RgbdFrame) -> RgbdFrame:
+        stamp = nanoseconds(frame.stamp) / NANOSECONDS
+        self._last = log_time = max(self._last, nanoseconds(frame.stamp))
+        mount = self._recorded_mount(frame.T_base_camera, stamp, log_time)
+        odometry = self._recorded_odometry(frame.odometry, log_time)
+        info = camera_info(frame.camera, stamp, OPTICAL)
+        self._writer.write(DEPTH_INFO, CAMERA_INFO, log_time, info)
+        if frame.colour is not None:
+            colour = colour_message(frame.colour, stamp, OPTICAL)
+            self._writer.write(COLOUR_TOPIC, IMAGE, log_time, colour)
+        depth = depth_message(frame.depth, stamp, OPTICAL)
+        self._writer.write(DEPTH_TOPIC, IMAGE, log_time, depth)
+        return replace(
+            frame, depth=depth_of(depth), camera=camera_of(info), stamp=stamp, odometry=odometry,
+            T_base_camera=mount,
+        )  # fmt: skip
+
+    def _recorded_mount(
+        self, T_base_camera: RigidTransform | None, stamp: float, log_time: int
+    ) -> RigidTransform | None:
+        if T_base_camera is None:
+            return None
+        told = transform_message(T_base_camera, stamp, BASE, OPTICAL)
+        before = self._mount
+        if before is None or not np.array_equal(before.as_matrix(), T_base_camera.as_matrix()):
+            self._writer.write(
+                STATIC_TOPIC, TRANSFORMS, log_time, transforms_message([told]), latched=True
+            )
+            self._mount = T_base_camera
+        return transform_of(told.transform.translation, told.transform.rotation)
+
+    def _recorded_odometry(self, odometry: Odometry | None, log_time: int) -> Odometry | None:
+        if odometry is None:
+            return None
+        told = odometry_message(odometry, ODOM, BASE)
+        self._writer.write(ODOMETRY_TOPIC, ODOMETRY, log_time, told)
+        moved = transform_message(odometry.T_odom_base.as_transform(), odometry.stamp, ODOM, BASE)
+        self._writer.write(TF_TOPIC, TRANSFORMS, log_time, transforms_message([moved]))
+        return odometry_of(told)
+
+    def answer(
+        self,
+        stamp: float,
+        prediction: Prediction | None,
+        extent_xyz: NDArray[np.floating] | None,
+        T_map_odom: PlanarPose | None,
+    ) -> None:
+        """Record what a frame led to.
+
+        Args:
+            stamp: Of the frame [s].
+            prediction: The answer so far, or None.
+            extent_xyz: (2, 3) lowest and highest corner of the model [m] map frame, or None.
+            T_map_odom: What corrects the odometry, or None.
+        """
+        with self._going_on("an answer"):
+            self._answer(stamp, prediction, extent_xyz, T_map_odom)
+
+    def _answer(
+        self,
+        stamp: float,
+        prediction: Prediction | None,
+        extent_xyz: NDArray[np.floating] | None,
+        T_map_odom: PlanarPose | None,
+    ) -> None:
+        log_time = max(self._last, nanoseconds(stamp))
+        if T_map_odom is not None:
+            moved = transform_message(T_map_odom.as_transform(), stamp, MAP, ODOM)
+            self._writer.write(TF_TOPIC, TRANSFORMS, log_time, transforms_message([moved]))
+        if prediction is not None and extent_xyz is not None:
+            told = detections_message(prediction, extent_xyz, stamp)
+            self._writer.write(DETECTIONS_TOPIC, DETECTIONS, log_time, told)
+
+    def picture(self, camera: str, stamp: float, grey: NDArray[np.uint8]) -> None:
+        """Record an image of another camera, such as one on the ceiling.
+
+        Args:
+            camera: Its name.
+            stamp: [s].
+            grey: (height, width) brightness.
+        """
+        with self._going_on(f"a picture of {camera}"):
+            told, log_time = grey_message(grey, stamp, camera), nanoseconds(stamp)
+            self._writer.write(f"/{camera}/image_raw", IMAGE, max(self._last, log_time), told)
+
+    def close(self) -> None:
+        """Write the index and close the file; a fault is kept in `failure`."""
+        with self._going_on("the index"):
+            self._writer.close()
+
+    @contextmanager
+    def _going_on(self, what: str) -> Iterator[None]:
+        """Whatever happens to the recording, the run goes on."""
+        try:
+            yield
+        except OutputError as error:
+            if self.failure is None:
+                self.failure = error
+                _log.warning("%s", error)
+        except InputError as error:
+            _log.warning("%s is left out of the recording: %s", what, error)
+
+
+def detections_message(
+    prediction: Prediction, extent_xyz: NDArray[np.floating], stamp: float
+) -> object:
+    """A `vision_msgs/Detection3DArray` of one object: all classes, the likeliest first.
+
+    Args:
+        prediction: The answer.
+        extent_xyz: (2, 3) lowest and highest corner [m] map frame.
+        stamp: [s].
+    """
+    centre = pose_message(RigidTransform.from_translation(extent_xyz.mean(axis=0)))
+    unknown = message("geometry_msgs/msg/PoseWithCovariance", pose=centre, covariance=np.zeros(36))
+    likeliest = sorted(prediction.probabilities.items(), key=lambda pair: -pair[1])
+    results = [
+        message(
+            "vision_msgs/msg/ObjectHypothesisWithPose",
+            hypothesis=message("vision_msgs/msg/ObjectHypothesis", class_id=name, score=score),
+            pose=unknown,
+        )
+        for name, score in likeliest
+    ]
+    box = message("vision_msgs/msg/BoundingBox3D", center=centre,
+                  size=vector_message(extent_xyz[1] - extent_xyz[0]))  # fmt: skip
+    head = header(stamp, MAP)
+    one = message("vision_msgs/msg/Detection3D", header=head, results=results, bbox=box, id="0")
+    return message(DETECTIONS, header=head, detections=[one])

@@ -1,0 +1,109 @@
+"""`scan --record`, `replay` of what it made, and `record info`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from circumspect.cli.main import main
+from circumspect.geometry import read_cloud
+
+FLAGS = ["chair-3", "--start", "40", "--seed", "5", "--frames", "8", "--frame-interval", "2"]
+WRITTEN = ("trajectory.txt", "model.ply", "grid.npz")
+
+
+@pytest.fixture(scope="module")
+def live(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("live")
+    recording = ["--record", str(folder / "run.mcap")]
+    assert main(["scan", *FLAGS, *recording, "--out", str(folder / "run"), "--json"]) == 0
+    return folder
+
+
+def played(live: Path, out: Path, *flags: str) -> dict:
+    assert main(["replay", str(live / "run.mcap"), *flags, "--out", str(out), "--json"]) == 0
+    return json.loads((out / "result.json").read_text())
+
+
+def test_a_replay_gives_the_live_run_bit_for_bit(live: Path, tmp_path: Path) -> None:
+    again = played(live, tmp_path / "again")
+    before = json.loads((live / "run" / "result.json").read_text())
+    for name in ("label", "probability", "probabilities", "frames", "outcomes", "seen", "points"):
+        assert again[name] == before[name]
+    for name in WRITTEN:
+        assert (tmp_path / "again" / name).read_bytes() == (live / "run" / name).read_bytes()
+
+
+def log(run: Path) -> list[dict]:
+    """What was told after each frame, but for the time it took."""
+    lines = (run / "log.jsonl").read_text().splitlines()
+    return [{**json.loads(line), "milliseconds": None} for line in lines]
+
+
+def test_a_replay_of_a_part_is_the_run_so_far(live: Path, tmp_path: Path) -> None:
+    whole = (live / "run.mcap").read_bytes()
+    (tmp_path / "run.mcap").write_bytes(whole[: len(whole) // 2])
+    part = played(tmp_path, tmp_path / "part")
+    assert 2 <= part["frames"] < 8
+    assert log(tmp_path / "part") == log(live / "run")[: part["frames"]]
+
+
+def test_a_box_and_given_poses(live: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    # The room is known to nobody: take the box from the model that the live run made.
+    points = read_cloud(live / "run" / "model.ply").points_xyz
+    low, high = points.min(axis=0) - 0.02, points.max(axis=0) + 0.02
+    box = [f"{value:.3f}" for value in (*low, *high)]
+    capsys.readouterr()
+    result = played(live, tmp_path / "box", "--box", *box, "--poses", "hidden")
+    told = json.loads(capsys.readouterr().out)
+    assert result["frames"] == 8
+    assert told["ate_rmse_m"] < 0.05, "the poses that the live run told, one frame late"
+
+
+def test_record_info(live: Path, capsys: pytest.CaptureFixture) -> None:
+    assert main(["record", "info", str(live / "run.mcap"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["kind"] == "MCAP"
+    assert told["broken"] is None
+    assert told["topics"]["/camera/depth/image_raw"]["count"] == 8
+    assert told["seconds"] == pytest.approx(14.0)
+    assert told["notes"]["config"]["object"] == "chair-3"
+    assert told["replay"]["odometry"] == "/odom"
+    assert main(["record", "info", str(live / "run.mcap")]) == 0
+    text = capsys.readouterr().out
+    assert "nav_msgs/Odometry" in text
+    assert max(map(len, text.splitlines()[1:])) <= 80
+
+
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        (["replay", "nowhere.mcap"], "nowhere.mcap: can not be read"),
+        (["replay", "run.mcap", "--depth-topic", "/x"], "holds no /x"),
+        (["replay", "run.mcap", "--mount", "0", "0", "1", "0", "90"], "a tilt within 90"),
+        (["replay", "run.mcap", "--intrinsics", "0", "1", "2", "3"], "focal lengths"),
+        (["record", "info", "nowhere"], "is no bag"),
+        (["scan", "chair", "--record", "run.mcap"], "never written over"),
+    ],
+)
+def test_mistakes_are_told_in_a_line(
+    live: Path, flags: list[str], says: str, capsys: pytest.CaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(live)
+    assert main(flags) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert len(error.splitlines()) == 1
+
+
+def test_a_folder_of_frames_needs_a_box(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    from PIL import Image
+
+    Image.fromarray(np.full((4, 4), 1000, np.uint16)).save(tmp_path / "frame-000000.depth.png")
+    np.savetxt(tmp_path / "frame-000000.pose.txt", np.eye(4))
+    assert main(["replay", str(tmp_path)]) == 2
+    assert "give the object's --box" in capsys.readouterr().err

@@ -1,0 +1,309 @@
+"""Bags as other programs write them: ROS 1, db3, MCAP of rosbags; and broken ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bag_world import CAMERA, MOUNT, assert_same_pose, frame
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from circumspect.errors import InputError
+from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.recording import BagSettings, GivenPoses, TopicNames, open_recording
+from circumspect.recording.image_messages import camera_info, depth_message
+from circumspect.recording.pose_messages import (
+    odometry_message,
+    transform_message,
+    transform_of,
+    transforms_message,
+)
+from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS, typestore
+from circumspect.sensing import Odometry
+
+COUNT = 6
+Told = tuple[str, str, float, Any]
+"""Topic, type, time [s], message."""
+
+
+def driven(stamp: float) -> PlanarPose:
+    return PlanarPose(0.2 * stamp, 0.1 * stamp, 0.5 * stamp)
+
+
+def robots_messages(depth: str = "/camera/depth/image_raw") -> list[Told]:
+    """A robot whose wheels tell at other times than its camera, the mount in two links."""
+    half = RigidTransform.from_translation([0.0, 0.0, 0.5])
+    links = [
+        transform_message(half, 0.0, "base_footprint", "mast"),
+        transform_message(half.inv() * MOUNT, 0.0, "mast", "xtion"),
+    ]
+    told: list[Told] = [("/tf_static", TRANSFORMS, 0.0, transforms_message(links))]
+    space = depth.rsplit("/", 1)[0]
+    for number in range(COUNT):
+        stamp = 0.1 * number
+        told.append(
+            (f"{space}/camera_info", CAMERA_INFO, stamp, camera_info(CAMERA, stamp, "xtion"))
+        )
+        told.append((depth, IMAGE, stamp, depth_message(frame(number).depth, stamp, "xtion")))
+    for number in range(20):
+        stamp = 0.04 * number
+        odometry = Odometry(stamp, driven(stamp), stamp * np.eye(3))
+        told.append(
+            ("/odom", ODOMETRY, stamp, odometry_message(odometry, "odom", "base_footprint"))
+        )
+    return sorted(told, key=lambda one: one[2])
+
+
+def written2(path: Path, told: list[Told], plugin: StoragePlugin) -> Path:
+    store = typestore()
+    with Writer2(path, version=9, storage_plugin=plugin) as writer:
+        topics: dict[str, Any] = {}
+        for topic, kind, time, message in told:
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(topics[topic], round(time * 1e9), store.serialize_cdr(message, kind))
+    return path
+
+
+def written1(path: Path, told: list[Told]) -> Path:
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
+    with Writer1(path) as writer:
+        topics: dict[str, Any] = {}
+        for topic, kind, time, message in told:
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, kind, typestore=store)
+            data = store.serialize_ros1(as_ros1(store, message, kind), kind)
+            writer.write(topics[topic], round(time * 1e9) + 1, data)
+    return path
+
+
+def as_ros1(store: Any, message: Any, kind: str) -> Any:
+    """The same message in ROS 1's types: a header has a count, CameraInfo's fields are capitals."""
+    fields = {}
+    for name, (node, detail) in store.fielddefs[kind][1]:
+        value = getattr(message, name if hasattr(message, name) else name.lower(), 0)
+        if node.name == "NAME" and kind != "std_msgs/msg/Header":
+            value = as_ros1(store, value, detail)
+        elif node.name in ("ARRAY", "SEQUENCE") and detail[0][0].name == "NAME":
+            value = [as_ros1(store, one, detail[0][1]) for one in value]
+        fields[name] = value
+    return store.types[kind](**fields)
+
+
+def db3(folder: Path, told: list[Told]) -> Path:
+    return written2(folder / "bag", told, StoragePlugin.SQLITE3)
+
+
+def db3_file(folder: Path, told: list[Told]) -> Path:
+    return next(db3(folder, told).glob("*.db3"))
+
+
+def mcap(folder: Path, told: list[Told]) -> Path:
+    return next(written2(folder / "bag", told, StoragePlugin.MCAP).glob("*.mcap"))
+
+
+def ros1(folder: Path, told: list[Told]) -> Path:
+    return written1(folder / "robot.bag", told)
+
+
+Write = Callable[[Path, list[Told]], Path]
+FORMATS = [db3, db3_file, mcap, ros1]
+
+
+@pytest.mark.parametrize("write", FORMATS)
+def test_a_foreign_bag_is_read(tmp_path: Path, write: Write) -> None:
+    recording = open_recording(write(tmp_path, robots_messages()))
+    found = list(recording)
+    assert len(found) == len(recording) == COUNT
+    assert not recording.skipped
+    expected = transform_of(*parts(MOUNT))
+    for number, one in enumerate(found):
+        np.testing.assert_array_equal(one.depth, frame(number).depth)
+        assert one.camera == CAMERA
+        assert one.stamp == pytest.approx(0.1 * number)
+        assert one.T_base_camera is not None
+        np.testing.assert_allclose(one.T_base_camera.as_matrix(), expected.as_matrix(), atol=1e-12)
+        assert one.odometry is not None
+        true = driven(one.stamp)
+        assert one.odometry.T_odom_base.xy == pytest.approx(true.xy, abs=1e-9)
+        assert one.odometry.T_odom_base.yaw == pytest.approx(true.yaw, abs=1e-9)
+        assert one.T_map_camera is None
+
+
+def parts(T: RigidTransform) -> tuple[Any, Any]:
+    told = transform_message(T, 0.0, "a", "b").transform
+    return told.translation, told.rotation
+
+
+def test_a_slash_before_frames_is_ros_1(tmp_path: Path) -> None:
+    told = robots_messages()
+    for topic, _, _, message in told:
+        if topic == "/odom":
+            message.child_frame_id = "/base_footprint"
+    assert next(iter(open_recording(ros1(tmp_path, told)))).T_base_camera is not None
+
+
+def test_the_map_frame_gives_poses_if_asked_for(tmp_path: Path) -> None:
+    T_map_odom = RigidTransform.from_components([3.0, 2.0, 0.0], Rotation.from_rotvec([0, 0, 0.7]))
+    moved = transforms_message([transform_message(T_map_odom, 0.0, "map", "odom")])
+    still = transforms_message([
+        transform_message(RigidTransform.identity(), 0.0, "odom", "base_footprint")
+    ])  # fmt: skip
+    told = [("/tf", TRANSFORMS, 0.0, moved), ("/tf", TRANSFORMS, 0.0, still), *robots_messages()]
+    path = mcap(tmp_path, told)
+    poses = [one.T_map_camera for one in open_recording(path)]
+    for pose in poses:
+        assert pose is not None
+        np.testing.assert_allclose(pose.as_matrix(), (T_map_odom * MOUNT).as_matrix(), atol=1e-12)
+    first = [one.T_map_camera is None for one in open_recording(path, poses=GivenPoses.FIRST)]
+    assert first == [False, *[True] * (COUNT - 1)]
+    assert all(one.T_map_camera is None for one in open_recording(path, poses=GivenPoses.NONE))
+
+
+def without(told: list[Told], topic: str) -> list[Told]:
+    return [one for one in told if one[0] != topic]
+
+
+def test_without_camera_info_intrinsics_are_asked_for(tmp_path: Path) -> None:
+    path = mcap(tmp_path, without(robots_messages(), "/camera/depth/camera_info"))
+    with pytest.raises(InputError, match=r"no CameraInfo .* --intrinsics"):
+        open_recording(path)
+    other = PinholeCamera(32, 24, 28.0, 28.0, 16.0, 12.0)
+    found = list(open_recording(path, settings=BagSettings(camera=other)))
+    assert {one.camera for one in found} == {other}
+
+
+def test_a_camera_info_that_never_comes_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("circumspect.recording.frame_assembly.WITHOUT_CAMERA", 3)
+    told = robots_messages()
+    last = next(one for one in reversed(told) if one[1] == CAMERA_INFO)
+    late = [one for one in told if one[1] != CAMERA_INFO or one is last]
+    with pytest.raises(InputError, match="no CameraInfo comes"):
+        list(open_recording(mcap(tmp_path, late)))
+
+
+def test_without_transforms_there_is_no_mount_unless_it_is_given(tmp_path: Path) -> None:
+    path = mcap(tmp_path, without(robots_messages(), "/tf_static"))
+    assert all(one.T_base_camera is None for one in open_recording(path))
+    given = open_recording(path, settings=BagSettings(T_base_camera=MOUNT))
+    assert_same_pose(next(iter(given)).T_base_camera, MOUNT)
+
+
+def test_without_odometry_frames_have_none(tmp_path: Path) -> None:
+    path = mcap(tmp_path, without(robots_messages(), "/odom"))
+    assert all(one.odometry is None for one in open_recording(path))
+    named = BagSettings(TopicNames(odometry="/wheels"))
+    with pytest.raises(InputError, match=r"holds no /wheels \(--odometry-topic\)"):
+        open_recording(path, settings=named)
+
+
+def test_odometry_can_be_left_out(tmp_path: Path) -> None:
+    path = mcap(tmp_path, robots_messages())
+    found = open_recording(path, settings=BagSettings(TopicNames(odometry="")))
+    assert all(one.odometry is None for one in found)
+
+
+def test_several_likely_topics_are_asked_for(tmp_path: Path) -> None:
+    told = [*robots_messages("/left/depth/image_raw"), *robots_messages("/right/depth/image_raw")]
+    path = mcap(tmp_path, sorted(told, key=lambda one: one[2]))
+    with pytest.raises(InputError, match=r"several topics may hold the depth: /left.*/right"):
+        open_recording(path)
+    chosen = BagSettings(TopicNames(depth="/right/depth/image_raw"))
+    assert len(list(open_recording(path, settings=chosen))) == COUNT
+
+
+def test_without_depth_topics_those_there_are_named(tmp_path: Path) -> None:
+    path = mcap(tmp_path, without(robots_messages(), "/camera/depth/image_raw"))
+    with pytest.raises(InputError, match=r"no topic holds depth images; there are .*/odom"):
+        open_recording(path)
+
+
+def test_frames_that_can_not_be_read_are_left_out_with_the_reason(tmp_path: Path) -> None:
+    told = robots_messages()
+    images = [message for topic, _, _, message in told if topic.endswith("image_raw")]
+    images[1].encoding = "bayer_rggb16"
+    images[2].height = 23
+    images[3].data = images[3].data[:100]
+    recording = open_recording(mcap(tmp_path, told))
+    assert len(list(recording)) == COUNT - 3
+    reasons = " ".join(recording.skipped.values())
+    for word in ("bayer_rggb16", "32 x 23", "100 bytes"):
+        assert word in reasons
+
+
+def test_nothing_but_unknown_encodings_is_an_error(tmp_path: Path) -> None:
+    told = robots_messages()
+    for topic, _, _, message in told:
+        if topic.endswith("image_raw"):
+            message.encoding = "bayer_rggb16"
+    with pytest.raises(InputError, match=r"no frame can be read: .*bayer_rggb16"):
+        list(open_recording(mcap(tmp_path, told)))
+
+
+def test_after_a_leap_of_the_clock_the_rest_is_left_out(tmp_path: Path) -> None:
+    told = robots_messages()
+    images = [message for topic, _, _, message in told if topic.endswith("image_raw")]
+    for message in images[4:]:
+        message.header.stamp.sec += 3600
+    recording = open_recording(mcap(tmp_path, told))
+    assert len(list(recording)) == 4
+    assert recording.skipped["the rest"].startswith("the clock leapt by +3600.0 s")
+
+
+def test_messages_that_make_no_sense_are_told_and_left_out(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    told = robots_messages()
+    for topic, _, time, message in told:
+        if topic == "/odom" and 0.1 < time < 0.2:
+            message.pose.pose.position.x = np.nan
+    assert len(list(open_recording(mcap(tmp_path, told)))) == COUNT
+    assert "a message on /odom left out" in caplog.text
+
+
+@pytest.mark.parametrize("write", FORMATS)
+def test_a_bag_that_is_cut_is_a_known_fault_or_a_shorter_one(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path, robots_messages())
+    file = path if path.is_file() else next(path.glob("*.db3"))
+    whole = file.read_bytes()
+    for share in (0.02, 0.3, 0.6, 0.9, 0.999):
+        file.write_bytes(whole[: int(share * len(whole))])
+        assert len(read_or_refused(path)) <= COUNT
+
+
+def read_or_refused(path: Path) -> list[Any]:
+    try:
+        return list(open_recording(path))
+    except InputError:
+        return []
+
+
+def test_an_index_of_a_missing_file_is_told(tmp_path: Path) -> None:
+    folder = db3(tmp_path, robots_messages())
+    next(folder.glob("*.db3")).unlink()
+    with pytest.raises(InputError, match="can not be read"):
+        open_recording(folder)
+
+
+def test_colour_of_the_same_size_adorns_frames(tmp_path: Path) -> None:
+    from circumspect.recording.image_messages import colour_message
+
+    colour = np.random.default_rng(0).integers(0, 256, (24, 32, 3)).astype(np.uint8)
+    told = robots_messages()
+    for number in range(COUNT):
+        stamp = 0.1 * number
+        message = colour_message(colour[: 24 - (number == 2)], stamp + 0.005, "xtion")
+        told.append(("/camera/color/image_raw", IMAGE, stamp + 1e-4, message))
+    path = mcap(tmp_path, sorted(told, key=lambda one: one[2]))
+    found = [one.colour is not None for one in open_recording(path)]
+    assert found == [True, True, False, True, True, True]

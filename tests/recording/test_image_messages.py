@@ -1,0 +1,130 @@
+"""Depth and colour in messages of ROS."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from PIL import Image
+
+from circumspect.errors import InputError
+from circumspect.geometry import PinholeCamera
+from circumspect.recording.image_messages import (
+    BYTES,
+    camera_info,
+    camera_of,
+    colour_message,
+    colour_of,
+    depth_message,
+    depth_of,
+    is_distorted,
+)
+from circumspect.sensing.millimetres import metres
+
+SIZES = hnp.array_shapes(min_dims=2, max_dims=2, max_side=7)
+WHOLE = hnp.arrays(np.uint16, SIZES)
+FINE = hnp.arrays(np.float32, SIZES, elements=st.floats(0.5, 60, width=32) | st.just(np.nan))
+
+
+@given(WHOLE)
+def test_whole_millimetres_are_kept_in_16_bits(millimetres: np.ndarray) -> None:
+    depth = metres(millimetres)
+    told = depth_message(depth, 1.5, "camera")
+    assert told.encoding == "16UC1"
+    np.testing.assert_array_equal(depth_of(told), depth)
+
+
+@given(FINE)
+def test_no_depth_is_lost(depth: np.ndarray) -> None:
+    told = depth_message(depth, 1.5, "camera")
+    np.testing.assert_array_equal(depth_of(told), depth)
+    assert (told.header.stamp.sec, told.header.stamp.nanosec) == (1, 500_000_000)
+
+
+def image(pixels: np.ndarray, encoding: str, pad: int = 0, big: bool = False) -> SimpleNamespace:
+    """As a driver may send it: rows with padding, in either byte order."""
+    ordered = pixels.astype(pixels.dtype.newbyteorder(">")) if big else pixels
+    rows = ordered.view(np.uint8).reshape(len(pixels), -1)
+    padded = np.pad(rows, ((0, 0), (0, pad)), constant_values=7)
+    return SimpleNamespace(
+        height=pixels.shape[0], width=pixels.shape[1], encoding=encoding, is_bigendian=int(big),
+        step=padded.shape[1], data=padded.ravel(),
+    )  # fmt: skip
+
+
+@given(WHOLE, st.integers(0, 9), st.booleans())
+def test_rows_may_be_padded_and_bytes_in_either_order(
+    millimetres: np.ndarray, pad: int, big: bool
+) -> None:
+    told = image(np.ascontiguousarray(millimetres), "16UC1", pad, big)
+    np.testing.assert_array_equal(depth_of(told), metres(millimetres))
+    fine = np.ascontiguousarray(millimetres.astype(np.float32) / 3)
+    np.testing.assert_array_equal(depth_of(image(fine, "32FC1", pad, big)), fine)
+
+
+@pytest.mark.parametrize("encoding", sorted(BYTES))
+def test_colours_of_every_encoding(encoding: str) -> None:
+    pixels = np.random.default_rng(0).integers(0, 256, (3, 5, BYTES[encoding])).astype(np.uint8)
+    colour = colour_of(image(pixels, encoding, pad=2))
+    first = {"rgb": 0, "bgr": 2, "mon": 0}[encoding[:3]]
+    np.testing.assert_array_equal(colour[..., 0], pixels[..., first])
+    assert colour.shape == (3, 5, 3)
+
+
+def test_our_colours_come_back() -> None:
+    colour = np.random.default_rng(0).integers(0, 256, (4, 6, 3)).astype(np.uint8)
+    np.testing.assert_array_equal(colour_of(colour_message(colour, 0.0, "camera")), colour)
+
+
+def compressed(millimetres: np.ndarray, kind: str) -> SimpleNamespace:
+    held = io.BytesIO()
+    Image.fromarray(millimetres).save(held, "PNG")
+    data = np.frombuffer(bytes(12) + held.getvalue(), np.uint8)
+    return SimpleNamespace(format=kind, data=data)
+
+
+def test_compressed_depth() -> None:
+    millimetres = np.random.default_rng(0).integers(0, 9000, (5, 4)).astype(np.uint16)
+    told = compressed(millimetres, "16UC1; compressedDepth png")
+    np.testing.assert_array_equal(depth_of(told), metres(millimetres))
+    with pytest.raises(InputError, match="compressedDepth png is known"):
+        depth_of(compressed(millimetres, "32FC1; compressedDepth"))
+    told.data = told.data[:40]
+    with pytest.raises(InputError, match="can not be read"):
+        depth_of(told)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"encoding": "bayer_rggb16"},
+        {"data": np.zeros(5, np.uint8)},
+        {"step": 3},
+        {"height": 0},
+        {"width": 2**31},
+        {"height": 2**31, "step": 0},
+    ],
+)
+def test_images_that_make_no_sense_are_refused(change: dict) -> None:
+    told = image(np.ones((3, 4), np.uint16), "16UC1")
+    vars(told).update(change)
+    with pytest.raises(InputError):
+        depth_of(told)
+
+
+def test_a_camera_comes_back() -> None:
+    camera = PinholeCamera(640, 480, 570.3, 571.1, 319.25, 238.75)
+    info = camera_info(camera, 2.0, "camera")
+    assert camera_of(info) == camera
+    assert not is_distorted(info)
+    assert is_distorted(replace(info, d=np.array([0.1, 0, 0, 0, 0])))
+    with pytest.raises(InputError, match="no focal length"):
+        camera_of(replace(info, k=np.zeros(9)))
+    with pytest.raises(InputError, match="binned"):
+        camera_of(replace(info, binning_x=2))
