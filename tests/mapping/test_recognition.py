@@ -45,27 +45,33 @@ def recognition() -> Recognition:
 
 def test_a_place_near_by_counts_at_once(recognition: Recognition) -> None:
     near = fit(0.2)
-    assert recognition.believed([near], HERE, STILL, USUAL, lost=False) is near
+    assert recognition.believed([near], HERE, STILL, USUAL, lost=False, out_of_place=False) is near
     far_too = [fit(3.0), near]
-    assert recognition.believed(far_too, HERE, STILL, USUAL, lost=False) is near
+    assert recognition.believed(far_too, HERE, STILL, USUAL, lost=False, out_of_place=False) is near
 
 
 def test_a_few_points_tell_of_no_place(recognition: Recognition) -> None:
-    assert recognition.believed([fit(0.2, inliers=1500)], HERE, STILL, USUAL, lost=True) is None
+    assert (
+        recognition.believed(
+            [fit(0.2, inliers=1500)], HERE, STILL, USUAL, lost=True, out_of_place=True
+        )
+        is None
+    )
 
 
 def test_of_two_places_near_by_none_counts(recognition: Recognition) -> None:
     fits = [fit(0.2), fit(-0.2)]
-    assert recognition.believed(fits, HERE, STILL, USUAL, lost=True) is None
+    assert recognition.believed(fits, HERE, STILL, USUAL, lost=True, out_of_place=True) is None
 
 
 def far(recognition: Recognition, times: int, **changed) -> list[bool]:
     """Whether a place 3 m off that moves along is believed, frame by frame."""
-    how = {"inliers": 4000, "step": STEP, "lost": True, "others": [], **changed}
+    usual = {"inliers": 4000, "step": STEP, "lost": True, "others": [], "contrary": True}
+    how = {**usual, **changed}
     return [
         recognition.believed(
             [fit(3.0 + 0.05 * n, how["inliers"]), *how["others"]],
-            HERE, how["step"], USUAL, lost=how["lost"],
+            HERE, how["step"], USUAL, lost=how["lost"], out_of_place=how["contrary"],
         ) is not None
         for n in range(times)
     ]  # fmt: skip
@@ -80,9 +86,14 @@ def test_frames_that_tell_of_different_places_count_for_nothing(recognition: Rec
     assert not any(far(recognition, 6, step=metre_back))
 
 
-@pytest.mark.parametrize("changed", [{"lost": False}, {"inliers": 1500}, {"others": [fit(-4.0)]}])
+@pytest.mark.parametrize(
+    "changed",
+    [{"lost": False}, {"inliers": 1500}, {"others": [fit(-4.0)]}, {"contrary": False}],
+)
 def test_a_far_place_does_not_count(recognition: Recognition, changed: dict) -> None:
-    """Not before the camera is lost, not by a few points, not where there is another."""
+    """Not before the camera is lost, not by a few points, not where there is another, and not
+    where nothing speaks against the place where the camera should be.
+    """
     assert not any(far(recognition, 6, **changed))
 
 
@@ -115,4 +126,4 @@ def test_a_square_pillar_looks_alike_from_its_four_sides() -> None:
     nowhere = Belief(RigidTransform.from_translation([0.0, 0.0, 50.0]), np.eye(6) * 1e-4)
     recognition = Recognition(s.relocalisation, s.gate.farthest)
     for _ in range(5):
-        assert recognition.believed(fits, nowhere, STILL, 0.0, lost=True) is None
+        assert recognition.believed(fits, nowhere, STILL, 0.0, lost=True, out_of_place=True) is None

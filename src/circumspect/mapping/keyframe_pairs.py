@@ -33,6 +33,8 @@ BELIEVED_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
 """How far others may be from where they are believed to be."""
 VIEW_SIGMAS = np.array([np.radians(0.25)] * 3 + [0.01] * 3)
 """By so much [rad, m] a fit of two keyframes errs for each radian between their views."""
+BETTER = 0.9
+"""At this share of the mean distance to each other two keyframes fit clearly better."""
 PAIR_THINNED = 2
 """Every second point is enough to fit two keyframes to each other."""
 
@@ -97,12 +99,16 @@ def pair_edge(
     consecutive, loop = other.number - one.number == 1, closes_a_loop(one.number, other.number)
     # Both were fitted to the same map, from frame to frame.
     tracked = one.passage.stretch == other.passage.stretch and not loop
-    believed = np.diag((TRACKED_SIGMAS if tracked else BELIEVED_SIGMAS) ** -2.0)
+    broken = consecutive and other.passage.broken
+    guesses = [(expected, np.diag((TRACKED_SIGMAS if tracked else BELIEVED_SIGMAS) ** -2.0))]
     if consecutive and not tracked:
-        expected, believed = _along(other.passage, expected)
+        guesses = [_along(other.passage, expected), *(guesses if broken else [])]
     target = SceneMap(voxel).with_surface(one.surface, RigidTransform.identity())
     thinned = other.surface.scan.thinned(PAIR_THINNED)
-    found = register(thinned, target, expected, believed, registration)
+    fits = [register(thinned, target, *guess, registration) for guess in guesses]
+    # The wheels may have misled, or the pose leapt: what the two keyframes show decides.
+    best = len(fits) - 1 if fits[-1].distance < BETTER * fits[0].distance else 0
+    found, (expected, believed) = fits[best], guesses[best]
     verdict = gate.verdict(found, believed)
     measured, known = found.T_map_camera, found.information
     if consecutive:
@@ -113,7 +119,6 @@ def pair_edge(
     elif not tracked:
         known = found.hessian
     worth = worth_by_view(known, measured)
-    broken = consecutive and other.passage.broken
     return Edge(one.number, other.number, measured, worth, robust=broken or not consecutive)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.registration import Registration
@@ -31,9 +33,36 @@ def rest_is_news(
         keyframes: Whose free space is asked.
         reach: Points this near to the map [m] lie on what is known.
     """
-    some = scan.thinned(max(1, len(scan) // SAMPLE))
-    points = found.T_map_camera.apply(some.points_xyz)
-    points = points[np.abs(points[:, 2]) > FLOOR]
-    known = scene.nearest(points)[1] < reach
-    empty = keyframes.seen_empty(points[~known])
+    known, empty = _known_and_empty(scan, found.T_map_camera, scene, keyframes, reach)
     return int(empty.sum()) <= MOST_CONTRARY * int(known.sum()) + FEW
+
+
+def is_out_of_place(
+    scan: Scan, T_map_camera: RigidTransform, scene: SceneMap, keyframes: Keyframes, reach: float
+) -> bool:
+    """Whether a frame shows much where it was known to be empty: the robot can not be there.
+
+    A frame that shows nothing, or what nobody looked at so far, says nothing against its place.
+
+    Args:
+        scan: The frame's points.
+        T_map_camera: Where the frame would have been taken.
+        scene, keyframes, reach: See `rest_is_news`.
+    """
+    known, empty = _known_and_empty(scan, T_map_camera, scene, keyframes, reach)
+    return int(empty.sum()) > MOST_CONTRARY * len(known) + FEW
+
+
+def _known_and_empty(
+    scan: Scan, T_map_camera: RigidTransform, scene: SceneMap, keyframes: Keyframes, reach: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Of some points off the floor: which lie on what is known, and of the others which lie where
+    a keyframe looked through.
+    """
+    some = scan.thinned(max(1, len(scan) // SAMPLE))
+    points = T_map_camera.apply(some.points_xyz)
+    points = points[np.abs(points[:, 2]) > FLOOR]
+    if len(points) == 0:
+        return np.zeros(0, bool), np.zeros(0, bool)
+    known = scene.nearest(points)[1] < reach
+    return known, keyframes.seen_empty(points[~known])

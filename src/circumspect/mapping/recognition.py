@@ -46,6 +46,7 @@ class Recognition:
         T_before_now: RigidTransform,
         usual_inliers: float,
         lost: bool,
+        out_of_place: bool,
     ) -> Registration | None:
         """The one place where the camera can be.
 
@@ -55,10 +56,14 @@ class Recognition:
             T_before_now: How it moved since the last frame.
             usual_inliers: Of a good frame.
             lost: Several frames contradicted.
+            out_of_place: The frame shows things where it was known to be empty, if the camera is
+                where it should be. One that shows nothing, or what is new, is no reason to believe
+                that the camera was carried off.
 
         Returns:
-            Of those with enough inliers the only one near by; else, once the camera is lost, the
-            only one at all, when several frames in a row told of it.
+            Of those with enough inliers the only one near by; else, once the camera is lost and
+            can not be where it should be, the only one at all, when several frames in a row told
+            of it.
         """
         enough = self._settings.least_inliers * usual_inliers
         fits = [fit for fit in fits if fit.inliers >= enough]
@@ -69,7 +74,7 @@ class Recognition:
         if near:
             self.forget()
             return near[0] if len(near) == 1 else None
-        if not lost or len(fits) != 1:
+        if not (lost and out_of_place) or len(fits) != 1:
             self.forget()
             return None
         return fits[0] if self._confirms(fits[0].T_map_camera, T_before_now) else None

@@ -15,7 +15,7 @@ from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.news import rest_is_news
+from circumspect.mapping.news import is_out_of_place, rest_is_news
 from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
 from circumspect.mapping.recognition import Recognition
 from circumspect.mapping.registration import Registration, register
@@ -186,7 +186,11 @@ class RegisteredPoses(PoseEstimator):
             places = nearby(places, expected.T_map_camera)
         fits = relocalise(frame, scan, self.scene, places, s.registration, s.gate, s.relocalisation)
         moved = self._belief.T_map_camera.inv() * expected.T_map_camera
-        found = self._recognition.believed(fits, expected, moved, self._inliers, lost)
+        reach = s.registration.reach
+        elsewhere = lost and is_out_of_place(
+            scan, expected.T_map_camera, self.scene, self.keyframes, reach
+        )
+        found = self._recognition.believed(fits, expected, moved, self._inliers, lost, elsewhere)
         if found is None:
             return None
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
