@@ -18,16 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.job_pool import records, run_all
 from benchmarks.live_poses import LivePoses, trust
-from benchmarks.report import RESULTS, machine
+from benchmarks.report import RESULTS, machine, telling
 from benchmarks.scan_job import ScanJob, measured, prepared, told
-from circumspect.cli.simulated_scan import SimulatedScan
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.markdown import table
+from circumspect.gathering.job_pool import records, run_all
 from circumspect.geometry import PlanarPose, TriangleMesh
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.scan import ObjectScan
+from circumspect.pipeline.simulated_scan import SimulatedScan
 from circumspect.robot import MobileRobot
 from circumspect.simulation import (
     Blackout,
@@ -196,7 +196,7 @@ def main() -> int:
         for number, name in enumerate(OBJECTS)
     ]  # fmt: skip
     path: Path = a.out / "faults.jsonl"
-    run_all(jobs, run_fault, path, a.workers)
+    run_all(jobs, run_fault, path, a.workers, telling())
     write(rows(records(path)), a.out)
     return 0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -35,6 +36,22 @@ class Row:
     p95: float
     minimum: float
     repeats: int
+
+
+def telling() -> Callable[[int, int, str], None]:
+    """Prints how many jobs are done, and an estimate, after each."""
+    start, before = time.monotonic(), []
+
+    def tell(done: int, total: int, key: str) -> None:
+        if not before:
+            before.append(done)
+            print(f"{done} of {total} are done already", file=sys.stderr)
+            return
+        spent = (time.monotonic() - start) / 60
+        left = spent / (done - before[0]) * (total - done)
+        print(f"{done}/{total} {key} {spent:.1f} min, {left:.0f} min left", file=sys.stderr)
+
+    return tell
 
 
 def timed(name: str, work: Callable[[], object], seconds: float = 1.0) -> Row:

@@ -12,14 +12,14 @@ import numpy as np
 
 from benchmarks.live_poses import LivePoses, trust
 from circumspect.classification import Classifier
-from circumspect.cli.scanned_object import scanned_object
-from circumspect.cli.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
+from circumspect.gathering.scanned_object import scanned_object
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.scan_settings import ScanSettings
+from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.planning import (
     CirclePlanner,
     ConvincedPlanner,

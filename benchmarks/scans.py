@@ -17,12 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.job_pool import records, run_all
-from benchmarks.report import RESULTS
+from benchmarks.report import RESULTS, telling
 from benchmarks.scan_job import PLANNERS, ScanJob, run_job
 from benchmarks.scan_tables import write_tables
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.furniture import CATEGORIES
+from circumspect.gathering.job_pool import records, run_all
 
 SUITES = ("furniture", "planners", "modelnet", "timing")
 STARTS_DEG = tuple(np.arange(8) * 45.0)
@@ -39,7 +39,7 @@ def main() -> int:
         for suite in arguments.suite or SUITES:
             # Times are only worth something when nothing else runs.
             workers = 1 if suite == "timing" else arguments.workers
-            run_all(jobs(suite, arguments), run_job, path, workers)
+            run_all(jobs(suite, arguments), run_job, path, workers, telling())
     write_tables(records(path), arguments.out, "python -m benchmarks.scans", arguments.data)
     return 0
 

@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from circumspect.classification import Classifier
-from circumspect.cli.scanned_object import scanned_object
-from circumspect.cli.simulated_scan import RoomSettings, SimulatedScan
+from circumspect.gathering.scanned_object import scanned_object
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.panels import thinned
 from circumspect.pipeline.plan_panel import draw_plan
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.scan_settings import ScanSettings
+from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.planning import SurfaceNormalPlanner
 from circumspect.sensing import DepthNoise, RgbdFrame
 from circumspect.simulation import RobotSettings, SimulatedRobot, Witness, outlines

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 
 class CircumspectError(Exception):
     """Base of all known faults; its message is one line that names culprit and remedy."""
@@ -30,3 +34,14 @@ class MissingExtraError(CircumspectError):
         super().__init__(
             f'{package} is not installed; get it with: pip install "circumspect[{extra}]"'
         )
+
+
+@contextmanager
+def blamed_on(file: Path) -> Iterator[None]:
+    """Put the file's name before the message of any known fault that lacks it."""
+    try:
+        yield
+    except CircumspectError as error:
+        if str(error).startswith(f"{file}:"):
+            raise
+        raise CircumspectError(f"{file}: {error}") from error

@@ -12,11 +12,11 @@ import pytest
 
 from circumspect.cli.main import main
 from circumspect.cli.scan import Scan
-from circumspect.cli.scanned_object import scanned_object
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.errors import CircumspectError, InputError
 from circumspect.furniture import make_furniture
+from circumspect.gathering.scanned_object import scanned_object
 
 FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.cli.known_faults import blamed_on
-from circumspect.errors import CircumspectError
+from circumspect.errors import CircumspectError, blamed_on
 
 if TYPE_CHECKING:
     from circumspect.classification import Classifier, Prediction

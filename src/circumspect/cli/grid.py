@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from circumspect.cli.known_faults import blamed_on
-from circumspect.errors import InputError, MissingExtraError
+from circumspect.errors import InputError, MissingExtraError, blamed_on
 
 if TYPE_CHECKING:
     from circumspect.grid import OccupancyGrid

@@ -18,6 +18,7 @@ COMMANDS = {
     "classify": ("classify:Classify", "class and probabilities of meshes, clouds and grids"),
     "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
     "replay": ("replay:Replay", "a recording through the pipeline"),
+    "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),
     "record": ("record:Record", "what a recording holds"),
     "train": ("train:Train", "train a network"),
     "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),

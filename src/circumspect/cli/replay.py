@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.errors import InputError
-
 if TYPE_CHECKING:
-    from circumspect.mapping import PoseEstimator
     from circumspect.pipeline import RecognitionPipeline
     from circumspect.recording import BagSettings, Recording
-    from circumspect.sensing import Segmentation
+    from circumspect.sensing import BoxSegmentation
 
 Box = tuple[float, float, float, float, float, float]
 
@@ -80,18 +77,18 @@ class Replay:
         from circumspect.classification import Classifier
         from circumspect.cli.recorded_poses import RecordedPoses
         from circumspect.cli.run_screen import RunScreen, new_run_folder, tell_result
-        from circumspect.pipeline import RecognitionPipeline, RunFolder
+        from circumspect.pipeline import RunFolder
+        from circumspect.pipeline.replayed import replay_pipeline
         from circumspect.recording import GivenPoses, is_bag, open_recording
 
         hidden = self.poses == "hidden" or (self.poses is None and is_bag(self.recording))
         # What a bag's transforms tell may be another pipeline's guess: asked for, or not used.
         wanted = GivenPoses.NONE if hidden and self.poses is None else GivenPoses.ALL
         frames = open_recording(self.recording, self.every, wanted, self._bag_settings())
-        segmentation = self._segmentation(frames)
-        poses = self._estimator(frames, hidden)
-        pipeline = RecognitionPipeline(segmentation, poses, Classifier.load(self.weights))
+        box = self._boxed(frames)
+        pipeline = replay_pipeline(frames, Classifier.load(self.weights), box, hidden)
         recorded = RecordedPoses()
-        config = self._config(segmentation, pipeline, hidden)
+        config = self._config(box, pipeline, hidden)
         folder = RunFolder(self.out or new_run_folder("replay"), config)
         with RunScreen("replaying frames", len(frames)) as screen:
             pipeline.observers = (screen, folder)
@@ -127,40 +124,22 @@ class Replay:
             mount = looking(self.mount[:3], float(pan), float(tilt))
         return BagSettings(topics, camera, mount, self.map_frame)
 
-    def _segmentation(self, frames: Recording) -> Segmentation:
+    def _boxed(self, frames: Recording) -> BoxSegmentation | None:
         import numpy as np
 
-        from circumspect.recording import BagRecording
-        from circumspect.sensing import BoxSegmentation, DepthNoise, GroundSegmentation
+        from circumspect.sensing import BoxSegmentation
 
-        if self.box is not None:
-            corners = np.array(self.box).reshape(2, 3)
-            if self.box_frame == "world":
-                corners = frames.T_map_world.apply(corners)
-            return BoxSegmentation(corners[0], corners[1])
-        if isinstance(frames, BagRecording):
-            return GroundSegmentation(noise=DepthNoise())
-        raise InputError(
-            f"{self.recording}: nothing tells where the floor is; give the object's --box X Y Z "
-            "X Y Z"
-        )
-
-    def _estimator(self, frames: Recording, hidden: bool) -> PoseEstimator:
-        from circumspect.mapping import KnownPoses, RegisteredPoses, TrackingSettings
-        from circumspect.recording import CALIBRATED, BagRecording
-        from circumspect.sensing import DepthNoise
-
-        if not hidden:
-            return KnownPoses()
-        if isinstance(frames, BagRecording) and frames.bag.notes.get(CALIBRATED) == "true":
-            return RegisteredPoses(settings=TrackingSettings.calibrated(DepthNoise()))
-        return RegisteredPoses()
+        if self.box is None:
+            return None
+        corners = np.array(self.box).reshape(2, 3)
+        if self.box_frame == "world":
+            corners = frames.T_map_world.apply(corners)
+        return BoxSegmentation(corners[0], corners[1])
 
     def _config(
-        self, segmentation: Segmentation, pipeline: RecognitionPipeline, hidden: bool
+        self, box: BoxSegmentation | None, pipeline: RecognitionPipeline, hidden: bool
     ) -> dict[str, Any]:
         from circumspect import __version__
-        from circumspect.sensing import BoxSegmentation
 
         told: dict[str, Any] = {
             "command": "replay",
@@ -171,7 +150,7 @@ class Replay:
             "model": asdict(pipeline.model.settings),
             "grid": pipeline.classifier.recipe.to_dict(),
         }
-        if not isinstance(segmentation, BoxSegmentation) or self.box is None:
+        if box is None or self.box is None:
             return {**told, "segmentation": {"kind": "ground"}}
         return {
             **told,
@@ -179,7 +158,7 @@ class Replay:
             "box_frame": self.box_frame,
             "box_in_map": [
                 [round(float(value), 4) for value in corner]
-                for corner in (segmentation.low_xyz, segmentation.high_xyz)
+                for corner in (box.low_xyz, box.high_xyz)
             ],
-            "segmentation": {"kind": "box", "noise": asdict(segmentation.noise)},
+            "segmentation": {"kind": "box", "noise": asdict(box.noise)},
         }

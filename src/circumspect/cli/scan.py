@@ -11,8 +11,8 @@ import tyro
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
-    from circumspect.cli.simulated_scan import SimulatedScan
     from circumspect.pipeline.scan_settings import ScanSettings
+    from circumspect.pipeline.simulated_scan import SimulatedScan
     from circumspect.planning import ViewPlanner
     from circumspect.recording import RunRecorder
 
@@ -114,8 +114,8 @@ class Scan:
 
         from circumspect import __version__
         from circumspect.classification import Classifier
-        from circumspect.cli.scanned_object import scanned_object
-        from circumspect.cli.simulated_scan import RoomSettings, SimulatedScan
+        from circumspect.gathering.scanned_object import scanned_object
+        from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
 
         seed = drawn_seed(self.seed)
         # All chance is drawn in any case, so that a given flag does not change the others.

@@ -9,7 +9,6 @@ from textwrap import fill
 from typing import Any
 
 from circumspect.cli.run_screen import tell_where, verdict
-from circumspect.cli.simulated_scan import SimulatedScan
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
 from circumspect.geometry import Trajectory
@@ -18,6 +17,7 @@ from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.run_folder import stage_times
 from circumspect.pipeline.scan_file import ScanFile
+from circumspect.pipeline.simulated_scan import SimulatedScan
 from circumspect.simulation import outlines
 
 

@@ -6,6 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
+from circumspect.datasets.gathered_set import (
+    first_starts,
+    is_gathered,
+    read_gathered,
+    read_manifest,
+)
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.off_folder import read_off_folder
 from circumspect.datasets.point_pack import read_point_pack
@@ -21,8 +27,9 @@ def open_data_set(
     """Read one split of a data set.
 
     Args:
-        path: A folder of point packs (`train.npz`, `test.npz`), the OFF folder of ModelNet10,
-            or one point pack, which then stands for all of its split.
+        path: A folder of point packs (`train.npz`, `test.npz`), the OFF folder of ModelNet10, a
+            gathered set (of which scans from the first start train, and all test), or one point
+            pack, which then stands for all of its split.
         split: "train" is the official training split; "fit" and "validation" are its two
             parts; "test" is for reports only.
         progress: Called with (done, all) while meshes are sampled.
@@ -46,9 +53,17 @@ def _read(path: Path, source: str, progress: Callable[[int, int], None] | None) 
         return _lone_pack(path, source)
     if (path / f"{source}.npz").is_file():
         return read_point_pack(path / f"{source}.npz")
+    if is_gathered(path):
+        return _gathered(path, source)
     if path.is_dir():
         return read_off_folder(path, source, progress)
     raise InputError(f"{path}: no such folder or file; give point packs or the OFF folder")
+
+
+def _gathered(path: Path, source: str) -> ObjectSet:
+    if source == "test":
+        return read_gathered(path, "test")
+    return read_gathered(path, "train", first_starts(read_manifest(path)) or None)
 
 
 def _lone_pack(path: Path, source: str) -> ObjectSet:

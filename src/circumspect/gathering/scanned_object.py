@@ -69,7 +69,7 @@ def scanned_object(
 
 
 def _from_file(file: Path, up: str, height: float | None) -> ScannedObject:
-    from circumspect.cli.known_faults import blamed_on
+    from circumspect.errors import blamed_on
     from circumspect.geometry import read_mesh
 
     if height is not None and not 0 < height <= 10:
@@ -93,8 +93,8 @@ def _standing(mesh: TriangleMesh, height: float | None) -> TriangleMesh:
 
 def _from_pack(name: str, data: Path) -> ScannedObject:
     """An object of ModelNet10 from its points, in metres by the typical size of its class."""
-    from circumspect.cli.known_faults import blamed_on
     from circumspect.datasets.point_pack import read_point_pack
+    from circumspect.errors import blamed_on
     from circumspect.simulation import surface_from_points
 
     packs = sorted(data.glob("*.npz")) if data.is_dir() else [data]

@@ -1,0 +1,168 @@
+"""`circumspect gather`."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from circumspect.errors import InputError
+
+if TYPE_CHECKING:
+    from circumspect.datasets.gathered_set import GatheredScan
+    from circumspect.gathering import GatherSettings
+    from circumspect.pipeline import RecognitionResult
+    from circumspect.pipeline.journey_log import JourneyLog
+    from circumspect.pipeline.simulated_scan import SimulatedScan
+
+SHEET = "contact_sheet.png"
+
+
+@dataclass(frozen=True)
+class Gather:
+    """A labelled set of scans: simulated, or from recordings of your own robot.
+
+    $ circumspect gather --out gathered
+    $ circumspect gather --classes chair table --objects 6 --starts 4 --out two
+    $ circumspect gather --from run.mcap --label chair --name blue_chair --out mine
+
+    The same command goes on after an interruption; with more objects, starts or classes it adds to
+    the set. `circumspect train --data OUT` trains on it, `circumspect data verify OUT` checks it.
+    """
+
+    out: Path
+    """Folder of the set."""
+    classes: tuple[str, ...] = ("bed", "chair", "monitor", "sofa", "table", "toilet")
+    """Categories of furniture."""
+    objects: int = 12
+    """Pieces of each category; of every three the third is for the test."""
+    starts: int = 8
+    """Each is scanned from so many azimuths, evenly spread from 0° on."""
+    at: tuple[float, ...] = ()
+    """These azimuths instead [degrees]."""
+    seed: int = 0
+    """Of room, slip and noise."""
+    slip: float = 0.05
+    """Share of the wheels' travel that does not become motion."""
+    frame_interval: float = 2.0
+    """Time between two frames [s]."""
+    frames: int = 1000
+    """A scan ends after so many frames."""
+    workers: int | None = None
+    """Processes; one a core without it."""
+    from_: Annotated[Path | None, tyro.conf.arg(name="from", metavar="RECORDING")] = None
+    """Add a recording (an MCAP file or a bag) instead of simulating."""
+    label: str | None = None
+    """Of --from: the class of the object that it shows."""
+    name: str | None = None
+    """Of --from: the object's own name; all recordings of one object have the same. Without it
+    that of the file."""
+    split: Literal["train", "test"] = "train"
+    """Of --from: what the object is for."""
+    start: float | None = None
+    """Of --from: azimuth of the start [degrees], where you measured it."""
+    json: bool = False
+    """One JSON line at the end and nothing else on standard output."""
+
+    def run(self) -> int:
+        """Scan, write, draw, tell."""
+        scans = self._simulated() if self.from_ is None else self._recorded(self.from_)
+        self._draw(scans)
+        self._tell(scans)
+        return 0
+
+    def _simulated(self) -> list[GatheredScan]:
+        from circumspect.cli.progress import progress_bar
+        from circumspect.gathering import gather
+
+        if self.label is not None or self.name is not None:
+            raise InputError("--label and --name go with --from RECORDING")
+        workers = self.workers if self.workers is not None else os.cpu_count() or 1
+        if workers < 1:
+            raise InputError(f"--workers {workers}: at least one process is needed")
+        settings = self._settings()
+        with progress_bar("scans") as show:
+            return gather(
+                self.out, settings, workers, measured, lambda done, total, _: show(done, total)
+            )
+
+    def _settings(self) -> GatherSettings:
+        from circumspect.gathering import GatherSettings
+
+        if self.starts < 1:
+            raise InputError(f"--starts {self.starts}: at least one start is needed")
+        even = tuple(360.0 / self.starts * number for number in range(self.starts))
+        return GatherSettings(
+            self.classes, self.objects, self.at or even, self.seed, self.slip,
+            self.frame_interval, self.frames,
+        )  # fmt: skip
+
+    def _recorded(self, recording: Path) -> list[GatheredScan]:
+        from circumspect.datasets.gathered_set import read_manifest
+        from circumspect.gathering.recorded_scan import RecordedObject, gather_recording
+
+        if self.label is None:
+            raise InputError("--from RECORDING needs the --label of what it shows")
+        shown = RecordedObject(self.label, self.name or recording.stem, self.split, self.start)
+        gather_recording(self.out, recording, shown)
+        return read_manifest(self.out)
+
+    def _draw(self, scans: list[GatheredScan]) -> None:
+        from circumspect.gathering.contact_sheet import draw_contact_sheet
+
+        draw_contact_sheet(self.out / SHEET, self.out, scans)
+
+    def _tell(self, scans: list[GatheredScan]) -> None:
+        if self.json:
+            counts = Counter(f"{scan.split}/{scan.label}" for scan in scans)
+            document: dict[str, Any] = {
+                "folder": str(self.out),
+                "scans": len(scans),
+                "counts": dict(sorted(counts.items())),
+                "without_cloud": [scan.scan for scan in scans if "cloud" not in scan.files],
+            }
+            print(json.dumps(document))  # noqa: T201
+            return
+        print(_table(scans))  # noqa: T201
+        print(f"{len(scans)} scans are in {self.out}; look at {self.out / SHEET}")  # noqa: T201
+
+
+def measured(
+    parts: SimulatedScan, result: RecognitionResult, log: JourneyLog
+) -> dict[str, float | None]:
+    """What the simulation knows of a scan's quality."""
+    from circumspect.evaluation.scan_error import scan_error
+    from circumspect.pipeline.camera_path import camera_path
+
+    last = result.last
+    if last is None or last.grid is None:
+        return {}
+    error = scan_error(
+        parts.witness.trajectory, camera_path(result), log.odometry,
+        last.model.cloud().points_xyz, parts.room.scene, parts.camera,
+    )  # fmt: skip
+    told = error.summary()
+    return {name: told[name] for name in ("ate_rmse_m", "chamfer_m", "completeness")}
+
+
+def _table(scans: list[GatheredScan]) -> str:
+    """Scans, named right and median error a class."""
+    import numpy as np
+
+    lines = [f"{'class':14}{'train':>8}{'test':>8}{'named right':>14}{'path [mm]':>12}"]
+    for label in sorted({scan.label for scan in scans}):
+        some = [scan for scan in scans if scan.label == label]
+        right = sum(scan.quality.get("answer") == label for scan in some)
+        errors = [scan.quality.get("ate_rmse_m") for scan in some]
+        known = [error for error in errors if error is not None]
+        path = f"{1e3 * np.median(known):.1f}" if known else "–"
+        splits = [sum(scan.split == split for scan in some) for split in ("train", "test")]
+        lines.append(
+            f"{label:14}{splits[0]:8}{splits[1]:8}{f'{right} of {len(some)}':>14}{path:>12}"
+        )
+    return "\n".join(lines)

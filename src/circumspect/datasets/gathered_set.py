@@ -1,0 +1,194 @@
+"""A set that robots gathered: scans of labelled objects from several starts.
+
+| file | what it holds |
+|---|---|
+| settings.json | what was gathered, and how |
+| manifest.jsonl | one line a scan: object, label, split, start, quality, names of its files |
+| clouds/SCAN.npz | points_xyz (n, 3) float32 [m], areas (n,) float32 [m²], in the robot's map |
+| grids/SCAN.npz | the occupancy grid, by ray tracing |
+| poses/SCAN.txt | the camera as it was found, TUM format |
+| odometry/SCAN.txt | the camera by the wheels alone, TUM format |
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Collection, Iterable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.datasets.object_set import ObjectSet
+from circumspect.errors import InputError
+from circumspect.geometry import PointCloud
+from circumspect.storage import atomic_open
+
+MANIFEST, SETTINGS = "manifest.jsonl", "settings.json"
+FOLDERS = {"cloud": "clouds", "grid": "grids", "poses": "poses", "odometry": "odometry"}
+"""Kinds of files to their folders."""
+POINTS = 4096
+"""Each cloud is given with so many points, drawn by area."""
+LARGEST_LINE = 1_000_000
+"""Lines of a manifest are shorter [bytes]."""
+
+
+@dataclass(frozen=True)
+class GatheredScan:
+    """A line of the manifest.
+
+    Attributes:
+        scan: Its name, such as chair-200003@045.
+        object: The object's name; scans of one object are all of one split.
+        label: Its class.
+        split: train or test.
+        start_deg: Azimuth of the start [degrees]; None where nobody knows it.
+        files: Kind to path inside the folder, of what there is.
+        quality: What is known of how good the scan is, JSON types.
+    """
+
+    scan: str
+    object: str
+    label: str
+    split: Literal["train", "test"]
+    start_deg: float | None
+    files: dict[str, str] = field(default_factory=dict)
+    quality: dict[str, Any] = field(default_factory=dict)
+
+    def line(self) -> str:
+        """As the manifest has it."""
+        return json.dumps(asdict(self)) + "\n"
+
+
+def is_gathered(path: Path) -> bool:
+    """Whether a folder holds a gathered set."""
+    return (path / MANIFEST).is_file()
+
+
+def read_manifest(path: Path) -> list[GatheredScan]:
+    """All scans of a folder; the last line, where an interruption cut it, is left out.
+
+    Raises:
+        InputError: It can not be read, or a line is broken.
+    """
+    file = path / MANIFEST
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: can not be read ({error})") from error
+    found: dict[str, GatheredScan] = {}
+    for number, line in enumerate(lines, start=1):
+        if number == len(lines) and not line.endswith("\n"):
+            break
+        scan = _scan(line, f"{file}: line {number}")
+        found[scan.scan] = scan
+    return list(found.values())
+
+
+def _scan(line: str, place: str) -> GatheredScan:
+    try:
+        if len(line) > LARGEST_LINE:
+            raise ValueError(f"{len(line)} bytes")
+        scan = GatheredScan(**json.loads(line))
+        named = all(isinstance(text, str) for text in (scan.scan, scan.object, scan.label))
+        files = all(isinstance(name, str) for name in scan.files.values())
+        start = scan.start_deg is None or np.isfinite(float(scan.start_deg))
+        known = scan.split in ("train", "test") and set(scan.files) <= set(FOLDERS)
+    except (ValueError, TypeError, AttributeError) as error:
+        raise InputError(f"{place}: is no scan") from error
+    if not (named and files and start and known):
+        raise InputError(f"{place}: is no scan")
+    for name in scan.files.values():
+        if Path(name).is_absolute() or ".." in Path(name).parts:
+            raise InputError(f"{place}: {name} lies outside of the folder")
+    return scan
+
+
+def write_cloud(path: Path, cloud: PointCloud) -> None:
+    """Write a cloud with its areas.
+
+    Raises:
+        OutputError: The file can not be written.
+    """
+    areas = np.ones(len(cloud)) if cloud.areas is None else cloud.areas
+    with atomic_open(path, "wb") as stream:
+        np.savez_compressed(
+            stream, points_xyz=cloud.points_xyz.astype(np.float32), areas=areas.astype(np.float32)
+        )
+
+
+def read_points(path: Path, name: str, count: int = POINTS) -> NDArray[np.float32]:
+    """Points of a cloud, drawn by area; the same for the same name.
+
+    Args:
+        path: What `write_cloud` wrote.
+        name: Of the scan.
+        count: How many.
+
+    Returns:
+        (count, 3) float32 [m].
+
+    Raises:
+        InputError: The file is missing or broken.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as held:
+            points, areas = held["points_xyz"], held["areas"].astype(np.float64)
+        if points.ndim != 2 or points.shape[1:] != (3,) or areas.shape != (len(points),):
+            raise ValueError(f"shapes {points.shape} and {areas.shape}")
+        if not (len(points) and np.isfinite(points).all() and np.isfinite(areas).all()):
+            raise ValueError("empty or not finite")
+        if areas.min() < 0 or areas.sum() <= 0:
+            raise ValueError("areas")
+    # NumPy reports broken archives by any of these.
+    except (OSError, ValueError, KeyError, EOFError, TypeError, IndexError, AttributeError,
+            NotImplementedError, MemoryError, SyntaxError) as error:  # fmt: skip
+        raise InputError(f"{path}: is no cloud of a gathered scan ({error})") from error
+    seed = int.from_bytes(hashlib.sha256(name.encode()).digest()[:8])
+    drawn = np.random.default_rng(seed).choice(len(points), count, p=areas / areas.sum())
+    return points[np.sort(drawn)].astype(np.float32)
+
+
+def read_gathered(
+    path: Path, split: Literal["train", "test"], starts_deg: Collection[float] | None = None
+) -> ObjectSet:
+    """The scans of a split as labelled clouds, each in the frame of its own robot.
+
+    Args:
+        path: The folder.
+        split: train or test.
+        starts_deg: Scans from these starts only; None for all.
+
+    Returns:
+        Named like the scans, with all classes of the folder.
+
+    Raises:
+        InputError: The folder is broken, or holds no such scan.
+    """
+    scans = read_manifest(path)
+    classes = tuple(sorted({scan.label for scan in scans}))
+    chosen = [
+        scan
+        for scan in scans
+        if scan.split == split
+        and "cloud" in scan.files
+        and (starts_deg is None or scan.start_deg in starts_deg)
+    ]
+    if not chosen:
+        where = "" if starts_deg is None else f" from {', '.join(f'{s:g}°' for s in starts_deg)}"
+        raise InputError(f"{path}: holds no scan of the {split} split{where}")
+    return ObjectSet(
+        np.stack([read_points(path / scan.files["cloud"], scan.scan) for scan in chosen]),
+        np.array([classes.index(scan.label) for scan in chosen], np.int64),
+        np.array([scan.scan for scan in chosen]),
+        classes,
+    )
+
+
+def first_starts(scans: Iterable[GatheredScan]) -> list[float]:
+    """The first start of a set: 0° if there are scans from it; empty where starts are not known."""
+    known = sorted({scan.start_deg for scan in scans if scan.start_deg is not None})
+    return known[:1]

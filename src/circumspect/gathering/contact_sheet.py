@@ -1,0 +1,95 @@
+"""The clouds of a gathered set in one picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.datasets.gathered_set import GatheredScan, read_points
+from circumspect.storage import atomic_path
+
+SIDE, MARGIN, HEAD = 110, 120, 18
+"""Pixels of a cloud, of the names at the left, and of the line on top."""
+SHOWN = 4096
+"""Points of a cloud."""
+FROM = np.radians([-120.0, 25.0])
+"""Azimuth and elevation of the eye."""
+
+
+def draw_contact_sheet(
+    path: Path, folder: Path, scans: Sequence[GatheredScan], most_rows: int = 30
+) -> None:
+    """One object a row, one start a column, all drawn as the robot saw them from its start.
+
+    Args:
+        path: PNG to write.
+        folder: Of the set.
+        scans: Its scans.
+        most_rows: So many objects, evenly picked.
+
+    Raises:
+        InputError: A cloud is broken.
+        OutputError: The picture can not be written.
+    """
+    from PIL import Image, ImageDraw
+
+    with_cloud = [scan for scan in scans if "cloud" in scan.files]
+    objects = list(dict.fromkeys(scan.object for scan in sorted(with_cloud, key=_order)))
+    if len(objects) > most_rows:
+        picked = np.linspace(0, len(objects) - 1, most_rows).round().astype(int)
+        objects = [objects[number] for number in picked]
+    columns = sorted({_start(scan) for scan in with_cloud}, key=lambda s: (s == "", len(s), s))
+    size = (MARGIN + SIDE * max(1, len(columns)), HEAD + SIDE * max(1, len(objects)))
+    sheet = Image.new("RGB", size, "white")
+    pen = ImageDraw.Draw(sheet)
+    for number, start in enumerate(columns):
+        pen.text((MARGIN + SIDE * number + 4, 3), start or "start unknown", fill="black")
+    for row, name in enumerate(objects):
+        top = HEAD + SIDE * row
+        pen.text((4, top + SIDE // 2), name, fill="black")
+        for scan in with_cloud:
+            if scan.object == name:
+                picture = drawn(read_points(folder / scan.files["cloud"], scan.scan, SHOWN))
+                left = MARGIN + SIDE * columns.index(_start(scan))
+                sheet.paste(Image.fromarray(picture), (left, top))
+                if scan.quality.get("answer") not in (None, scan.label):
+                    pen.text((left + 3, top + 2), str(scan.quality["answer"]), fill=(190, 60, 20))
+    with atomic_path(path) as aside:
+        sheet.save(aside, "PNG")
+
+
+def _order(scan: GatheredScan) -> tuple[str, str]:
+    return scan.label, scan.object
+
+
+def _start(scan: GatheredScan) -> str:
+    return "" if scan.start_deg is None else f"{scan.start_deg:g}°"
+
+
+def drawn(points_xyz: NDArray[np.float32], side: int = SIDE) -> NDArray[np.uint8]:
+    """(side, side, 3) picture of a cloud, seen obliquely from above; near points are darker.
+
+    Args:
+        points_xyz: (n, 3), z up.
+        side: Pixels.
+    """
+    azimuth, elevation = FROM
+    forward = -np.array([
+        np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)
+    ])  # fmt: skip
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    seen = (points_xyz - points_xyz.mean(axis=0)) @ np.column_stack(
+        [right, np.cross(forward, right), forward]
+    )
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    scale = (side - 12) / max(float((high - low)[:2].max()), 1e-9)
+    pixels = ((seen[:, :2] - (low + high)[:2] / 2) * scale + side / 2).astype(int)
+    depth = (seen[:, 2] - low[2]) / max(float(high[2] - low[2]), 1e-9)
+    picture = np.full((side, side), 255, np.uint8)
+    for number in np.argsort(-depth):
+        u, v = pixels[number]
+        picture[v : v + 2, u : u + 2] = 40 + int(150 * depth[number])
+    return np.repeat(picture[..., None], 3, axis=2)

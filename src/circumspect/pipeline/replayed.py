@@ -1,0 +1,44 @@
+"""The pipeline for a recording."""
+
+from __future__ import annotations
+
+from circumspect.classification import Classifier
+from circumspect.errors import InputError
+from circumspect.mapping import KnownPoses, PoseEstimator, RegisteredPoses, TrackingSettings
+from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
+from circumspect.recording import CALIBRATED, BagRecording, Recording
+from circumspect.sensing import DepthNoise, GroundSegmentation, Segmentation
+
+
+def replay_pipeline(
+    recording: Recording,
+    classifier: Classifier,
+    segmentation: Segmentation | None = None,
+    hidden: bool = True,
+) -> RecognitionPipeline:
+    """The pipeline that a live run had, where the recording is of one, or one that suits it.
+
+    Args:
+        recording: What is replayed.
+        classifier: Names the object.
+        segmentation: Tells the object; None means what stands on the floor before the robot.
+        hidden: Poses are found by registration; else the recorded ones are taken as true.
+
+    Raises:
+        InputError: Nothing tells where the floor is.
+    """
+    if segmentation is None:
+        if not isinstance(recording, BagRecording):
+            raise InputError(
+                f"{recording.path}: nothing tells where the floor is; give the object's --box "
+                "X Y Z X Y Z"
+            )
+        segmentation = GroundSegmentation(noise=DepthNoise())
+    poses = _registered(recording) if hidden else KnownPoses()
+    return RecognitionPipeline(segmentation, poses, classifier)
+
+
+def _registered(recording: Recording) -> PoseEstimator:
+    if isinstance(recording, BagRecording) and recording.bag.notes.get(CALIBRATED) == "true":
+        return RegisteredPoses(settings=TrackingSettings.calibrated(DepthNoise()))
+    return RegisteredPoses()
