@@ -105,7 +105,7 @@ def pair_edge(
         guesses = [_along(other.passage, expected), *(guesses if broken else [])]
     target = SceneMap(voxel).with_surface(one.surface, RigidTransform.identity())
     thinned = other.surface.scan.thinned(PAIR_THINNED)
-    fits = [register(thinned, target, *guess, registration) for guess in guesses]
+    fits = [register(thinned, target, T, known, registration) for T, known in guesses]
     # The wheels may have misled, or the pose leapt: what the two keyframes show decides.
     best = len(fits) - 1 if fits[-1].distance < BETTER * fits[0].distance else 0
     found, (expected, believed) = fits[best], guesses[best]

@@ -47,7 +47,9 @@ def is_out_of_place(
     Args:
         scan: The frame's points.
         T_map_camera: Where the frame would have been taken.
-        scene, keyframes, reach: See `rest_is_news`.
+        scene: What is known.
+        keyframes: Whose free space is asked.
+        reach: Points this near to the map [m] lie on what is known.
     """
     known, empty = _known_and_empty(scan, T_map_camera, scene, keyframes, reach)
     return int(empty.sum()) > MOST_CONTRARY * len(known) + FEW
