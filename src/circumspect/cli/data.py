@@ -27,7 +27,8 @@ class Data:
     """fetch: download and unpack; an interrupted download goes on. verify: count every class and
     split, and name what is missing, foreign or broken."""
     which: tyro.conf.Positional[str]
-    """What to fetch (modelnet10), or the folder to verify: point packs or OFF files."""
+    """What to fetch (modelnet10), or the folder to verify: point packs, OFF files, or a set that
+    `circumspect gather` made."""
     out: Path = Path()
     """Of fetch: where to put the folder ModelNet10."""
     url: str | None = None
@@ -51,15 +52,37 @@ class Data:
         with progress_bar("bytes") as progress:
             return fetch_modelnet10(self.out, self.url or URL, self.sha256, progress=progress)
 
+    def _verify_gathered(self, path: Path) -> int:
+        from circumspect.cli.progress import progress_bar
+        from circumspect.datasets.gathered_verification import verify_gathered
+
+        with progress_bar("scans") as progress:
+            found = verify_gathered(path, progress)
+        document = {"folder": str(path), **found.to_dict()}
+        print(json.dumps(document) if self.json else _readable_gathered(document))  # noqa: T201
+        return 0 if found.complete else 1
+
     def _verify(self, path: Path) -> int:
         from circumspect.cli.progress import progress_bar
+        from circumspect.datasets.gathered_set import is_gathered
         from circumspect.datasets.verification import verify
 
+        if is_gathered(path):
+            return self._verify_gathered(path)
         with progress_bar("files") as progress:
             found = verify(path, progress)
         document = {"folder": str(path), **found.to_dict()}
         print(json.dumps(document) if self.json else _readable(document))  # noqa: T201
         return 0 if found.complete else 1
+
+
+def _readable_gathered(document: dict[str, Any]) -> str:
+    counts = document["counts"]
+    lines = [f"{'class':14}{'train':>12}{'test':>12}"]
+    for name in sorted({key.split("/")[1] for key in counts}):
+        cells = [str(counts.get(f"{split}/{name}", 0)) for split in ("train", "test")]
+        lines.append(f"{name:14}{cells[0]:>12}{cells[1]:>12}")
+    return "\n".join([*lines, *_complaints(document)])
 
 
 def _readable(document: dict[str, Any]) -> str:
@@ -72,13 +95,20 @@ def _readable(document: dict[str, Any]) -> str:
             for split, count in zip(("train", "test"), wanted, strict=True)
         ]
         lines.append(f"{name:14}{cells[0]:>12}{cells[1]:>12}")
+    return "\n".join([*lines, *_complaints(document)])
+
+
+def _complaints(document: dict[str, Any]) -> list[str]:
+    """What is missing, broken or foreign, and whether the set is complete."""
     broken = [entry["fault"] for entry in document["broken"]]
+    lines = []
     for what, entries in (
         ("missing", document["missing"]), ("broken", broken), ("foreign", document["foreign"]),
+        ("never saw their object", document.get("without_cloud", [])),
     ):  # fmt: skip
         if entries:
             more = len(entries) - SHOWN
             rest = f", and {more} more (all with --json)" if more > 0 else ""
             lines.append(f"{what}: {', '.join(entries[:SHOWN])}{rest}")
     lines.append(f"{document['folder']}: {'' if document['complete'] else 'not '}complete")
-    return "\n".join(lines)
+    return lines

@@ -29,14 +29,14 @@ class Gather:
 
     $ circumspect gather --out gathered
     $ circumspect gather --classes chair table --objects 6 --starts 4 --out two
-    $ circumspect gather --from run.mcap --label chair --name blue_chair --out mine
+    $ circumspect gather --from run.mcap --label chair --name blue --out mine
 
-    The same command goes on after an interruption; with more objects, starts or classes it adds to
-    the set. `circumspect train --data OUT` trains on it, `circumspect data verify OUT` checks it.
+    The same command goes on after an interruption, and adds what is new.
     """
 
     out: Path
-    """Folder of the set."""
+    """Folder of the set; `circumspect train --data OUT` trains on it, `circumspect data verify OUT`
+    checks it."""
     classes: tuple[str, ...] = ("bed", "chair", "monitor", "sofa", "table", "toilet")
     """Categories of furniture."""
     objects: int = 12

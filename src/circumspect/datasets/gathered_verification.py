@@ -1,0 +1,117 @@
+"""Whether a gathered set is complete and sound."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from circumspect.datasets.gathered_set import FOLDERS, GatheredScan, read_manifest, read_points
+from circumspect.errors import CircumspectError
+from circumspect.geometry import read_tum
+from circumspect.grid import OccupancyGrid
+
+
+@dataclass(frozen=True)
+class GatheredVerification:
+    """What a gathered set holds.
+
+    Attributes:
+        counts: Split and class to scans with a cloud.
+        missing: Scans that other objects have and one has not: "object from start".
+        without_cloud: Scans that never saw their object.
+        foreign: Files that the manifest does not name.
+        broken: Path and fault of what can not be read.
+    """
+
+    counts: dict[tuple[str, str], int]
+    missing: tuple[str, ...]
+    without_cloud: tuple[str, ...]
+    foreign: tuple[str, ...]
+    broken: tuple[tuple[str, str], ...]
+
+    @property
+    def complete(self) -> bool:
+        """Everything is there and can be read."""
+        return not self.missing and not self.broken
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON types."""
+        return {
+            "complete": self.complete,
+            "counts": {f"{split}/{name}": n for (split, name), n in sorted(self.counts.items())},
+            "missing": list(self.missing),
+            "without_cloud": list(self.without_cloud),
+            "foreign": list(self.foreign),
+            "broken": [{"file": file, "fault": fault} for file, fault in self.broken],
+        }
+
+
+def verify_gathered(
+    path: Path, progress: Callable[[int, int], None] | None = None
+) -> GatheredVerification:
+    """Read all of a set and see whether anything is missing.
+
+    Args:
+        path: The folder.
+        progress: Called with (done, all) after each scan.
+
+    Raises:
+        InputError: The manifest is missing or broken.
+    """
+    scans = read_manifest(path)
+    broken: list[tuple[str, str]] = []
+    for done, scan in enumerate(scans, start=1):
+        broken += _faults(path, scan)
+        if progress:
+            progress(done, len(scans))
+    broken += [("manifest.jsonl", fault) for fault in _split_objects(scans)]
+    named = {path / name for scan in scans for name in scan.files.values()}
+    there = {file for folder in FOLDERS.values() for file in (path / folder).glob("*")}
+    with_cloud = [scan for scan in scans if "cloud" in scan.files]
+    return GatheredVerification(
+        dict(Counter((scan.split, scan.label) for scan in with_cloud)),
+        tuple(_missing(scans)),
+        tuple(scan.scan for scan in scans if "cloud" not in scan.files),
+        tuple(sorted(str(file.relative_to(path)) for file in there - named)),
+        tuple(broken),
+    )
+
+
+def _faults(path: Path, scan: GatheredScan) -> list[tuple[str, str]]:
+    found = []
+    for kind, name in scan.files.items():
+        try:
+            if kind == "cloud":
+                read_points(path / name, scan.scan, 1)
+            elif kind == "grid":
+                OccupancyGrid.load(path / name)
+            else:
+                read_tum(path / name)
+        except CircumspectError as error:
+            found.append((name, str(error)))
+    return found
+
+
+def _split_objects(scans: list[GatheredScan]) -> list[str]:
+    """Objects that are of two splits or of two classes."""
+    known: dict[str, tuple[str, str]] = {}
+    faults = []
+    for scan in scans:
+        if known.setdefault(scan.object, (scan.split, scan.label)) != (scan.split, scan.label):
+            faults.append(f"{scan.object} is of two splits or classes")
+    return sorted(set(faults))
+
+
+def _missing(scans: list[GatheredScan]) -> list[str]:
+    starts = sorted({scan.start_deg for scan in scans if scan.start_deg is not None})
+    there = {(scan.object, scan.start_deg) for scan in scans}
+    simulated = sorted({scan.object for scan in scans if scan.start_deg is not None})
+    return [
+        f"{name} from {start:g}°"
+        for name in simulated
+        for start in starts
+        if (name, start) not in there
+    ]

@@ -1,0 +1,250 @@
+"""Gathered sets: made, resumed, grown, read, checked."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.datasets import open_data_set
+from circumspect.datasets.gathered_set import (
+    MANIFEST,
+    GatheredScan,
+    read_gathered,
+    read_manifest,
+    read_points,
+    write_cloud,
+)
+from circumspect.datasets.gathered_verification import verify_gathered
+from circumspect.errors import InputError, OutputError
+from circumspect.gathering import GatherSettings, gather
+from circumspect.gathering.contact_sheet import draw_contact_sheet, drawn
+from circumspect.gathering.gather import append
+from circumspect.geometry import PointCloud
+
+QUICK = GatherSettings(("chair", "bed"), 1, (0.0, 90.0), frame_interval=2.0, frames=3)
+
+
+@pytest.fixture(scope="module")
+def gathered(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("gathered") / "set"
+    told: list[tuple[int, int, str]] = []
+    gather(folder, QUICK, 1, told=lambda *what: told.append(what))
+    assert told[0] == (0, 4, "")
+    assert told[-1][:2] == (4, 4)
+    return folder
+
+
+def test_a_set_holds_each_object_from_each_start(gathered: Path) -> None:
+    scans = read_manifest(gathered)
+    assert [(s.label, s.start_deg) for s in scans] == [
+        ("chair", 0.0), ("bed", 0.0), ("chair", 90.0), ("bed", 90.0)
+    ]  # fmt: skip
+    for scan in scans:
+        assert set(scan.files) == {"cloud", "grid", "poses", "odometry"}
+        assert all((gathered / name).is_file() for name in scan.files.values())
+        assert scan.quality["frames"] == 3
+        assert scan.split == "train"
+    assert len({scan.quality["seed"] for scan in scans}) == 4
+    assert verify_gathered(gathered).complete
+
+
+def test_what_is_there_is_not_made_again_and_the_set_grows(
+    gathered: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr(
+        sys.modules["circumspect.gathering.gather"],
+        "outcomes",
+        lambda jobs, work, workers: asked.extend(job.key for job in jobs) or iter(()),
+    )
+    gather(gathered, QUICK, 1)
+    assert asked == []
+    gather(gathered, GatherSettings(("chair", "sofa"), 1, (0.0, 22.5), 0, 0.05, 2.0, 3), 1)
+    assert asked == ["sofa-200000@000", "chair-200000@022.5", "sofa-200000@022.5"]
+
+
+def test_a_set_gathered_otherwise_is_not_mixed(gathered: Path, tmp_path: Path) -> None:
+    other = GatherSettings(("chair",), 1, (0.0,), frame_interval=1.0, frames=3)
+    with pytest.raises(InputError, match=r"was gathered with frame_interval 2\.0, not 1\.0"):
+        gather(gathered, other, 1)
+    (tmp_path / "something").write_text("")
+    with pytest.raises(InputError, match="holds something else"):
+        gather(tmp_path, QUICK, 1)
+
+
+def test_a_line_that_an_interruption_cut_is_made_again(
+    gathered: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (gathered / MANIFEST).read_text()
+    for name in ("settings.json", MANIFEST):
+        (tmp_path / name).write_text((gathered / name).read_text())
+    (tmp_path / MANIFEST).write_text(text[:-20])
+    asked: list[str] = []
+    monkeypatch.setattr(
+        sys.modules["circumspect.gathering.gather"],
+        "outcomes",
+        lambda jobs, work, workers: asked.extend(job.key for job in jobs) or iter(()),
+    )
+    assert len(gather(tmp_path, QUICK, 1)) == 3
+    assert asked == ["bed-200000@090"]
+    assert (tmp_path / MANIFEST).read_text() == "".join(text.splitlines(keepends=True)[:3])
+
+
+def test_scans_that_fail_are_told_and_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        sys.modules["circumspect.gathering.gather"],
+        "outcomes",
+        lambda jobs, work, workers: ((job, RuntimeError("killed")) for job in jobs),
+    )
+    with pytest.raises(OutputError, match="4 scans failed, the first: chair-200000@000"):
+        gather(tmp_path / "set", QUICK, 1)
+    assert read_manifest(tmp_path / "set") == []
+
+
+def run_gather(folder: str) -> None:
+    gather(Path(folder), QUICK, 1)
+
+
+def test_a_kill_costs_the_scan_under_way_and_nothing_else(tmp_path: Path) -> None:
+    folder = tmp_path / "set"
+    process = multiprocessing.get_context("spawn").Process(target=run_gather, args=(str(folder),))
+    process.start()
+    deadline = time.monotonic() + 90
+    while time.monotonic() < deadline:
+        if (folder / MANIFEST).is_file() and (folder / MANIFEST).read_text():
+            break
+        time.sleep(0.05)
+    assert process.pid is not None
+    os.kill(process.pid, signal.SIGKILL)
+    process.join()
+    before = read_manifest(folder)
+    assert 1 <= len(before) < 4
+    scans = gather(folder, QUICK, 1)
+    assert [s.scan for s in scans[: len(before)]] == [s.scan for s in before]
+    assert len({s.scan for s in scans}) == len(scans) == 4
+    assert verify_gathered(folder).complete
+
+
+def test_objects_are_split_not_scans() -> None:
+    tasks = GatherSettings(objects=7).tasks
+    splits: dict[str, set[str]] = {}
+    for task in tasks:
+        splits.setdefault(task.object, set()).add(task.split)
+    assert all(len(split) == 1 for split in splits.values())
+    assert sum(split == {"test"} for split in splits.values()) == 2 * 6
+    assert len({task.key for task in tasks}) == len(tasks) == 7 * 6 * 8
+    # More objects change nothing of those that were there.
+    more = {task.object: task.split for task in GatherSettings(objects=12).tasks}
+    assert all(more[name] in split for name, split in splits.items())
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"classes": ("chair", "unicorn")}, {"classes": ()}, {"objects": 0}, {"starts_deg": ()},
+        {"starts_deg": (360.0,)}, {"starts_deg": (float("nan"),)}, {"slip": 1.0},
+        {"frame_interval": 0.0}, {"frames": 0},
+    ],
+)  # fmt: skip
+def test_settings_that_make_no_sense_are_refused(wrong: dict) -> None:
+    with pytest.raises(InputError):
+        GatherSettings(**wrong)
+
+
+def test_a_gathered_set_is_a_data_set(gathered: Path) -> None:
+    train = open_data_set(gathered, "train")
+    assert train.classes == ("bed", "chair")
+    assert train.names.tolist() == ["chair-200000@000", "bed-200000@000"], "from the first start"
+    assert train.points_xyz.shape == (2, 4096, 3)
+    every = read_gathered(gathered, "train")
+    assert len(every) == 4
+    np.testing.assert_array_equal(every.points_xyz[0], train.points_xyz[0])
+    with pytest.raises(InputError, match="no scan of the test split"):
+        open_data_set(gathered, "test")
+    with pytest.raises(InputError, match="from 45°"):
+        read_gathered(gathered, "train", [45.0])
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 50))
+def test_points_are_drawn_by_area_and_always_the_same(seed: int, count: int) -> None:
+    import tempfile
+
+    rng = np.random.default_rng(seed)
+    areas = rng.uniform(0.1, 1, count)
+    areas[0] = 0.0 if count > 1 else 1.0
+    cloud = PointCloud(rng.normal(size=(count, 3)), areas=areas)
+    with tempfile.TemporaryDirectory() as folder:
+        write_cloud(Path(folder) / "cloud.npz", cloud)
+        drawn_points = read_points(Path(folder) / "cloud.npz", "one", 64)
+        again = read_points(Path(folder) / "cloud.npz", "one", 64)
+    np.testing.assert_array_equal(drawn_points, again)
+    kept = cloud.points_xyz.astype(np.float32)[areas > 0]
+    assert all((kept == point).all(axis=1).any() for point in drawn_points)
+
+
+def scan(name: str = "chair-1@0", **changed: object) -> GatheredScan:
+    fields = {"scan": name, "object": "chair-1", "label": "chair", "split": "train",
+              "start_deg": 0.0, **changed}  # fmt: skip
+    return GatheredScan(**fields)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "no json\n", "[]\n", '{"scan": 3}\n', "{}\n",
+        scan(split="both").line(), scan(files={"cloud": "../../secret.npz"}).line(),
+        scan(files={"cloud": "/etc/passwd"}).line(), scan(files={"virus": "x"}).line(),
+        scan(label=3).line(),
+    ],
+)  # fmt: skip
+def test_a_broken_manifest_is_told(tmp_path: Path, line: str) -> None:
+    (tmp_path / MANIFEST).write_text(scan().line() + line + scan("other").line())
+    with pytest.raises(InputError, match="line 2"):
+        read_manifest(tmp_path)
+
+
+def test_what_is_missing_foreign_and_broken_is_named(gathered: Path, tmp_path: Path) -> None:
+    import shutil
+
+    folder = tmp_path / "set"
+    shutil.copytree(gathered, folder)
+    (folder / "clouds" / "bed-200000@000.npz").write_bytes(b"broken")
+    (folder / "grids" / "bed-200000@090.npz").unlink()
+    (folder / "poses" / "stranger.txt").write_text("")
+    append(folder, scan("chair-9@045", object="chair-9", start_deg=45.0, files={}))
+    append(folder, scan("chair-200000@135", object="chair-200000", split="test", start_deg=135.0))
+    found = verify_gathered(folder)
+    assert not found.complete
+    assert found.foreign == ("poses/stranger.txt",)
+    assert found.without_cloud == ("chair-9@045", "chair-200000@135")
+    broken = [file for file, _ in found.broken]
+    assert broken == ["clouds/bed-200000@000.npz", "grids/bed-200000@090.npz", MANIFEST]
+    assert "chair-9 from 90°" in found.missing
+    assert json.loads(json.dumps(found.to_dict()))["counts"] == {"train/bed": 2, "train/chair": 2}
+
+
+def test_the_contact_sheet_shows_every_scan(gathered: Path, tmp_path: Path) -> None:
+    from PIL import Image
+
+    draw_contact_sheet(tmp_path / "sheet.png", gathered, read_manifest(gathered))
+    with Image.open(tmp_path / "sheet.png") as sheet:
+        assert sheet.size == (120 + 2 * 110, 18 + 2 * 110)
+        pixels = np.asarray(sheet.convert("L"))
+    for row in range(2):
+        for column in range(2):
+            cell = pixels[18 + 110 * row :, 120 + 110 * column :][:110, :110]
+            assert (cell < 200).sum() > 100
+    one_point = drawn(np.zeros((1, 3), np.float32))
+    assert one_point.shape == (110, 110, 3)
