@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect.cli.progress import progress_bar
-from circumspect.errors import MissingExtraError
+from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,6 +26,7 @@ class Reproduce:
     """An experiment of the paper from data to table; the same command goes on.
 
     $ circumspect reproduce table2 --data modelnet10 --out table2
+    $ circumspect reproduce table2 --data modelnet10 --robot gathered
     $ circumspect reproduce rivals --data modelnet10 --epochs 24
     $ circumspect reproduce unknown --data modelnet10 --yaw-count 8
     """
@@ -35,6 +36,8 @@ class Reproduce:
     ours, at all yaws and any way up; unknown: ours without each class in turn."""
     data: Path
     """Folder with point packs, or ModelNet10's folder of OFF files."""
+    robot: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
+    """Of table2: a set that `circumspect gather` made; the table's other half, on scans."""
     out: Path | None = None
     """Folder for runs, tables and figures; runs/WHAT by default."""
     epochs: int | None = None
@@ -52,6 +55,8 @@ class Reproduce:
 
     def run(self) -> int:
         """Do what is not yet done, and print the table."""
+        if self.robot is not None and self.what != "table2":
+            raise InputError("--robot goes with table2")
         try:
             from circumspect import reproduction as experiments
         except ImportError as error:
@@ -73,6 +78,10 @@ class Reproduce:
         how, reproduce = kinds[self.what]
         document = reproduce(train, test, how(**flags), *rest)
         text = (out / f"{self.what}.md").read_text(encoding="utf-8")
+        if self.robot is not None:
+            settings = experiments.Table2(**flags)
+            document["robot"] = experiments.reproduce_robot(self.robot, settings, *rest)
+            text += "\n" + (out / "table2_robot.md").read_text(encoding="utf-8")
         print(json.dumps(document) if self.json else text)  # noqa: T201
         return 0
 

@@ -79,8 +79,13 @@ def draw_accuracy_over_yaw(sweep: YawSweep) -> Figure:
     return figure
 
 
-def draw_confusion(sweep: YawSweep) -> Figure:
-    """Confusion matrix over all yaws, in percent of each true class."""
+def draw_confusion(sweep: YawSweep, over: str | None = None) -> Figure:
+    """Confusion matrix over all yaws, in percent of each true class.
+
+    Args:
+        sweep: The answers.
+        over: What they are over, where not yaws.
+    """
     figure = new_figure((7.2, 6.4))
     axes = figure.add_subplot()
     counts = sweep.confusion
@@ -96,7 +101,7 @@ def draw_confusion(sweep: YawSweep) -> Figure:
             text = f"{value:.1f}" if value < 99.95 else "100"
             colour = "white" if value > 55 else "black"
             axes.text(column, row, text, ha="center", va="center", fontsize=8, color=colour)
-    axes.set_title(f"Share of each class [%], over {_yaws(sweep)}", fontsize=11)
+    axes.set_title(f"Share of each class [%], over {over or _yaws(sweep)}", fontsize=11)
     return figure
 
 

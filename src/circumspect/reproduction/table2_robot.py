@@ -1,0 +1,161 @@
+"""Table 2 of the paper, its half on the robot's own set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from circumspect import __version__
+from circumspect.classification import GridRecipe
+from circumspect.datasets import GridCache, ObjectSet
+from circumspect.datasets.gathered_set import first_starts, read_gathered, read_manifest
+from circumspect.errors import InputError
+from circumspect.evaluation.figures import draw_confusion, save_figure
+from circumspect.evaluation.markdown import table
+from circumspect.evaluation.yaw_sweep import YawSweep
+from circumspect.nets.registry import net_spec
+from circumspect.reproduction.published import ANGLES_DEG, ROBOT
+from circumspect.reproduction.stages import measured, trained
+from circumspect.reproduction.table2 import NETS, Table2
+from circumspect.reproduction.watched import Watched
+from circumspect.storage import atomic_open, write_json
+
+OURS = "planes"
+PAPERS_STARTS = "4 starts"
+
+
+def reproduce_robot(
+    gathered: Path, how: Table2, folder: Path, watched: Watched, cache: GridCache | None = None
+) -> dict[str, Any]:
+    """Train on scans from the first start, test on other objects' scans from every start.
+
+    The four networks of the paper and ours. Nothing is turned: each cloud lies as its robot has
+    it, whose map begins where it started.
+
+    Args:
+        gathered: Folder of a gathered set with the paper's starts, 0°, 45°, 90° and 135°.
+        how: Settings.
+        folder: For the runs, `table2_robot.md`, `table2_robot.json` and the figures.
+        watched: Told of the progress.
+        cache: Where grids are kept.
+
+    Returns:
+        What `table2_robot.json` holds.
+
+    Raises:
+        InputError: The set lacks a start or a split, or the folder holds results of another
+            experiment.
+        OutputError: It can not be written.
+    """
+    scans = read_manifest(gathered)
+    starts = sorted({scan.start_deg for scan in scans if scan.start_deg is not None})
+    lacking = [start for start in ANGLES_DEG if start not in starts]
+    if lacking:
+        raise InputError(f"{gathered}: holds no scans from {', '.join(f'{s:g}°' for s in lacking)}")
+    train = read_gathered(gathered, "train", first_starts(scans))
+    tests = {start: read_gathered(gathered, "test", [start]) for start in starts}
+    rows = []
+    for kind, pool in ROBOT:
+        recipe = GridRecipe(kind, how.shape)
+        name = f"robot-{kind}-{pool}"
+        sweeps = _tested(name, NETS[pool], train, tests, how, folder, watched, cache, recipe)
+        figure = draw_confusion(_joined(sweeps), PAPERS_STARTS)
+        save_figure(figure, folder / f"confusion_robot_{kind}_{pool}.png")
+        rows.append(_row(f"{kind}, {pool}", sweeps, ROBOT[kind, pool]))
+    sweeps = _tested(f"robot-{OURS}", OURS, train, tests, how, folder, watched, cache)
+    figure = draw_confusion(_joined(sweeps), PAPERS_STARTS)
+    save_figure(figure, folder / f"confusion_robot_{OURS}.png")
+    rows.append(_row(f"ours ({OURS})", sweeps, None))
+    document = {
+        "circumspect": __version__,
+        "classes": list(train.classes),
+        "train_scans": len(train),
+        "test_scans": {f"{start:g}": len(objects) for start, objects in tests.items()},
+        "epochs": how.settings(NETS["rwmp"]).epochs,
+        "precision": how.precision,
+        "seed": how.seed,
+        "rows": rows,
+    }
+    write_json(folder / "table2_robot.json", document)
+    with atomic_open(folder / "table2_robot.md") as stream:
+        stream.write(_markdown(document))
+    return document
+
+
+def _tested(
+    name: str,
+    net: str,
+    train: ObjectSet,
+    tests: dict[float, ObjectSet],
+    how: Table2,
+    folder: Path,
+    watched: Watched,
+    cache: GridCache | None,
+    recipe: GridRecipe | None = None,
+) -> dict[float, YawSweep]:
+    """A network's answers to the scans from every start."""
+    settings = how.settings(net)
+    with watched.training(name, settings.epochs) as observer:
+        weights = trained(
+            train, settings, recipe or net_spec(net).recipe, folder / name / "training", observer,
+            cache,
+        )  # fmt: skip
+    sweeps = {}
+    for start, objects in tests.items():
+        with watched.measuring(f"{name} from {start:g}°") as progress:
+            at = folder / name / f"start_{start:g}"
+            sweeps[start] = measured(weights, objects, [0.0], at, progress)
+    return sweeps
+
+
+def _joined(sweeps: dict[float, YawSweep]) -> YawSweep:
+    """All answers to the scans from the paper's starts, as if they were one test."""
+    some = [sweeps[start] for start in ANGLES_DEG]
+    return YawSweep(
+        np.zeros(1),
+        np.concatenate([sweep.probabilities for sweep in some], axis=1),
+        np.concatenate([sweep.labels for sweep in some]),
+        some[0].classes,
+        {},
+    )
+
+
+def _row(
+    name: str, sweeps: dict[float, YawSweep], published: tuple[float, ...] | None
+) -> dict[str, Any]:
+    accuracy = {f"{start:g}": float(sweep.accuracy[0]) for start, sweep in sweeps.items()}
+    return {
+        "network": name,
+        "accuracy": accuracy,
+        "paper": None if published is None else list(published),
+        "worst": min(accuracy.values()),
+    }
+
+
+def _markdown(document: dict[str, Any]) -> str:
+    starts = list(document["test_scans"])
+    paper = [f"{angle:g}" for angle in ANGLES_DEG]
+    others = [start for start in starts if start not in paper]
+    rows = []
+    for row in document["rows"]:
+        published = row["paper"] or [None] * len(paper)
+        cells = [
+            f"{row['accuracy'][start]:.3f}" + ("" if value is None else f" ({value:.2f})")
+            for start, value in zip(paper, published, strict=True)
+        ]
+        cells += [f"{row['accuracy'][start]:.3f}" for start in others]
+        rows.append([row["network"], *cells, f"{row['worst']:.3f}"])
+    head = ["network", *(f"{start}°" for start in [*paper, *others]), "worst"]
+    return (
+        "# Table 2: the robot's own set\n\n"
+        f"Accuracy on scans of test objects by the azimuth of their start, in brackets that of the "
+        f"paper on its own set. {document['train_scans']} scans from the first start train, of "
+        f"{len(document['classes'])} classes ({', '.join(document['classes'])}); "
+        f"{document['test_scans'][paper[0]]} scans a start test. {document['epochs']} epochs of "
+        f"the paper's network, {document['precision']}, seed {document['seed']}. Each robot starts "
+        "up to 10° askew, so that no start is a whole number of cells from another.\n\n"
+        + table(head, rows)
+        + "\n"
+    )
