@@ -145,6 +145,8 @@ def test_objects_are_split_not_scans() -> None:
     assert all(len(split) == 1 for split in splits.values())
     assert sum(split == {"test"} for split in splits.values()) == 2 * 6
     assert len({task.key for task in tasks}) == len(tasks) == 7 * 6 * 8
+    tests = GatherSettings(objects=7, only="test").tasks
+    assert tests == [task for task in tasks if task.split == "test"]
     # More objects change nothing of those that were there.
     more = {task.object: task.split for task in GatherSettings(objects=12).tasks}
     assert all(more[name] in split for name, split in splits.items())

@@ -29,6 +29,7 @@ class Gather:
 
     $ circumspect gather --out gathered
     $ circumspect gather --classes chair table --objects 6 --starts 4 --out two
+    $ circumspect gather --out more --objects 30 --at 0 --split train
     $ circumspect gather --from run.mcap --label chair --name blue --out mine
 
     The same command goes on after an interruption, and adds what is new.
@@ -62,8 +63,8 @@ class Gather:
     name: str | None = None
     """Of --from: the object's own name; all recordings of one object have the same. Without it
     that of the file."""
-    split: Literal["train", "test"] = "train"
-    """Of --from: what the object is for."""
+    split: Literal["train", "test"] | None = None
+    """Scan the objects of this split only. Of --from: what the object is for, train without it."""
     start: float | None = None
     """Of --from: azimuth of the start [degrees], where you measured it."""
     json: bool = False
@@ -99,7 +100,7 @@ class Gather:
         even = tuple(360.0 / self.starts * number for number in range(self.starts))
         return GatherSettings(
             self.classes, self.objects, self.at or even, self.seed, self.slip,
-            self.frame_interval, self.frames,
+            self.frame_interval, self.frames, self.split,
         )  # fmt: skip
 
     def _recorded(self, recording: Path) -> list[GatheredScan]:
@@ -108,7 +109,9 @@ class Gather:
 
         if self.label is None:
             raise InputError("--from RECORDING needs the --label of what it shows")
-        shown = RecordedObject(self.label, self.name or recording.stem, self.split, self.start)
+        shown = RecordedObject(
+            self.label, self.name or recording.stem, self.split or "train", self.start
+        )
         gather_recording(self.out, recording, shown)
         return read_manifest(self.out)
 

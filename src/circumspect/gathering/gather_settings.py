@@ -56,6 +56,7 @@ class GatherSettings:
         slip: Share of the wheels' travel that does not become motion.
         frame_interval: [s].
         frames: A scan ends after so many.
+        only: Objects of this split only; None for all.
 
     Raises:
         InputError: A value makes no sense.
@@ -68,6 +69,7 @@ class GatherSettings:
     slip: float = 0.05
     frame_interval: float = 2.0
     frames: int = 1000
+    only: Literal["train", "test"] | None = None
 
     def __post_init__(self) -> None:
         unknown = sorted(set(self.classes) - set(CATEGORIES))
@@ -94,6 +96,7 @@ class GatherSettings:
             for start in dict.fromkeys(self.starts_deg)
             for number in range(self.objects)
             for label in dict.fromkeys(self.classes)
+            if self.only in (None, _split(number))
         ]
 
     def seed_of(self, task: ScanTask) -> int:
