@@ -101,7 +101,7 @@ def test_frames_left_out_are_told(
 def test_bad_box_and_folder(recording: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="flat"):
         Replay(recording, (0.0,) * 6, out=tmp_path / "run").run()
-    with pytest.raises(InputError, match="no such folder"):
+    with pytest.raises(InputError, match="no such recording"):
         Replay(tmp_path / "nowhere", (0.0, 0.0, 0.0, 1.0, 1.0, 1.0), out=tmp_path / "run").run()
     assert not (tmp_path / "run").exists()
 
