@@ -1,0 +1,135 @@
+"""From four corners in one image to the robot's place, heading and their covariance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import GeometryError
+from circumspect.geometry import PlanarPose
+from circumspect.localization.fixed_camera import FixedCamera
+from circumspect.localization.tag_mount import TagMount
+
+CORNER_SIGMA = 0.08
+"""Of a detected corner along each image axis [px]; see docs/intelligent-space.md."""
+STEPS = 10
+CONVERGED = 1e-10
+"""Steps smaller than this end the iteration [m], [rad]."""
+REDUNDANCY = 5
+"""Eight coordinates of corners against three of the pose."""
+
+
+@dataclass(frozen=True, eq=False)
+class TagPose:
+    """The robot as one camera sees it.
+
+    Attributes:
+        T_map_base: The pose.
+        noise: (3, 3) of x, y [m] and yaw [rad]: what differs from image to image.
+        bias: (3, 3) the same of the camera's own place: it stays while the robot stands still.
+        misfit: Sum of the corners' squared errors over their variance; 5 on the mean.
+    """
+
+    T_map_base: PlanarPose
+    noise: NDArray[np.float64]
+    bias: NDArray[np.float64]
+    misfit: float
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """(3, 3) of x, y [m] and yaw [rad], both parts."""
+        return self.noise + self.bias
+
+
+def tag_pose(
+    camera: FixedCamera,
+    mount: TagMount,
+    corners_uv: NDArray[np.float64],
+    corner_sigma: float = CORNER_SIGMA,
+) -> TagPose:
+    """Fit x, y and yaw to the corners of a tag that lies level at a known height.
+
+    The six degrees of freedom of a tag that is parallel to the image are not asked for: its pitch
+    and roll flip between two solutions that look alike. Three are well determined.
+
+    Args:
+        camera: What saw it.
+        mount: Where the tag is on the robot.
+        corners_uv: (4, 2) [px] as `TagDetector` tells them.
+        corner_sigma: Of each coordinate [px].
+
+    Raises:
+        GeometryError: The corners' rays do not meet the tag's plane, or span no square.
+    """
+    pose = _first(camera, mount, corners_uv)
+    for _ in range(STEPS):
+        residual, J, _ = _linear(camera, mount, pose, corners_uv)
+        step = np.linalg.lstsq(J, residual, rcond=None)[0]
+        pose = PlanarPose(*(np.array([pose.x, pose.y, pose.yaw]) + step))
+        if np.abs(step).max() < CONVERGED:
+            break
+    residual, J, J_camera = _linear(camera, mount, pose, corners_uv)
+    misfit = float(residual @ residual) / corner_sigma**2
+    inverse = np.linalg.inv(J.T @ J)
+    # Corners that fit worse than they should are believed less.
+    noise = inverse * corner_sigma**2 * max(1.0, misfit / REDUNDANCY)
+    lever = inverse @ J.T @ J_camera
+    bias = lever @ camera.covariance @ lever.T
+    return TagPose(pose, _symmetric(noise), _symmetric(bias), misfit)
+
+
+def _first(camera: FixedCamera, mount: TagMount, corners_uv: NDArray[np.float64]) -> PlanarPose:
+    """The rigid motion that brings the square nearest to where the rays meet its plane."""
+    found = camera.on_plane(corners_uv, mount.height)
+    if not np.isfinite(found).all():
+        raise GeometryError(
+            f"camera '{camera.name}': the rays of a tag do not meet its plane at "
+            f"{mount.height} m; see whether the camera's calibration is its own"
+        )
+    own = mount.corners_xy
+    middle, target = own.mean(axis=0), found.mean(axis=0)
+    a, b = own - middle, found - target
+    along, across = float((a * b).sum()), float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum())
+    if np.hypot(along, across) < 1e-3 * float((a * a).sum()):
+        raise GeometryError(f"camera '{camera.name}': the corners of a tag span no square")
+    turn = PlanarPose(0.0, 0.0, float(np.arctan2(across, along)))
+    return PlanarPose(*(target - turn.applied(middle)), turn.yaw)
+
+
+def _linear(
+    camera: FixedCamera, mount: TagMount, pose: PlanarPose, corners_uv: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Residuals (8,), their derivatives by x, y, yaw (8, 3) and by the extrinsics (8, 6).
+
+    The residual is what is seen minus what is expected, so that both derivatives are those of the
+    expectation.
+    """
+    own = mount.corners_xy
+    ground = np.column_stack([pose.applied(own), np.full(len(own), mount.height)])
+    seen = camera.seen_from_camera(ground)
+    expected = camera.lens.project(seen)
+    if not np.isfinite(expected).all():
+        raise GeometryError(f"camera '{camera.name}': the pose of a tag ran out of the image")
+    slopes = camera.lens.projection_slopes(seen)
+    R_camera_map = camera.T_map_camera.rotation.inv().as_matrix()
+    moves = np.zeros((len(own), 3, 3))
+    moves[:, 0, 0] = moves[:, 1, 1] = 1
+    around = ground[:, :2] - pose.xy
+    moves[:, 0, 2], moves[:, 1, 2] = -around[:, 1], around[:, 0]
+    by_pose = slopes @ R_camera_map @ moves
+    # The point moves against the camera: p' = p - φ × p - ρ = p + [p]× φ - ρ.
+    by_camera = slopes @ np.concatenate([_cross(seen), -np.tile(np.eye(3), (len(own), 1, 1))], 2)
+    return (corners_uv - expected).ravel(), by_pose.reshape(-1, 3), by_camera.reshape(-1, 6)
+
+
+def _cross(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3, 3) matrices [p]× of the cross product p ×."""
+    x, y, z = points_xyz.T
+    o = np.zeros_like(x)
+    return np.stack([o, -z, y, z, o, -x, -y, x, o], axis=1).reshape(-1, 3, 3)
+
+
+def _symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    return (matrix + matrix.T) / 2
