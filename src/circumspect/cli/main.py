@@ -18,6 +18,7 @@ COMMANDS = {
     "classify": ("classify:Classify", "class and probabilities of meshes, clouds and grids"),
     "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
     "replay": ("replay:Replay", "a recording through the pipeline"),
+    "locate": ("locate:Locate", "the intelligent space: ceiling cameras see the robot"),
     "train": ("train:Train", "train a network"),
     "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
     "export": ("export:Export", "turn a trained network into one ONNX file"),

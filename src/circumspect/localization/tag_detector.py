@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from threading import Lock
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +88,8 @@ class TagDetector:
                 f"{grey.shape} {grey.dtype}"
             )
         with self._lock:
-            found = self._detector.detect(np.ascontiguousarray(grey))
+            # Annotated as one detection, but a list of them.
+            found: Any = self._detector.detect(np.ascontiguousarray(grey))
         return tuple(
             TagDetection(
                 int(tag.tag_id),

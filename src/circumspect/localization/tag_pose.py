@@ -12,8 +12,10 @@ from circumspect.geometry import PlanarPose
 from circumspect.localization.fixed_camera import FixedCamera
 from circumspect.localization.tag_mount import TagMount
 
-CORNER_SIGMA = 0.08
-"""Of a detected corner along each image axis [px]; see docs/intelligent-space.md."""
+CORNER_SIGMA = 0.06
+"""Of a detected corner along each image axis, by itself [px]; see docs/intelligent-space.md."""
+COMMON_SIGMA = 0.08
+"""Of all four corners alike [px]: what light, and a lens that is known imperfectly, do there."""
 STEPS = 10
 CONVERGED = 1e-10
 """Steps smaller than this end the iteration [m], [rad]."""
@@ -23,12 +25,12 @@ REDUNDANCY = 5
 
 @dataclass(frozen=True, eq=False)
 class TagPose:
-    """The robot as one camera sees it.
+    """The robot as one camera sees it, or several do.
 
     Attributes:
         T_map_base: The pose.
         noise: (3, 3) of x, y [m] and yaw [rad]: what differs from image to image.
-        bias: (3, 3) the same of the camera's own place: it stays while the robot stands still.
+        bias: (3, 3) what stays while the robot does: errors of the camera's place and lens.
         misfit: Sum of the corners' squared errors over their variance; 5 on the mean.
     """
 
@@ -48,6 +50,7 @@ def tag_pose(
     mount: TagMount,
     corners_uv: NDArray[np.float64],
     corner_sigma: float = CORNER_SIGMA,
+    common_sigma: float = COMMON_SIGMA,
 ) -> TagPose:
     """Fit x, y and yaw to the corners of a tag that lies level at a known height.
 
@@ -58,7 +61,8 @@ def tag_pose(
         camera: What saw it.
         mount: Where the tag is on the robot.
         corners_uv: (4, 2) [px] as `TagDetector` tells them.
-        corner_sigma: Of each coordinate [px].
+        corner_sigma: Of each coordinate by itself [px].
+        common_sigma: Of all four corners alike [px].
 
     Raises:
         GeometryError: The corners' rays do not meet the tag's plane, or span no square.
@@ -67,7 +71,7 @@ def tag_pose(
     for _ in range(STEPS):
         residual, J, _ = _linear(camera, mount, pose, corners_uv)
         step = np.linalg.lstsq(J, residual, rcond=None)[0]
-        pose = PlanarPose(*(np.array([pose.x, pose.y, pose.yaw]) + step))
+        pose = PlanarPose(pose.x + step[0], pose.y + step[1], pose.yaw + step[2])
         if np.abs(step).max() < CONVERGED:
             break
     residual, J, J_camera = _linear(camera, mount, pose, corners_uv)
@@ -76,7 +80,8 @@ def tag_pose(
     # Corners that fit worse than they should are believed less.
     noise = inverse * corner_sigma**2 * max(1.0, misfit / REDUNDANCY)
     lever = inverse @ J.T @ J_camera
-    bias = lever @ camera.covariance @ lever.T
+    shift = inverse @ J.T @ np.tile(np.eye(2), (4, 1))
+    bias = lever @ camera.covariance @ lever.T + common_sigma**2 * shift @ shift.T
     return TagPose(pose, _symmetric(noise), _symmetric(bias), misfit)
 
 
@@ -95,7 +100,8 @@ def _first(camera: FixedCamera, mount: TagMount, corners_uv: NDArray[np.float64]
     if np.hypot(along, across) < 1e-3 * float((a * a).sum()):
         raise GeometryError(f"camera '{camera.name}': the corners of a tag span no square")
     turn = PlanarPose(0.0, 0.0, float(np.arctan2(across, along)))
-    return PlanarPose(*(target - turn.applied(middle)), turn.yaw)
+    x, y = target - turn.applied(middle)
+    return PlanarPose(x, y, turn.yaw)
 
 
 def _linear(
@@ -131,5 +137,5 @@ def _cross(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([o, -z, y, z, o, -x, -y, x, o], axis=1).reshape(-1, 3, 3)
 
 
-def _symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    return (matrix + matrix.T) / 2
+def _symmetric(matrix: NDArray[np.floating]) -> NDArray[np.float64]:
+    return np.asarray((matrix + matrix.T) / 2, dtype=np.float64)

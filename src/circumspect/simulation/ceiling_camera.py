@@ -19,6 +19,7 @@ SAMPLES = 16
 an edge along the pixels lies where it should within 1/32 px."""
 SHIFTS = 1 << 16
 """So many pieces of the band of noise an image may take."""
+HALF = np.float32(0.5)
 MARGIN = 6
 """Round a plate that is drawn anew [px]: as far as the blur reaches."""
 
@@ -178,7 +179,8 @@ class CeilingCamera:
         """Draw one plate over the light of a box of pixels, before the blur."""
         rays = self._rays[box[0].start : box[0].stop + 2, box[1].start : box[1].stop + 2]
         middle = rays[1:-1, 1:-1]
-        by_u, by_v = (rays[1:-1, 2:] - rays[1:-1, :-2]) / 2, (rays[2:, 1:-1] - rays[:-2, 1:-1]) / 2
+        by_u = (rays[1:-1, 2:] - rays[1:-1, :-2]) * HALF
+        by_v = (rays[2:, 1:-1] - rays[:-2, 1:-1]) * HALF
         # The scene's own depth is NaN where there is nothing.
         free = np.where(np.isnan(self._depth[box]), np.float32(np.inf), self._depth[box])
         plate = shown.plate
@@ -253,7 +255,7 @@ def _blurred(light: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
         return light
     from scipy.ndimage import gaussian_filter
 
-    return gaussian_filter(light, sigma, mode="nearest", truncate=3.0)
+    return np.asarray(gaussian_filter(light, sigma, mode="nearest", truncate=3.0), np.float32)
 
 
 def _joined(boxes: Sequence[tuple[slice, slice]]) -> tuple[slice, slice]:
@@ -274,12 +276,11 @@ def _within(box: tuple[slice, slice], outer: tuple[slice, slice]) -> tuple[slice
 
 
 def _shrunk(box: tuple[slice, slice], shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """A box without its margin, except at the image's edges."""
-    rows, columns = (
-        slice(
-            part.start if part.start == 0 else part.start + MARGIN,
-            part.stop if part.stop == size else part.stop - MARGIN,
-        )
-        for part, size in zip(box, shape, strict=True)
-    )
-    return rows, columns
+    """A box without its margin, except at the image's edges; maybe nothing of it is left."""
+
+    def inner(part: slice, size: int) -> slice:
+        start = part.start if part.start == 0 else part.start + MARGIN
+        stop = part.stop if part.stop == size else part.stop - MARGIN
+        return slice(start, max(start, stop))
+
+    return inner(box[0], shape[0]), inner(box[1], shape[1])

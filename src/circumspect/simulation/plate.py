@@ -71,7 +71,9 @@ class Plate:
         """A round plate of one grey."""
         along = (np.arange(pixels) + 0.5) / pixels * 2 - 1
         inside = along**2 + along[:, None] ** 2 <= 1
-        return cls(np.where(inside, np.float32(reflectance), np.nan), 2 * radius, 2 * radius, 4)
+        return cls(
+            np.where(inside, np.float32(reflectance), np.float32(np.nan)), 2 * radius, 2 * radius, 4
+        )
 
     @property
     def outline_xyz(self) -> NDArray[np.float64]:
