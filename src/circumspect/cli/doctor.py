@@ -21,6 +21,7 @@ EXTRAS = {
     "sim": ("embreex", "mujoco-core", "matplotlib"),
     "train": ("torch", "accelerate", "safetensors", "onnx", "onnxscript", "tensorboard"),
     "data": ("pooch",),
+    "locate": ("pupil-apriltags", "opencv-python-headless"),
 }
 
 

@@ -11,6 +11,7 @@ import tyro
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
+    from circumspect.cli.scan_space import ScanSpace
     from circumspect.cli.simulated_scan import SimulatedScan
     from circumspect.pipeline.scan_settings import ScanSettings
     from circumspect.planning import ViewPlanner
@@ -24,6 +25,7 @@ class Scan:
     $ circumspect scan sofa-17 --start 135 --slip 0.1 --planner convinced
     $ circumspect scan desk.obj --up y --height 0.75 --stop-when-sure
     $ circumspect scan chair_0890 --data modelnet10 --json
+    $ circumspect scan table --space
     """
 
     object: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="OBJECT")]
@@ -52,6 +54,9 @@ class Scan:
     """Height of the camera above the floor [m]."""
     tilt: float | None = None
     """How far the camera looks down [degrees]; without it so that the object is in view."""
+    space: bool = False
+    """Four ceiling cameras see a tag on the robot, too, and the run is compared with what they
+    say; the robot hears nothing of it."""
     data: Path | None = None
     """ModelNet10's folder of point packs; OBJECT is the name of an object in it."""
     up: Literal["x", "y", "z"] = "z"
@@ -75,7 +80,8 @@ class Scan:
         from circumspect.cli.scan_report import ScanReport
 
         scan = self._prepared(command)
-        report = ScanReport(scan, self.out or new_run_folder(command))
+        space = self._watched(scan)
+        report = ScanReport(scan, self.out or new_run_folder(command), space)
         with RunScreen("round the object [°]", 360, report.round_deg) as screen:
             screen.say(report.opening)
             scan.pipeline.observers = (screen, *report.observers)
@@ -122,6 +128,13 @@ class Scan:
         return SimulatedScan.prepared(
             thing.mesh, world, self._settings(), self._planner(), classifier, config
         )
+
+    def _watched(self, scan: SimulatedScan) -> ScanSpace | None:
+        if not self.space:
+            return None
+        from circumspect.cli.scan_space import ScanSpace
+
+        return ScanSpace(scan)
 
     def _settings(self) -> ScanSettings:
         from circumspect.pipeline.scan_settings import ScanSettings

@@ -258,13 +258,5 @@ class SimulatedSpace:
             self.record(),
             truth=self.truth,
             walls_xy=outlines(self.place.scene),
-            object_xy=outline(surface.mesh.vertices_xyz),
+            object_xy=surface.mesh.vertices_xyz,
         )
-
-
-def outline(points_xyz: np.ndarray) -> np.ndarray:
-    """(k, 2) convex outline of points seen from above."""
-    from scipy.spatial import ConvexHull
-
-    points = np.asarray(points_xyz)[:, :2]
-    return points[ConvexHull(points).vertices]

@@ -15,6 +15,7 @@ from circumspect.evaluation.trajectory_error import (
     Alignment,
     TrajectoryError,
     absolute_trajectory_error,
+    alignment_between,
 )
 from circumspect.geometry import Trajectory
 from circumspect.localization import SpaceTrack
@@ -99,6 +100,29 @@ def error_against_space(
         raise InputError("the intelligent space never saw the robot")
     truth = Trajectory(bases.stamps, bases.T_map_camera * T_base_camera)
     return absolute_trajectory_error(estimate, truth, alignment)
+
+
+def path_against_space(
+    estimate: Trajectory, track: SpaceTrack, T_base_camera: RigidTransform
+) -> Trajectory | None:
+    """A camera's path as one of `base_link` in the frame of the intelligent space.
+
+    Args:
+        estimate: The camera's path in any frame.
+        track: Of the same robot; the poses of the first common time are made to agree.
+        T_base_camera: Where the camera is mounted.
+
+    Returns:
+        None where there is no common time.
+    """
+    bases = track.trajectory(bridged=False)
+    if bases is None:
+        return None
+    path = Trajectory(estimate.stamps, estimate.T_map_camera * T_base_camera.inv())
+    try:
+        return path.moved(alignment_between(path, bases, Alignment.FIRST_POSE))
+    except InputError:
+        return None
 
 
 def _planar(T_map_base: RigidTransform, T_map_true: RigidTransform) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 VIEW_COLOURS = ("#0e7490", "#a16207", "#7c3aed", "#15803d", "#be185d", "#475569")
 SPACE_COLOUR, INK = "#1d4ed8", "0.25"
-PATH_LOOKS = (("#9333ea", "--", 1.4), ("#c2410c", "-", 1.6), ("#15803d", "-.", 1.4))
+PATH_LOOKS = (("0.15", "--", 1.4), ("#c2410c", "-", 1.6), ("#15803d", "-.", 1.4))
 ELLIPSE_SHARE = 0.06
 """Ellipses are enlarged so that the median one has this share of the picture's half width."""
 
@@ -45,7 +45,7 @@ def draw_space(
         paths: Other paths in map by name: odometry, the pipeline's.
         truth: The true path of the base, where it is known.
         walls_xy: Outlines of what stands around [m].
-        object_xy: (n, 2) outline of the object [m].
+        object_xy: (n, 2) or (n, 3) points of the object [m]; their outline is drawn.
         title: Of the picture.
 
     Raises:
@@ -57,7 +57,7 @@ def draw_space(
     for line in walls_xy:
         plan.fill(*np.asarray(line).T, facecolor="0.90", edgecolor="0.65", lw=0.8, zorder=0)
     if object_xy is not None:
-        plan.fill(*object_xy.T, facecolor="#e7c9a9", edgecolor="#8a5a2b", lw=1, zorder=1)
+        plan.fill(*_outline(object_xy).T, facecolor="#e7c9a9", edgecolor="#8a5a2b", zorder=1)
     _draw_views(plan, cameras, plane)
     if truth is not None:
         plan.plot(
@@ -74,6 +74,14 @@ def draw_space(
     plan.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=2, frameon=False)
     _draw_share(side, cameras, track)
     save_figure(figure, path)
+
+
+def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k, 2) convex, seen from above."""
+    from scipy.spatial import ConvexHull
+
+    flat = points[:, :2]
+    return flat[ConvexHull(flat).vertices]
 
 
 def _draw_views(axes: Axes, cameras: Sequence[FixedCamera], plane: float) -> None:

@@ -192,7 +192,8 @@ class CeilingCamera:
         # Over the exposure the rays of a pixel take turns with the moments.
         for number in range(rounds):
             du, dv = offsets[number % len(offsets)]
-            found = _met(picture, maps[number % len(maps)], middle + du * by_u + dv * by_v, free)
+            xy = (middle + du * by_u + dv * by_v).astype(np.float32, copy=False)
+            found = _met(picture, maps[number % len(maps)], xy, free)
             seen = ~np.isnan(found)
             share += seen
             seen_light += np.where(seen, found, 0)

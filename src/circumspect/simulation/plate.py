@@ -63,8 +63,8 @@ class Plate:
     @classmethod
     def printed(cls, picture: NDArray[np.uint8], width: float, height: float) -> Plate:
         """Grey levels on paper."""
-        share = picture.astype(np.float32) / 255
-        return cls(BLACK + (WHITE - BLACK) * share, width, height)
+        light = BLACK + (WHITE - BLACK) * (picture / 255)
+        return cls(light.astype(np.float32), width, height)
 
     @classmethod
     def disc(cls, radius: float, reflectance: float, pixels: int = 128) -> Plate:
