@@ -33,12 +33,15 @@ class Simulate:
     calibrate: Literal["all", "extrinsics", "none"] = "extrinsics"
     """What is calibrated from images first: lens and place, the place alone, or nothing, which
     takes the simulated cameras' true calibration."""
+    size: tuple[int, int] = (1280, 960)
+    """Of the images [px]."""
     moved: str | None = None
     """Name of a camera that is knocked 40 mm aside after calibration, ceiling-0 for example."""
     seed: int | None = None
     """The same seed gives the same run; without it a new one is drawn."""
     images: Path | None = None
-    """Also write the images, calibration and true path to this folder."""
+    """Also write to this folder what the other subcommands take: track/, floor/ with survey.json,
+    board/, and calibration.json."""
     out: Path | None = None
     """Folder of the run; runs/locate-DATE-TIME by default."""
     json: bool = False
@@ -49,14 +52,20 @@ class Simulate:
         from circumspect.cli.run_screen import new_run_folder
         from circumspect.cli.scan import drawn_seed
         from circumspect.cli.simulated_space import SimulatedSpace, SpaceSetup
+        from circumspect.cli.simulated_views import SimulatedViews
 
         setup = SpaceSetup(
             self.cameras, self.ceiling, self.speed, self.seconds, self.rate, self.slip,
-            self.calibrate, self.moved, drawn_seed(self.seed),
+            self.calibrate, self.moved, drawn_seed(self.seed), self.size,
         )  # fmt: skip
         _say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
         space = SimulatedSpace.prepared(setup)
-        space.drive(_say)
+        if self.images is None:
+            space.drive(_say)
+        else:
+            views = SimulatedViews(self.images)
+            views.calibration(space)
+            space.drive(_say, views.save)
         record = space.save(self.out or new_run_folder("locate"))
         print(json.dumps(record) if self.json else _told(record))  # noqa: T201
         return 0

@@ -23,6 +23,7 @@ from circumspect.localization import (
     IntelligentSpace,
     SpaceFix,
     SpaceTrack,
+    Survey,
     write_calibration,
 )
 from circumspect.robot import PathFollower, Velocity
@@ -30,6 +31,7 @@ from circumspect.simulation import (
     CeilingRig,
     RobotSettings,
     Room,
+    Shown,
     SimulatedRobot,
     calibrated,
     ceiling_cameras,
@@ -84,6 +86,8 @@ class SpaceSetup:
             raise InputError(f"no robot drives {self.speed} m/s for {self.seconds} s; try 0.2, 60")
         if not 0.1 <= self.rate <= 1 / TICK:
             raise InputError(f"--rate {self.rate}: from 0.1 to {1 / TICK:g} images a second")
+        if not all(64 <= side <= 8192 for side in self.size):
+            raise InputError(f"--size {self.size[0]} {self.size[1]}: from 64 to 8192 pixels")
         if not 1 <= self.cameras <= 64:
             raise InputError(f"--cameras {self.cameras}: give 1 to 64")
 
@@ -97,7 +101,9 @@ class SimulatedSpace:
         place: The room.
         robot: The robot.
         rig: The cameras as they hang.
-        calibration: As they are believed to hang.
+        survey: Of tags on the floor.
+        laid: Those tags.
+        calibration: How the cameras are believed to hang.
         space: What locates.
         fixes: What it said.
         milliseconds: What each answer took.
@@ -107,6 +113,8 @@ class SimulatedSpace:
     place: Room
     robot: SimulatedRobot
     rig: CeilingRig
+    survey: Survey
+    laid: tuple[Shown, ...]
     calibration: Calibration
     space: IntelligentSpace
     fixes: list[SpaceFix] = field(default_factory=list)
@@ -131,10 +139,10 @@ class SimulatedSpace:
             names = ", ".join(camera.name for camera in hung)
             raise InputError(f"--moved {setup.moved}: no such camera; there are {names}")
         rig = CeilingRig(hung, place.scene, seed=seed)
+        survey, laid = laid_tags(low, high, rng=seed)
         if setup.calibrate == "none":
             calibration = Calibration.of(hung, rig.mount)
         else:
-            survey, laid = laid_tags(low, high, rng=seed)
             board = CharucoBoard() if setup.calibrate == "all" else None
             calibration = calibrated(rig, survey, laid, board, seed)
         if setup.moved is not None:
@@ -144,7 +152,7 @@ class SimulatedSpace:
         settings = RobotSettings(slip=setup.slip)
         robot = SimulatedRobot(place.scene, start, place.mount, settings, seed=seed)
         space = IntelligentSpace(calibration.cameras, rig.mount)
-        return cls(setup, place, robot, rig, calibration, space)
+        return cls(setup, place, robot, rig, survey, laid, calibration, space)
 
     def drive(
         self,

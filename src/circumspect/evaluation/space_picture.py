@@ -106,7 +106,7 @@ def _draw_track(axes: Axes, track: SpaceTrack) -> None:
         label += f" (± {1e3 * error:.1f} mm)"
     places = np.array([f.T_map_base.xy for f in tracked if f.T_map_base is not None])
     if len(places):
-        axes.plot(*places.T, ".", color=SPACE_COLOUR, ms=3.2, zorder=5, label=label)
+        axes.plot(*places.T, ".", color=SPACE_COLOUR, ms=6, alpha=0.35, zorder=3.5, label=label)
     bridged = [f.T_map_base.xy for f in known if f.state != "tracked" and f.T_map_base is not None]
     if bridged:
         axes.plot(
