@@ -21,7 +21,9 @@ def camera(x=0.0, y=0.0, name="c", tilt=(3.0, -4.0), heading=30.0, covariance=No
     turn = Rotation.from_euler("z", heading, degrees=True) * Rotation.from_euler("x", np.pi)
     turn = turn * Rotation.from_euler("xy", tilt, degrees=True)
     pose = RigidTransform.from_components([x, y, 3.0], turn)
-    return FixedCamera(name, lens(**how), pose, np.zeros((6, 6)) if covariance is None else covariance)
+    return FixedCamera(
+        name, lens(**how), pose, np.zeros((6, 6)) if covariance is None else covariance
+    )
 
 
 def corners(of, pose, mount=MOUNT):

@@ -29,7 +29,9 @@ def driven(tracker, seconds, *cameras, start=0.0, step=0.1):
     fixes = []
     for n in range(round(seconds / step)):
         t = start + n * step
-        fixes.append(tracker.take(t, [told(name, t, SPEED * t + off, 0.0) for name, off in cameras]))
+        fixes.append(
+            tracker.take(t, [told(name, t, SPEED * t + off, 0.0) for name, off in cameras])
+        )
     return fixes
 
 

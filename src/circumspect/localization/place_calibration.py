@@ -16,9 +16,11 @@ from circumspect.localization.opencv import opencv
 from circumspect.localization.survey import Survey, SurveyedTag
 from circumspect.localization.tag_detector import TagDetection
 from circumspect.localization.tag_mount import CORNERS
-from circumspect.localization.tag_pose import CORNER_SIGMA
+from circumspect.localization.tag_pose import CORNER_SIGMA, corner_slopes
 
 FEWEST_TAGS = 3
+STEPS, CONVERGED = 30, 1e-10
+"""Of the iteration; steps smaller than this end it [m], [rad]."""
 LARGEST_RMS = 2.0
 """Of a calibration that can be meant [px]."""
 HIDDEN, LEAST_RMS = 4.0, 0.1
@@ -171,45 +173,95 @@ def _fitted(
     corner_sigma: float,
 ) -> _Fit:
     """Gauss-Newton over the pose and the offsets of all tags."""
-    from scipy.optimize import least_squares
-
-    tags, lens = list(corners), start.lens
+    tags = list(corners)
     seen_uv = np.concatenate([corners[tag] for tag in tags])
-    yaws = np.array([_yaw(start, corners[tag], survey.tags[tag]) for tag in tags])
-    surveyed = np.array([[survey.tags[tag].x, survey.tags[tag].y] for tag in tags])
-    heights = np.repeat([survey.tags[tag].z for tag in tags], len(CORNERS))
-    # A direction that nobody measured is free.
-    stiff = np.array([survey.tags[tag].yaw is not None for tag in tags]) / survey.yaw_sigma
-    base = start.T_map_camera
-
-    def residuals(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        T_camera_map = (base * RigidTransform.from_exp_coords(values[:6])).inv()
-        offsets = values[6:].reshape(-1, 3)
-        xy = _corners_xy(surveyed + offsets[:, :2], yaws + offsets[:, 2], survey.size)
-        expected = lens.project(T_camera_map.apply(np.column_stack([xy.reshape(-1, 2), heights])))
-        # Whatever runs out of the lens's reach is as wrong as can be.
-        pixels = np.nan_to_num(expected - seen_uv, nan=1e4) / corner_sigma
-        places = offsets[:, :2] / survey.position_sigma
-        return np.concatenate([pixels.ravel(), places.ravel(), offsets[:, 2] * stiff])
-
-    begin = np.zeros(6 + 3 * len(tags))
-    found = least_squares(residuals, begin, x_scale="jac", xtol=1e-12, ftol=1e-12)
-    # Once more around the optimum, so that the covariance is told at the pose itself.
-    base = base * RigidTransform.from_exp_coords(found.x[:6])
-    found = least_squares(residuals, np.concatenate([np.zeros(6), found.x[6:]]), x_scale="jac")
-    base = base * RigidTransform.from_exp_coords(found.x[:6])
-    measured = seen_uv.size + 2 * len(tags) + int(np.count_nonzero(stiff))
-    excess = max(1.0, 2 * float(found.cost) / max(measured - len(found.x), 1))
-    covariance = excess * np.linalg.inv(found.jac.T @ found.jac)[:6, :6]
-    pixels = found.fun[: seen_uv.size].reshape(len(tags), -1) * corner_sigma
+    floor = _Floor.of(start, corners, survey)
+    camera, offsets = start, np.zeros((len(tags), 3))
+    residual, J = floor.linear(camera, offsets, seen_uv, corner_sigma)
+    for _ in range(STEPS):
+        step = np.linalg.lstsq(J, residual, rcond=None)[0]
+        moved = camera.T_map_camera * RigidTransform.from_exp_coords(step[:6])
+        camera = FixedCamera(start.name, start.lens, moved)
+        offsets = offsets + step[6:].reshape(-1, 3)
+        residual, J = floor.linear(camera, offsets, seen_uv, corner_sigma)
+        if np.abs(step).max() < CONVERGED:
+            break
+    measured = seen_uv.size + 2 * len(tags) + int(np.count_nonzero(floor.stiff))
+    excess = max(1.0, float(residual @ residual) / max(measured - J.shape[1], 1))
+    covariance = excess * np.linalg.inv(J.T @ J)[:6, :6]
+    pixels = residual[: seen_uv.size].reshape(len(tags), -1) * corner_sigma
     rms = np.sqrt(2 * np.mean(pixels**2, axis=1))
-    offsets = np.linalg.norm(found.x[6:].reshape(-1, 3)[:, :2], axis=1)
+    apart = np.linalg.norm(offsets[:, :2], axis=1)
     return _Fit(
-        base,
+        camera.T_map_camera,
         (covariance + covariance.T) / 2,
         dict(zip(tags, map(float, rms), strict=True)),
-        dict(zip(tags, map(float, offsets), strict=True)),
+        dict(zip(tags, map(float, apart), strict=True)),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Floor:
+    """The tags as the survey has them, as arrays over n of them."""
+
+    survey: Survey
+    places_xy: NDArray[np.float64]
+    heights: NDArray[np.float64]
+    yaws: NDArray[np.float64]
+    stiff: NDArray[np.float64]
+    """One over the standard deviation of each direction; 0 where nobody measured it."""
+
+    @classmethod
+    def of(
+        cls, start: FixedCamera, corners: Mapping[int, NDArray[np.float64]], survey: Survey
+    ) -> _Floor:
+        tags = [survey.tags[tag] for tag in corners]
+        return cls(
+            survey,
+            np.array([[tag.x, tag.y] for tag in tags]),
+            np.repeat([tag.z for tag in tags], len(CORNERS)),
+            np.array([_yaw(start, uv, survey.tags[tag]) for tag, uv in corners.items()]),
+            np.array([tag.yaw is not None for tag in tags]) / survey.yaw_sigma,
+        )
+
+    def linear(
+        self,
+        camera: FixedCamera,
+        offsets: NDArray[np.float64],
+        seen_uv: NDArray[np.float64],
+        corner_sigma: float,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Residuals, seen minus expected, in standard deviations, and the expectation's slopes.
+
+        Columns are φ and ρ of the camera, then x, y [m] and yaw [rad] of each tag's offset; rows
+        are corners, then the survey's places and directions.
+        """
+        count = len(offsets)
+        middles = self.places_xy + offsets[:, :2]
+        xy = _corners_xy(middles, self.yaws + offsets[:, 2], self.survey.size)
+        ground = np.column_stack([xy.reshape(-1, 2), self.heights])
+        points = camera.seen_from_camera(ground)
+        expected = camera.lens.project(points)
+        if not np.isfinite(expected).all():
+            raise InputError(
+                f"camera '{camera.name}': the tags do not fit the survey: some would be out of "
+                "view; check their numbers and places"
+            )
+        around = (xy - middles[:, None]).reshape(-1, 2)
+        by_camera, by_tag = corner_slopes(camera, points, around)
+        J = np.zeros((seen_uv.size + 3 * count, 6 + 3 * count))
+        J[: seen_uv.size, :6] = by_camera.reshape(-1, 6)
+        rows = by_tag.reshape(count, 2 * len(CORNERS), 3)
+        for tag in range(count):
+            height = rows.shape[1]
+            J[height * tag : height * (tag + 1), 6 + 3 * tag : 9 + 3 * tag] = rows[tag]
+        J[: seen_uv.size] /= corner_sigma
+        weights = np.column_stack([np.full((count, 2), 1 / self.survey.position_sigma), self.stiff])
+        J[seen_uv.size :, 6:] = np.diag(weights.ravel())
+        residual = np.concatenate(
+            [(seen_uv - expected).ravel() / corner_sigma, -(offsets * weights).ravel()]
+        )
+        return residual, J
 
 
 def _yaw(camera: FixedCamera, uv: NDArray[np.float64], place: SurveyedTag) -> float:

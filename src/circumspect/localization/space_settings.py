@@ -15,7 +15,7 @@ class SpaceSettings:
     Attributes:
         corner_sigma: Of a detected corner along each image axis, by itself [px].
         common_sigma: Of all four corners of a tag alike [px].
-        decimate: See `TagDetector`.
+        decimate: See `TagDetector`; None for what the tag's size in each camera's images allows.
         workers: Detections at a time.
         gate: Poses whose squared Mahalanobis distance is larger contradict each other; of three
             degrees of freedom 21.1 is passed by chance once in 10,000 times.
@@ -35,7 +35,7 @@ class SpaceSettings:
 
     corner_sigma: float = CORNER_SIGMA
     common_sigma: float = COMMON_SIGMA
-    decimate: float = 3.0
+    decimate: float | None = None
     workers: int = 2
     gate: float = 21.1
     misfit_gate: float = 40.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from threading import Lock
 from typing import Any
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from circumspect.errors import InputError, MissingExtraError
 
 FAMILY = "tag36h11"
+DECIMATIONS = (1.0, 1.5, 2.0, 3.0, 4.0)
+"""The library cuts other fractions down to whole numbers and then finds nothing."""
 HALF_PIXEL = 0.5
 """The library counts from the top left corner of the top left pixel, we from its centre."""
 
@@ -63,8 +66,9 @@ class TagDetector:
             InputError: A value makes no sense.
             MissingExtraError: pupil-apriltags is not installed.
         """
-        if not 1 <= decimate <= 8:
-            raise InputError(f"images are made 1 to 8 times smaller, not {decimate} times")
+        if decimate not in DECIMATIONS:
+            known = ", ".join(f"{factor:g}" for factor in DECIMATIONS)
+            raise InputError(f"images are made {known} times smaller, not {decimate:g} times")
         try:
             from pupil_apriltags import Detector
         except ImportError as error:
@@ -72,6 +76,7 @@ class TagDetector:
         # The library keeps its image and its threads in the detector: one call at a time.
         self._detector = Detector(FAMILY, nthreads=threads, quad_decimate=decimate)
         self._lock = Lock()
+        finalize(self, _release, self._detector)
 
     def detect(self, grey: NDArray[np.uint8]) -> tuple[TagDetection, ...]:
         """All tags in an image.
@@ -99,3 +104,17 @@ class TagDetector:
             )
             for tag in found
         )
+
+
+def _release(detector: Any) -> None:
+    """Free a detector of the library, the families last.
+
+    Left to itself the library frees the families first, which the detector then reads: now and
+    then that ends the process.
+    """
+    pointer, detector.tag_detector_ptr = detector.tag_detector_ptr, None
+    detector.libc.apriltag_detector_destroy.restype = None
+    detector.libc.apriltag_detector_destroy(pointer)
+    detector.libc.tag36h11_destroy.restype = None
+    for family in detector.tag_families.values():
+        detector.libc.tag36h11_destroy(family)

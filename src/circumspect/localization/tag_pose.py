@@ -118,16 +118,32 @@ def _linear(
     expected = camera.lens.project(seen)
     if not np.isfinite(expected).all():
         raise GeometryError(f"camera '{camera.name}': the pose of a tag ran out of the image")
-    slopes = camera.lens.projection_slopes(seen)
-    R_camera_map = camera.T_map_camera.rotation.inv().as_matrix()
-    moves = np.zeros((len(own), 3, 3))
-    moves[:, 0, 0] = moves[:, 1, 1] = 1
-    around = ground[:, :2] - pose.xy
-    moves[:, 0, 2], moves[:, 1, 2] = -around[:, 1], around[:, 0]
-    by_pose = slopes @ R_camera_map @ moves
-    # The point moves against the camera: p' = p - φ × p - ρ = p + [p]× φ - ρ.
-    by_camera = slopes @ np.concatenate([_cross(seen), -np.tile(np.eye(3), (len(own), 1, 1))], 2)
+    by_camera, by_pose = corner_slopes(camera, seen, ground[:, :2] - pose.xy)
     return (corners_uv - expected).ravel(), by_pose.reshape(-1, 3), by_camera.reshape(-1, 6)
+
+
+def corner_slopes(
+    camera: FixedCamera, seen_xyz: NDArray[np.float64], around_xy: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How points of something level move in the image.
+
+    Args:
+        camera: What sees them.
+        seen_xyz: (n, 3) [m] the points in its optical frame.
+        around_xy: (n, 2) [m] the same points in map as seen from where the thing turns about.
+
+    Returns:
+        (n, 2, 6) [px/rad], [px/m] by the camera's pose (φ, ρ), and (n, 2, 3) by x, y [m] and yaw
+        [rad] of the thing.
+    """
+    slopes = camera.lens.projection_slopes(seen_xyz)
+    moves = np.zeros((len(seen_xyz), 3, 3))
+    moves[:, 0, 0] = moves[:, 1, 1] = 1
+    moves[:, 0, 2], moves[:, 1, 2] = -around_xy[:, 1], around_xy[:, 0]
+    # The point moves against the camera: p' = p - φ × p - ρ = p + [p]× φ - ρ.
+    against = -np.tile(np.eye(3), (len(seen_xyz), 1, 1))
+    by_camera = slopes @ np.concatenate([_cross(seen_xyz), against], axis=2)
+    return by_camera, slopes @ camera.T_map_camera.rotation.inv().as_matrix() @ moves
 
 
 def _cross(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,9 +9,14 @@ from circumspect.localization.ceiling_image import CeilingImage
 from circumspect.localization.fixed_camera import FixedCamera
 from circumspect.localization.sighting import NO_TAG, Sighting
 from circumspect.localization.space_settings import SpaceSettings
-from circumspect.localization.tag_detector import TagDetection, TagDetector
+from circumspect.localization.tag_detector import DECIMATIONS, TagDetection, TagDetector
 from circumspect.localization.tag_mount import TagMount
 from circumspect.localization.tag_pose import tag_pose
+
+FOUND_SIDE = 13.5
+"""The detector finds every tag whose side has so many pixels after decimation, and loses some of
+smaller ones (benchmarks/intelligent_space.py)."""
+MOST_DECIMATION = 3.0
 
 
 class TagWatch:
@@ -32,7 +37,8 @@ class TagWatch:
         """
         self.camera, self.mount = camera, mount
         self.settings = settings or SpaceSettings()
-        self._detector = TagDetector(self.settings.decimate)
+        decimate = self.settings.decimate or suitable_decimation(camera, mount)
+        self._detector = TagDetector(decimate)
         self._last: CeilingImage | None = None
 
     def look(self, image: CeilingImage, after: float = -np.inf) -> Sighting:
@@ -87,6 +93,21 @@ class TagWatch:
         low, high = tag.corners_uv.min(axis=0), tag.corners_uv.max(axis=0)
         edge = self.settings.edge
         return bool((low < edge).any() or (high > np.array([w, h]) - 1 - edge).any())
+
+
+def suitable_decimation(camera: FixedCamera, mount: TagMount) -> float:
+    """How much smaller an image can be made so that the tag is still found all over it."""
+    w, h = camera.lens.size
+    u, v = np.meshgrid([0.1 * w, 0.5 * w, 0.9 * w], [0.1 * h, 0.5 * h, 0.9 * h])
+    places = camera.on_plane(np.column_stack([u.ravel(), v.ravel()]), mount.height)
+    sides = []
+    for x, y in places[np.isfinite(places).all(axis=1)]:
+        ground = mount.corners_xy - mount.T_base_tag.xy + [x, y]
+        seen = camera.project(np.column_stack([ground, np.full(len(ground), mount.height)]))
+        sides.append(float(np.linalg.norm(seen - np.roll(seen, 1, axis=0), axis=1).min()))
+    known = [side for side in sides if np.isfinite(side)]
+    fitting = min(min(known, default=0.0) / FOUND_SIDE, MOST_DECIMATION)
+    return max((factor for factor in DECIMATIONS if factor <= fitting), default=1.0)
 
 
 def _missing(others: tuple[int, ...]) -> str:
