@@ -28,6 +28,7 @@ told in [scans](scans.md), how the networks differ in [networks](networks.md).
 SECTIONS = (
     "grid_speed", "classifier_speed", "modelnet10_test", "table2", "rivals", "robustness",
     "unknown", "scans", "faults", "scan_memory", "redkitchen_registration", "redkitchen",
+    "intelligent_space",
 )  # fmt: skip
 """Results in the order of the page; those that are not there yet are left out."""
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")

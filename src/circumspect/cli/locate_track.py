@@ -18,7 +18,7 @@ class Track:
     """Follow the robot through recorded images of ceiling cameras.
 
     $ circumspect locate track images --calibration calibration.json
-    $ circumspect locate track images --calibration room.json --truth truth.txt --json
+    $ circumspect locate track images --calibration room.json --json
     """
 
     folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]

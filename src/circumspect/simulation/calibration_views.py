@@ -68,7 +68,7 @@ def laid_tags(
     low_xy: ArrayLike,
     high_xy: ArrayLike,
     size: float = 0.20,
-    spacing: float = 0.6,
+    spacing: float = 0.75,
     position_sigma: float = 0.001,
     rng: np.random.Generator | int = 0,
 ) -> tuple[Survey, tuple[Shown, ...]]:

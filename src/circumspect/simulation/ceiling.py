@@ -14,6 +14,8 @@ OVERLAP = 0.45
 """Neighbouring views share about this much of a cell's side [m], on each side."""
 WIDEST = 2.4
 """A view is at most this many times wider than it is far away."""
+BEND = (-0.13, 0.02, 0.0, 0.0, -0.001)
+"""By such shares k1, k2 and k3 move the corners of an image."""
 TILT = float(np.radians(3.0))
 """Cameras hang askew by about this much [rad]."""
 
@@ -84,7 +86,9 @@ def _lens(size: tuple[int, int], focal: float, rng: np.random.Generator) -> Lens
     fx = focal * float(rng.normal(1, 0.005))
     centre = np.array([w - 1, h - 1]) / 2 + rng.normal(0, 0.006 * w, 2)
     pinhole = PinholeCamera(w, h, fx, fx * float(rng.normal(1, 0.001)), *map(float, centre))
-    bend = np.array([-0.20, 0.045, 0.0, 0.0, -0.004]) * rng.normal(1, 0.05, 5)
+    corner = float(np.hypot(w, h)) / 2 / focal
+    radial = np.array(BEND) / corner ** np.array([2, 4, 0, 0, 6])
+    bend = radial * rng.normal(1, 0.05, 5)
     bend[2:4] = rng.normal(0, 4e-4, 2)
     k1, k2, p1, p2, k3 = bend.tolist()
     return LensCamera(pinhole, (k1, k2, p1, p2, k3))

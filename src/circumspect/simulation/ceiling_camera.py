@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
-from circumspect.localization import CeilingImage, FixedCamera
+from circumspect.localization import CeilingImage, FixedCamera, LensCamera
 from circumspect.simulation.plate import Plate
 from circumspect.simulation.ray_caster import RayCaster
 
@@ -101,9 +101,7 @@ class CeilingCamera:
         self.optics = optics or CeilingOptics()
         self._rng = np.random.default_rng(rng)
         w, h = camera.lens.size
-        u, v = np.meshgrid(np.arange(-1.0, w + 1), np.arange(-1.0, h + 1))
-        rays = camera.lens.rays_xy(np.column_stack([u.ravel(), v.ravel()]))
-        self._rays = rays.reshape(h + 2, w + 2, 2).astype(np.float32)
+        self._rays = _ray_map(camera.lens)
         self._T_camera_map = camera.T_map_camera.inv()
         self._gain, self._depth, scene = self._looked(caster)
         self._still = scene * self._gain
@@ -133,6 +131,21 @@ class CeilingCamera:
         start = int(self._rng.integers(SHIFTS))
         noisy = light + self._noise[start : start + light.size].reshape(light.shape)
         return CeilingImage(self.camera.name, stamp, np.clip(noisy, 0, 255, noisy).astype(np.uint8))
+
+    def shows(self, points_xyz: NDArray[np.float64], edge: float = 3.0) -> bool:
+        """Whether points are in the image and the scene hides none; for measurements.
+
+        Args:
+            points_xyz: (n, 3) [m] in map.
+            edge: So far from the image's edge at least [px].
+        """
+        pixels = self.camera.project(points_xyz)
+        w, h = self.camera.lens.size
+        if not ((pixels > edge) & (pixels < np.array([w, h]) - 1 - edge)).all():
+            return False
+        u, v = np.rint(pixels).astype(int).T
+        depth = self.camera.seen_from_camera(points_xyz)[:, 2]
+        return not (self._depth[v, u] < depth - 1e-3).any()
 
     def _looked(
         self, caster: RayCaster
@@ -214,6 +227,23 @@ class CeilingCamera:
             ]
         )
         return (scale @ np.linalg.inv(T_camera_plate[:3, [0, 1, 3]])).astype(np.float32)
+
+
+def _ray_map(lens: LensCamera) -> NDArray[np.float32]:
+    """(height + 2, width + 2, 2) rays of all pixels and of one more on each side.
+
+    The lens is solved at every eighth pixel; bicubic splines between them err by less than a
+    thousandth of a pixel.
+    """
+    from scipy.interpolate import RectBivariateSpline
+
+    w, h = lens.size
+    u, v = (np.linspace(-1.0, side, max(side // 8, 4)) for side in (w, h))
+    grid = np.stack(np.meshgrid(u, v), axis=-1)
+    rays = lens.rays_xy(grid.reshape(-1, 2)).reshape(grid.shape)
+    pixels = np.arange(-1.0, h + 1), np.arange(-1.0, w + 1)
+    maps = [RectBivariateSpline(v, u, rays[..., axis])(*pixels) for axis in (0, 1)]
+    return np.stack(maps, axis=-1).astype(np.float32)
 
 
 def _met(
