@@ -260,7 +260,8 @@ def _markdown(runs: dict[str, Any], parts: dict[str, list[list[str]]]) -> str:
     ]  # fmt: skip
     rows = [
         [
-            CALIBRATED[kind], str(r["fixes"]), ", ".join(f"{v:.2f}" for v in r["position_mm"].values()),
+            CALIBRATED[kind], str(r["fixes"]),
+            ", ".join(f"{v:.2f}" for v in r["position_mm"].values()),
             f"{r['stated_mm']:.2f}", ", ".join(f"{v:.3f}" for v in r["yaw_deg"].values()),
             f"{r['nees']:.1f}", f"{r['detection_rate']:.2%} of {r['images_with_tag']}",
             f"{r['tracked']:.2%}",

@@ -219,6 +219,20 @@ def test_stale_late_frozen_and_foreign_images_are_left_out(rig, pair):
         IntelligentSpace([pair[0], pair[0]])
 
 
+def test_a_clock_that_leaps_once_does_not_make_the_rest_late(rig, pair):
+    space = IntelligentSpace(pair[:2], MOUNT)
+
+    def at(stamp):
+        return space.locate([replace(i, stamp=stamp) for i in rig.images(truth(stamp=stamp))[:2]])
+
+    assert at(1.0).state == TRACKED
+    leap = space.locate([replace(rig.images(truth())[0], stamp=5000.0)])
+    assert leap.sightings[0].reason == "its stamp leaps ahead by 4999.0 s"
+    assert at(1.1).state == TRACKED
+    # A pause of all cameras is believed after a few times.
+    assert [at(100.0 + n / 10).state for n in range(5)][-2:] == [TRACKED, TRACKED]
+
+
 def test_a_camera_that_was_knocked_is_found_out(pair):
     after = (knocked(pair[0], ASIDE), *pair[1:])
     rig = CeilingRig(after, Scene.with_object(FAR), MOUNT, seed=2)

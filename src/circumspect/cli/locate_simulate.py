@@ -58,8 +58,8 @@ class Simulate:
             self.cameras, self.ceiling, self.speed, self.seconds, self.rate, self.slip,
             self.calibrate, self.moved, drawn_seed(self.seed), self.size,
         )  # fmt: skip
-        _say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
         space = SimulatedSpace.prepared(setup)
+        _say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
         if self.images is None:
             space.drive(_say)
         else:

@@ -19,6 +19,10 @@ from circumspect.localization.tag_mount import TagMount
 from circumspect.localization.tag_watch import TagWatch
 
 
+LEAP, CONFIRMED = 10.0, 3
+"""A stamp so far ahead of the last one [s] is believed once so many times were that in a row."""
+
+
 class IntelligentSpace:
     """Detects the tag in every image, and fuses what the cameras see."""
 
@@ -45,6 +49,7 @@ class IntelligentSpace:
         self.mount, self.settings = mount or TagMount(), settings or SpaceSettings()
         self._watches = {c.name: TagWatch(c, self.mount, self.settings) for c in cameras}
         self._tracker = SpaceTracker(self.settings)
+        self._leaps = 0
         self._pool = ThreadPoolExecutor(min(self.settings.workers, len(names)))
 
     @property
@@ -74,12 +79,19 @@ class IntelligentSpace:
         if not images:
             raise InputError("there is no image to see the robot in")
         after = self._tracker.stamp
-        sightings = list(self._pool.map(lambda image: self._look(image, after), images))
-        fresh = [s.stamp for s in sightings if s.stamp > after]
+        # A clock that leaps once must not make everything after it late.
+        patient = np.isfinite(after) and self._leaps < CONFIRMED
+        until = after + LEAP if patient else np.inf
+        sightings = list(self._pool.map(lambda image: self._look(image, after, until), images))
+        fresh = [s.stamp for s in sightings if after < s.stamp <= until]
+        self._leaps = self._leaps + 1 if any(s.stamp > until for s in sightings) else 0
         stamp = float(np.median(fresh)) if fresh else float(np.nextafter(after, np.inf))
         return self._tracker.take(stamp, sightings)
 
-    def _look(self, image: CeilingImage, after: float) -> Sighting:
+    def _look(self, image: CeilingImage, after: float, until: float) -> Sighting:
+        if image.stamp > until:
+            reason = f"its stamp leaps ahead by {image.stamp - after:.1f} s"
+            return Sighting(image.camera, image.stamp, reason=reason)
         watch = self._watches.get(image.camera)
         if watch is None:
             known = ", ".join(self._watches)
