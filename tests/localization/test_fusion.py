@@ -60,3 +60,8 @@ def test_the_odd_one_out_is_left_out():
     assert agreeing([*words, word(0.051, 0, 0, 0.001)], 21.1) == [(0, 2), (1, 3)]
     assert agreeing(words[:1], 21.1) == [(0,)]
     assert agreeing([], 21.1) == []
+
+
+def test_of_two_that_disagree_the_one_nearer_to_what_lies_between_counts():
+    words = [word(0, 0, 0, 0.001), word(0.004, 0, 0, 0.001), word(0.0085, 0, 0, 0.001)]
+    assert agreeing(words, 21.1) == [(0, 1)]

@@ -64,7 +64,8 @@ def agreeing(poses: Sequence[TagPose], gate: float) -> list[tuple[int, ...]]:
         gate: Largest squared Mahalanobis distance of two that agree.
 
     Returns:
-        Indices; several sets where equally many agree with each other in different ways.
+        Indices; several sets where equally many agree with each other in different ways, with no
+        camera in all of them.
     """
     some = sorted(range(len(poses)), key=lambda i: float(np.trace(poses[i].covariance)))
     some = sorted(some[:MOST_COMPARED])
@@ -83,6 +84,9 @@ def agreeing(poses: Sequence[TagPose], gate: float) -> list[tuple[int, ...]]:
             for chosen in combinations(some, size)
             if all(agree[pair] for pair in combinations(chosen, 2))
         ]
+        if found and set.intersection(*map(set, found)):
+            # They differ at the gate's edge only: a camera that all of them hold lies between.
+            return [min(found, key=lambda chosen: fused([poses[i] for i in chosen]).misfit)]
         if found:
             return found
     return []

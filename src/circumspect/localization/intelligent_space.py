@@ -18,7 +18,6 @@ from circumspect.localization.space_tracker import SpaceTracker
 from circumspect.localization.tag_mount import TagMount
 from circumspect.localization.tag_watch import TagWatch
 
-
 LEAP, CONFIRMED = 10.0, 3
 """A stamp so far ahead of the last one [s] is believed once so many times were that in a row."""
 
