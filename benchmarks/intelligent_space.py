@@ -39,10 +39,10 @@ from circumspect.storage import atomic_open, write_json
 COMMAND = "python -m benchmarks.intelligent_space"
 RUNS = (("all", 0), ("all", 1), ("all", 2), ("extrinsics", 0), ("none", 0))
 """What is calibrated from images, and the seed."""
-SECONDS = 25.0
-SIDES = (16, 20, 24, 28, 32, 40, 50)
+SECONDS = 15.0
+SIDES = (16, 20, 24, 28, 32, 40, 54)
 """Of the tag [px]."""
-FACTORS = (1.0, 1.5, 2.0, 3.0)
+FACTORS = (1.0, 1.5, 2.0, 3.0, 4.0)
 IMAGES = 40
 GAPS = (0.2, 0.5, 1.0, 2.0)
 """Drop-outs [s]."""
@@ -236,7 +236,12 @@ def main(folder: Path = RESULTS) -> None:
     runs = {kind: errors.figures() for kind, errors in found.items()}
     parts = {"sizes": sizes(), "gaps": gaps(), "knocks": knocks()}
     packages = ("pupil-apriltags", "opencv-python-headless")
-    facts = {**machine(), **{name: metadata.version(name) for name in packages}, "load": load}
+    facts = {
+        **machine(),
+        **{name: metadata.version(name) for name in packages},
+        "load at the start": round(load, 1),
+        "load at the end": round(os.getloadavg()[0], 1),
+    }
     text = f"# Intelligent space\n\n`{COMMAND}`\n\n" + _markdown(runs, parts) + "\n\n"
     text += "".join(f"- {key}: {value}\n" for key, value in facts.items())
     print(text)

@@ -16,7 +16,7 @@ from circumspect.localization.tag_pose import tag_pose
 FOUND_SIDE = 13.5
 """The detector finds every tag whose side has so many pixels after decimation, and loses some of
 smaller ones (benchmarks/intelligent_space.py)."""
-MOST_DECIMATION = 3.0
+MOST_DECIMATION = 4.0
 
 
 class TagWatch:
