@@ -8,7 +8,10 @@ import pytest
 from circumspect.furniture import make_furniture
 from circumspect.geometry import write_ply
 
-EXTRAS = ("torch", "accelerate", "safetensors", "onnx", "onnxscript", "matplotlib", "embreex")
+EXTRAS = (
+    "torch", "accelerate", "safetensors", "onnx", "onnxscript", "matplotlib", "embreex", "cv2",
+    "pupil_apriltags",
+)  # fmt: skip
 
 
 BLOCKER = f"""
@@ -60,6 +63,8 @@ def test_grids_are_saved_without_their_picture(chair, tmp_path):
         (("train", "--data", "x"), "train"),
         (("nets",), "train"),
         (("export", "a", "b"), "train"),
+        (("locate", "simulate"), "locate"),
+        (("locate", "board"), "locate"),
     ],
 )
 def test_what_needs_an_extra_says_which(tmp_path, words, extra):

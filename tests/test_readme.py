@@ -38,8 +38,9 @@ def test_python_snippets_run(code, tmp_path, monkeypatch, capsys):
 def test_commands_and_their_flags_exist(line, capsys):
     name, *words = shlex.split(line)[1:]
     assert name in COMMANDS
+    subcommand = words[:1] if name == "locate" else []
     with pytest.raises(SystemExit):
-        main([name, "--help"])
+        main([name, *subcommand, "--help"])
     explained = capsys.readouterr().out
     for flag in (word for word in words if word.startswith("--")):
         assert re.search(rf"{flag}\b", explained), f"{name} has no {flag}"

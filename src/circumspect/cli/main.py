@@ -20,6 +20,7 @@ COMMANDS = {
     "replay": ("replay:Replay", "a recording through the pipeline"),
     "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),
     "record": ("record:Record", "what a recording holds"),
+    "locate": ("locate:Locate", "the intelligent space: ceiling cameras see the robot"),
     "train": ("train:Train", "train a network"),
     "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
     "export": ("export:Export", "turn a trained network into one ONNX file"),

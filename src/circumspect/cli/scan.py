@@ -11,6 +11,7 @@ import tyro
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
+    from circumspect.cli.scan_space import ScanSpace
     from circumspect.pipeline.scan_settings import ScanSettings
     from circumspect.pipeline.simulated_scan import SimulatedScan
     from circumspect.planning import ViewPlanner
@@ -26,6 +27,7 @@ class Scan:
     $ circumspect scan desk.obj --up y --height 0.75 --stop-when-sure
     $ circumspect scan chair_0890 --data modelnet10 --json
     $ circumspect scan toilet --record toilet.mcap
+    $ circumspect scan table --space
     """
 
     object: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="OBJECT")]
@@ -54,6 +56,9 @@ class Scan:
     """Height of the camera above the floor [m]."""
     tilt: float | None = None
     """How far the camera looks down [degrees]; without it so that the object is in view."""
+    space: bool = False
+    """Four ceiling cameras see a tag on the robot, too, and the run is compared with what they
+    say; the robot hears nothing of it."""
     data: Path | None = None
     """ModelNet10's folder of point packs; OBJECT is the name of an object in it."""
     up: Literal["x", "y", "z"] = "z"
@@ -81,7 +86,8 @@ class Scan:
         from circumspect.pipeline.step_recorder import StepRecorder
 
         scan, recorder = self._recorded(self._prepared(command))
-        report = ScanReport(scan, self.out or new_run_folder(command))
+        space = self._watched(scan)
+        report = ScanReport(scan, self.out or new_run_folder(command), space)
         with RunScreen("round the object [°]", 360, report.round_deg) as screen:
             screen.say(report.opening)
             writers = () if recorder is None else (StepRecorder(recorder),)
@@ -143,6 +149,13 @@ class Scan:
         return SimulatedScan.prepared(
             thing.mesh, world, self._settings(), self._planner(), classifier, config
         )
+
+    def _watched(self, scan: SimulatedScan) -> ScanSpace | None:
+        if not self.space:
+            return None
+        from circumspect.cli.scan_space import ScanSpace
+
+        return ScanSpace(scan)
 
     def _settings(self) -> ScanSettings:
         from circumspect.pipeline.scan_settings import ScanSettings

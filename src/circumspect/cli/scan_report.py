@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from textwrap import fill
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from circumspect.cli.run_screen import tell_where, verdict
 from circumspect.errors import CircumspectError
@@ -20,21 +21,26 @@ from circumspect.pipeline.scan_file import ScanFile
 from circumspect.pipeline.simulated_scan import SimulatedScan
 from circumspect.simulation import outlines
 
+if TYPE_CHECKING:
+    from circumspect.cli.scan_space import ScanSpace
+
 
 class ScanReport:
     """Observes a scan on behalf of the command line."""
 
-    def __init__(self, parts: SimulatedScan, path: Path) -> None:
+    def __init__(self, parts: SimulatedScan, path: Path, space: ScanSpace | None = None) -> None:
         """Make the run's folder.
 
         Args:
             parts: The scan, not yet begun.
             path: The folder.
+            space: The ceiling cameras that watch it.
 
         Raises:
             OutputError: It can not be written.
         """
         self._parts = parts
+        self._space = space
         self.folder = RunFolder(path, parts.config)
         self._log = JourneyLog(parts.scan, self.folder, self._truth, outlines(parts.room.scene))
         self._file = ScanFile(parts.scan, path / "scan.json")
@@ -52,8 +58,9 @@ class ScanReport:
             as_json: One JSON line instead of sentences.
         """
         error = self._error(result)
-        record = self._record(result, error)
-        self._file.write({"measured": {**error.summary(), "missing": list(error.missing)}})
+        seen = self._seen_from_above(result)
+        record = self._record(result, error) | seen
+        self._file.write({"measured": {**error.summary(), **seen, "missing": list(error.missing)}})
         if as_json:
             print(json.dumps(record))  # noqa: T201
             return
@@ -61,8 +68,7 @@ class ScanReport:
             verdict(result, self.folder.config.get("truth")),
             f"It drove {record['distance_m']:.1f} m; the end: {record['ended']}.",
         ]
-        if (measured := _sentence(error)) is not None:
-            told.append(measured)
+        told += [sentence for sentence in (_sentence(error), _space_sentence(seen)) if sentence]
         for sentence in told:
             print(fill(sentence, shutil.get_terminal_size().columns))  # noqa: T201
         tell_where(self.folder)
@@ -92,6 +98,14 @@ class ScanReport:
         estimate = camera_path(result)
         return scan_error(truth, estimate, self._log.odometry, points, scene, camera)
 
+    def _seen_from_above(self, result: RecognitionResult) -> dict[str, float | None]:
+        """What the intelligent space says of the run; nothing where there is none."""
+        if self._space is None:
+            return {}
+        estimate = camera_path(result)
+        self._space.save(self.folder.path, estimate, self._log.odometry)
+        return self._space.measured(estimate, self._truth())
+
     def _record(self, result: RecognitionResult, error: ScanError) -> dict[str, Any]:
         config, measured, prediction = self.folder.config, error.summary(), result.prediction
         figures = ("ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness")
@@ -108,6 +122,17 @@ class ScanReport:
             "run": str(self.folder.path),
             "ended": self._parts.scan.ended,
         }
+
+
+def _space_sentence(seen: Mapping[str, float | None]) -> str | None:
+    """How far it is from what the ceiling cameras say."""
+    apart, own = seen.get("ate_space_rmse_m"), seen.get("space_error_m")
+    if apart is None or own is None:
+        return None
+    return (
+        f"By the ceiling cameras its path was known within {1e3 * apart:.1f} mm; they know theirs "
+        f"within {1e3 * own:.1f} mm."
+    )
 
 
 def _sentence(error: ScanError) -> str | None:

@@ -17,7 +17,10 @@ from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.storage import write_json
 
-RESULTS = ("result.json", "scan.json", "model.ply", "grid.npz", "trajectory.txt", "picture.png")
+RESULTS = (
+    "result.json", "scan.json", "model.ply", "grid.npz", "trajectory.txt", "picture.png",
+    "calibration.json", "space.txt", "space.jsonl", "space.png",
+)  # fmt: skip
 """Written when a run ends; those of an earlier run are removed when one begins."""
 
 
@@ -34,6 +37,7 @@ class RunFolder:
     | grid.npz | its occupancy grid |
     | trajectory.txt | where the camera was, TUM format: stamp x y z qx qy qz qw |
     | picture.png | all of it at a glance |
+    | space.txt, space.jsonl, space.png, calibration.json | of scans with ceiling cameras alone |
     """
 
     def __init__(self, path: str | os.PathLike[str], config: Mapping[str, Any]) -> None:

@@ -1,5 +1,11 @@
 """The simulated room: scenes, rays, a virtual RGB-D camera, and a robot that carries it."""
 
+from circumspect.simulation.calibration_views import (
+    board_images,
+    calibrated,
+    knocked,
+    laid_tags,
+)
 from circumspect.simulation.camera_faults import (
     Blackout,
     DroppedFrames,
@@ -9,10 +15,15 @@ from circumspect.simulation.camera_faults import (
     WrongUnit,
 )
 from circumspect.simulation.camera_mount import CameraMount
+from circumspect.simulation.ceiling import ceiling_cameras
+from circumspect.simulation.ceiling_camera import CeilingCamera, CeilingOptics, Shown
+from circumspect.simulation.ceiling_rig import CeilingRig
+from circumspect.simulation.ceiling_watch import CeilingWatch
 from circumspect.simulation.motion_faults import Blocked, Kidnapped
 from circumspect.simulation.odometry_faults import OdometryGone, OdometryJumping, OdometryStuck
 from circumspect.simulation.orbit import Orbit
 from circumspect.simulation.outlines import outlines
+from circumspect.simulation.plate import Plate
 from circumspect.simulation.point_surface import surface_from_points
 from circumspect.simulation.ray_caster import RayCaster, View
 from circumspect.simulation.room import Room, room
@@ -26,6 +37,10 @@ __all__ = [
     "Blackout",
     "Blocked",
     "CameraMount",
+    "CeilingCamera",
+    "CeilingOptics",
+    "CeilingRig",
+    "CeilingWatch",
     "DroppedFrames",
     "EqualStamps",
     "Kidnapped",
@@ -34,10 +49,12 @@ __all__ = [
     "OdometryJumping",
     "OdometryStuck",
     "Orbit",
+    "Plate",
     "RayCaster",
     "RobotSettings",
     "Room",
     "Scene",
+    "Shown",
     "SimulatedCamera",
     "SimulatedRobot",
     "Station",
@@ -48,8 +65,13 @@ __all__ = [
     "Witness",
     "WrongUnit",
     "block",
+    "board_images",
+    "calibrated",
+    "ceiling_cameras",
     "cylinder",
     "floor",
+    "knocked",
+    "laid_tags",
     "looking_at",
     "outlines",
     "room",

@@ -64,15 +64,24 @@ class RayCaster:
         The rays are not normalised: each has length 1 along the optical axis, so the distance
         that Embree reports in ray lengths is the depth.
         """
+        return self.cast(pixel_rays(camera), T_map_camera)
+
+    def cast(self, rays_xyz: NDArray[np.float32], T_map_camera: RigidTransform) -> View:
+        """What rays of any camera meet.
+
+        Args:
+            rays_xyz: (height, width, 3) float32, optical frame, with z = 1.
+            T_map_camera: Where they start.
+        """
         matrix = T_map_camera.as_matrix()
-        rays = pixel_rays(camera).reshape(-1, 3) @ matrix[:3, :3].T.astype(np.float32)
+        rays = rays_xyz.reshape(-1, 3) @ matrix[:3, :3].T.astype(np.float32)
         # One origin for all rays would be taken for one ray by the binding.
         origins = np.empty_like(rays)
         origins[:] = matrix[:3, 3]
         hits = self._embree.run(origins, np.ascontiguousarray(rays), output=1)
         missed = hits["geomID"] < 0
         depth = np.where(missed, np.float32(np.nan), hits["tfar"])
-        size = (camera.height, camera.width)
+        size = rays_xyz.shape[:2]
         return View(
             depth.reshape(size),
             _incidence(rays, hits["Ng"], missed).reshape(size),

@@ -1,0 +1,130 @@
+"""`circumspect locate track`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from circumspect.errors import InputError
+
+
+@dataclass(frozen=True)
+class Track:
+    """Follow the robot through recorded images of ceiling cameras.
+
+    $ circumspect locate track images --calibration calibration.json
+    $ circumspect locate track images --calibration room.json --json
+    """
+
+    folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]
+    """One sub-folder a camera, named after it; an image's name is its stamp [s], as 12.340.png,
+    or stamps.txt beside them has lines NAME SECONDS."""
+    calibration: Path
+    """Lenses and places of the cameras."""
+    tag: tuple[int, float, float] | None = None
+    """The robot's tag: number, size [m], height above the floor [m]; by default what the
+    calibration file says."""
+    odometry: Path | None = None
+    """Path by the wheels, TUM format, in map; for the picture."""
+    truth: Path | None = None
+    """True poses of base_link in map, TUM format; the error is told."""
+    out: Path | None = None
+    """Folder of the run; runs/track-DATE-TIME by default."""
+    json: bool = False
+    """One JSON line on standard output and nothing else there."""
+
+    def run(self) -> int:
+        """Detect, fuse, write down, draw."""
+        import time
+
+        from circumspect.cli.located_run import save_track
+        from circumspect.cli.progress import progress_bar
+        from circumspect.cli.run_screen import new_run_folder
+        from circumspect.evaluation.space_error import space_error
+        from circumspect.geometry import read_tum
+        from circumspect.localization import (
+            CeilingImage,
+            IntelligentSpace,
+            SpaceFix,
+            SpaceTrack,
+            TagMount,
+            read_calibration,
+        )
+        from circumspect.localization.image_folder import ImageFolder
+
+        calibration, images = read_calibration(self.calibration), ImageFolder(self.folder)
+        mount = calibration.mount if self.tag is None else TagMount(*self.tag)
+        if mount is None:
+            raise InputError(
+                f"{self.calibration}: says nothing of the robot's tag; "
+                "give --tag NUMBER SIZE HEIGHT"
+            )
+        self._require(images.cameras, [camera.name for camera in calibration.cameras])
+        truth = None if self.truth is None else read_tum(self.truth)
+        paths = {} if self.odometry is None else {"odometry alone": read_tum(self.odometry)}
+        space = IntelligentSpace(calibration.cameras, mount)
+        began = time.perf_counter()
+        fixes: list[SpaceFix] = []
+        with progress_bar("images") as progress:
+            done = 0
+
+            def counted() -> Any:
+                nonlocal done
+                image: CeilingImage
+                for image in images:
+                    done += 1
+                    progress(done, len(images))
+                    yield image
+
+            fixes.extend(space.track(counted()))
+        spent = time.perf_counter() - began
+        track = SpaceTrack.of(fixes, space.reports)
+        record: dict[str, Any] = {
+            **track.summary(),
+            "images": len(images),
+            "skipped": images.skipped,
+            "images_per_second": len(images) / spent,
+            "error": None if truth is None else space_error(track, truth).to_dict(),
+        }
+        folder = self.out or new_run_folder("track")
+        record = save_track(folder, track, calibration, mount, paths, record, truth)
+        for name, reason in images.skipped.items():
+            print(f"circumspect: left out: {name}: {reason}", file=sys.stderr)  # noqa: T201
+        print(json.dumps(record) if self.json else _told(record))  # noqa: T201
+        return 0
+
+    def _require(self, seen: tuple[str, ...], known: list[str]) -> None:
+        """Cameras without calibration are told before anything else."""
+        strangers = [name for name in seen if name not in known]
+        if strangers:
+            raise InputError(
+                f"{self.calibration}: knows no place of camera '{strangers[0]}'; known: "
+                f"{', '.join(known) or 'none'}; find it with: circumspect locate extrinsics"
+            )
+
+
+def _told(record: dict[str, Any]) -> str:
+    states = record["states"]
+    lines = [
+        f"Located {states.get('tracked', 0)} of {record['times']} times, "
+        f"{states.get('bridged', 0)} bridged, {states.get('lost', 0)} lost."
+    ]
+    if record["space_error_m"] is not None:
+        lines.append(
+            f"Stated error: {1e3 * record['space_error_m']:.2f} mm, "
+            f"{record['space_yaw_error_deg']:.3f}°."
+        )
+    if record["error"] is not None:
+        error = record["error"]
+        lines.append(
+            f"Against the truth: {1e3 * error['position_rmse_m']:.2f} mm RMSE, "
+            f"{1e3 * error['position_max_m']:.2f} mm at most; {error['yaw_rmse_deg']:.3f}°."
+        )
+    lines += record["reports"]
+    lines.append(f"All of it is in {record['run']}; start with {record['run']}/space.png")
+    return "\n".join(lines)

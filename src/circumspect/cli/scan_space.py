@@ -1,0 +1,128 @@
+"""The intelligent space that watches a scan: `circumspect scan --space`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from circumspect.errors import CircumspectError, MissingExtraError
+from circumspect.evaluation.space_error import error_against_space, path_against_space, space_error
+from circumspect.geometry import Trajectory, write_tum
+from circumspect.localization import IntelligentSpace, write_calibration
+from circumspect.pipeline.simulated_scan import SimulatedScan
+from circumspect.simulation import (
+    CeilingRig,
+    CeilingWatch,
+    calibrated,
+    ceiling_cameras,
+    laid_tags,
+    outlines,
+)
+from circumspect.storage import atomic_open
+
+CAMERAS, CEILING = 4, 3.0
+"""Under the ceiling [m]."""
+
+
+class ScanSpace:
+    """Ceiling cameras over a simulated scan; the robot hears nothing of them."""
+
+    def __init__(self, parts: SimulatedScan) -> None:
+        """Hang cameras, calibrate them by tags on the floor, and begin to watch.
+
+        Args:
+            parts: The scan, not yet begun.
+
+        Raises:
+            InputError: The room is too large for the cameras.
+            MissingExtraError: OpenCV or pupil-apriltags is not installed.
+        """
+        place, seed = parts.room, int(parts.config["seed"])
+        middle = np.array(place.orbit.centre_xy)
+        low, high = middle - place.lane_radius, middle + place.lane_radius
+        self._parts = parts
+        self._rig = CeilingRig(
+            ceiling_cameras(low, high, CAMERAS, CEILING, seed=seed), place.scene, seed=seed
+        )
+        survey, laid = laid_tags(low, high, rng=seed)
+        self._calibration = calibrated(self._rig, survey, laid, rng=seed)
+        space = IntelligentSpace(self._calibration.cameras, self._rig.mount)
+        self._watch = CeilingWatch(self._rig, space)
+        parts.witness.others = (*parts.witness.others, self._watch)
+
+    def measured(
+        self, estimate: Trajectory | None, truth: Trajectory | None
+    ) -> dict[str, float | None]:
+        """The run's trajectory error by the intelligent space, and the latter's own.
+
+        Args:
+            estimate: The camera's path by the pipeline.
+            truth: Its true path, which the simulation knows.
+
+        Returns:
+            "ate_space_rmse_m": of the run against the intelligent space, rigidly aligned;
+            "space_error_m": what the intelligent space states of itself; "space_true_error_m":
+            what the simulation says of that. None where it can not be told.
+        """
+        track = self._watch.track
+        T_base_camera = self._parts.witness.T_base_camera
+        told: dict[str, float | None] = {
+            "ate_space_rmse_m": None,
+            "space_error_m": track.stated_error_m,
+            "space_true_error_m": None,
+        }
+        try:
+            if estimate is not None:
+                found = error_against_space(estimate, track, T_base_camera)
+                told["ate_space_rmse_m"] = found.rmse_m
+        except CircumspectError:
+            pass  # Too few frames: there is nothing to align.
+        if truth is not None and track.known(bridged=False):
+            bases = Trajectory(truth.stamps, truth.T_map_camera * T_base_camera.inv())
+            told["space_true_error_m"] = space_error(track, bases).position_rmse_m
+        return told
+
+    def save(
+        self, folder: Path, estimate: Trajectory | None, odometry: Trajectory | None
+    ) -> str | None:
+        """Write calibration.json, space.txt, space.jsonl and space.png.
+
+        Args:
+            folder: Of the run.
+            estimate: The camera's path by the pipeline.
+            odometry: The same by the wheels alone.
+
+        Returns:
+            Why there is no picture; None where there is one.
+
+        Raises:
+            OutputError: A file can not be written.
+        """
+        track = self._watch.track
+        write_calibration(folder / "calibration.json", self._calibration)
+        if (trajectory := track.trajectory()) is not None:
+            write_tum(folder / "space.txt", trajectory)
+        with atomic_open(folder / "space.jsonl") as stream:
+            stream.writelines(json.dumps(fix.summary()) + "\n" for fix in track.fixes)
+        paths = {"odometry alone": odometry, "path by the pipeline": estimate}
+        T_base_camera = self._parts.witness.T_base_camera
+        carried = {
+            name: moved
+            for name, path in paths.items()
+            if path is not None
+            and (moved := path_against_space(path, track, T_base_camera)) is not None
+        }
+        surface = next(s for s in self._parts.room.scene.surfaces if s.name == "object")
+        try:
+            from circumspect.evaluation.space_picture import draw_space
+
+            draw_space(
+                folder / "space.png", self._calibration.cameras, self._rig.mount.height, track,
+                carried, walls_xy=outlines(self._parts.room.scene),
+                object_xy=surface.mesh.vertices_xyz,
+            )  # fmt: skip
+        except MissingExtraError as error:
+            return str(error)
+        return None

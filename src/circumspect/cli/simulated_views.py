@@ -1,0 +1,65 @@
+"""Images of simulated ceiling cameras on disk, for the other subcommands of `locate`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.cli.simulated_space import SimulatedSpace
+from circumspect.localization import CeilingImage, CharucoBoard, write_calibration, write_survey
+from circumspect.simulation import board_images
+from circumspect.storage import atomic_path
+
+BOARD_VIEWS = 12
+
+
+class SimulatedViews:
+    """Writes images as `ImageFolder` and the calibrations read them.
+
+    | name | what it holds |
+    |---|---|
+    | board/CAMERA | the board held up to each camera |
+    | floor/CAMERA | the surveyed tags |
+    | survey.json | where they lie, by a tape measure |
+    | track/CAMERA | the robot on its way; the name is the stamp [s] |
+    | calibration.json | what was calibrated, and the robot's tag |
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def calibration(self, space: SimulatedSpace) -> None:
+        """Board, floor, survey and calibration.
+
+        Raises:
+            OutputError: A file can not be written.
+        """
+        write_survey(self.folder / "survey.json", space.survey)
+        write_calibration(self.folder / "calibration.json", space.calibration)
+        board = CharucoBoard()
+        for camera in space.rig.cameras:
+            name = camera.camera.name
+            held = board_images(camera, board, BOARD_VIEWS, space.setup.seed)
+            for number, grey in enumerate(held):
+                _write(self.folder / "board" / name / f"{number:02}.png", grey)
+            floor = camera.photograph(0.0, space.laid).grey
+            _write(self.folder / "floor" / name / "00.png", floor)
+
+    def save(self, images: Sequence[CeilingImage]) -> None:
+        """Images of one time.
+
+        Raises:
+            OutputError: A file can not be written.
+        """
+        for image in images:
+            _write(self.folder / "track" / image.camera / f"{image.stamp:.3f}.png", image.grey)
+
+
+def _write(path: Path, grey: NDArray[np.uint8]) -> None:
+    from PIL import Image
+
+    with atomic_path(path) as aside:
+        Image.fromarray(grey).save(aside, compress_level=1)

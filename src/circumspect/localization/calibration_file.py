@@ -1,0 +1,199 @@
+"""The file that holds the calibration of all cameras of a room."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from circumspect.errors import CircumspectError, InputError
+from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.localization.fixed_camera import FixedCamera
+from circumspect.localization.json_file import number, numbers, read_document, section, text
+from circumspect.localization.lens_camera import LensCamera
+from circumspect.localization.tag_detector import FAMILY
+from circumspect.localization.tag_mount import TagMount
+from circumspect.storage import write_json
+
+UNIT_TOLERANCE = 1e-3
+WHOLE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """Lenses, places, and the tag on the robot.
+
+    Attributes:
+        lenses: Intrinsics by camera.
+        lens_rms_px: What their calibration left of the reprojection error [px], by camera.
+        cameras: Those whose place is known, too.
+        mount: The robot's tag; None where nobody said.
+    """
+
+    lenses: Mapping[str, LensCamera]
+    lens_rms_px: Mapping[str, float]
+    cameras: tuple[FixedCamera, ...] = ()
+    mount: TagMount | None = None
+
+    @classmethod
+    def of(cls, cameras: Sequence[FixedCamera], mount: TagMount | None = None) -> Calibration:
+        """Of cameras whose lens and place are known."""
+        lenses = {camera.name: camera.lens for camera in cameras}
+        return cls(lenses, dict.fromkeys(lenses, 0.0), tuple(cameras), mount)
+
+    def with_lens(self, name: str, lens: LensCamera, rms_px: float) -> Calibration:
+        """A camera's lens anew; its place has to be found again with it."""
+        return Calibration(
+            {**self.lenses, name: lens},
+            {**self.lens_rms_px, name: rms_px},
+            tuple(camera for camera in self.cameras if camera.name != name),
+            self.mount,
+        )
+
+    def with_place(self, camera: FixedCamera) -> Calibration:
+        """A camera's place anew."""
+        others = [other for other in self.cameras if other.name != camera.name]
+        placed = tuple(sorted([*others, camera], key=lambda c: c.name))
+        lenses = {**self.lenses, camera.name: camera.lens}
+        rms = {camera.name: 0.0, **self.lens_rms_px}
+        return Calibration(lenses, rms, placed, self.mount)
+
+    def lens(self, name: str) -> LensCamera:
+        """A camera's lens.
+
+        Raises:
+            InputError: It was not calibrated.
+        """
+        if name not in self.lenses:
+            raise InputError(
+                f"no intrinsics of camera '{name}'; known: {', '.join(self.lenses) or 'none'}; "
+                "find them with: circumspect locate intrinsics"
+            )
+        return self.lenses[name]
+
+    @property
+    def unplaced(self) -> tuple[str, ...]:
+        """Cameras whose place is not known yet."""
+        placed = {camera.name for camera in self.cameras}
+        return tuple(name for name in self.lenses if name not in placed)
+
+
+def write_calibration(path: str | os.PathLike[str], calibration: Calibration) -> None:
+    """Write all of it as JSON.
+
+    Raises:
+        OutputError: The file can not be written.
+    """
+    placed = {camera.name: camera for camera in calibration.cameras}
+    cameras: dict[str, Any] = {}
+    for name, lens in calibration.lenses.items():
+        pinhole = lens.pinhole
+        entry: dict[str, Any] = {
+            "width": pinhole.width,
+            "height": pinhole.height,
+            "K": [[pinhole.fx, 0.0, pinhole.cx], [0.0, pinhole.fy, pinhole.cy], [0.0, 0.0, 1.0]],
+            "distortion": list(lens.distortion),
+            "rms_px": calibration.lens_rms_px.get(name, 0.0),
+        }
+        if (camera := placed.get(name)) is not None:
+            pose = camera.T_map_camera
+            entry["extrinsics"] = {
+                "translation": pose.translation,
+                "quaternion_xyzw": pose.rotation.as_quat(canonical=True),
+                "covariance": camera.covariance,
+                "rms_px": camera.rms_px,
+            }
+        cameras[name] = entry
+    document: dict[str, Any] = {"tag_family": FAMILY}
+    if (mount := calibration.mount) is not None:
+        tag = mount.T_base_tag
+        document["tag"] = {
+            "id": mount.tag_id,
+            "size_m": mount.size,
+            "height_m": mount.height,
+            "x": tag.x,
+            "y": tag.y,
+            "yaw_deg": float(np.degrees(tag.yaw)),
+        }
+    write_json(path, {**document, "cameras": cameras})
+
+
+def read_calibration(path: str | os.PathLike[str]) -> Calibration:
+    """Read what `write_calibration` wrote.
+
+    Raises:
+        InputError: The file is missing or broken; the message names the camera and the entry.
+    """
+    if not Path(path).exists():
+        raise InputError(
+            f"{path}: does not exist; calibrate with: circumspect locate intrinsics, and then "
+            "circumspect locate extrinsics"
+        )
+    with read_document(path) as document:
+        family = document.get("tag_family", FAMILY)
+        if family != FAMILY:
+            raise InputError(f"tags of the family {family} are not known; use {FAMILY}")
+        lenses: dict[str, LensCamera] = {}
+        rms: dict[str, float] = {}
+        cameras: list[FixedCamera] = []
+        entries = section(document, "cameras")
+        for name in entries:
+            try:
+                entry = section(entries, name)
+                lenses[name] = _lens(entry)
+                rms[name] = number(entry, "rms_px", 0.0)
+                if "extrinsics" in entry:
+                    cameras.append(_placed(name, lenses[name], section(entry, "extrinsics")))
+            except CircumspectError as error:
+                raise InputError(f"camera '{name}': {error}") from error
+        return Calibration(lenses, rms, tuple(cameras), _mount(document))
+
+
+def _lens(entry: Mapping[str, Any]) -> LensCamera:
+    (fx, skew, cx), (zero, fy, cy), last = _matrix(entry, "K", 3)
+    if skew or zero or last != [0, 0, 1]:
+        raise InputError("K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+    width, height = number(entry, "width"), number(entry, "height")
+    if abs(width - round(width)) + abs(height - round(height)) > WHOLE:
+        raise InputError(f"an image has whole pixels, not {width} x {height}")
+    k1, k2, p1, p2, k3 = numbers(entry, "distortion", 5)
+    pinhole = PinholeCamera(round(width), round(height), fx, fy, cx, cy)
+    return LensCamera(pinhole, (k1, k2, p1, p2, k3))
+
+
+def _placed(name: str, lens: LensCamera, entry: Mapping[str, Any]) -> FixedCamera:
+    quaternion = np.array(numbers(entry, "quaternion_xyzw", 4))
+    if abs(np.linalg.norm(quaternion) - 1) > UNIT_TOLERANCE:
+        raise InputError(f"the quaternion (x, y, z, w) is not of unit length: {quaternion}")
+    pose = RigidTransform.from_components(
+        numbers(entry, "translation", 3), Rotation.from_quat(quaternion)
+    )
+    covariance = np.zeros((6, 6))
+    if "covariance" in entry:
+        covariance = np.array(_matrix(entry, "covariance", 6))
+    return FixedCamera(name, lens, pose, covariance, number(entry, "rms_px", 0.0))
+
+
+def _matrix(entry: Mapping[str, Any], name: str, size: int) -> list[list[float]]:
+    found = entry.get(name)
+    if not isinstance(found, list) or len(found) != size:
+        raise InputError(f"needs a matrix '{name}' of {size} x {size} numbers")
+    return [numbers({name: row}, name, size) for row in found]
+
+
+def _mount(document: Mapping[str, Any]) -> TagMount | None:
+    if "tag" not in document:
+        return None
+    tag = section(document, "tag")
+    tag_id = number(tag, "id")
+    if abs(tag_id - round(tag_id)) > WHOLE:
+        raise InputError(f"the tag's id is a whole number, not {tag_id}")
+    text({"tag_family": FAMILY, **document}, "tag_family")
+    yaw = float(np.radians(number(tag, "yaw_deg", 0.0)))
+    place = PlanarPose(number(tag, "x", 0.0), number(tag, "y", 0.0), yaw)
+    return TagMount(round(tag_id), number(tag, "size_m"), number(tag, "height_m"), place)

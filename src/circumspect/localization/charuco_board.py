@@ -1,0 +1,110 @@
+"""The board by which lenses are calibrated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+from circumspect.localization.opencv import opencv
+
+MARKER_SHARE = 0.7
+"""Side of a marker over that of a square: seven modules of a tenth each."""
+MOST_MARKERS = 100
+
+
+@dataclass(frozen=True)
+class CharucoBoard:
+    """A chessboard whose white squares carry markers, so that a part of it is enough.
+
+    The default fits on a sheet of A4.
+
+    Attributes:
+        columns, rows: Squares.
+        square: Their side [m].
+
+    Raises:
+        InputError: A board that can not be.
+    """
+
+    columns: int = 9
+    rows: int = 6
+    square: float = 0.03
+
+    def __post_init__(self) -> None:
+        if self.columns < 3 or self.rows < 3 or self.columns * self.rows > 2 * MOST_MARKERS:
+            raise InputError(
+                f"a board has 3 x 3 to {2 * MOST_MARKERS} squares, not {self.columns} x {self.rows}"
+            )
+        if not 0.002 <= self.square <= 1:
+            raise InputError(f"squares are from 0.002 to 1 m large, not {self.square} m")
+
+    @property
+    def width(self) -> float:
+        """[m]."""
+        return self.columns * self.square
+
+    @property
+    def height(self) -> float:
+        """[m]."""
+        return self.rows * self.square
+
+    def picture(self, pixels: int = 40) -> NDArray[np.uint8]:
+        """The board without any margin.
+
+        Args:
+            pixels: A square's side; a multiple of 20 makes all edges fall between pixels.
+
+        Raises:
+            MissingExtraError: OpenCV is not installed.
+        """
+        size = (self.columns * pixels, self.rows * pixels)
+        return self._board.generateImage(size, marginSize=0, borderBits=1)
+
+    def find(self, grey: NDArray[np.uint8]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Inner corners of the chessboard in an image.
+
+        Args:
+            grey: (height, width) uint8.
+
+        Returns:
+            (n, 3) [m] places on the board and (n, 2) [px] in the image; n may be 0.
+
+        Raises:
+            MissingExtraError: OpenCV is not installed.
+        """
+        corners, numbers, _, _ = self._detector.detectBoard(np.ascontiguousarray(grey))
+        if numbers is None or len(numbers) == 0:
+            return np.empty((0, 3)), np.empty((0, 2))
+        places = np.asarray(self._board.getChessboardCorners(), dtype=np.float64)
+        pixels = np.asarray(corners, dtype=np.float64).reshape(-1, 2)
+        return places[np.asarray(numbers).ravel()], pixels
+
+    @cached_property
+    def _board(self) -> Any:
+        cv2 = opencv()
+        dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_100)
+        size = (self.columns, self.rows)
+        return cv2.aruco.CharucoBoard(size, self.square, MARKER_SHARE * self.square, dictionary)
+
+    @cached_property
+    def _detector(self) -> Any:
+        return opencv().aruco.CharucoDetector(self._board)
+
+
+def coverage(pixels: Sequence[NDArray[np.float64]], size: tuple[int, int]) -> float:
+    """Share of the image, in 8 x 6 fields, in which some view has a corner.
+
+    Args:
+        pixels: (n, 2) [px] of each view.
+        size: Width and height [px].
+    """
+    every = np.concatenate([np.empty((0, 2)), *pixels])
+    fields = np.floor(every / np.array(size) * [8, 6]).astype(int)
+    inside = ((fields >= 0) & (fields < [8, 6])).all(axis=1)
+    return len({tuple(field) for field in fields[inside].tolist()}) / 48

@@ -1,0 +1,101 @@
+"""Many cameras' words made one, and which of them contradict each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+from circumspect.geometry import PlanarPose
+from circumspect.localization.tag_pose import TagPose
+
+MOST_COMPARED = 12
+"""With more cameras than this, those with the smallest covariance are compared."""
+
+
+def difference(pose: PlanarPose, other: PlanarPose) -> NDArray[np.float64]:
+    """(3,) x, y [m] and yaw [rad] of the first minus those of the second, the shorter way round."""
+    turn = (pose.yaw - other.yaw + np.pi) % (2 * np.pi) - np.pi
+    return np.array([pose.x - other.x, pose.y - other.y, turn])
+
+
+def distance2(pose: PlanarPose, other: PlanarPose, covariance: NDArray[np.float64]) -> float:
+    """Squared Mahalanobis distance; `covariance` (3, 3) is that of the difference."""
+    apart = difference(pose, other)
+    return float(apart @ np.linalg.solve(covariance, apart))
+
+
+def fused(poses: Sequence[TagPose]) -> TagPose:
+    """The mean, weighted by information, of independent measurements.
+
+    With Cᵢ the whole covariances and C = (Σ Cᵢ⁻¹)⁻¹ the weights are Wᵢ = C Cᵢ⁻¹; noise and bias go
+    through them separately. The misfit is the sum of the squared distances from the mean.
+
+    Args:
+        poses: At least one; their order does not matter.
+
+    Raises:
+        InputError: There is none.
+    """
+    if not poses:
+        raise InputError("there is no pose to fuse")
+    middle = poses[0].T_map_base
+    apart = np.array([difference(pose.T_map_base, middle) for pose in poses])
+    information = np.array([np.linalg.inv(pose.covariance) for pose in poses])
+    whole = np.linalg.inv(information.sum(axis=0))
+    shift = whole @ np.einsum("nij,nj->i", information, apart)
+    weights = whole @ information
+    noise = _through(weights, np.array([pose.noise for pose in poses]))
+    bias = _through(weights, np.array([pose.bias for pose in poses]))
+    off = apart - shift
+    misfit = float(np.einsum("ni,nij,nj->", off, information, off))
+    at = PlanarPose(*(np.array([middle.x, middle.y, middle.yaw]) + shift))
+    return TagPose(at, _symmetric(noise), _symmetric(bias), misfit)
+
+
+def agreeing(poses: Sequence[TagPose], gate: float) -> list[tuple[int, ...]]:
+    """The largest sets of which any two agree.
+
+    Args:
+        poses: Of different cameras.
+        gate: Largest squared Mahalanobis distance of two that agree.
+
+    Returns:
+        Indices; several sets where equally many agree with each other in different ways, with no
+        camera in all of them.
+    """
+    some = sorted(range(len(poses)), key=lambda i: float(np.trace(poses[i].covariance)))
+    some = sorted(some[:MOST_COMPARED])
+    agree = {
+        (i, j): distance2(
+            poses[i].T_map_base,
+            poses[j].T_map_base,
+            poses[i].covariance + poses[j].covariance,
+        )
+        <= gate
+        for i, j in combinations(some, 2)
+    }
+    for size in range(len(some), 0, -1):
+        found = [
+            chosen
+            for chosen in combinations(some, size)
+            if all(agree[pair] for pair in combinations(chosen, 2))
+        ]
+        if found and set.intersection(*map(set, found)):
+            # They differ at the gate's edge only: a camera that all of them hold lies between.
+            return [min(found, key=lambda chosen: fused([poses[i] for i in chosen]).misfit)]
+        if found:
+            return found
+    return []
+
+
+def _through(weights: NDArray[np.float64], covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Σ Wᵢ Cᵢ Wᵢᵀ."""
+    return np.einsum("nij,njk,nlk->il", weights, covariances, weights)
+
+
+def _symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    return (matrix + matrix.T) / 2

@@ -1,0 +1,147 @@
+"""Images of ceiling cameras in a folder."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+from circumspect.localization.ceiling_image import CeilingImage
+
+KINDS = (".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff")
+STAMPS = "stamps.txt"
+
+
+@dataclass(frozen=True)
+class _Entry:
+    stamp: float
+    camera: str
+    path: Path
+
+
+class ImageFolder:
+    """A folder with a sub-folder for each camera, named after it.
+
+    An image's name is its stamp in seconds, 12.340.png, or a file stamps.txt beside the images has
+    a line for each: its name and its stamp. Iterating gives the images of all cameras in the order
+    of their stamps; whatever else gives an iterable of `CeilingImage` can stand in for it.
+
+    Attributes:
+        path: The folder.
+        cameras: Names, sorted.
+        skipped: Files that could not be read so far, with the reason.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        """List the images.
+
+        Raises:
+            InputError: No folder, no camera's sub-folder, or names that are no stamps.
+        """
+        self.path = Path(path)
+        if not self.path.is_dir():
+            raise InputError(f"{self.path}: is no folder; give one with a sub-folder a camera")
+        folders = sorted(folder for folder in self.path.iterdir() if folder.is_dir())
+        entries = {folder.name: _entries(folder) for folder in folders}
+        self.cameras = tuple(name for name, found in entries.items() if found)
+        if not self.cameras:
+            raise InputError(
+                f"{self.path}: holds no sub-folder with images ({', '.join(KINDS)}); each camera "
+                "needs one, named after it"
+            )
+        every = (entry for found in entries.values() for entry in found)
+        self._entries = sorted(every, key=lambda entry: (entry.stamp, entry.camera))
+        self.skipped: dict[str, str] = {}
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __iter__(self) -> Iterator[CeilingImage]:
+        for entry in self._entries:
+            try:
+                yield CeilingImage(entry.camera, entry.stamp, read_grey(entry.path))
+            except InputError as error:
+                self.skipped[str(entry.path)] = str(error)
+
+
+def read_grey(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
+    """One image in grey.
+
+    Raises:
+        InputError: It can not be read.
+    """
+    from PIL import Image
+
+    try:
+        with Image.open(path) as image:
+            if image.mode.startswith(("I", "F")):
+                raise InputError(f"{path}: has more than 8 bits; convert it to 8")
+            return np.array(image.convert("L"))
+    # Pillow reports broken files by any of these.
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise InputError(f"{path}: can not be read ({error})") from error
+
+
+def image_files(paths: list[Path]) -> list[Path]:
+    """Images as they are named, and those of folders in the order of their names.
+
+    Raises:
+        InputError: Nothing is there.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            found += sorted(p for p in path.iterdir() if p.suffix.lower() in KINDS)
+        elif path.is_file():
+            found.append(path)
+        else:
+            raise InputError(f"{path}: does not exist")
+    if not found:
+        raise InputError("no image was given; name files or folders of them")
+    return found
+
+
+def _entries(folder: Path) -> list[_Entry]:
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in KINDS)
+    if (folder / STAMPS).is_file():
+        stamps = _listed(folder / STAMPS)
+        missing = [path.name for path in files if path.name not in stamps]
+        if missing:
+            raise InputError(f"{folder / STAMPS}: has no stamp of {missing[0]}")
+        return [_Entry(stamps[path.name], folder.name, path) for path in files]
+    entries = []
+    for path in files:
+        try:
+            stamp = float(path.stem)
+        except ValueError:
+            stamp = math.nan
+        if not math.isfinite(stamp):
+            raise InputError(
+                f"{path}: its name is no stamp in seconds; rename it, as 12.340.png, or write "
+                f"names and stamps into {folder / STAMPS}"
+            )
+        entries.append(_Entry(stamp, folder.name, path))
+    return entries
+
+
+def _listed(path: Path) -> dict[str, float]:
+    """Name to stamp."""
+    stamps = {}
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            name, stamp = words[0], float(words[1])
+        except (IndexError, ValueError):
+            raise InputError(f"{path}: line {number} is not: NAME SECONDS") from None
+        if not math.isfinite(stamp):
+            raise InputError(f"{path}: line {number} has no finite stamp")
+        stamps[name] = stamp
+    return stamps

@@ -1,0 +1,99 @@
+"""Several fixed cameras that say where the robot is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from circumspect.errors import InputError
+from circumspect.localization.ceiling_image import CeilingImage
+from circumspect.localization.fixed_camera import FixedCamera
+from circumspect.localization.sighting import Sighting
+from circumspect.localization.slots import slots
+from circumspect.localization.space_fix import SpaceFix
+from circumspect.localization.space_settings import SpaceSettings
+from circumspect.localization.space_tracker import SpaceTracker
+from circumspect.localization.tag_mount import TagMount
+from circumspect.localization.tag_watch import TagWatch
+
+LEAP, CONFIRMED = 10.0, 3
+"""A stamp so far ahead of the last one [s] is believed once so many times were that in a row."""
+
+
+class IntelligentSpace:
+    """Detects the tag in every image, and fuses what the cameras see."""
+
+    def __init__(
+        self,
+        cameras: Sequence[FixedCamera],
+        mount: TagMount | None = None,
+        settings: SpaceSettings | None = None,
+    ) -> None:
+        """Set up a detector for each camera.
+
+        Args:
+            cameras: Calibrated, any number.
+            mount: The tag on the robot.
+            settings: See `SpaceSettings`.
+
+        Raises:
+            InputError: No camera, or two of one name.
+            MissingExtraError: pupil-apriltags is not installed.
+        """
+        names = [camera.name for camera in cameras]
+        if not names or len(set(names)) < len(names):
+            raise InputError(f"cameras with different names are needed, not {names}")
+        self.mount, self.settings = mount or TagMount(), settings or SpaceSettings()
+        self._watches = {c.name: TagWatch(c, self.mount, self.settings) for c in cameras}
+        self._tracker = SpaceTracker(self.settings)
+        self._leaps = 0
+        self._pool = ThreadPoolExecutor(min(self.settings.workers, len(names)))
+
+    @property
+    def reports(self) -> tuple[str, ...]:
+        """Sentences about cameras that moved since calibration."""
+        return self._tracker.watch.reports
+
+    def track(self, images: Iterable[CeilingImage]) -> Iterator[SpaceFix]:
+        """A fix for the images of each time.
+
+        Args:
+            images: Of all cameras, in the order of arrival.
+        """
+        for slot in slots(images, self.settings.slot):
+            yield self.locate(slot)
+
+    def locate(self, images: Sequence[CeilingImage]) -> SpaceFix:
+        """Where the robot is by the images of one time.
+
+        Args:
+            images: At least one, at most one a camera. Cameras that are not calibrated, images
+                that come late and tags that can not be are left out, with the reason.
+
+        Raises:
+            InputError: No image.
+        """
+        if not images:
+            raise InputError("there is no image to see the robot in")
+        after = self._tracker.stamp
+        # A clock that leaps once must not make everything after it late.
+        patient = np.isfinite(after) and self._leaps < CONFIRMED
+        until = after + LEAP if patient else np.inf
+        sightings = list(self._pool.map(lambda image: self._look(image, after, until), images))
+        fresh = [s.stamp for s in sightings if after < s.stamp <= until]
+        self._leaps = self._leaps + 1 if any(s.stamp > until for s in sightings) else 0
+        stamp = float(np.median(fresh)) if fresh else float(np.nextafter(after, np.inf))
+        return self._tracker.take(stamp, sightings)
+
+    def _look(self, image: CeilingImage, after: float, until: float) -> Sighting:
+        if image.stamp > until:
+            reason = f"its stamp leaps ahead by {image.stamp - after:.1f} s"
+            return Sighting(image.camera, image.stamp, reason=reason)
+        watch = self._watches.get(image.camera)
+        if watch is None:
+            known = ", ".join(self._watches)
+            reason = f"no calibration of this camera; known: {known}"
+            return Sighting(image.camera, image.stamp, reason=reason)
+        return watch.look(image, after)

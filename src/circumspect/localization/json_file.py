@@ -1,0 +1,101 @@
+"""Documents in JSON, with errors that name the file and the entry."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from circumspect.errors import InputError
+
+MOST_BYTES = 16 << 20
+
+
+@contextmanager
+def read_document(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:
+    """The file's object; whatever the block finds wrong with it is told with the file's name.
+
+    Raises:
+        InputError: The file can not be read, or holds no JSON object.
+    """
+    file = Path(path)
+    try:
+        try:
+            if file.stat().st_size > MOST_BYTES:
+                raise InputError("is too large to be meant")
+            document = json.loads(file.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(
+                f"can not be read ({(error.strerror or str(error)).lower()})"
+            ) from error
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"is no JSON ({str(error).splitlines()[0]})") from error
+        if not isinstance(document, dict):
+            raise InputError(f"holds no JSON object but a {type(document).__name__}")
+        yield document
+    except InputError as error:
+        raise type(error)(f"{file}: {error}") from error
+
+
+def section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """An object in an object.
+
+    Raises:
+        InputError: It is missing or no object.
+    """
+    found = document.get(name)
+    if not isinstance(found, dict):
+        raise InputError(f"needs an object '{name}'{_instead(document, name)}")
+    return found
+
+
+def text(document: Mapping[str, Any], name: str) -> str:
+    """A string in an object.
+
+    Raises:
+        InputError: It is missing or no string.
+    """
+    found = document.get(name)
+    if not isinstance(found, str):
+        raise InputError(f"needs a text '{name}'{_instead(document, name)}")
+    return found
+
+
+def number(document: Mapping[str, Any], name: str, default: float | None = None) -> float:
+    """A finite number in an object.
+
+    Raises:
+        InputError: It is missing and there is no default, or it is no finite number.
+    """
+    if default is not None and name not in document:
+        return default
+    return numbers(document, name, 1)[0]
+
+
+def numbers(document: Mapping[str, Any], name: str, count: int) -> list[float]:
+    """So many finite numbers in an object: a list, or a single one by itself.
+
+    Raises:
+        InputError: They are missing, not so many, or not finite numbers.
+    """
+    found = document.get(name)
+    listed = found if isinstance(found, list) and count > 1 else [found]
+    good = [
+        float(value)
+        for value in listed
+        if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    ]
+    if len(good) != len(listed) or len(good) != count:
+        what = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise InputError(f"needs {what} '{name}'{_instead(document, name)}")
+    return good
+
+
+def _instead(document: Mapping[str, Any], name: str) -> str:
+    if name in document:
+        return f", has {json.dumps(document[name])[:60]}"
+    return f"; it has: {', '.join(map(str, document))}"[:200]

@@ -1,0 +1,85 @@
+"""All that the intelligent space said during a run."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry import Trajectory
+from circumspect.localization.space_fix import BRIDGED, TRACKED, SpaceFix
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceTrack:
+    """Fixes in the order of time.
+
+    Attributes:
+        fixes: One for each time that there were images of.
+        reports: What was noticed about cameras.
+    """
+
+    fixes: tuple[SpaceFix, ...]
+    reports: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, fixes: Iterable[SpaceFix], reports: Iterable[str] = ()) -> SpaceTrack:
+        """Those whose stamp is later than all before."""
+        kept: list[SpaceFix] = []
+        for fix in fixes:
+            if not kept or fix.stamp > kept[-1].stamp:
+                kept.append(fix)
+        return cls(tuple(kept), tuple(reports))
+
+    def known(self, bridged: bool = True) -> tuple[SpaceFix, ...]:
+        """Fixes that have a pose.
+
+        Args:
+            bridged: Those that no camera measured, too.
+        """
+        states = (TRACKED, BRIDGED) if bridged else (TRACKED,)
+        return tuple(fix for fix in self.fixes if fix.state in states)
+
+    def trajectory(self, bridged: bool = True) -> Trajectory | None:
+        """Poses of `base_link` in map; None where there is none."""
+        fixes = self.known(bridged)
+        if not fixes:
+            return None
+        poses = [fix.T_map_base.as_transform() for fix in fixes if fix.T_map_base is not None]
+        return Trajectory(np.array([fix.stamp for fix in fixes]), RigidTransform.concatenate(poses))
+
+    @property
+    def stated_error_m(self) -> float | None:
+        """Root mean square of the places' standard deviations where the robot was tracked [m]."""
+        return _rms([fix.position_sigma for fix in self.known(bridged=False)])
+
+    @property
+    def stated_yaw_error_deg(self) -> float | None:
+        """The same of the heading [degrees]."""
+        error = _rms([fix.yaw_sigma for fix in self.known(bridged=False)])
+        return None if error is None else float(np.degrees(error))
+
+    def summary(self) -> dict[str, Any]:
+        """Counts and stated errors, JSON types."""
+        states = Counter(fix.state for fix in self.fixes)
+        views: Counter[str] = Counter(name for fix in self.fixes for name in fix.cameras)
+        reasons: Counter[str] = Counter(
+            f"{s.camera}: {s.reason}" for fix in self.fixes for s in fix.sightings if s.reason
+        )
+        return {
+            "times": len(self.fixes),
+            "states": dict(states),
+            "cameras": dict(sorted(views.items())),
+            "rejected": dict(reasons.most_common(20)),
+            "space_error_m": self.stated_error_m,
+            "space_yaw_error_deg": self.stated_yaw_error_deg,
+            "reports": list(self.reports),
+        }
+
+
+def _rms(values: list[float]) -> float | None:
+    return float(np.sqrt(np.mean(np.square(values)))) if values else None

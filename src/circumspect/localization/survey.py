@@ -1,0 +1,110 @@
+"""Where tags lie on the floor, as somebody measured it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from circumspect.errors import InputError
+from circumspect.localization.json_file import number, numbers, read_document, section
+from circumspect.localization.tag_mount import require_tag_id
+from circumspect.storage import write_json
+
+POSITION_SIGMA = 0.001
+YAW_SIGMA = float(np.radians(0.5))
+
+
+@dataclass(frozen=True)
+class SurveyedTag:
+    """One tag that lies flat, face up.
+
+    Attributes:
+        x, y, z: Of its middle in map [m].
+        yaw: Of the direction to the right of the print [rad]; None where nobody measured it.
+    """
+
+    x: float
+    y: float
+    z: float = 0.0
+    yaw: float | None = None
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Tags on the floor.
+
+    Attributes:
+        size: Side of their black squares [m].
+        tags: By number.
+        position_sigma: Of a measured place, along each axis [m].
+        yaw_sigma: Of a measured direction [rad].
+
+    Raises:
+        InputError: No tag, or a size or sigma that is not positive.
+    """
+
+    size: float
+    tags: Mapping[int, SurveyedTag]
+    position_sigma: float = POSITION_SIGMA
+    yaw_sigma: float = YAW_SIGMA
+
+    def __post_init__(self) -> None:
+        if not self.tags:
+            raise InputError("the survey holds no tag")
+        for tag_id in self.tags:
+            require_tag_id(tag_id)
+        for name in ("size", "position_sigma", "yaw_sigma"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise InputError(f"the survey's {name} must be positive")
+
+
+def write_survey(path: str | os.PathLike[str], survey: Survey) -> None:
+    """Write a survey as JSON.
+
+    Raises:
+        OutputError: The file can not be written.
+    """
+    tags: dict[str, Any] = {}
+    for tag_id, tag in survey.tags.items():
+        tags[str(tag_id)] = {"x": tag.x, "y": tag.y, "z": tag.z}
+        if tag.yaw is not None:
+            tags[str(tag_id)]["yaw_deg"] = float(np.degrees(tag.yaw))
+    head = {
+        "tag_size_m": survey.size,
+        "position_sigma_m": survey.position_sigma,
+        "yaw_sigma_deg": float(np.degrees(survey.yaw_sigma)),
+    }
+    write_json(path, {**head, "tags": tags})
+
+
+def read_survey(path: str | os.PathLike[str]) -> Survey:
+    """Read a survey: `{"tag_size_m": …, "tags": {"10": {"x": …, "y": …, "yaw_deg": …}, …}}`.
+
+    "z" and "yaw_deg" of a tag may be missing, and so may "position_sigma_m" and "yaw_sigma_deg".
+
+    Raises:
+        InputError: The file can not be read, or is no such document.
+    """
+    with read_document(path) as document:
+        tags = {}
+        for name in section(document, "tags"):
+            if not name.isdecimal():
+                raise InputError(f"tags are named by their numbers, not '{name}'")
+            entry = section(section(document, "tags"), name)
+            yaw = entry.get("yaw_deg")
+            tags[int(name)] = SurveyedTag(
+                number(entry, "x"),
+                number(entry, "y"),
+                number(entry, "z", 0.0),
+                None if yaw is None else float(np.radians(numbers(entry, "yaw_deg", 1)[0])),
+            )
+        return Survey(
+            number(document, "tag_size_m"),
+            tags,
+            number(document, "position_sigma_m", POSITION_SIGMA),
+            float(np.radians(number(document, "yaw_sigma_deg", float(np.degrees(YAW_SIGMA))))),
+        )

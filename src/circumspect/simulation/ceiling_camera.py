@@ -1,0 +1,317 @@
+"""A camera under the ceiling, its images made ray by ray."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.errors import InputError
+from circumspect.localization import CeilingImage, FixedCamera, LensCamera
+from circumspect.simulation.plate import Plate
+from circumspect.simulation.ray_caster import RayCaster
+
+SAMPLES = 16
+"""Rays through a pixel where plates are: no two in one row or column of its 16 x 16 cells, so that
+an edge along the pixels lies where it should within 1/32 px."""
+SHIFTS = 1 << 16
+"""So many pieces of the band of noise an image may take."""
+HALF = np.float32(0.5)
+MARGIN = 6
+"""Round a plate that is drawn anew [px]: as far as the blur reaches."""
+
+
+@dataclass(frozen=True)
+class CeilingOptics:
+    """What keeps an image from being ideal.
+
+    Attributes:
+        blur: Standard deviation of the lens's blur [px].
+        noise: Standard deviation of a pixel's noise in grey levels.
+        gradient: The light falls off by this share from the brightest to the darkest corner.
+        vignetting: The corners of an image are darker by this share.
+        exposure: Time the shutter is open [s]; what moves meanwhile is blurred.
+        gain: Grey level of something that throws back all light where the light is brightest.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    blur: float = 0.7
+    noise: float = 2.0
+    gradient: float = 0.35
+    vignetting: float = 0.25
+    exposure: float = 0.008
+    gain: float = 250.0
+
+    def __post_init__(self) -> None:
+        shares = self.gradient, self.vignetting
+        if not (0 <= self.blur <= 5 and 0 <= self.noise <= 100 and 0 < self.gain <= 1000):
+            raise InputError(f"no camera has a blur of {self.blur} px, noise of {self.noise} or so")
+        if not all(0 <= share < 1 for share in shares) or not 0 <= self.exposure < 1:
+            raise InputError(f"light falls off by shares from 0 to 1, not {shares}")
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A plate and where it is.
+
+    Attributes:
+        plate: What.
+        T_map_plate: Where at the middle of the exposure.
+        T_map_plates: Where at several moments of the exposure; empty where it stands still.
+    """
+
+    plate: Plate
+    T_map_plate: RigidTransform
+    T_map_plates: tuple[RigidTransform, ...] = ()
+
+    @property
+    def moments(self) -> tuple[RigidTransform, ...]:
+        """All poses that the image is the mean of."""
+        return self.T_map_plates or (self.T_map_plate,)
+
+
+class CeilingCamera:
+    """Makes grey images of a room with plates in it.
+
+    What stands still is drawn once: the scene by ray casting, the light, the lens's blur. Plates
+    are drawn into each image by 16 rays a pixel, hidden by whatever of the scene is nearer.
+    """
+
+    def __init__(
+        self,
+        camera: FixedCamera,
+        caster: RayCaster,
+        optics: CeilingOptics | None = None,
+        rng: np.random.Generator | int = 0,
+    ) -> None:
+        """Look at the room once.
+
+        Args:
+            camera: Where it hangs and through what lens it looks, in truth.
+            caster: Of the scene; surfaces named "floor" get a texture.
+            optics: Blur, noise and light.
+            rng: Source of texture and noise.
+        """
+        self.camera = camera
+        self.optics = optics or CeilingOptics()
+        self._rng = np.random.default_rng(rng)
+        w, h = camera.lens.size
+        self._rays = _ray_map(camera.lens)
+        self._T_camera_map = camera.T_map_camera.inv()
+        self._gain, self._depth, scene = self._looked(caster)
+        self._still = scene * self._gain
+        self._background = _blurred(self._still, self.optics.blur)
+        # Drawing noise takes longer than all the rest: each image takes another piece of a band.
+        noise = self._rng.standard_normal(w * h + SHIFTS, dtype=np.float32)
+        self._noise = np.float32(self.optics.noise) * noise + np.float32(0.5)
+
+    def photograph(self, stamp: float, shown: Sequence[Shown] = ()) -> CeilingImage:
+        """An image.
+
+        Args:
+            stamp: Time of the middle of the exposure [s].
+            shown: Plates; a later one hides an earlier one.
+        """
+        light = self._background
+        boxes = [self._box(one) for one in shown]
+        if found := [box for box in boxes if box is not None]:
+            light = light.copy()
+            whole = _joined(found)
+            patch = self._still[whole].copy()
+            for one, box in zip(shown, boxes, strict=True):
+                if box is not None:
+                    self._draw(one, box, patch[_within(box, whole)])
+            inner = _shrunk(whole, light.shape)
+            light[inner] = _blurred(patch, self.optics.blur)[_within(inner, whole)]
+        start = int(self._rng.integers(SHIFTS))
+        noisy = light + self._noise[start : start + light.size].reshape(light.shape)
+        return CeilingImage(self.camera.name, stamp, np.clip(noisy, 0, 255, noisy).astype(np.uint8))
+
+    def shows(self, points_xyz: NDArray[np.float64], edge: float = 3.0) -> bool:
+        """Whether points are in the image and the scene hides none; for measurements.
+
+        Args:
+            points_xyz: (n, 3) [m] in map.
+            edge: So far from the image's edge at least [px].
+        """
+        pixels = self.camera.project(points_xyz)
+        w, h = self.camera.lens.size
+        if not ((pixels > edge) & (pixels < np.array([w, h]) - 1 - edge)).all():
+            return False
+        u, v = np.rint(pixels).astype(int).T
+        depth = self.camera.seen_from_camera(points_xyz)[:, 2]
+        return not (self._depth[v, u] < depth - 1e-3).any()
+
+    def _looked(
+        self, caster: RayCaster
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+        """Gain, depth and reflectance of the scene, each (height, width)."""
+        flat = self._rays[1:-1, 1:-1]
+        h, w = flat.shape[:2]
+        optical = np.concatenate([flat, np.ones((h, w, 1), np.float32)], axis=2)
+        view = caster.cast(optical, self.camera.T_map_camera)
+        palette = np.array(
+            [float(np.mean(s.colour)) for s in caster.scene.surfaces] + [0.0], np.float32
+        )
+        scene = palette[view.surface] * (0.4 + 0.6 * np.cos(view.incidence))
+        R = self.camera.T_map_camera.rotation.as_matrix().astype(np.float32)
+        places = (optical @ R.T) * view.depth[..., None]
+        places += self.camera.position_xyz.astype(np.float32)
+        names = np.array([s.name == "floor" for s in caster.scene.surfaces] + [False])
+        scene *= np.where(names[view.surface], _floor_texture(places[..., :2]), 1)
+        # The light falls off across the room, and towards the corners of the image.
+        heading = float(self._rng.uniform(0, 2 * np.pi))
+        across = np.linspace(-0.5, 0.5, w, dtype=np.float32) * np.float32(np.cos(heading))
+        along = np.linspace(-0.5, 0.5, h, dtype=np.float32) * np.float32(np.sin(heading))
+        ramp = across + along[:, None]
+        ramp = (ramp - ramp.min()) / max(float(np.ptp(ramp)), 1e-6)
+        r2 = (flat**2).sum(axis=2)
+        gain = (1 - self.optics.gradient * ramp) * (1 - self.optics.vignetting * r2 / r2.max())
+        return (gain * self.optics.gain).astype(np.float32), view.depth, scene.astype(np.float32)
+
+    def _box(self, shown: Shown) -> tuple[slice, slice] | None:
+        """Rows and columns that show a plate, with a margin; None where it is not in the image."""
+        points = np.concatenate([T.apply(shown.plate.outline_xyz) for T in shown.moments])
+        pixels = self.camera.project(points)
+        if not np.isfinite(pixels).all():
+            pixels = pixels[np.isfinite(pixels).all(axis=1)]
+            if len(pixels) == 0:
+                return None
+        w, h = self.camera.lens.size
+        low = np.floor(pixels.min(axis=0)).astype(int) - 2 * MARGIN
+        high = np.ceil(pixels.max(axis=0)).astype(int) + 2 * MARGIN + 1
+        (left, top), (right, bottom) = np.maximum(low, 0), np.minimum(high, [w, h])
+        return None if right <= left or bottom <= top else (slice(top, bottom), slice(left, right))
+
+    def _draw(self, shown: Shown, box: tuple[slice, slice], light: NDArray[np.float32]) -> None:
+        """Draw one plate over the light of a box of pixels, before the blur."""
+        rays = self._rays[box[0].start : box[0].stop + 2, box[1].start : box[1].stop + 2]
+        middle = rays[1:-1, 1:-1]
+        by_u = (rays[1:-1, 2:] - rays[1:-1, :-2]) * HALF
+        by_v = (rays[2:, 1:-1] - rays[:-2, 1:-1]) * HALF
+        # The scene's own depth is NaN where there is nothing.
+        free = np.where(np.isnan(self._depth[box]), np.float32(np.inf), self._depth[box])
+        plate = shown.plate
+        picture = np.pad(plate.reflectance, 1, constant_values=np.nan)
+        maps = [self._to_picture(plate, T) for T in shown.moments]
+        share, seen_light = np.zeros(light.shape, np.float32), np.zeros(light.shape, np.float32)
+        offsets = _offsets()[:: SAMPLES // plate.rays]
+        rounds = max(len(offsets), len(maps))
+        # Over the exposure the rays of a pixel take turns with the moments.
+        for number in range(rounds):
+            du, dv = offsets[number % len(offsets)]
+            xy = (middle + du * by_u + dv * by_v).astype(np.float32, copy=False)
+            found = _met(picture, maps[number % len(maps)], xy, free)
+            seen = ~np.isnan(found)
+            share += seen
+            seen_light += np.where(seen, found, 0)
+        light += (seen_light * self._gain[box] - share * light) / rounds
+
+    def _to_picture(self, plate: Plate, T_map_plate: RigidTransform) -> NDArray[np.float32]:
+        """(3, 3) from rays (x, y, 1) to (column, row, 1) / depth in the picture with an edge of 1.
+
+        Points of the plate are T (x, y, 0, 1); the inverse takes rays to the plate.
+        """
+        T_camera_plate = (self._T_camera_map * T_map_plate).as_matrix()
+        rows, columns = plate.reflectance.shape
+        scale = np.array(
+            [
+                [columns / plate.width, 0, columns / 2 + 1],
+                [0, -rows / plate.height, rows / 2 + 1],
+                [0, 0, 1],
+            ]
+        )
+        return (scale @ np.linalg.inv(T_camera_plate[:3, [0, 1, 3]])).astype(np.float32)
+
+
+def _ray_map(lens: LensCamera) -> NDArray[np.float32]:
+    """(height + 2, width + 2, 2) rays of all pixels and of one more on each side.
+
+    The lens is solved at every eighth pixel; bicubic splines between them err by less than a
+    thousandth of a pixel.
+    """
+    from scipy.interpolate import RectBivariateSpline
+
+    w, h = lens.size
+    u, v = (np.linspace(-1.0, side, max(side // 8, 4)) for side in (w, h))
+    grid = np.stack(np.meshgrid(u, v), axis=-1)
+    rays = lens.rays_xy(grid.reshape(-1, 2)).reshape(grid.shape)
+    pixels = np.arange(-1.0, h + 1), np.arange(-1.0, w + 1)
+    maps = [RectBivariateSpline(v, u, rays[..., axis])(*pixels) for axis in (0, 1)]
+    return np.stack(maps, axis=-1).astype(np.float32)
+
+
+def _met(
+    picture: NDArray[np.float32],
+    H: NDArray[np.float32],
+    xy: NDArray[np.float32],
+    free: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """What rays meet on a plate; NaN where they miss it or meet the scene before it."""
+    x, y = xy[..., 0], xy[..., 1]
+    nearness = H[2, 0] * x + H[2, 1] * y + H[2, 2]
+    depth = 1 / nearness
+    rows, columns = picture.shape
+    column = np.clip((H[0, 0] * x + H[0, 1] * y + H[0, 2]) * depth, 0, columns - 1)
+    row = np.clip((H[1, 0] * x + H[1, 1] * y + H[1, 2]) * depth, 0, rows - 1)
+    found = picture[row.astype(np.int32), column.astype(np.int32)]
+    found[(nearness <= 0) | (free < depth - 1e-3)] = np.nan
+    return found
+
+
+def _offsets() -> list[tuple[np.float32, np.float32]]:
+    """Of the rays through a pixel [px]."""
+    order = [0, 7, 14, 5, 12, 3, 10, 1, 8, 15, 6, 13, 4, 11, 2, 9]
+    places = (np.arange(SAMPLES, dtype=np.float32) + np.float32(0.5)) / SAMPLES - np.float32(0.5)
+    return [(places[i], places[j]) for i, j in enumerate(order)]
+
+
+def _floor_texture(places_xy: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Tiles of half a metre with joints, unevenly bright; about 1."""
+    x, y = places_xy[..., 0], places_xy[..., 1]
+    with np.errstate(invalid="ignore"):
+        joint = (np.abs(np.mod(x, 0.5) - 0.25) > 0.246) | (np.abs(np.mod(y, 0.5) - 0.25) > 0.246)
+        waves = 0.06 * np.sin(3.1 * x + 1.7 * y) + 0.05 * np.sin(7.3 * y - 2.9 * x + 1)
+        grain = 0.04 * np.sin(41 * x) * np.sin(37 * y)
+    return np.where(joint, 0.7, 1 + waves + grain).astype(np.float32)
+
+
+def _blurred(light: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
+    if sigma == 0:
+        return light
+    from scipy.ndimage import gaussian_filter
+
+    return np.asarray(gaussian_filter(light, sigma, mode="nearest", truncate=3.0), np.float32)
+
+
+def _joined(boxes: Sequence[tuple[slice, slice]]) -> tuple[slice, slice]:
+    """The smallest box round all."""
+    return (
+        slice(min(b[0].start for b in boxes), max(b[0].stop for b in boxes)),
+        slice(min(b[1].start for b in boxes), max(b[1].stop for b in boxes)),
+    )
+
+
+def _within(box: tuple[slice, slice], outer: tuple[slice, slice]) -> tuple[slice, slice]:
+    """A box as seen from the corner of another one."""
+    rows, columns = (
+        slice(part.start - whole.start, part.stop - whole.start)
+        for part, whole in zip(box, outer, strict=True)
+    )
+    return rows, columns
+
+
+def _shrunk(box: tuple[slice, slice], shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """A box without its margin, except at the image's edges; maybe nothing of it is left."""
+
+    def inner(part: slice, size: int) -> slice:
+        start = part.start if part.start == 0 else part.start + MARGIN
+        stop = part.stop if part.stop == size else part.stop - MARGIN
+        return slice(start, max(start, stop))
+
+    return inner(box[0], shape[0]), inner(box[1], shape[1])

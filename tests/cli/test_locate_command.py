@@ -1,0 +1,194 @@
+"""`circumspect locate`: from images of boards and tags to a path, end to end."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from circumspect.cli.main import main
+from circumspect.cli.scan import Scan
+from circumspect.geometry import read_tum
+from circumspect.localization import read_calibration
+
+
+def run(*words):
+    return main(["locate", *map(str, words)])
+
+
+def told(capsys):
+    out, _ = capsys.readouterr()
+    assert out.count("\n") == 1
+    return json.loads(out)
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory):
+    """Two cameras that look at a robot for two seconds."""
+    folder = tmp_path_factory.mktemp("room")
+    words = [
+        "--cameras",
+        "2",
+        "--size",
+        "800",
+        "600",
+        "--seconds",
+        "1.6",
+        "--rate",
+        "5",
+        "--seed",
+        "1",
+        "--json",
+    ]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        code = run("simulate", *words, "--images", folder / "images", "--out", folder / "run")
+    assert code == 0
+    return folder
+
+
+def test_simulate_leaves_a_run(room):
+    record = json.loads((room / "run" / "result.json").read_text())
+    assert record["states"] == {"tracked": 8}
+    assert record["error"]["position_rmse_m"] < 3e-3
+    assert record["error"]["yaw_rmse_deg"] < 0.5
+    assert 0 < record["space_error_m"] < 5e-3
+    assert record["odometry_end_m"] < 0.1
+    names = {file.name for file in (room / "run").iterdir()}
+    assert names == {
+        "calibration.json", "trajectory.txt", "truth.txt", "odometry.txt", "space.jsonl",
+        "result.json", "space.png",
+    }  # fmt: skip
+    lines = (room / "run" / "space.jsonl").read_text().splitlines()
+    assert len(lines) == 8
+    first = json.loads(lines[0])
+    assert first["cameras"]
+    assert set(first["rejected"]) | set(first["cameras"]) == {"ceiling-0", "ceiling-1"}
+
+
+def test_calibrate_and_track_from_the_images(room, tmp_path, capsys):
+    images, file = room / "images", tmp_path / "room.json"
+    for name in ("ceiling-0", "ceiling-1"):
+        assert run("intrinsics", images / "board" / name, "--out", file, "--json") == 0
+        lens = told(capsys)
+        assert (lens["camera"], lens["rms_px"] < 0.3) == (name, True)
+        words = ("--survey", images / "survey.json", "--intrinsics", file, "--out", file)
+        tag = ("--tag", 0, 0.2, 0.3)
+        assert run("extrinsics", images / "floor" / name, *words, *tag, "--json") == 0
+        place = told(capsys)
+        assert place["position_xyz"][2] == pytest.approx(3.0, abs=0.05)
+        assert place["tags"] >= 8
+    assert read_calibration(file).mount.height == 0.3
+    out = tmp_path / "run"
+    words = ("--calibration", file, "--truth", room / "run" / "truth.txt", "--out", out)
+    assert run("track", images / "track", *words, "--json") == 0
+    record = told(capsys)
+    assert record["states"] == {"tracked": 8}
+    assert record["error"]["position_rmse_m"] < 5e-3
+    assert len(read_tum(out / "trajectory.txt")) == 8
+    assert (out / "space.png").stat().st_size > 10_000
+
+
+def test_the_same_in_words(room, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    images, file = room / "images", tmp_path / "room.json"
+    board = images / "board" / "ceiling-0"
+    assert run("intrinsics", board, "--out", file) == 0
+    assert "Next: circumspect locate extrinsics" in capsys.readouterr().out
+    words = ("--survey", images / "survey.json", "--intrinsics", file, "--out", file)
+    assert run("extrinsics", images / "floor" / "ceiling-0", *words) == 0
+    assert "Camera 'ceiling-0' hangs at" in capsys.readouterr().out
+    calibration = ("--calibration", images / "calibration.json")
+    broken = tmp_path / "track"
+    shutil.copytree(images / "track", broken)
+    next(iter(sorted((broken / "ceiling-0").iterdir()))).write_bytes(b"no image")
+    odometry = room / "run" / "odometry.txt"
+    assert run("track", broken, *calibration, "--odometry", odometry) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("Located 8 of 8 times")
+    assert "left out: " in err
+
+
+def test_boards_and_tags_are_printed(tmp_path, capsys):
+    assert run("board", "--out", tmp_path, "--format", "png", "--json") == 0
+    (page,) = told(capsys)["pages"]
+    with Image.open(page) as image:
+        assert image.size == (3508, 2480)
+    assert run("board", "--out", tmp_path, "--tags", 0, 7) == 0
+    assert "tag-7.pdf" in capsys.readouterr().out
+    assert {p.name for p in tmp_path.iterdir()} == {"board-9x6.png", "tag-0.pdf", "tag-7.pdf"}
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("track", "gone", "--calibration", "gone.json"), "gone.json: does not exist; calibrate"),
+        (("track", "gone", "--calibration", "IMAGES/calibration.json"), "gone: is no folder"),
+        (("track", "IMAGES/track", "--calibration", "lens.json"), "knows no place of camera"),
+        (("intrinsics", "IMAGES/floor/ceiling-0", "--out", "x.json"), "0 of 1 images show"),
+        (("intrinsics", "gone.png", "--out", "x.json"), "gone.png: does not exist"),
+        (
+            ("extrinsics", "IMAGES/floor/ceiling-0", "--survey", "IMAGES/survey.json",
+             "--intrinsics", "lens.json", "--camera", "east", "--out", "x.json"),
+            "no intrinsics of camera 'east'",
+        ),
+        (
+            ("extrinsics", "IMAGES/board/ceiling-0", "--survey", "IMAGES/survey.json",
+             "--intrinsics", "lens.json", "--out", "x.json"),
+            "sees 0 surveyed tags",
+        ),
+        (("board", "--tags", "587"), "0 to 586"),
+        (("board", "--square", "0"), "squares are from"),
+        (("simulate", "--cameras", "0"), "--cameras 0"),
+        (("simulate", "--rate", "1000"), "--rate 1000"),
+        (("simulate", "--speed", "9"), "9.0 m/s"),
+        (("simulate", "--seed", "-1"), "--seed -1"),
+        (("simulate", "--size", "1", "1"), "--size 1 1"),
+        (("simulate", "--moved", "north", "--seed", "1"), "--moved north: no such camera"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line(room, tmp_path, monkeypatch, capsys, words, complaint):
+    monkeypatch.chdir(tmp_path)
+    room_file = json.loads((room / "images" / "calibration.json").read_text())
+    for camera in room_file["cameras"].values():
+        del camera["extrinsics"]
+    (tmp_path / "lens.json").write_text(json.dumps(room_file))
+    assert run(*(word.replace("IMAGES", str(room / "images")) for word in words)) == 2
+    out, err = capsys.readouterr()
+    assert complaint in err
+    assert err.count("\n") == err.count("circumspect: ")
+    assert out == ""
+    assert not (tmp_path / "x.json").exists()
+
+
+@pytest.mark.parametrize("name", ["simulate", "board", "intrinsics", "extrinsics", "track"])
+def test_every_subcommand_explains_itself(name, capsys):
+    with pytest.raises(SystemExit) as stop:
+        run(name, "--help")
+    assert stop.value.code == 0
+    out = capsys.readouterr().out
+    assert f"$ circumspect locate {name}" in out
+    assert max(map(len, out.splitlines()[1:])) <= 80
+
+
+def test_a_scan_is_compared_with_the_intelligent_space(tmp_path, capsys):
+    out = tmp_path / "run"
+    scan = Scan(object="chair-3", start=40.0, seed=5, frames=4, frame_interval=2.0, space=True)
+    assert replace(scan, out=out, json=True).run() == 0
+    record = told(capsys)
+    assert record["ate_space_rmse_m"] == pytest.approx(record["ate_rmse_m"], abs=2e-3)
+    assert 0 < record["space_error_m"] < 2e-3
+    assert record["space_true_error_m"] < 3e-3
+    measured = json.loads((out / "scan.json").read_text())["measured"]
+    assert measured["ate_space_rmse_m"] == record["ate_space_rmse_m"]
+    assert (out / "space.png").stat().st_size > 10_000
+    assert len(read_tum(out / "space.txt")) == 4
+    sigma = [
+        json.loads(line)["position_sigma_m"]
+        for line in (out / "space.jsonl").read_text().splitlines()
+    ]
+    assert np.median(sigma) == pytest.approx(record["space_error_m"], rel=0.5)
