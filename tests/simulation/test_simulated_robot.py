@@ -63,7 +63,8 @@ def test_the_camera_stands_over_the_left_wheel_and_looks_left_and_down() -> None
     np.testing.assert_allclose(T.translation, [0, 0.165, 1.1])
     right, down, forward = T.rotation.as_matrix().T
     np.testing.assert_allclose(right, [1, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(forward, [0, np.cos(np.radians(25)), -np.sin(np.radians(25))])
+    expected = [0, np.cos(np.radians(25)), -np.sin(np.radians(25))]
+    np.testing.assert_allclose(forward, expected, atol=1e-12)
     assert down[2] < 0
 
 
