@@ -12,6 +12,7 @@ import tyro
 from circumspect.errors import InputError, MissingExtraError, blamed_on
 
 if TYPE_CHECKING:
+    from circumspect.geometry import PointCloud
     from circumspect.grid import OccupancyGrid
 
 
@@ -20,6 +21,7 @@ class Grid:
     """The occupancy grid of a mesh or cloud, as npz and as a picture.
 
     $ circumspect grid chair.ply --out chair-grid.npz
+    $ circumspect grid chair.ply --turn 0 45 90 100
     """
 
     file: Annotated[Path, tyro.conf.Positional]
@@ -32,6 +34,9 @@ class Grid:
     """Along radius, azimuth and height, or along x, y and z."""
     up: Literal["x", "y", "z"] = "z"
     """The axis that points up in the file."""
+    turn: tuple[float, ...] = ()
+    """Draw both kinds of grid of the object turned by these angles [degrees], too: cylindrical
+    ones shift, rectangular ones change."""
     samples: int = 32768
     """Points sampled on a mesh."""
 
@@ -51,7 +56,18 @@ class Grid:
         share = 100.0 * grid.occupied.mean()
         print(f"{out}: {int(grid.occupied.sum())} cells occupied ({share:.1f} %)")  # noqa: T201
         self._draw(grid, out.with_suffix(".png"))
+        if self.turn:
+            self._draw_turning(cloud, out.with_name(f"{out.stem}-turned.png"))
         return 0
+
+    def _draw_turning(self, cloud: PointCloud, picture: Path) -> None:
+        from circumspect.evaluation.figures import save_figure
+        from circumspect.evaluation.turning_picture import draw_turning, turned_grids
+
+        if not all(abs(turn) < 1e6 for turn in self.turn):
+            raise InputError(f"--turn {' '.join(f'{t:g}' for t in self.turn)}: give degrees")
+        save_figure(draw_turning(turned_grids(cloud, self.cells, self.turn), self.turn), picture)
+        print(f"{picture}: both kinds of grid, turned")  # noqa: T201
 
     def _draw(self, grid: OccupancyGrid, picture: Path) -> None:
         from circumspect.evaluation.grid_picture import draw_grid

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from circumspect.evaluation.figure_canvas import new_figure
 from circumspect.grid import CylindricalGrid, OccupancyGrid
@@ -30,13 +31,10 @@ def draw_grid(grid: OccupancyGrid) -> Figure:
 def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
     bounds = grid.grid
     assert isinstance(bounds, CylindricalGrid)
-    radii, azimuths, _ = bounds.shape
-    occupied = grid.occupied
+    azimuths, occupied = bounds.shape[1], grid.occupied
     figure = new_figure((12.0, 4.2))
     wide, plan, profile = figure.subplots(1, 3, width_ratios=(2.0, 1.3, 0.9))
-    radius_cell = bounds.radius / radii
-    outermost = (radii - occupied[::-1].argmax(axis=0)) * radius_cell
-    surface = np.where(occupied.any(axis=0), outermost, np.nan)
+    surface = outermost_surface(grid)
     extent = (0.0, 360.0, -bounds.half_height, bounds.half_height)
     shown = wide.imshow(
         surface.T, origin="lower", extent=extent, aspect="auto", cmap="viridis", vmin=0
@@ -53,6 +51,15 @@ def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
     figure.colorbar(shown, ax=profile, label="occupied cells")
     profile.set(xlabel="radius [m]", ylabel="height [m]", title="profile: cells over azimuth")
     return figure
+
+
+def outermost_surface(grid: OccupancyGrid) -> NDArray[np.float64]:
+    """(azimuth, height) radius of the outermost occupied cell [m], NaN where there is none."""
+    bounds, occupied = grid.grid, grid.occupied
+    assert isinstance(bounds, CylindricalGrid)
+    radii = bounds.shape[0]
+    outermost = (radii - occupied[::-1].argmax(axis=0)) * (bounds.radius / radii)
+    return np.where(occupied.any(axis=0), outermost, np.nan)
 
 
 def _draw_plan(axes: Axes, count: np.ndarray, bounds: CylindricalGrid) -> None:
