@@ -54,6 +54,10 @@ def test_recordings_are_added_with_a_label(
     assert set(scan.files) == {"cloud", "grid", "poses", "odometry"}
     assert main(["gather", "--from", str(recording), "--out", out, *flags]) == 2
     assert "holds blue@first already" in capsys.readouterr().err
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "letter.txt").write_text("")
+    assert main(["gather", "--from", str(recording), "--out", str(tmp_path / "other"), *flags]) == 2
+    assert "holds something else" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from circumspect.cli.main import main
-from circumspect.geometry import read_cloud
+from circumspect.geometry import PinholeCamera, read_cloud
+from circumspect.recording import RunRecorder
+from circumspect.sensing import RgbdFrame
 
 FLAGS = ["chair-3", "--start", "40", "--seed", "5", "--frames", "8", "--frame-interval", "2"]
 WRITTEN = ("trajectory.txt", "model.ply", "grid.npz")
@@ -76,6 +78,14 @@ def test_record_info(live: Path, capsys: pytest.CaptureFixture) -> None:
     text = capsys.readouterr().out
     assert "nav_msgs/Odometry" in text
     assert max(map(len, text.splitlines()[1:])) <= 80
+
+
+def test_notes_of_a_stranger_are_only_text(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    recorder = RunRecorder(tmp_path / "odd.mcap", {"config": "{no json"})
+    recorder.frame(RgbdFrame(np.ones((2, 3)), PinholeCamera(3, 2, 1.0, 1.0, 1.0, 0.5), 1.0))
+    recorder.close()
+    assert main(["record", "info", str(tmp_path / "odd.mcap"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["notes"]["config"] == "{no json"
 
 
 @pytest.mark.parametrize(

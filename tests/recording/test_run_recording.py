@@ -233,6 +233,15 @@ def test_memory_does_not_grow_with_the_recording(tmp_path: Path) -> None:
     assert peaks[1] < 1.2 * peaks[0] + 200_000
 
 
+def test_times_are_told_with_and_without_an_index(tmp_path: Path) -> None:
+    recorded(tmp_path / "run.mcap", frames(5))
+    whole = (tmp_path / "run.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[:-30])
+    for name in ("run.mcap", "cut.mcap"):
+        told = open_bag(tmp_path / name).topics["/odom"]
+        assert (told.count, told.first, told.last) == (5, 0, 400_000_000)
+
+
 def test_every_nth_frame(tmp_path: Path) -> None:
     recorded(tmp_path / "run.mcap", frames(7))
     recording = open_recording(tmp_path / "run.mcap", every=3)

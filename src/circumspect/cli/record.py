@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -58,8 +59,9 @@ def facts(bag: Bag) -> dict[str, Any]:
         replayed = asdict(chosen(bag, TopicNames()))
     except InputError as error:
         replayed = str(error)
-    notes = dict(bag.notes)
-    if "config" in notes:
+    notes: dict[str, Any] = dict(bag.notes)
+    # Anybody may have written it: what is no JSON stays text.
+    with suppress(KeyError, ValueError, RecursionError):
         notes["config"] = json.loads(notes["config"])
     return {
         "recording": str(bag.path),

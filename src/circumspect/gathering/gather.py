@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from circumspect import __version__
@@ -92,15 +92,25 @@ def append(folder: Path, scan: GatheredScan) -> None:
         raise OutputError(f"{file}: can not be written ({reason})") from error
 
 
+def begin(folder: Path, settings: Mapping[str, object]) -> None:
+    """Begin an empty set.
+
+    Raises:
+        InputError: The folder holds something else.
+        OutputError: It can not be written.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(f"{folder}: holds something else; give an empty or a new folder")
+    write_json(folder / SETTINGS, dict(settings))
+    with atomic_open(folder / MANIFEST) as stream:
+        stream.write("")
+
+
 def _prepare(folder: Path, settings: GatherSettings) -> None:
     """Begin a set, or see that this one goes on with it."""
     wanted = {**settings.lasting(), "version": __version__}
     if not is_gathered(folder):
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise InputError(f"{folder}: holds something else; give an empty or a new folder")
-        write_json(folder / SETTINGS, wanted)
-        with atomic_open(folder / MANIFEST) as stream:
-            stream.write("")
+        begin(folder, wanted)
         return
     try:
         there = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))

@@ -6,22 +6,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from scipy.spatial.transform import RigidTransform
+
 from circumspect.classification import Classifier
 from circumspect.datasets.gathered_set import (
-    MANIFEST,
-    SETTINGS,
     GatheredScan,
     is_gathered,
     read_manifest,
 )
 from circumspect.errors import InputError
-from circumspect.gathering.gather import append
+from circumspect.gathering.gather import append, begin
 from circumspect.gathering.scan_files import told_quality, write_scan
 from circumspect.pipeline.camera_path import increasing
 from circumspect.pipeline.replayed import replay_pipeline
 from circumspect.recording import GivenPoses, open_recording
 from circumspect.sensing import RgbdFrame
-from circumspect.storage import atomic_open, write_json
 
 
 @dataclass(frozen=True)
@@ -74,9 +73,7 @@ def gather_recording(folder: Path, recording: Path, shown: RecordedObject) -> Ga
     wheels = _Wheels()
     result = pipeline.run(wheels.heard(frame) for frame in frames)
     if not is_gathered(folder):
-        write_json(folder / SETTINGS, {"source": "recordings"})
-        with atomic_open(folder / MANIFEST) as stream:
-            stream.write("")
+        begin(folder, {"source": "recordings"})
     quality = {**told_quality(result), "recording": recording.name}
     files = write_scan(folder, name, result, increasing(wheels.told))
     scan = GatheredScan(name, shown.name, shown.label, shown.split, shown.start_deg, files, quality)
@@ -88,7 +85,7 @@ class _Wheels:
     """Keeps where the wheels say the camera was."""
 
     def __init__(self) -> None:
-        self.told: list = []
+        self.told: list[tuple[float, RigidTransform]] = []
 
     def heard(self, frame: RgbdFrame) -> RgbdFrame:
         if frame.odometry is not None and frame.T_base_camera is not None:

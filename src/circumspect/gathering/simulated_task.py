@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +56,7 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
     """
     task, settings = job.task, job.settings
     seed = settings.seed_of(task)
+    scan = GatheredScan(task.key, task.object, task.label, task.split, task.start_deg)
     config = {"object": task.object, "seed": seed, "start_deg": task.start_deg}
     quality: dict[str, Any] = {"seed": seed}
     try:
@@ -65,10 +66,7 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
             SurfaceNormalPlanner(), Classifier.load(threads=1), config,
         )  # fmt: skip
     except CircumspectError as error:
-        quality["ended"] = f"not begun: {error}"
-        return asdict(GatheredScan(
-            task.key, task.object, task.label, task.split, task.start_deg, {}, quality
-        ))  # fmt: skip
+        return asdict(replace(scan, quality={**quality, "ended": f"not begun: {error}"}))
     log = JourneyLog(parts.scan)
     parts.pipeline.observers = (log,)
     result = parts.scan.run()
@@ -77,6 +75,4 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
     if job.measure is not None:
         quality |= job.measure(parts, result, log)
     files = write_scan(job.folder, task.key, result, log.odometry)
-    return asdict(GatheredScan(
-        task.key, task.object, task.label, task.split, task.start_deg, files, quality
-    ))  # fmt: skip
+    return asdict(replace(scan, files=files, quality=quality))

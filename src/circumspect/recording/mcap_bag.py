@@ -100,8 +100,10 @@ class McapBag(Bag):
                     pass
 
     def _count(self, topic: str, kind: str, count: int, first: int, last: int) -> None:
-        known = self.topics.get(topic, Topic(topic, kind, 0, first, last))
-        earliest, latest = min(known.first or first, first), max(known.last or last, last)
+        known = self.topics.get(topic, Topic(topic, kind, 0))
+        # Time may well be 0, in simulation.
+        earliest = first if known.first is None else min(known.first, first)
+        latest = last if known.last is None else max(known.last, last)
         self.topics[topic] = replace(known, count=known.count + count, first=earliest, last=latest)
 
     def _note(self, record: Any) -> None:
