@@ -15,11 +15,12 @@ from circumspect.classification import Classifier
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
 from circumspect.gathering.scanned_object import scanned_object
-from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.pipeline import RecognitionResult
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.scan_settings import ScanSettings
 from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
+from circumspect.pipeline.stage_times import stage_lists, stage_times
 from circumspect.planning import (
     CirclePlanner,
     ConvincedPlanner,
@@ -98,11 +99,10 @@ def run_job(job: ScanJob) -> dict[str, Any]:
     except CircumspectError as error:
         return {**head, "label": None, "ended": f"not begun: {error}", "frames": 0}
     log = JourneyLog(parts.scan)
-    watch = Watch()
     live = LivePoses()
-    parts.pipeline.observers = (log, watch, live)
+    parts.pipeline.observers = (log, live)
     result = parts.scan.run()
-    error = measured(parts, result, log, job.shape)
+    error, plan = measured(parts, result, log, job.shape), parts.scan.plan_milliseconds
     return {
         **head,
         "true_label": parts.config["true_label"],
@@ -114,30 +114,9 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         **trust(live.told, parts.witness.trajectory)._asdict(),
         "missing": list(error.missing),
         "views": dict(Counter(record.outcome for record in parts.scan.views)),
-        "milliseconds": watch.summary(),
-        **({"stages": watch.stages} if job.detailed else {}),
+        "milliseconds": stage_times(result.steps, plan),
+        **({"stages": stage_lists(result.steps, plan)} if job.detailed else {}),
     }
-
-
-class Watch:
-    """Keeps the time of every stage; a `PipelineObserver`."""
-
-    def __init__(self) -> None:
-        self.stages: dict[str, list[float]] = {}
-
-    def on_step(self, step: RecognitionStep) -> None:
-        for name, spent in step.milliseconds.items():
-            self.stages.setdefault(name, []).append(round(spent, 2))
-        self.stages.setdefault("frame", []).append(round(sum(step.milliseconds.values()), 2))
-
-    def on_end(self, result: RecognitionResult) -> None:
-        """Nothing more to keep."""
-
-    def summary(self) -> dict[str, dict[str, float]]:
-        return {
-            name: {"median": float(np.median(spent)), "p95": float(np.percentile(spent, 95))}
-            for name, spent in self.stages.items()
-        }
 
 
 def measured(

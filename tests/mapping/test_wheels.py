@@ -82,3 +82,18 @@ def test_without_a_mount_the_wheels_say_nothing() -> None:
         wheels.heard(replace(frame, T_base_camera=None), None)
     assert wheels.step(replace(short_drive()[3], T_base_camera=None)) is None
     assert wheels.step(replace(short_drive()[3], T_base_camera=T_BASE_CAMERA)) is not None
+
+
+def test_wheels_that_misled_are_worth_a_guess_until_they_are_right_again() -> None:
+    frames, wheels, sure = short_drive(), Wheels(MotionSettings()), []
+    stuck = frames[4].odometry
+    for number, frame in enumerate(frames):
+        told = replace(frame, odometry=stuck) if 4 < number < 9 else frame
+        step = wheels.step(told)
+        sure.append(step is not None and np.linalg.eigvalsh(step[1])[-1] < 0.02**2)
+        wheels.heard(told, true_motion(number) if 0 < number != 7 else None)
+    # The first frame with stuck wheels can not be told; the jump back, and what follows until the
+    # scene agreed once, can.
+    assert sure[1:6] == [True] * 5
+    assert sure[6:11] == [False] * 5
+    assert all(sure[12:])

@@ -16,9 +16,9 @@ from circumspect.geometry import Trajectory
 from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey_log import JourneyLog
-from circumspect.pipeline.run_folder import stage_times
 from circumspect.pipeline.scan_file import ScanFile
 from circumspect.pipeline.simulated_scan import SimulatedScan
+from circumspect.pipeline.stage_times import stage_times
 from circumspect.simulation import outlines
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class ScanReport:
             "frames": len(result.steps),
             "distance_m": round(self._parts.scan.driven_m, 3),
             **{name: measured[name] for name in figures},
-            "milliseconds": stage_times(result),
+            "milliseconds": stage_times(result.steps, self._parts.scan.plan_milliseconds),
             "run": str(self.folder.path),
             "ended": self._parts.scan.ended,
         }

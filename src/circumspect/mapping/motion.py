@@ -149,6 +149,15 @@ def steady_motion(
         settings: How far it may stray.
     """
     share = 0.0 if last_time <= 0 else min(time, settings.longest) / last_time
+    return se3.exp(share * se3.log(last_motion)), guessed(time, settings)
+
+
+def guessed(time: float, settings: MotionSettings) -> NDArray[np.float64]:
+    """(6, 6) covariance of a motion that nothing told of [rad, m].
+
+    Args:
+        time: For how long [s] it went on.
+        settings: How far it may stray.
+    """
     turn, shift = settings.spin * time, settings.speed * time
-    covariance = np.diag([turn] * 3 + [shift] * 3) ** 2
-    return se3.exp(share * se3.log(last_motion)), covariance
+    return np.diag([turn] * 3 + [shift] * 3) ** 2

@@ -46,8 +46,8 @@ class WheelGrip:
         way, turn = self.shares
         return PlanarPose(way * told.x, way * told.y, turn * told.yaw)
 
-    def taught(self, told: PlanarPose, found: PlanarPose) -> WheelGrip:
-        """What is known after one more step.
+    def is_contradicted(self, told: PlanarPose, found: PlanarPose) -> bool:
+        """Whether a step differs by more than slip explains: wheels that spin, jump or are stuck.
 
         Args:
             told: Robot in its frame before, by the wheels.
@@ -55,8 +55,18 @@ class WheelGrip:
         """
         wheels, true = np.array([told.x, told.yaw]), np.array([found.x, found.yaw])
         expected = np.array(self.shares) * wheels
-        if (np.abs(true - expected) > SLACK + SHARE * np.abs(wheels)).any():
+        return bool((np.abs(true - expected) > SLACK + SHARE * np.abs(wheels)).any())
+
+    def taught(self, told: PlanarPose, found: PlanarPose) -> WheelGrip:
+        """What is known after one more step.
+
+        Args:
+            told: Robot in its frame before, by the wheels.
+            found: The same by registration.
+        """
+        if self.is_contradicted(told, found):
             return self
+        wheels, true = np.array([told.x, told.yaw]), np.array([found.x, found.yaw])
         step = np.abs(wheels)
         kept = np.exp(-step / MEMORY)
         told_sums = kept * self.told + step

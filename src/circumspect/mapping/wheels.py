@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
-from circumspect.mapping.motion import Belief, MotionSettings, wheel_motion
-from circumspect.mapping.wheel_grip import WheelGrip
+from circumspect.mapping.motion import Belief, MotionSettings, guessed, wheel_motion
+from circumspect.mapping.wheel_grip import SLACK, WheelGrip
 from circumspect.sensing import Odometry, RgbdFrame
 
 
@@ -45,17 +45,25 @@ class Wheels:
         self.grip = WheelGrip()
         self._settings = settings
         self._last: Odometry | None = None
+        self._stamp = 0.0
+        self._misled = False
         self._held = False
         self._stretch = 0
         self._since_key: Belief | None = None
         self._broken = False
 
     def step(self, frame: RgbdFrame) -> tuple[RigidTransform, NDArray[np.float64]] | None:
-        """The camera's motion since the last frame heard, with its covariance, where they tell."""
+        """The camera's motion since the last frame heard, with its covariance, where they tell.
+
+        Wheels that misled when the scene last knew better are worth no more than a guess.
+        """
         mount, before, now = frame.T_base_camera, self._last, frame.odometry
         if mount is None or before is None or now is None:
             return None
-        return wheel_motion(before, now, self.grip, mount, self._settings)
+        moved, covariance = wheel_motion(before, now, self.grip, mount, self._settings)
+        if self._misled:
+            covariance = covariance + guessed(frame.stamp - self._stamp, self._settings)
+        return moved, covariance
 
     def heard(
         self, frame: RgbdFrame, T_before_now: RigidTransform | None, broken: bool = False
@@ -75,7 +83,7 @@ class Wheels:
             self._learn(frame, T_before_now)
         self._held = T_before_now is not None
         self._stretch += int(not self._held)
-        self._last = frame.odometry
+        self._last, self._stamp = frame.odometry, frame.stamp
 
     def _learn(self, frame: RgbdFrame, T_before_now: RigidTransform) -> None:
         mount, before, now = frame.T_base_camera, self._last, frame.odometry
@@ -83,6 +91,11 @@ class Wheels:
             return
         told = before.T_odom_base.inverse() @ now.T_odom_base
         found = PlanarPose.from_transform(mount * T_before_now * mount.inv())
+        if self.grip.is_contradicted(told, found):
+            self._misled = True
+        elif (np.abs([found.x, found.yaw]) > SLACK).any():
+            # A robot that stands proves nothing of its wheels.
+            self._misled = False
         self.grip = self.grip.taught(told, found)
 
     def at_keyframe(self, by_scene: NDArray[np.floating] | None = None) -> Passage:

@@ -8,13 +8,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from circumspect.errors import MissingExtraError, OutputError
 from circumspect.geometry import write_tum
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
+from circumspect.pipeline.stage_times import stage_times
 from circumspect.storage import write_json
 
 RESULTS = (
@@ -118,22 +117,5 @@ def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dic
         "seen": 0.0 if last is None else last.seen,
         "points": 0 if last is None else len(last.model.sums),
         "interrupted": result.interrupted,
-        "milliseconds": stage_times(result),
-    }
-
-
-def stage_times(result: RecognitionResult) -> dict[str, dict[str, float]]:
-    """Stage to median and 95th percentile [ms]; "frame" is the sum of a frame's stages."""
-    times: dict[str, list[float]] = {}
-    for step in result.steps:
-        for name, spent in step.milliseconds.items():
-            times.setdefault(name, []).append(spent)
-        if step.milliseconds:
-            times.setdefault("frame", []).append(sum(step.milliseconds.values()))
-    return {
-        name: {
-            "median": round(float(np.median(spent)), 3),
-            "p95": round(float(np.percentile(spent, 95)), 3),
-        }
-        for name, spent in times.items()
+        "milliseconds": stage_times(result.steps),
     }

@@ -12,6 +12,7 @@ from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.pipeline.scan_knowledge import ScanKnowledge
 from circumspect.pipeline.scan_settings import ScanSettings
+from circumspect.pipeline.stage_clock import StageClock, timed
 from circumspect.pipeline.view_record import (
     BLOCKED,
     CLOSED,
@@ -65,6 +66,8 @@ class ObjectScan:
         views: What became of the views chosen so far.
         driven_m: What the wheels say was driven [m].
         frame: The latest frame.
+        clock: Of what comes between two frames.
+        plan_milliseconds: Time spent on the map of obstacles, views and ways, one a frame [ms].
     """
 
     def __init__(
@@ -90,6 +93,8 @@ class ObjectScan:
         self.views: list[ViewRecord] = []
         self.driven_m = 0.0
         self.frame: RgbdFrame | None = None
+        self.clock = StageClock()
+        self.plan_milliseconds: list[float] = []
         turn = min(robot.max_turn, self.settings.max_turn)
         self._follower = PathFollower(max_turn=turn)
         self._known = ScanKnowledge(robot)
@@ -132,9 +137,7 @@ class ObjectScan:
             yield from self._turn_until(lambda: self._known.in_view, NO_OBJECT_ANYWHERE)
             while True:
                 # Where to look from next
-                view = self.planner.next_view(self.situation)
-                if isinstance(view, Finished):
-                    raise ScanOver(self._explained(view))
+                view = self._next_view()
 
                 # How to get there
                 view, way = self._way_to(view)
@@ -148,6 +151,15 @@ class ObjectScan:
         except ScanOver as over:
             self.ended = str(over)
 
+    @timed("plan")
+    def _next_view(self) -> NextView:
+        """The planner's choice."""
+        view = self.planner.next_view(self.situation)
+        if isinstance(view, Finished):
+            raise ScanOver(self._explained(view))
+        return view
+
+    @timed("plan")
     def _way_to(self, view: NextView) -> tuple[NextView, Route | NoWay]:
         """The way to a view, or to a similar one, or the reason why there is none."""
         situation = self.situation
@@ -192,6 +204,7 @@ class ObjectScan:
             self.T_map_base, way.path_xy, view.T_map_base, self.settings.speed
         )
 
+    @timed("plan")
     def _hindrance(self, way: Route, watch: ProgressWatch) -> str:
         """What keeps the robot from going on; `REACHED` where nothing does."""
         if watch.stuck(self.robot.now, self.T_map_base):
@@ -260,12 +273,20 @@ class ObjectScan:
         self._looked = self.robot.now
         self._due = self._looked + self.settings.frame_interval
         self.frame = self.robot.observe()
+        if self._known.frames:
+            self.plan_milliseconds.append(self.clock.milliseconds.get("plan", 0.0))
+        self.clock = StageClock()
         yield self.frame
         if self._known.frames >= self.settings.most_frames:
             raise ScanOver(f"the limit of {self.settings.most_frames} frames is reached")
+        self._end_if_enough()
+
+    @timed("plan")
+    def _end_if_enough(self) -> None:
         if self._known.in_view and (done := self.planner.enough(self.situation)) is not None:
             raise ScanOver(done.why)
 
+    @timed("plan")
     def heard(self, step: RecognitionStep) -> None:
         """Take what the latest frame led to."""
         if self.frame is not None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 
 class StageClock:
@@ -22,3 +24,30 @@ class StageClock:
         finally:
             spent = 1e3 * (time.perf_counter() - start)
             self.milliseconds[name] = self.milliseconds.get(name, 0.0) + spent
+
+
+class Timed(Protocol):
+    """Has a clock."""
+
+    clock: StageClock
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+T = TypeVar("T", bound=Timed)
+
+
+def timed(
+    stage: str,
+) -> Callable[[Callable[Concatenate[T, P], R]], Callable[Concatenate[T, P], R]]:
+    """Count every call of a method to a stage of its object's clock."""
+
+    def decorated(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P], R]:
+        @functools.wraps(method)
+        def called(self: T, *args: P.args, **kwargs: P.kwargs) -> R:
+            with self.clock.stage(stage):
+                return method(self, *args, **kwargs)
+
+        return called
+
+    return decorated
