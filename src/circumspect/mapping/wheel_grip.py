@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from circumspect.geometry import PlanarPose
 
@@ -46,16 +47,19 @@ class WheelGrip:
         way, turn = self.shares
         return PlanarPose(way * told.x, way * told.y, turn * told.yaw)
 
-    def is_contradicted(self, told: PlanarPose, found: PlanarPose) -> bool:
-        """Whether a step differs by more than slip explains: wheels that spin, jump or are stuck.
+    def is_contradicted(
+        self, told: PlanarPose, found: PlanarPose, slack: NDArray[np.float64] = SLACK
+    ) -> bool:
+        """Whether a step differs by more than `SHARE` of it and some slack.
 
         Args:
             told: Robot in its frame before, by the wheels.
             found: The same by registration.
+            slack: (way [m], turn [rad]).
         """
         wheels, true = np.array([told.x, told.yaw]), np.array([found.x, found.yaw])
         expected = np.array(self.shares) * wheels
-        return bool((np.abs(true - expected) > SLACK + SHARE * np.abs(wheels)).any())
+        return bool((np.abs(true - expected) > slack + SHARE * np.abs(wheels)).any())
 
     def taught(self, told: PlanarPose, found: PlanarPose) -> WheelGrip:
         """What is known after one more step.

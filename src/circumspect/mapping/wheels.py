@@ -13,6 +13,9 @@ from circumspect.mapping.motion import Belief, MotionSettings, guessed, wheel_mo
 from circumspect.mapping.wheel_grip import SLACK, WheelGrip
 from circumspect.sensing import Odometry, RgbdFrame
 
+MISLED = np.array([0.015, 0.05])
+"""Wheels whose step differs by more than this [m], [rad] and half of it spin, jump or are stuck."""
+
 
 @dataclass(frozen=True, eq=False)
 class Passage:
@@ -91,7 +94,7 @@ class Wheels:
             return
         told = before.T_odom_base.inverse() @ now.T_odom_base
         found = PlanarPose.from_transform(mount * T_before_now * mount.inv())
-        if self.grip.is_contradicted(told, found):
+        if self.grip.is_contradicted(told, found, MISLED):
             self._misled = True
         elif (np.abs([found.x, found.yaw]) > SLACK).any():
             # A robot that stands proves nothing of its wheels.
