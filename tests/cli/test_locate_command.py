@@ -67,12 +67,12 @@ def test_simulate_leaves_a_run(room):
     assert len(lines) == 8
     first = json.loads(lines[0])
     assert first["cameras"]
-    assert set(first["rejected"]) | set(first["cameras"]) == {"ceiling-0", "ceiling-1"}
+    assert set(first["rejected"]) | set(first["cameras"]) == {"ceiling_0", "ceiling_1"}
 
 
 def test_calibrate_and_track_from_the_images(room, tmp_path, capsys):
     images, file = room / "images", tmp_path / "room.json"
-    for name in ("ceiling-0", "ceiling-1"):
+    for name in ("ceiling_0", "ceiling_1"):
         assert run("intrinsics", images / "board" / name, "--out", file, "--json") == 0
         lens = told(capsys)
         assert (lens["camera"], lens["rms_px"] < 0.3) == (name, True)
@@ -96,16 +96,16 @@ def test_calibrate_and_track_from_the_images(room, tmp_path, capsys):
 def test_the_same_in_words(room, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     images, file = room / "images", tmp_path / "room.json"
-    board = images / "board" / "ceiling-0"
+    board = images / "board" / "ceiling_0"
     assert run("intrinsics", board, "--out", file) == 0
     assert "Next: circumspect locate extrinsics" in capsys.readouterr().out
     words = ("--survey", images / "survey.json", "--intrinsics", file, "--out", file)
-    assert run("extrinsics", images / "floor" / "ceiling-0", *words) == 0
-    assert "Camera 'ceiling-0' hangs at" in capsys.readouterr().out
+    assert run("extrinsics", images / "floor" / "ceiling_0", *words) == 0
+    assert "Camera 'ceiling_0' hangs at" in capsys.readouterr().out
     calibration = ("--calibration", images / "calibration.json")
     broken = tmp_path / "track"
     shutil.copytree(images / "track", broken)
-    next(iter(sorted((broken / "ceiling-0").iterdir()))).write_bytes(b"no image")
+    next(iter(sorted((broken / "ceiling_0").iterdir()))).write_bytes(b"no image")
     odometry = room / "run" / "odometry.txt"
     assert run("track", broken, *calibration, "--odometry", odometry) == 0
     out, err = capsys.readouterr()
@@ -129,15 +129,15 @@ def test_boards_and_tags_are_printed(tmp_path, capsys):
         (("track", "gone", "--calibration", "gone.json"), "gone.json: does not exist; calibrate"),
         (("track", "gone", "--calibration", "IMAGES/calibration.json"), "gone: is no folder"),
         (("track", "IMAGES/track", "--calibration", "lens.json"), "knows no place of camera"),
-        (("intrinsics", "IMAGES/floor/ceiling-0", "--out", "x.json"), "0 of 1 images show"),
+        (("intrinsics", "IMAGES/floor/ceiling_0", "--out", "x.json"), "0 of 1 images show"),
         (("intrinsics", "gone.png", "--out", "x.json"), "gone.png: does not exist"),
         (
-            ("extrinsics", "IMAGES/floor/ceiling-0", "--survey", "IMAGES/survey.json",
+            ("extrinsics", "IMAGES/floor/ceiling_0", "--survey", "IMAGES/survey.json",
              "--intrinsics", "lens.json", "--camera", "east", "--out", "x.json"),
             "no intrinsics of camera 'east'",
         ),
         (
-            ("extrinsics", "IMAGES/board/ceiling-0", "--survey", "IMAGES/survey.json",
+            ("extrinsics", "IMAGES/board/ceiling_0", "--survey", "IMAGES/survey.json",
              "--intrinsics", "lens.json", "--out", "x.json"),
             "sees 0 surveyed tags",
         ),
@@ -178,7 +178,8 @@ def test_every_subcommand_explains_itself(name, capsys):
 def test_a_scan_is_compared_with_the_intelligent_space(tmp_path, capsys):
     out = tmp_path / "run"
     scan = Scan(object="chair-3", start=40.0, seed=5, frames=4, frame_interval=2.0, space=True)
-    assert replace(scan, out=out, json=True).run() == 0
+    bag = tmp_path / "run.mcap"
+    assert replace(scan, out=out, record=bag, json=True).run() == 0
     record = told(capsys)
     assert record["ate_space_rmse_m"] == pytest.approx(record["ate_rmse_m"], abs=2e-3)
     assert 0 < record["space_error_m"] < 2e-3
@@ -192,3 +193,14 @@ def test_a_scan_is_compared_with_the_intelligent_space(tmp_path, capsys):
         for line in (out / "space.jsonl").read_text().splitlines()
     ]
     assert np.median(sigma) == pytest.approx(record["space_error_m"], rel=0.5)
+    # The ceiling cameras' images are in the recording; tracking through them is the same again.
+    words = ("--calibration", out / "calibration.json", "--tag", 0, 0.2, 0.3)
+    assert run("track", bag, *words, "--out", tmp_path / "again", "--json") == 0
+    assert told(capsys)["images"] == 16
+    again, live = read_tum(tmp_path / "again" / "trajectory.txt"), read_tum(out / "space.txt")
+    difference = again.T_map_camera.translation - live.T_map_camera.translation
+    assert np.abs(difference).max() < 1e-6
+    assert run("track", bag, *words, "--topic", "ceiling_9=/x", "--json") == 2
+    assert "no place of camera 'ceiling_9'" in capsys.readouterr().err
+    assert run("track", out, *words, "--topic", "ceiling_0=/x", "--json") == 2
+    assert "is no bag" in capsys.readouterr().err

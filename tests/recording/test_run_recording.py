@@ -19,6 +19,7 @@ from rosbags.highlevel import AnyReader
 from circumspect.classification import Prediction
 from circumspect.errors import InputError, OutputError
 from circumspect.geometry import PlanarPose
+from circumspect.localization import CeilingImage, LensCamera
 from circumspect.recording import BagRecording, RunRecorder, open_bag, open_recording
 from circumspect.recording.mcap_bag import McapBag
 from circumspect.sensing import RgbdFrame
@@ -66,13 +67,15 @@ def test_another_reader_reads_it(tmp_path: Path) -> None:
     for one in frames(3):
         recorder.frame(one)
         recorder.answer(one.stamp, PREDICTION, EXTENT, PlanarPose(0.1, 0.2, 0.3))
-    recorder.picture("ceiling_1", 0.25, np.full((4, 5), 9, np.uint8))
+    image = CeilingImage("ceiling_1", 0.25, np.full((24, 32), 9, np.uint8))
+    recorder.ceiling_image(image, LensCamera(CAMERA, (0.1, 0.0, 0.0, 0.0, -0.2)))
     recorder.close()
     with AnyReader([tmp_path / "run.mcap"]) as reader:
         counts = {name: topic.msgcount for name, topic in reader.topics.items()}
         assert counts == {
             "/camera/depth/camera_info": 3, "/camera/depth/image_raw": 3, "/odom": 3, "/tf": 6,
             "/tf_static": 1, "/circumspect/detections": 3, "/ceiling_1/image_raw": 1,
+            "/ceiling_1/camera_info": 1,
         }  # fmt: skip
         wanted = [c for c in reader.connections if c.topic == "/circumspect/detections"]
         connection, time, data = list(reader.messages(connections=wanted))[-1]

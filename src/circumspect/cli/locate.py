@@ -20,8 +20,8 @@ class Locate:
 
     $ circumspect locate simulate
     $ circumspect locate board --out print
-    $ circumspect locate intrinsics board-images/ceiling-0 --out calibration.json
-    $ circumspect locate extrinsics floor/ceiling-0 --survey survey.json
+    $ circumspect locate intrinsics board-images/ceiling_0 --out calibration.json
+    $ circumspect locate extrinsics floor/ceiling_0 --survey survey.json
           --intrinsics calibration.json --out calibration.json
     $ circumspect locate track images --calibration calibration.json
     """

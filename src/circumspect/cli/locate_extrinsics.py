@@ -14,7 +14,7 @@ import tyro
 class Extrinsics:
     """Find one camera's place from tags that lie at surveyed places on the floor.
 
-    $ circumspect locate extrinsics floor/ceiling-0 --survey survey.json
+    $ circumspect locate extrinsics floor/ceiling_0 --survey survey.json
           --intrinsics calibration.json --out calibration.json
     """
 

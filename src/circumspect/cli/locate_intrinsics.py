@@ -14,7 +14,7 @@ import tyro
 class Intrinsics:
     """Calibrate one camera's lens from images of the board.
 
-    $ circumspect locate intrinsics board-images/ceiling-0 --out calibration.json
+    $ circumspect locate intrinsics board-images/ceiling_0 --out calibration.json
     $ circumspect locate intrinsics a.png b.png c.png --camera north --out room.json
     """
 

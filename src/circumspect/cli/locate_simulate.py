@@ -36,7 +36,7 @@ class Simulate:
     size: tuple[int, int] = (1280, 960)
     """Of the images [px]."""
     moved: str | None = None
-    """Name of a camera that is knocked 40 mm aside after calibration, ceiling-0 for example."""
+    """Name of a camera that is knocked 40 mm aside after calibration, ceiling_0 for example."""
     seed: int | None = None
     """The same seed gives the same run; without it a new one is drawn."""
     images: Path | None = None

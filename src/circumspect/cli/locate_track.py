@@ -6,11 +6,15 @@ import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from circumspect.errors import InputError
+
+if TYPE_CHECKING:
+    from circumspect.localization.image_folder import ImageFolder
+    from circumspect.recording import CeilingBag
 
 
 @dataclass(frozen=True)
@@ -19,16 +23,19 @@ class Track:
 
     $ circumspect locate track images --calibration calibration.json
     $ circumspect locate track images --calibration room.json --json
+    $ circumspect locate track run.mcap --calibration room.json
     """
 
-    folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER")]
-    """One sub-folder a camera, named after it; an image's name is its stamp [s], as 12.340.png,
-    or stamps.txt beside them has lines NAME SECONDS."""
+    images: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FOLDER|BAG")]
+    """A bag of ROS 1 or 2, or a folder with one sub-folder a camera, named after it; an image's
+    name is its stamp [s], as 12.340.png, or stamps.txt beside them has lines NAME SECONDS."""
     calibration: Path
     """Lenses and places of the cameras."""
     tag: tuple[int, float, float] | None = None
     """The robot's tag: number, size [m], height above the floor [m]; by default what the
     calibration file says."""
+    topic: Annotated[tuple[str, ...], tyro.conf.arg(metavar="CAMERA=TOPIC")] = ()
+    """Of a bag: topics that are not named after their camera, as /ceiling_0/image_raw is."""
     odometry: Path | None = None
     """Path by the wheels, TUM format, in map; for the picture."""
     truth: Path | None = None
@@ -55,16 +62,15 @@ class Track:
             TagMount,
             read_calibration,
         )
-        from circumspect.localization.image_folder import ImageFolder
 
-        calibration, images = read_calibration(self.calibration), ImageFolder(self.folder)
+        calibration = read_calibration(self.calibration)
+        images = self._opened([camera.name for camera in calibration.cameras])
         mount = calibration.mount if self.tag is None else TagMount(*self.tag)
         if mount is None:
             raise InputError(
                 f"{self.calibration}: says nothing of the robot's tag; "
                 "give --tag NUMBER SIZE HEIGHT"
             )
-        self._require(images.cameras, [camera.name for camera in calibration.cameras])
         truth = None if self.truth is None else read_tum(self.truth)
         paths = {} if self.odometry is None else {"odometry alone": read_tum(self.odometry)}
         space = IntelligentSpace(calibration.cameras, mount)
@@ -98,14 +104,38 @@ class Track:
         print(json.dumps(record) if self.json else _told(record))  # noqa: T201
         return 0
 
-    def _require(self, seen: tuple[str, ...], known: list[str]) -> None:
-        """Cameras without calibration are told before anything else."""
-        strangers = [name for name in seen if name not in known]
+    def _opened(self, known: list[str]) -> ImageFolder | CeilingBag:
+        """The images; cameras without calibration are told before anything else.
+
+        Args:
+            known: Cameras that are calibrated.
+        """
+        from circumspect.localization.image_folder import ImageFolder
+        from circumspect.recording import CeilingBag, is_bag, open_bag
+
+        topics = dict(self._topic(words) for words in self.topic)
+        if is_bag(self.images):
+            self._require(tuple(topics), known)
+            return CeilingBag(open_bag(self.images), known, topics)
+        if topics:
+            raise InputError(f"{self.images}: is no bag, and --topic tells topics of one")
+        folder = ImageFolder(self.images)
+        self._require(folder.cameras, known)
+        return folder
+
+    def _require(self, named: tuple[str, ...], known: list[str]) -> None:
+        strangers = [name for name in named if name not in known]
         if strangers:
             raise InputError(
                 f"{self.calibration}: knows no place of camera '{strangers[0]}'; known: "
                 f"{', '.join(known) or 'none'}; find it with: circumspect locate extrinsics"
             )
+
+    def _topic(self, words: str) -> tuple[str, str]:
+        camera, equals, topic = words.partition("=")
+        if not (camera and equals and topic):
+            raise InputError(f"--topic {words}: give CAMERA=TOPIC, as ceiling_0=/up/image_raw")
+        return camera, topic
 
 
 def _told(record: dict[str, Any]) -> str:

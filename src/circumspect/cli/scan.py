@@ -70,8 +70,8 @@ class Scan:
     out: Path | None = None
     """Folder of the run; runs/scan-DATE-TIME by default."""
     record: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Record what the robot sees and says into a new MCAP file, which `circumspect replay`,
-    Foxglove and ROS 2 can play."""
+    """Record what the robot and the ceiling cameras see into a new MCAP file, and the answers;
+    `circumspect replay`, Foxglove and ROS 2 can play it."""
     json: bool = False
     """One JSON line on standard output and nothing else there."""
 
@@ -87,6 +87,8 @@ class Scan:
 
         scan, recorder = self._recorded(self._prepared(command))
         space = self._watched(scan)
+        if space is not None and recorder is not None:
+            space.record(recorder)
         report = ScanReport(scan, self.out or new_run_folder(command), space)
         with RunScreen("round the object [°]", 360, report.round_deg) as screen:
             screen.say(report.opening)

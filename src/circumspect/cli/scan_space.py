@@ -10,8 +10,9 @@ import numpy as np
 from circumspect.errors import CircumspectError, MissingExtraError
 from circumspect.evaluation.space_error import error_against_space, path_against_space, space_error
 from circumspect.geometry import Trajectory, write_tum
-from circumspect.localization import IntelligentSpace, write_calibration
+from circumspect.localization import CeilingImage, IntelligentSpace, write_calibration
 from circumspect.pipeline.simulated_scan import SimulatedScan
+from circumspect.recording import RunRecorder
 from circumspect.simulation import (
     CeilingRig,
     CeilingWatch,
@@ -51,6 +52,15 @@ class ScanSpace:
         space = IntelligentSpace(self._calibration.cameras, self._rig.mount)
         self._watch = CeilingWatch(self._rig, space)
         parts.witness.others = (*parts.witness.others, self._watch)
+
+    def record(self, recorder: RunRecorder) -> None:
+        """Record the cameras' images, too."""
+        lenses = {camera.name: camera.lens for camera in self._calibration.cameras}
+
+        def recorded(image: CeilingImage) -> None:
+            recorder.ceiling_image(image, lenses[image.camera])
+
+        self._watch.listeners = (*self._watch.listeners, recorded)
 
     def measured(
         self, estimate: Trajectory | None, truth: Trajectory | None

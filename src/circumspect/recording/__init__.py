@@ -1,6 +1,7 @@
 """Recorded RGB-D frames: written as ROS 2 does, and read in many formats."""
 
 from circumspect.recording.bag_recording import BagRecording, BagSettings
+from circumspect.recording.ceiling_bag import CeilingBag
 from circumspect.recording.frame_folder import FrameFolder
 from circumspect.recording.open_recording import is_bag, open_bag, open_recording
 from circumspect.recording.recording import GivenPoses, Recording
@@ -14,6 +15,7 @@ __all__ = [
     "CALIBRATED",
     "BagRecording",
     "BagSettings",
+    "CeilingBag",
     "FrameFolder",
     "GivenPoses",
     "Recording",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -114,6 +115,36 @@ def colour_of(image: Any) -> NDArray[np.uint8]:
     return np.ascontiguousarray(pixels[..., CHANNELS[image.encoding]])
 
 
+def grey_of(image: Any) -> NDArray[np.uint8]:
+    """(height, width) brightness of a `sensor_msgs/Image` or a `CompressedImage`.
+
+    Raises:
+        InputError: Another encoding, or data that are no image.
+    """
+    from PIL import Image
+
+    if hasattr(image, "format"):
+        return _decoded(image)
+    colour = colour_of(image)
+    if image.encoding == "mono8":
+        return np.ascontiguousarray(colour[..., 0])
+    return np.array(Image.fromarray(colour).convert("L"))
+
+
+def _decoded(image: Any) -> NDArray[np.uint8]:
+    """(height, width) brightness of a JPEG or PNG of 8 bits."""
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(bytes(image.data)), formats=["JPEG", "PNG"]) as picture:
+            if max(picture.size) > LARGEST or picture.mode.startswith(("I", "F")):
+                raise InputError(f"an image of {picture.size} pixels in mode {picture.mode}")
+            return np.array(picture.convert("L"))
+    # Pillow reports broken files by any of these.
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise InputError(f"a compressed image can not be read ({error})") from error
+
+
 def _rows(image: Any, pixel: np.dtype[Any]) -> NDArray[Any]:
     """(height, width, …) pixels without the padding of rows, in this machine's byte order."""
     height, width, step = image.height, image.width, image.step
@@ -130,8 +161,17 @@ def _rows(image: Any, pixel: np.dtype[Any]) -> NDArray[Any]:
     return packed.view(pixel.newbyteorder(order)).astype(pixel, copy=False)
 
 
-def camera_info(camera: PinholeCamera, stamp: float, frame_id: str) -> Any:
-    """A `sensor_msgs/CameraInfo` without distortion."""
+def camera_info(
+    camera: PinholeCamera, stamp: float, frame_id: str, distortion: Sequence[float] = (0.0,) * 5
+) -> Any:
+    """A `sensor_msgs/CameraInfo`.
+
+    Args:
+        camera: Its image and focal lengths.
+        stamp: [s].
+        frame_id: The optical frame.
+        distortion: k1, k2, p1, p2, k3 ("plumb_bob").
+    """
     K = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
     roi = message(
         "sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0,
@@ -139,8 +179,9 @@ def camera_info(camera: PinholeCamera, stamp: float, frame_id: str) -> Any:
     )  # fmt: skip
     return message(
         CAMERA_INFO, header=header(stamp, frame_id), height=camera.height, width=camera.width,
-        distortion_model="plumb_bob", d=np.zeros(5), k=K.ravel(), r=np.eye(3).ravel(),
-        p=np.hstack([K, np.zeros((3, 1))]).ravel(), binning_x=0, binning_y=0, roi=roi,
+        distortion_model="plumb_bob", d=np.array(distortion, float), k=K.ravel(),
+        r=np.eye(3).ravel(), p=np.hstack([K, np.zeros((3, 1))]).ravel(),
+        binning_x=0, binning_y=0, roi=roi,
     )  # fmt: skip
 
 

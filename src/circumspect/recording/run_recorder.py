@@ -15,6 +15,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Prediction
 from circumspect.errors import InputError, OutputError
 from circumspect.geometry import PlanarPose
+from circumspect.localization import CeilingImage, LensCamera
 from circumspect.recording.image_messages import (
     camera_info,
     camera_of,
@@ -158,17 +159,20 @@ class RunRecorder:
             told = detections_message(prediction, extent_xyz, stamp)
             self._writer.write(DETECTIONS_TOPIC, DETECTIONS, log_time, told)
 
-    def picture(self, camera: str, stamp: float, grey: NDArray[np.uint8]) -> None:
-        """Record an image of another camera, such as one on the ceiling.
+    def ceiling_image(self, image: CeilingImage, lens: LensCamera) -> None:
+        """Record an image of a ceiling camera, on /CAMERA/image_raw, with its CameraInfo.
 
         Args:
-            camera: Its name.
-            stamp: [s].
-            grey: (height, width) brightness.
+            image: The image.
+            lens: Of its camera.
         """
-        with self._going_on(f"a picture of {camera}"):
-            told, log_time = grey_message(grey, stamp, camera), nanoseconds(stamp)
-            self._writer.write(f"/{camera}/image_raw", IMAGE, max(self._last, log_time), told)
+        name, stamp = image.camera, image.stamp
+        with self._going_on(f"an image of {name}"):
+            log_time = max(self._last, nanoseconds(stamp))
+            info = camera_info(lens.pinhole, stamp, name, lens.distortion)
+            self._writer.write(f"/{name}/camera_info", CAMERA_INFO, log_time, info)
+            grey = grey_message(image.grey, stamp, name)
+            self._writer.write(f"/{name}/image_raw", IMAGE, log_time, grey)
 
     def close(self) -> None:
         """Write the index and close the file; a fault is kept in `failure`."""

@@ -71,7 +71,7 @@ def ceiling_cameras(
         rotation = down * Rotation.from_euler("xy", rng.normal(0, TILT, 2))
         position = [*place, height + float(rng.normal(0, 0.01))]
         pose = RigidTransform.from_components(position, rotation)
-        cameras.append(FixedCamera(f"ceiling-{number}", _lens(size, focal, rng), pose))
+        cameras.append(FixedCamera(f"ceiling_{number}", _lens(size, focal, rng), pose))
     return tuple(cameras)
 
 
