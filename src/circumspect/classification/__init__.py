@@ -1,6 +1,7 @@
 """From a grid to a name: all that a robot needs of a network, without torch."""
 
 from circumspect.classification.classifier import Classifier
+from circumspect.classification.evidence import CellEvidence, cell_evidence
 from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.input_recipe import InputRecipe
 from circumspect.classification.onnx_classifier import OnnxClassifier
@@ -9,11 +10,13 @@ from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
 
 __all__ = [
+    "CellEvidence",
     "Classifier",
     "GridRecipe",
     "InputRecipe",
     "OnnxClassifier",
     "PointsRecipe",
     "Prediction",
+    "cell_evidence",
     "recipe_from_dict",
 ]
