@@ -153,6 +153,8 @@ def test_a_rectangular_recipe_is_explained_as_well():
             return np.stack([corner, np.zeros(len(inputs))], axis=1)
 
     states = np.full((8, 8, 8), 2, np.uint8)
-    found = cell_evidence(Counting(), OccupancyGrid(RectangularGrid((8, 8, 8)), states), edges=(1.0,))
+    found = cell_evidence(
+        Counting(), OccupancyGrid(RectangularGrid((8, 8, 8)), states), edges=(1.0,)
+    )
     np.testing.assert_allclose(found.cells[:4, :4, :4], 64.0, rtol=1e-4)
     assert np.abs(found.cells[4:]).max() == 0
