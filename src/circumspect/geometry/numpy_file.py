@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import threading
 import warnings
 import zipfile
@@ -64,6 +65,33 @@ def read_npz(path: Path) -> FileShape:
             return FileShape(points, normals_xyz=_points(fitting[0], "") if fitting else None)
     except _NPZ_FAULTS as error:
         raise InputError(f"is no readable NPZ file ({_reason(error)}); save it again") from error
+
+
+def read_arrays(path: str | os.PathLike[str], largest: int) -> dict[str, NDArray[Any]]:
+    """Read all arrays of an NPZ file that another program may have made.
+
+    Args:
+        path: The file.
+        largest: Bytes that all arrays together may take.
+
+    Returns:
+        Name to array of numbers.
+
+    Raises:
+        InputError: Missing, not an NPZ file, too large, or it holds something but numbers.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            items = archive.infolist()
+            if sum(item.file_size for item in items) > largest:
+                raise InputError(f"{path}: holds more than {largest >> 20} MB; is it another file?")
+            return {item.filename.removesuffix(".npy"): _member(archive, item) for item in items}
+    except InputError as error:
+        raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
+    except OSError as error:
+        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from error
+    except _NPZ_FAULTS as error:
+        raise InputError(f"{path}: is no readable NPZ file ({_reason(error)})") from error
 
 
 def _chosen_array(

@@ -65,6 +65,7 @@ class ObjectScan:
         views: What became of the views chosen so far.
         driven_m: What the wheels say was driven [m].
         frame: The latest frame.
+        target: The view that the robot drives to; None before the first.
     """
 
     def __init__(
@@ -90,6 +91,7 @@ class ObjectScan:
         self.views: list[ViewRecord] = []
         self.driven_m = 0.0
         self.frame: RgbdFrame | None = None
+        self.target: NextView | None = None
         turn = min(robot.max_turn, self.settings.max_turn)
         self._follower = PathFollower(max_turn=turn)
         self._known = ScanKnowledge(robot)
@@ -143,6 +145,7 @@ class ObjectScan:
                     continue
 
                 # Drive there, looking all the time
+                self.target = view
                 yield from self._drive(view, way)
                 yield from self._turn_until(lambda: self._known.certain, LOST)
         except ScanOver as over:
