@@ -26,8 +26,8 @@ def opened(classifier: Classifier, host: str, port: int) -> Iterator[Dashboard]:
 
     with Dashboard(classifier, host, port) as dashboard:
         if host not in LOOPBACK:
-            _say(f"warning: whoever reaches {host} can see this dashboard and steer the robot")
-        _say(f"the dashboard is at {dashboard.url}; Ctrl-C ends it")
+            say(f"warning: whoever reaches {host} can see this dashboard and steer the robot")
+        say(f"the dashboard is at {dashboard.url}; Ctrl-C ends it")
         yield dashboard
 
 
@@ -36,8 +36,9 @@ def stay() -> None:
     try:
         threading.Event().wait()
     except KeyboardInterrupt:
-        _say("the dashboard is closed")
+        say("the dashboard is closed")
 
 
-def _say(text: str) -> None:
+def say(text: str) -> None:
+    """A line on standard error."""
     print(f"circumspect: {text}", file=sys.stderr, flush=True)  # noqa: T201

@@ -141,9 +141,8 @@ def _unpacked(arrays: dict[str, NDArray[Any]]) -> PlaybackMoment:
     mount, target = arrays.get("mount"), arrays.get("target")
     if mount is not None:
         mount = _finite(mount, 7)
-    if target is not None:
-        if target.shape != (6,) or not np.isfinite(target[:5]).all():
-            raise ValueError("a view that is none")
+    if target is not None and (target.shape != (6,) or not np.isfinite(target[:5]).all()):
+        raise ValueError("a view that is none")
     return PlaybackMoment(
         frame=int(arrays["frame"][0]),
         points_xyz=_finite(arrays["origin_xyz"], 3) + STEP * steps,

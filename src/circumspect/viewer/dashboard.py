@@ -10,7 +10,6 @@ from typing import Self
 import numpy as np
 
 from circumspect.classification import Classifier
-from circumspect.pipeline.surroundings import Surroundings
 from circumspect.viewer.colouring import COLOURINGS
 from circumspect.viewer.guarded_server import address, guarded_server, stop
 from circumspect.viewer.panel import Panel
@@ -88,10 +87,6 @@ class Dashboard:
             make: Called by the page's own thread; None from it shows nothing.
         """
         self.publisher.slot.put(make)
-
-    def furnish(self, surroundings: Surroundings) -> None:
-        """Show what stands around."""
-        self.stage.furnish(surroundings)
 
     def when_left(self, act: Callable[[], None]) -> None:
         """Call `act` whenever the last browser has gone."""

@@ -11,7 +11,9 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import GeometryError
 from circumspect.pipeline import ObjectScan, PlannedView, RecognitionResult, RecognitionStep
+from circumspect.pipeline.surroundings import Surroundings
 from circumspect.sensing import RgbdFrame
+from circumspect.simulation import Scene, Witness
 from circumspect.viewer.dashboard import Dashboard
 from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
 
@@ -23,18 +25,30 @@ class LiveWatch:
     pictures are made by the dashboard's.
     """
 
-    def __init__(self, scan: ObjectScan, dashboard: Dashboard) -> None:
+    def __init__(
+        self,
+        scan: ObjectScan,
+        dashboard: Dashboard,
+        scene: Scene | None = None,
+        witness: Witness | None = None,
+        truth: str | None = None,
+    ) -> None:
         """Watch a scan.
 
         Args:
             scan: Not yet begun.
             dashboard: Shows it.
+            scene: What stands around, where that is known.
+            witness: Knows how the scene lies in the robot's map.
+            truth: The object's true class, where that is known.
         """
         self._scan, self._dashboard = scan, dashboard
+        self._scene, self._witness, self._truth = scene, witness, truth
         self._rows: list[Mapping[str, Any]] = []
         self._path: list[NDArray[np.float64]] = []
         self._wheels: list[NDArray[np.float64]] = []
         self._T_map_odom: RigidTransform | None = None
+        self._surroundings: Surroundings | None = None
         self._last: tuple[RecognitionStep, RgbdFrame | None, PlannedView | None] | None = None
 
     def on_step(self, step: RecognitionStep) -> None:
@@ -42,6 +56,8 @@ class LiveWatch:
         frame, target = self._scan.frame, self._scan.target
         self._rows.append(step.summary())
         if step.pose is not None:
+            if self._surroundings is None:
+                self._surroundings = self._around(step.pose.T_map_camera)
             self._path.append(step.pose.T_map_camera.translation)
         self._follow_wheels(step, frame)
         self._last = (step, frame, target)
@@ -83,8 +99,17 @@ class LiveWatch:
             path_xyz=_stacked(self._path),
             odometry_xyz=_stacked(self._wheels),
             target=target,
+            surroundings=self._surroundings,
+            truth=self._truth,
             news=news,
         )
+
+    def _around(self, T_map_camera: RigidTransform) -> Surroundings:
+        """With the first pose it is known how the scene lies in the robot's map."""
+        if self._scene is None or self._witness is None:
+            return Surroundings()
+        true = self._witness.trajectory.T_map_camera[-1]
+        return Surroundings.of(self._scene, T_map_camera * true.inv())
 
     def _follow_wheels(self, step: RecognitionStep, frame: RgbdFrame | None) -> None:
         if frame is None or frame.odometry is None or frame.T_base_camera is None:

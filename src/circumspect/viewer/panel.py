@@ -43,7 +43,6 @@ class Panel:
         """
         gui = server.gui
         self._server = server
-        self._truth: str | None = None
         self._told: dict[str, str] = {}
         self._answer = gui.add_html(answer_html({}))
         self._bars = gui.add_html(bars_html(None))
@@ -68,10 +67,6 @@ class Panel:
             self._times = gui.add_html("")
             self._faults = gui.add_html("")
 
-    def know(self, truth: str | None) -> None:
-        """Say what the object really is, where that is known."""
-        self._truth = truth
-
     def show(self, shown: Shown, turned: TurnedObject | None, total: int | None = None) -> None:
         """Show a moment.
 
@@ -81,7 +76,7 @@ class Panel:
             total: Frames that fill the history's width.
         """
         row = shown.row
-        self._tell("answer", self._answer, answer_html(row, self._truth, shown.news))
+        self._tell("answer", self._answer, answer_html(row, shown.truth, shown.news))
         self._tell("bars", self._bars, bars_html(row.get("probabilities")))
         self._tell("times", self._times, times_html(row))
         self._tell("faults", self._faults, faults_html(shown.rows, shown.count))

@@ -31,6 +31,8 @@ class PlayedRun:
         self.run = run
         self._poses = _poses(run)
         self._path = _path(run, self._poses)
+        truth = run.config.get("truth")
+        self._truth = truth if isinstance(truth, str) else None
         self._views: dict[tuple[float, ...], _View] = {}
 
     def __len__(self) -> int:
@@ -66,6 +68,8 @@ class PlayedRun:
             path_xyz=self._path[:count][np.isfinite(self._path[:count, 0])],
             odometry_xyz=run.odometry_until(frame),
             target=None if moment is None else self._target(moment),
+            surroundings=run.surroundings,
+            truth=self._truth,
             news=news,
         )
 

@@ -28,15 +28,12 @@ class Player:
         self._played, self._dashboard = played, dashboard
         self._closed = threading.Event()
         self._playing = True
-        self._own = -1
         gui = dashboard.server.gui
         dashboard.total = len(played)
-        dashboard.panel.know(played.run.config.get("truth"))
         with gui.add_folder("Playback", order=-1.0):
             self.button = gui.add_button(PAUSE)
             self.bar = gui.add_slider("frame", 1, max(2, len(played)), 1, 1)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value=USUAL)
-        dashboard.furnish(played.run.surroundings)
         self._listen()
         self.show(0)
         self._thread = threading.Thread(target=self._play, name="player", daemon=True)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.geometry import PinholeCamera
 from circumspect.grid import OccupancyGrid
 from circumspect.pipeline.journey import PlannedView
+from circumspect.pipeline.surroundings import Surroundings
 
 NOTHING = np.empty((0, 3), np.float32)
 
@@ -65,6 +66,9 @@ class Shown:
         path_xyz: (p, 3) [m] where the camera was, by registration.
         odometry_xyz: (q, 3) [m] the same by odometry alone.
         target: The view that the robot drives to.
+        surroundings: What stands around; the same object through all of a run. None while nobody
+            knows.
+        truth: The object's true class, where that is known.
         news: A line about the run as a whole: how it ended, what is missing.
     """
 
@@ -78,6 +82,8 @@ class Shown:
     path_xyz: NDArray[np.floating] = field(default_factory=lambda: NOTHING)
     odometry_xyz: NDArray[np.floating] = field(default_factory=lambda: NOTHING)
     target: PlannedView | None = None
+    surroundings: Surroundings | None = None
+    truth: str | None = None
     news: str = ""
 
     @property

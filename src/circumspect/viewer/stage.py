@@ -64,6 +64,7 @@ class Stage:
         self._nodes: dict[str, Any] = {}
         self._grid_drawn: tuple[object, ...] = ()
         self._pictured: ShownImages | None = None
+        self._furnished: Surroundings | None = None
         self._lookout_set = False
         self._visible = dict(LAYERS)
         self._layers = {
@@ -87,7 +88,7 @@ class Stage:
         self._visible[layer] = visible
         self._layers[layer].visible = visible
 
-    def clear(self) -> None:
+    def _clear(self) -> None:
         """Take everything of a run away."""
         for name in reversed(list(self._nodes)):
             self._drop(name)
@@ -95,13 +96,17 @@ class Stage:
         self._pictured = None
         self._lookout_set = False
 
-    def furnish(self, surroundings: Surroundings) -> None:
+    def _furnish(self, surroundings: Surroundings | None) -> None:
         """Show what stands around."""
+        self._furnished = surroundings
+        if surroundings is None:
+            return
         for number, thing in enumerate(surroundings.things):
             self._put(
                 f"/room/{number}", self._scene.add_mesh_simple, position=(0.0, 0.0, 0.0),
                 vertices=np.asarray(thing.vertices_xyz, np.float32),
-                faces=np.asarray(thing.faces, np.uint32), color=tuple(int(255 * share) for share in thing.colour),
+                faces=np.asarray(thing.faces, np.uint32),
+                color=tuple(int(255 * share) for share in thing.colour),
                 opacity=0.18 if thing.wall else 0.75,
                 flat_shading=True, side="double", cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
@@ -114,6 +119,9 @@ class Stage:
             turned: The grid of the object as it is turned, if it is.
         """
         with self._server.atomic():
+            if shown.surroundings is not self._furnished:
+                self._clear()
+                self._furnish(shown.surroundings)
             self._show_object(shown.thing)
             self._show_grid(shown.thing.grid if turned is None else turned)
             self._show_camera(shown)
@@ -159,7 +167,8 @@ class Stage:
 
     def _show_grid(self, grid: OccupancyGrid | None) -> None:
         drawn = (grid, self.colouring == EVIDENCE, self.evidence)
-        if grid is None or all(a is b for a, b in zip(drawn, self._grid_drawn, strict=False)):
+        same = [a is b for a, b in zip(drawn, self._grid_drawn, strict=False)]
+        if grid is None or (same and all(same)):
             return
         self._grid_drawn = drawn
         boxes, centre = cell_boxes(grid), np.asarray(grid.grid.centre_xyz)
