@@ -37,7 +37,7 @@ def test_outputs_equal_the_checkpoints(exported):
     points = isinstance(original.recipe, PointsRecipe)
     given = {"points": inputs.numpy()} if points else {"grid": inputs.numpy().astype(np.uint8)}
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-    (actual,) = session.run(None, given)
+    (actual,) = session.run(["logits"], given)
     with torch.no_grad():
         expected = original.build()(inputs).numpy()
     np.testing.assert_allclose(actual, expected, atol=1e-4)
@@ -52,7 +52,7 @@ def test_wrapping_survives_onnx(exported):
     grid = (rng.random((1, 1, *original.recipe.shape)) < 0.07).astype(np.uint8)
     rolls = np.concatenate([np.roll(grid, cells, axis=3) for cells in range(grid.shape[3])])
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-    (logits,) = session.run(None, {"grid": rolls})
+    (logits,) = session.run(["logits"], {"grid": rolls})
     assert np.ptp(logits, axis=0).max() < 1e-4
 
 
@@ -92,7 +92,7 @@ def test_a_committee_answers_with_the_mean_of_its_members(tmp_path):
     rng = np.random.default_rng(6)
     grids = (rng.random((4, 1, *members[0].recipe.shape)) < 0.07).astype(np.uint8)
     session = onnxruntime.InferenceSession(tmp_path / "committee.onnx")
-    (actual,) = session.run(None, {"grid": grids})
+    (actual,) = session.run(["logits"], {"grid": grids})
     with torch.no_grad():
         apart = [m.build()(torch.from_numpy(grids).float()).numpy() for m in members]
     assert np.abs(apart[0] - apart[1]).max() > 0.1
@@ -151,7 +151,7 @@ def test_eight_bits_keep_the_circle_closed(in_eight_bits):
     grid = some_grids(1, seed=9)
     rolls = np.concatenate([np.roll(grid, cells, axis=3) for cells in range(32)])
     session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
-    (logits,) = session.run(None, {"grid": rolls})
+    (logits,) = session.run(["logits"], {"grid": rolls})
     assert np.ptp(logits, axis=0).max() < 1e-4
 
 

@@ -1,6 +1,8 @@
 """From a grid to a name: all that a robot needs of a network, without torch."""
 
 from circumspect.classification.classifier import Classifier
+from circumspect.classification.evidence import CellEvidence, cell_evidence
+from circumspect.classification.example_table import ExampleTable, NearExample, nearest_examples
 from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.input_recipe import InputRecipe
 from circumspect.classification.onnx_classifier import OnnxClassifier
@@ -9,11 +11,16 @@ from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
 
 __all__ = [
+    "CellEvidence",
     "Classifier",
+    "ExampleTable",
     "GridRecipe",
     "InputRecipe",
+    "NearExample",
     "OnnxClassifier",
     "PointsRecipe",
     "Prediction",
+    "cell_evidence",
+    "nearest_examples",
     "recipe_from_dict",
 ]

@@ -23,6 +23,8 @@ from circumspect.grid import OccupancyGrid
 
 METADATA_KEY = "circumspect"
 SHIPPED = "weights/modelnet10.onnx"
+FEATURES = "features"
+"""Name of the second output: what the last layer sees."""
 
 
 class OnnxClassifier(Classifier):
@@ -99,12 +101,49 @@ class OnnxClassifier(Classifier):
         Returns:
             (n, c) that sum to 1 along each row.
         """
+        scores = self.scores(inputs)
+        powers = np.exp(scores - scores.max(axis=1, keepdims=True))
+        return powers / powers.sum(axis=1, keepdims=True)
+
+    def scores(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
+        """Logits of many objects, divided by the temperature: their softmax is the probabilities.
+
+        Args:
+            inputs: (n, views, *input_shape) as `recipe.inputs` makes them.
+
+        Returns:
+            (n, c), averaged over views.
+        """
+        return self._mean_over_views(inputs, 0) / self._temperature
+
+    def features(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
+        """What the network's last layer sees of many objects: near where they look alike to it.
+
+        Args:
+            inputs: (n, views, *input_shape) as `recipe.inputs` makes them.
+
+        Returns:
+            (n, f), averaged over views.
+
+        Raises:
+            WeightsError: The file does not give its features.
+        """
+        if not self.gives_features:
+            raise WeightsError("these weights give no features; export them anew")
+        return self._mean_over_views(inputs, 1)
+
+    @property
+    def gives_features(self) -> bool:
+        """Whether the file was exported with its features as second output."""
+        outputs = self._session.get_outputs()
+        return len(outputs) > 1 and outputs[1].name == FEATURES
+
+    def _mean_over_views(self, inputs: NDArray[Any], output: int) -> NDArray[np.float64]:
         count, views = inputs.shape[:2]
         flat = inputs.reshape(count * views, *self._recipe.input_shape)
-        (logits,) = self._session.run(None, {self._session.get_inputs()[0].name: flat})
-        mean = logits.reshape(count, views, -1).mean(axis=1, dtype=np.float64) / self._temperature
-        powers = np.exp(mean - mean.max(axis=1, keepdims=True))
-        return powers / powers.sum(axis=1, keepdims=True)
+        wanted = [self._session.get_outputs()[output].name]
+        (found,) = self._session.run(wanted, {self._session.get_inputs()[0].name: flat})
+        return found.reshape(count, views, -1).mean(axis=1, dtype=np.float64)
 
 
 def checked_temperature(value: Any) -> float:

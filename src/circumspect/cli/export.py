@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from circumspect.errors import MissingExtraError
+from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,10 +26,12 @@ class Export:
     $ circumspect export runs/train-planes planes.onnx
     $ circumspect export runs/a fast.onnx --int8 modelnet10
     $ circumspect export runs/a committee.onnx --committee runs/b runs/c
+    $ circumspect export runs/a planes.onnx --examples modelnet10
     """
 
     weights: Annotated[Path, tyro.conf.Positional]
-    """A checkpoint, or the folder of a run."""
+    """A checkpoint, or the folder of a run. Or an ONNX file exported before: what it lacks is
+    added, its answers stay."""
     out: Annotated[Path, tyro.conf.Positional]
     """The ONNX file to write; it is kept only if it answers as the networks do."""
     committee: tuple[Path, ...] = ()
@@ -45,7 +47,47 @@ class Export:
     """Answers less probable than this are called unknown; `circumspect evaluate` on validation
     says from where on 95 % of the known objects are known."""
 
+    examples: Annotated[Path | None, tyro.conf.arg(metavar="DATA")] = None
+    """The data set it was trained on: a table of its training objects is written beside OUT, by
+    which `circumspect explain` finds the nearest of them."""
+
     def run(self) -> int:
+        """Export, and write the table of examples where asked for."""
+        if self.weights.suffix.lower() == ".onnx":
+            self._complete()
+        else:
+            self._export()
+        if self.examples is not None:
+            self._remember(self.examples)
+        return 0
+
+    def _complete(self) -> None:
+        """Give an ONNX file its features."""
+        if self.committee or self.int8 is not None:
+            raise InputError(f"{self.weights}: is exported already; give checkpoints for a new one")
+        try:
+            from circumspect.export.features import write_with_features
+        except ImportError as error:
+            raise MissingExtraError("torch or onnx", "train") from error
+        write_with_features(self.weights, self.out)
+        print(f"{self.out}: gives its features, answers as {self.weights} does")  # noqa: T201
+
+    def _remember(self, data: Path) -> None:
+        from circumspect.classification import Classifier
+        from circumspect.classification.example_table import examples_path
+        from circumspect.cli.progress import progress_bar
+        from circumspect.datasets import open_data_set
+        from circumspect.export.examples import example_table
+
+        with progress_bar("sampling meshes") as progress:
+            objects = open_data_set(data, "train", progress)
+        with progress_bar("training objects") as progress:
+            table = example_table(Classifier.load(self.out), objects, progress)
+        path = examples_path(self.out)
+        table.save(path)
+        print(f"{path}: {len(table)} training objects, {path.stat().st_size / 1e6:.1f} MB")  # noqa: T201
+
+    def _export(self) -> None:
         """Export and tell how close the outputs are."""
         try:
             from circumspect.export import export_onnx
@@ -65,7 +107,6 @@ class Export:
             f"{self.out}: {size:.1f} MB, logits within {fidelity.difference:.1g}, "
             f"same label for {fidelity.agreement:.1%}"
         )
-        return 0
 
 
 def _calibration(data: Path, recipe: InputRecipe) -> NDArray[Any]:

@@ -25,6 +25,7 @@ from circumspect.classification.onnx_classifier import (
 )
 from circumspect.errors import CircumspectError, InputError
 from circumspect.export.eight_bit import in_eight_bits
+from circumspect.export.features import LOGITS, add_features
 from circumspect.nets import Checkpoint
 from circumspect.nets.committee import Committee
 from circumspect.storage import atomic_path
@@ -109,6 +110,7 @@ def export_onnx(
             raise InputError("eight bits need two grids or more to be measured on")
         network = in_eight_bits(network, calibration[::2])
     _describe(network, description)
+    add_features(network)
     with atomic_path(path) as aside:
         onnx.save(network, aside, "protobuf")
         fidelity = _fidelity(net, aside, probe)
@@ -169,7 +171,7 @@ def _converted(net: nn.Module, example: Tensor, name: str) -> onnx.ModelProto:
                 net,
                 (example,),
                 input_names=[name],
-                output_names=["logits"],
+                output_names=[LOGITS],
                 opset_version=OPSET,
                 dynamo=True,
                 dynamic_shapes={"given": {0: torch.export.Dim("objects")}},
@@ -213,7 +215,7 @@ def _probe(recipe: InputRecipe) -> NDArray[Any]:
 
 def _fidelity(net: nn.Module, path: Path, probe: NDArray[Any]) -> Fidelity:
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-    actual = np.asarray(session.run(None, {session.get_inputs()[0].name: probe})[0])
+    actual = np.asarray(session.run([LOGITS], {session.get_inputs()[0].name: probe})[0])
     with torch.no_grad():
         expected = net(torch.from_numpy(probe)).numpy()
     same = actual.argmax(axis=1) == expected.argmax(axis=1)

@@ -6,6 +6,7 @@ import io
 import os
 import zipfile
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import CircumspectError, InputError
 from circumspect.geometry import PinholeCamera
-from circumspect.geometry.numpy_file import read_arrays
+from circumspect.geometry.npy_stream import read_arrays
 from circumspect.grid import CylindricalGrid, OccupancyGrid
 from circumspect.sensing.millimetres import metres, millimetres
 from circumspect.storage import atomic_open
@@ -29,6 +30,11 @@ LARGEST = 16 << 20
 STEP = 5e-4
 """Coordinates are whole multiples of this about the first point [m]."""
 MOST_CELLS = 1 << 21
+KINDS = dict.fromkeys(
+    ("frame", "origin_xyz", "points", "normals", "frames_seen", "depth", "camera", "colour",
+     "target", "mount", "occupied", "cells", "bounds"), "fiu",
+)  # fmt: skip
+"""Arrays of a file; what is not known is empty."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,13 +96,14 @@ class PlaybackMoment:
             "depth": millimetres(self.depth),
             "camera": np.array([c.width, c.height, c.fx, c.fy, c.cx, c.cy]),
         }
-        if self.colour is not None:
-            arrays["colour"] = self.colour
-        if self.target is not None:
-            arrays["target"] = self.target
+        nothing = np.empty(0)
+        arrays["colour"] = np.empty(0, np.uint8) if self.colour is None else self.colour
+        arrays["target"] = nothing if self.target is None else self.target
+        arrays["mount"] = nothing
         if self.T_base_camera is not None:
             mount = self.T_base_camera
             arrays["mount"] = np.concatenate([mount.translation, mount.rotation.as_quat()])
+        arrays |= {"occupied": np.empty(0, np.uint8), "cells": nothing, "bounds": nothing}
         if self.grid is not None and isinstance(self.grid.grid, CylindricalGrid):
             g = self.grid.grid
             arrays["occupied"] = np.packbits(self.grid.occupied)
@@ -113,9 +120,9 @@ class PlaybackMoment:
         Raises:
             InputError: Missing, broken, too large, or something else.
         """
-        arrays = read_arrays(path, LARGEST)
+        arrays = read_arrays(Path(path), KINDS, LARGEST)
         try:
-            return _unpacked(arrays)
+            return _unpacked({name: array for name, array in arrays.items() if array.size})
         except (KeyError, ValueError, IndexError, TypeError, CircumspectError) as error:
             raise InputError(f"{path}: no moment of a run ({str(error)[:200]})") from error
 
@@ -127,7 +134,9 @@ def thinned(image: NDArray[Any], width: int = THUMBNAIL_WIDTH) -> NDArray[Any]:
 
 
 def _unpacked(arrays: dict[str, NDArray[Any]]) -> PlaybackMoment:
-    steps, normals, seen = arrays["points"], arrays["normals"], arrays["frames_seen"]
+    none = np.empty((0, 3), np.int16)
+    steps, normals = arrays.get("points", none), arrays.get("normals", none)
+    seen = arrays.get("frames_seen", np.empty(0, np.uint16))
     if steps.ndim != 2 or steps.shape[1] != 3 or normals.shape != steps.shape:
         raise ValueError(f"points of shape {steps.shape}, normals of {normals.shape}")
     if seen.shape != (len(steps),):

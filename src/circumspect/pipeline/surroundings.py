@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
-from circumspect.geometry.numpy_file import read_arrays
+from circumspect.geometry.npy_stream import read_arrays
 from circumspect.simulation import Scene
 from circumspect.storage import atomic_open
 
 LEFT_OUT = ("object", "floor")
 WALL = "wall"
+KINDS = {"vertices_xyz": "f", "faces": "i", "colours": "f", "counts": "i"}
 LARGEST = 16 << 20
 """Bytes of arrays that a file may hold."""
 
@@ -92,7 +94,7 @@ class Surroundings:
         Raises:
             InputError: Missing, broken, too large, or something else.
         """
-        arrays = read_arrays(path, LARGEST)
+        arrays = read_arrays(Path(path), KINDS, LARGEST)
         try:
             vertices, faces = arrays["vertices_xyz"], arrays["faces"]
             colours, counts = arrays["colours"], arrays["counts"]

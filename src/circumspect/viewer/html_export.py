@@ -119,7 +119,9 @@ def _told(shown: Shown, pictures: _Pictures, total: int) -> dict[str, Any]:
         "faults": faults_html(shown.rows, shown.count),
         "times": times_html(row),
         "history": pictures.add(probability_picture(shown.rows, shown.count, total), "PNG"),
-        "images": None if images is None else pictures.of(images.frame, images_side_by_side(images)),
+        "images": None
+        if images is None
+        else pictures.of(images.frame, images_side_by_side(images)),
     }
 
 

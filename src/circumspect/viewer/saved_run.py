@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import CircumspectError, InputError
 from circumspect.geometry import Trajectory, read_cloud, read_tum
-from circumspect.geometry.numpy_file import read_arrays
+from circumspect.geometry.npy_stream import read_arrays
 from circumspect.grid import OccupancyGrid
 from circumspect.pipeline.playback_moment import PlaybackMoment
 from circumspect.pipeline.run_folder import PLAYBACK
@@ -193,9 +193,9 @@ def _moments(folder: Path) -> dict[int, Path]:
 
 
 def _odometry(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    arrays = read_arrays(path, LARGEST_ODOMETRY)
-    frames, places = arrays.get("frames"), arrays.get("camera_xyz")
-    if frames is None or places is None or places.shape != (len(frames), 3):
+    arrays = read_arrays(path, {"frames": "iu", "camera_xyz": "f"}, LARGEST_ODOMETRY)
+    frames, places = arrays["frames"], arrays["camera_xyz"]
+    if frames.ndim != 1 or places.shape != (len(frames), 3) or not np.isfinite(places).all():
         raise InputError(f"{path}: no path by odometry")
     return frames.astype(np.int64), places.astype(np.float64)
 

@@ -32,7 +32,7 @@ from circumspect.viewer.solids import robot_boxes
 if TYPE_CHECKING:
     import viser
 
-PATH, ODOMETRY, TARGET, ROBOT = (194, 65, 12), (124, 58, 237), (29, 78, 216), (70, 84, 110)
+PATH, ODOMETRY, TARGET, ROBOT = (194, 65, 12), (124, 58, 237), (29, 78, 216), (96, 112, 140)
 CELL, OUTLINE = (90, 150, 220), (130, 140, 155)
 INK = (30, 41, 59)
 LAYERS = {"grid": True, "paths": True, "room": True, "normals": False}
@@ -302,7 +302,7 @@ class Stage:
         away = away / max(float(np.linalg.norm(away)), 1e-6)
         side = np.array([-away[1], away[0], 0.0])
         camera = self._server.initial_camera
-        camera.position = pivot + 2.6 * away - 1.9 * side + np.array([0.0, 0.0, 1.9])
+        camera.position = pivot + 1.7 * away - 2.1 * side + np.array([0.0, 0.0, 1.5])
         camera.look_at = pivot
         self._lookout_set = True
 

@@ -1,0 +1,138 @@
+"""Arrays in NPY's format within files, read without trust: never a pickle, never a bomb."""
+
+from __future__ import annotations
+
+import math
+import threading
+import warnings
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.lib import format as npy_format
+from numpy.typing import NDArray
+
+from circumspect.errors import InputError
+
+NUMBERS = "fiu"
+NPZ_FAULTS = (
+    ValueError, KeyError, EOFError, OverflowError, RuntimeError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+"""What broken archives raise."""
+MOST_BYTES = 2 << 30
+"""Of all arrays that are read from one archive."""
+HARMLESS_BYTES = 64 << 20
+MOST_UNPACKED = 64
+"""Zeros pack a thousandfold, measurements do not: a larger array may not be so many times as large
+as it was packed."""
+
+_LARGEST_DEFLATE_RATIO = 1032
+_HEADER_READERS = {
+    (1, 0): npy_format.read_array_header_1_0,
+    (2, 0): npy_format.read_array_header_2_0,
+}
+# Warning filters belong to the whole process: one thread at a time.
+_ALONE = threading.Lock()
+
+
+def read_arrays(
+    path: Path, kinds: Mapping[str, str], most_bytes: int = MOST_BYTES
+) -> dict[str, NDArray[Any]]:
+    """Read arrays of known names from an NPZ file; others in it are not looked at.
+
+    Args:
+        path: The file.
+        kinds: Names to NumPy's letters for the kinds of values that each may hold.
+        most_bytes: Of all arrays together.
+
+    Raises:
+        InputError: The file is missing or broken, lacks an array, holds one of another kind, or
+            more than is meant to be.
+    """
+    try:
+        with path.open("rb") as stream, zipfile.ZipFile(stream) as archive:
+            members = {item.filename: item for item in archive.infolist()}
+            if missing := [name for name in kinds if f"{name}.npy" not in members]:
+                raise InputError(f"lacks {', '.join(missing)}")
+            wanted = {name: members[f"{name}.npy"] for name in kinds}
+            size = sum(item.file_size for item in wanted.values())
+            if size > most_bytes:
+                raise InputError(f"would unpack to {size >> 20} MiB; {most_bytes >> 20} are read")
+            return {
+                name: array_in_member(archive, item, kinds[name]) for name, item in wanted.items()
+            }
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such file") from error
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{path}: can not be read ({reason})") from error
+    except NPZ_FAULTS as error:
+        raise InputError(f"{path}: no readable NPZ file ({told(error)})") from error
+
+
+def array_in_member(
+    archive: zipfile.ZipFile, item: zipfile.ZipInfo, kinds: str = NUMBERS
+) -> NDArray[Any]:
+    """One array of an NPZ file.
+
+    Raises:
+        InputError: Packed otherwise than NumPy does, too large, or see `array_in`.
+        ValueError: No NPY file; see `NPZ_FAULTS` for what else.
+    """
+    if item.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise InputError("is packed in a way that NumPy never does; save it again")
+    if item.file_size > max(HARMLESS_BYTES, MOST_UNPACKED * item.compress_size):
+        raise InputError(
+            f"would unpack from {item.compress_size >> 10} KiB to {item.file_size >> 20} MiB; "
+            "no measured data do, so it is not read"
+        )
+    largest = min(item.file_size, item.compress_size * _LARGEST_DEFLATE_RATIO)
+    with archive.open(item) as stream:
+        return array_in(stream, largest, kinds)
+
+
+def array_in(stream: IO[bytes], largest: int, kinds: str = NUMBERS) -> NDArray[Any]:
+    """The array in a stream; what its header says is not trusted.
+
+    Args:
+        stream: At the beginning of an NPY file.
+        largest: Bytes that the stream can hold.
+        kinds: NumPy's letters for the kinds of values that are taken.
+
+    Raises:
+        InputError: Values of another kind, or fewer than announced.
+        ValueError: No NPY file.
+    """
+    shape, fortran_order, dtype = _header(stream)
+    count = math.prod(shape)
+    if dtype.kind not in kinds:
+        raise InputError(f"holds an array of {dtype}, not of numbers")
+    if min(shape, default=0) < 0 or count * dtype.itemsize > largest:
+        raise InputError(f"ends too early: shape {shape} announced, {largest} bytes found")
+    array = np.frombuffer(stream.read(count * dtype.itemsize), dtype)
+    if len(array) < count:
+        raise InputError(f"ends too early: shape {shape} announced, {len(array)} numbers found")
+    return array.reshape(shape, order="F" if fortran_order else "C")
+
+
+def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether Fortran's order, and type."""
+    version = npy_format.read_magic(stream)
+    if version not in _HEADER_READERS:
+        raise ValueError(f"version {version} of the format is unknown")
+    with _ALONE, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return _HEADER_READERS[version](stream)
+        except Exception as error:  # It is parsed as Python, so that anything may come up.
+            raise ValueError(f"broken header: {told(error)}") from error
+
+
+def told(error: BaseException) -> str:
+    """The first line of what an exception says."""
+    return str(error).partition("\n")[0] or type(error).__name__
