@@ -10,13 +10,14 @@ from typing import Self
 import numpy as np
 
 from circumspect.classification import Classifier
-from circumspect.viewer.colouring import COLOURINGS
+from circumspect.viewer.colouring import COLOURINGS, EVIDENCE
 from circumspect.viewer.guarded_server import address, guarded_server, stop
 from circumspect.viewer.panel import Panel
 from circumspect.viewer.publisher import Publisher
 from circumspect.viewer.shown import Shown
 from circumspect.viewer.stage import Stage
 from circumspect.viewer.turned_object import TurnedObject, turned_object
+from circumspect.viewer.why import Why
 
 DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 8080
 
@@ -29,6 +30,7 @@ class Dashboard:
         stage: The 3D view.
         panel: What is beside it.
         publisher: Shows what is put.
+        why: Explains the answer where that is wanted.
         url: What to type into a browser.
         total: Frames that fill the history's width; None means all so far.
     """
@@ -62,6 +64,7 @@ class Dashboard:
         self.publisher: Publisher[Callable[[], Shown | None]] = Publisher(
             self._publish, lambda: always or self.watched
         )
+        self.why = Why(classifier, self.publisher.slot.again)
         self._listen()
 
     def __enter__(self) -> Self:
@@ -99,12 +102,16 @@ class Dashboard:
     def close(self) -> None:
         """Close the page."""
         self.publisher.close()
+        self.why.close()
         with contextlib.suppress(RuntimeError):
             stop(self.server)
 
     def show(self, shown: Shown) -> None:
         """Show a moment now, in the caller's thread."""
         turned = self._turned(shown)
+        self.why.ask(shown.thing.grid)
+        self.stage.explanation = self.why.found
+        self.panel.explain(self.why.html())
         self.stage.yaw = 0.0 if turned is None else turned.yaw
         self.stage.show(shown, None if turned is None else turned.grid)
         self.panel.show(shown, turned, self.total)
@@ -132,7 +139,12 @@ class Dashboard:
         def _(event: object) -> None:  # noqa: ARG001
             if panel.colouring.value in COLOURINGS:
                 self.stage.colouring = panel.colouring.value
+                self.why.wanted = panel.colouring.value == EVIDENCE
                 again()
+
+        @panel.explain_now.on_click
+        def _(event: object) -> None:  # noqa: ARG001
+            panel.colouring.value = EVIDENCE
 
         for name, box in panel.layers.items():
 

@@ -112,16 +112,16 @@ def _lighter(shown: Shown) -> Shown:
 def _told(shown: Shown, pictures: _Pictures, total: int) -> dict[str, Any]:
     """What the panel says of a moment."""
     row = shown.row
-    images = shown.images
+    images, seen = shown.images, None
+    if images is not None:
+        seen = pictures.of(images.frame, images_side_by_side(images))
     return {
         "answer": answer_html(row, shown.truth, shown.news),
         "bars": bars_html(row.get("probabilities")),
         "faults": faults_html(shown.rows, shown.count),
         "times": times_html(row),
         "history": pictures.add(probability_picture(shown.rows, shown.count, total), "PNG"),
-        "images": None
-        if images is None
-        else pictures.of(images.frame, images_side_by_side(images)),
+        "images": seen,
     }
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.viewer.colouring import COLOURINGS, EVIDENCE, depth_picture
+from circumspect.viewer.colouring import COLOURINGS, depth_picture
 from circumspect.viewer.panel_html import answer_html, bars_html, faults_html, times_html
 from circumspect.viewer.probability_picture import probability_picture
 from circumspect.viewer.shown import Shown, ShownImages
@@ -31,16 +31,12 @@ class Panel:
         tabs: Where the owner adds tabs.
         turn: The slider that turns the object [degrees].
         colouring: What the object is coloured by.
+        explain_now: The button that asks why.
         layers: Name of a layer to its checkbox.
     """
 
-    def __init__(self, server: viser.ViserServer, evidence: bool = False) -> None:
-        """Put up an empty panel.
-
-        Args:
-            server: Gets the controls.
-            evidence: Whether the object can be coloured by class evidence.
-        """
+    def __init__(self, server: viser.ViserServer) -> None:
+        """Put up an empty panel in a server's page."""
         gui = server.gui
         self._server = server
         self._told: dict[str, str] = {}
@@ -55,9 +51,13 @@ class Panel:
             self.turn = gui.add_slider("turn [°]", 0.0, 360.0, YAW_STEP, 0.0)
             self._turned = gui.add_html("")
             self._say_turned(None)
+        with self.tabs.add_tab("Why"):
+            self.explain_now = gui.add_button(
+                "Explain the answer", hint="colours the object by class evidence"
+            )
+            self._why = gui.add_html("")
         with self.tabs.add_tab("Look"):
-            offered = [c for c in COLOURINGS if evidence or c != EVIDENCE]
-            self.colouring = gui.add_dropdown("colour", offered, initial_value=offered[0])
+            self.colouring = gui.add_dropdown("colour", COLOURINGS)
             self.layers = {
                 name: gui.add_checkbox(name, initial_value=visible)
                 for name, visible in LAYERS.items()
@@ -66,6 +66,10 @@ class Panel:
             self._seen = gui.add_progress_bar(0.0)
             self._times = gui.add_html("")
             self._faults = gui.add_html("")
+
+    def explain(self, text: str) -> None:
+        """Show why, as HTML."""
+        self._tell("why", self._why, text)
 
     def show(self, shown: Shown, turned: TurnedObject | None, total: int | None = None) -> None:
         """Show a moment.

@@ -9,7 +9,7 @@ from typing import Any
 from circumspect.pipeline import CLASSIFIED
 from circumspect.viewer.colouring import CLASSES
 
-MOST_BARS, MOST_FAULTS = 10, 6
+MOST_BARS, MOST_FAULTS = 6, 6
 OPEN = "open"
 QUIET = "color:#64748b"
 

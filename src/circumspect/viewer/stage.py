@@ -28,6 +28,7 @@ from circumspect.viewer.colouring import (
 from circumspect.viewer.occupied_cells import cell_boxes, outline
 from circumspect.viewer.shown import Shown, ShownImages, ShownObject
 from circumspect.viewer.solids import robot_boxes
+from circumspect.viewer.why import Explanation
 
 if TYPE_CHECKING:
     import viser
@@ -52,7 +53,7 @@ class Stage:
     Attributes:
         colouring: One of `COLOURINGS`: what the object's points are coloured by.
         yaw: By how much the object is turned for the onlooker [rad].
-        evidence: (cells of the grid's shape) what speaks for the class, or None.
+        explanation: What speaks for the class; None while nobody knows.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
@@ -60,7 +61,7 @@ class Stage:
         self._server, self._scene = server, server.scene
         self.colouring = COLOURINGS[0]
         self.yaw = 0.0
-        self.evidence: NDArray[np.floating] | None = None
+        self.explanation: Explanation | None = None
         self._nodes: dict[str, Any] = {}
         self._grid_drawn: tuple[object, ...] = ()
         self._pictured: ShownImages | None = None
@@ -135,11 +136,8 @@ class Stage:
             return sequential(np.log2(1.0 + np.asarray(thing.frames_seen, np.float64)))
         if self.colouring == NORMAL:
             return directions(thing.normals_xyz)
-        if self.colouring == EVIDENCE and self.evidence is not None and thing.grid is not None:
-            cells = thing.grid.grid.indices(np.asarray(thing.points_xyz, np.float64))
-            inside = cells[:, 0] >= 0
-            values = np.where(inside, self.evidence[tuple(np.maximum(cells, 0).T)], 0.0)
-            return signed(values)
+        if self.colouring == EVIDENCE and self.explanation is not None:
+            return signed(self.explanation.at(thing.points_xyz))
         return sequential(thing.points_xyz[:, 2])
 
     def _pivot(self, thing: ShownObject) -> NDArray[np.float64]:
@@ -166,7 +164,7 @@ class Stage:
         )
 
     def _show_grid(self, grid: OccupancyGrid | None) -> None:
-        drawn = (grid, self.colouring == EVIDENCE, self.evidence)
+        drawn = (grid, self.colouring == EVIDENCE, self.explanation)
         same = [a is b for a, b in zip(drawn, self._grid_drawn, strict=False)]
         if grid is None or (same and all(same)):
             return
@@ -174,8 +172,9 @@ class Stage:
         boxes, centre = cell_boxes(grid), np.asarray(grid.grid.centre_xyz)
         groups = np.zeros(len(boxes.cells), np.int64)
         colours = np.array([CELL], np.uint8)
-        if self.colouring == EVIDENCE and self.evidence is not None:
-            groups, colours = in_groups(self.evidence[tuple(boxes.cells.T)])
+        if self.colouring == EVIDENCE and self.explanation is not None:
+            evidence = self.explanation.at(boxes.middles_xyz + centre, self.yaw)
+            groups, colours = in_groups(evidence)
         for number in range(EVIDENCE_GROUPS):
             name = f"/grid/cells{number}"
             if number >= len(colours):
