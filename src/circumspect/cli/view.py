@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class View:
-    """The dashboard for a finished run: played back in the browser, or as one HTML file.
+    """A finished run, played back in the browser or written as one HTML file.
 
     $ circumspect view runs/demo-20260101-120000
     $ circumspect view runs/demo-20260101-120000 --export demo.html

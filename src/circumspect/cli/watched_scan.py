@@ -68,6 +68,7 @@ def watched_scans(scan: Scan, command: str) -> int:
                 except RunStopped:
                     say("stopped; another run was asked for")
                 ended = True
+                controls.release()
                 scan, parts = _following(scan, command, controls)
                 ended = False
         except KeyboardInterrupt:

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import GeometryError
 from circumspect.pipeline.playback_moment import PlaybackMoment, thinned
@@ -14,6 +13,7 @@ from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.pipeline.run_folder import PLAYBACK
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.surroundings import Surroundings
+from circumspect.pipeline.wheel_path import WheelPath
 from circumspect.planning import NextView
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Scene, Witness
@@ -49,8 +49,7 @@ class PlaybackLog:
         self._folder = folder / PLAYBACK
         self._kept: list[int] = []
         self._every = 1
-        self._wheels: list[tuple[int, NDArray[np.float64]]] = []
-        self._T_map_odom: RigidTransform | None = None
+        self._wheels = WheelPath()
         self.surroundings: Surroundings | None = None
 
     def on_step(self, step: RecognitionStep) -> None:
@@ -63,7 +62,7 @@ class PlaybackLog:
         if frame is None:
             return
         self._begin(step)
-        self._follow_wheels(step, frame)
+        self._wheels.follow(step, frame)
         if step.index % self._every:
             return
         self.moment(step, frame).save(self._folder / f"{step.index:06d}.npz")
@@ -81,13 +80,13 @@ class PlaybackLog:
         Raises:
             OutputError: The file can not be written.
         """
-        if not self._wheels:
+        if not self._wheels.frames:
             return
         with atomic_open(self._folder / "odometry.npz", "wb") as stream:
             np.savez_compressed(
                 stream,
-                frames=np.array([number for number, _ in self._wheels]),
-                camera_xyz=np.array([place for _, place in self._wheels]),
+                frames=np.array(self._wheels.frames),
+                camera_xyz=np.array(self._wheels.places_xyz),
             )
 
     def moment(self, step: RecognitionStep, frame: RgbdFrame) -> PlaybackMoment:
@@ -109,22 +108,13 @@ class PlaybackLog:
 
     def _begin(self, step: RecognitionStep) -> None:
         """With the first pose it is known how the scene lies in the robot's map."""
-        known = self._scene is None or self._witness is None or self.surroundings is not None
-        if known or step.pose is None or self._scene is None or self._witness is None:
+        if self.surroundings is not None or step.pose is None:
             return
-        true = self._witness.trajectory.T_map_camera[-1]
-        self.surroundings = Surroundings.of(self._scene, step.pose.T_map_camera * true.inv())
+        if self._scene is None or self._witness is None:
+            return
+        pose = step.pose.T_map_camera
+        self.surroundings = Surroundings.witnessed(self._scene, self._witness, pose)
         self.surroundings.save(self._folder / "surroundings.npz")
-
-    def _follow_wheels(self, step: RecognitionStep, frame: RgbdFrame) -> None:
-        if frame.odometry is None or frame.T_base_camera is None:
-            return
-        T_odom_camera = frame.odometry.T_odom_base.as_transform() * frame.T_base_camera
-        if self._T_map_odom is None:
-            if step.pose is None:
-                return
-            self._T_map_odom = step.pose.T_map_camera * T_odom_camera.inv()
-        self._wheels.append((step.index, (self._T_map_odom * T_odom_camera).translation))
 
 
 def _packed(view: NextView) -> NDArray[np.float64]:

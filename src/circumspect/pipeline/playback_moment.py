@@ -30,7 +30,7 @@ LARGEST = 16 << 20
 STEP = 5e-4
 """Coordinates are whole multiples of this about the first point [m]."""
 MOST_CELLS = 1 << 21
-KINDS = dict.fromkeys(
+KINDS: dict[str, str] = dict.fromkeys(
     ("frame", "origin_xyz", "points", "normals", "frames_seen", "depth", "camera", "colour",
      "target", "mount", "occupied", "cells", "bounds"), "fiu",
 )  # fmt: skip

@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry.npy_stream import read_arrays
-from circumspect.simulation import Scene
+from circumspect.simulation import Scene, Witness
 from circumspect.storage import atomic_open
 
 LEFT_OUT = ("object", "floor")
@@ -68,6 +68,19 @@ class Surroundings:
             if surface.name not in LEFT_OUT
         )
         return cls(tuple(things))
+
+    @classmethod
+    def witnessed(
+        cls, scene: Scene, witness: Witness, T_map_camera: RigidTransform
+    ) -> Surroundings:
+        """Take over a scene that a witness knows the robot's place in.
+
+        Args:
+            scene: The scene.
+            witness: Saw the latest frame being taken.
+            T_map_camera: Where the robot believes to have taken it.
+        """
+        return cls.of(scene, T_map_camera * witness.trajectory.T_map_camera[-1].inv())
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write as npz.

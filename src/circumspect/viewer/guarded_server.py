@@ -51,7 +51,8 @@ def guarded_server(host: str, port: int) -> viser.ViserServer:
     @connection.on_client_connect
     async def _(client: Any) -> None:
         live = connection._live_connections.get(client.client_id)
-        if live is not None and not own_page(live.request.headers, host):
+        headers = {} if live is None or live.request is None else live.request.headers
+        if live is not None and not own_page(headers, host):
             await live.close(1008, "a page of another site")
 
     server.gui.configure_theme(

@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import GeometryError
 from circumspect.pipeline import ObjectScan, PlannedView, RecognitionResult, RecognitionStep
 from circumspect.pipeline.surroundings import Surroundings
+from circumspect.pipeline.wheel_path import WheelPath
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Scene, Witness
 from circumspect.viewer.dashboard import Dashboard
@@ -46,8 +47,7 @@ class LiveWatch:
         self._scene, self._witness, self._truth = scene, witness, truth
         self._rows: list[Mapping[str, Any]] = []
         self._path: list[NDArray[np.float64]] = []
-        self._wheels: list[NDArray[np.float64]] = []
-        self._T_map_odom: RigidTransform | None = None
+        self._wheels = WheelPath()
         self._surroundings: Surroundings | None = None
         self._last: tuple[RecognitionStep, RgbdFrame | None, PlannedView | None] | None = None
 
@@ -56,10 +56,9 @@ class LiveWatch:
         frame, target = self._scan.frame, self._scan.target
         self._rows.append(step.summary())
         if step.pose is not None:
-            if self._surroundings is None:
-                self._surroundings = self._around(step.pose.T_map_camera)
+            self._look_round(step.pose.T_map_camera)
             self._path.append(step.pose.T_map_camera.translation)
-        self._follow_wheels(step, frame)
+        self._wheels.follow(step, frame)
         self._last = (step, frame, target)
         self._put("")
 
@@ -73,6 +72,11 @@ class LiveWatch:
         if self._rows:
             self._rows[-1] = result.last.summary()
         self._put(f"the run is over: {self._scan.ended or 'no more frames'}")
+
+    def _look_round(self, T_map_camera: RigidTransform) -> None:
+        """With the first pose it is known how the scene lies in the robot's map."""
+        if self._surroundings is None and self._scene is not None and self._witness is not None:
+            self._surroundings = Surroundings.witnessed(self._scene, self._witness, T_map_camera)
 
     def _put(self, news: str) -> None:
         assert self._last is not None
@@ -97,29 +101,12 @@ class LiveWatch:
             T_map_camera=pose,
             T_base_camera=None if frame is None else frame.T_base_camera,
             path_xyz=_stacked(self._path),
-            odometry_xyz=_stacked(self._wheels),
+            odometry_xyz=_stacked(self._wheels.places_xyz),
             target=target,
             surroundings=self._surroundings,
             truth=self._truth,
             news=news,
         )
-
-    def _around(self, T_map_camera: RigidTransform) -> Surroundings:
-        """With the first pose it is known how the scene lies in the robot's map."""
-        if self._scene is None or self._witness is None:
-            return Surroundings()
-        true = self._witness.trajectory.T_map_camera[-1]
-        return Surroundings.of(self._scene, T_map_camera * true.inv())
-
-    def _follow_wheels(self, step: RecognitionStep, frame: RgbdFrame | None) -> None:
-        if frame is None or frame.odometry is None or frame.T_base_camera is None:
-            return
-        T_odom_camera = frame.odometry.T_odom_base.as_transform() * frame.T_base_camera
-        if self._T_map_odom is None:
-            if step.pose is None:
-                return
-            self._T_map_odom = step.pose.T_map_camera * T_odom_camera.inv()
-        self._wheels.append((self._T_map_odom * T_odom_camera).translation)
 
 
 def _thing(step: RecognitionStep) -> ShownObject:

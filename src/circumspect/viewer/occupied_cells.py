@@ -28,7 +28,7 @@ class CellBoxes:
     cells: NDArray[np.intp]
     middles_xyz: NDArray[np.float32]
     sizes: NDArray[np.float32]
-    yaws: NDArray[np.float64]
+    yaws: NDArray[np.floating]
 
     def mesh(self, chosen: NDArray[np.bool_]) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         """(8 m, 3) [m] vertices and (12 m, 3) faces of the m boxes chosen by (n,) bool."""
@@ -71,9 +71,9 @@ def _sectors(bounds: CylindricalGrid, cells: NDArray[np.intp]) -> CellBoxes:
 
 def _turned(
     cells: NDArray[np.intp],
-    middles: NDArray[np.float64],
-    sizes: NDArray[np.float64],
-    yaws: NDArray[np.float64],
+    middles: NDArray[np.floating],
+    sizes: NDArray[np.floating],
+    yaws: NDArray[np.floating],
 ) -> CellBoxes:
     """Boxes whose middles and axes are turned about the vertical."""
     c, s = np.cos(yaws), np.sin(yaws)

@@ -79,6 +79,10 @@ class RunControls:
         self.pause.label = PAUSE
         self._apply()
 
+    def release(self) -> None:
+        """The run is over; there is nothing to steer until the next one."""
+        self.operator = None
+
     def let_go(self) -> None:
         """Nobody is there any more: a run that was paused goes on, the camera is uncovered."""
         if self.operator is None:
