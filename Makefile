@@ -10,7 +10,7 @@ INSTALL = $(PIP) $(1) || { sleep 20; $(PIP) $(1); }
 SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') \
 	CMakeLists.txt pyproject.toml constraints.txt README.md
 
-.PHONY: demo test lint bench constraints clean
+.PHONY: demo viewer test lint bench constraints clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/created:
@@ -22,12 +22,19 @@ $(VENV)/installed-demo: $(VENV)/created $(SOURCES)
 	$(call INSTALL,'.[sim]')
 	touch $@
 
+$(VENV)/installed-viewer: $(VENV)/created $(SOURCES)
+	$(call INSTALL,'.[sim,viewer]')
+	touch $@ $(VENV)/installed-demo
+
 $(VENV)/installed-test: $(VENV)/created $(SOURCES)
 	$(call INSTALL,'.[test]')
-	touch $@ $(VENV)/installed-demo
+	touch $@ $(VENV)/installed-demo $(VENV)/installed-viewer
 
 demo: $(VENV)/installed-demo  ## a simulated camera circles an object and names it
 	$(BIN)/circumspect demo
+
+viewer: $(VENV)/installed-viewer  ## the same, shown and steered in the browser
+	$(BIN)/circumspect demo --viewer
 
 test: $(VENV)/installed-test  ## all tests
 	$(BIN)/python -m pytest -n auto

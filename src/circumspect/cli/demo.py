@@ -19,6 +19,7 @@ class Demo:
     """A simulated robot drives round a piece of furniture and names it.
 
     $ circumspect demo
+    $ circumspect demo --viewer
     $ circumspect demo --object chair --start 135
     $ circumspect demo --seed 7 --out runs/seven
 
@@ -40,6 +41,12 @@ class Demo:
     """A classifier of your own, made by `circumspect export`; without it the shipped one."""
     record: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Record what the robot sees and says into a new MCAP file."""
+    viewer: bool = False
+    """Show the run in the browser, where it can be steered; the page stays when the run is over."""
+    viewer_port: int = 8080
+    """The dashboard's port; 0 for any that is free."""
+    viewer_host: str = "127.0.0.1"
+    """The dashboard's address; another than this lets others see and steer the robot."""
     json: bool = False
     """One JSON line on standard output and nothing else there."""
 
@@ -57,6 +64,9 @@ class Demo:
             out=self.out,
             weights=self.weights,
             record=self.record,
+            viewer=self.viewer,
+            viewer_port=self.viewer_port,
+            viewer_host=self.viewer_host,
             json=self.json,
         )
         return scan.run("demo")

@@ -22,6 +22,7 @@ EXTRAS = {
     "train": ("torch", "accelerate", "safetensors", "onnx", "onnxscript", "tensorboard"),
     "data": ("pooch",),
     "bags": ("mcap", "rosbags"),
+    "viewer": ("viser",),
     "locate": ("pupil-apriltags", "opencv-python-headless"),
 }
 

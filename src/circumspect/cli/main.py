@@ -20,6 +20,7 @@ COMMANDS = {
     "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
     "replay": ("replay:Replay", "a recording through the pipeline"),
     "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),
+    "view": ("view:View", "the dashboard for a finished run, in the browser"),
     "record": ("record:Record", "what a recording holds"),
     "locate": ("locate:Locate", "the intelligent space: ceiling cameras see the robot"),
     "train": ("train:Train", "train a network"),

@@ -12,6 +12,7 @@ from circumspect.errors import InputError
 
 if TYPE_CHECKING:
     from circumspect.cli.scan_space import ScanSpace
+    from circumspect.cli.watched_scan import ScanWatch
     from circumspect.pipeline.scan_settings import ScanSettings
     from circumspect.pipeline.simulated_scan import SimulatedScan
     from circumspect.planning import ViewPlanner
@@ -28,6 +29,7 @@ class Scan:
     $ circumspect scan chair_0890 --data modelnet10 --json
     $ circumspect scan toilet --record toilet.mcap
     $ circumspect scan table --space
+    $ circumspect scan sofa --viewer
     """
 
     object: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="OBJECT")]
@@ -72,6 +74,12 @@ class Scan:
     record: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Record what the robot and the ceiling cameras see into a new MCAP file, and the answers;
     `circumspect replay`, Foxglove and ROS 2 can play it."""
+    viewer: bool = False
+    """Show the run in the browser, where it can be steered; the page stays when the run is over."""
+    viewer_port: int = 8080
+    """The dashboard's port; 0 for any that is free."""
+    viewer_host: str = "127.0.0.1"
+    """The dashboard's address; another than this lets others see and steer the robot."""
     json: bool = False
     """One JSON line on standard output and nothing else there."""
 
@@ -81,11 +89,26 @@ class Scan:
         Args:
             command: What the run's folder is named after.
         """
+        if self.viewer:
+            from circumspect.cli.watched_scan import watched_scans
+
+            return watched_scans(self, command)
+        self.scan(self.prepared(command), command)
+        return 0
+
+    def scan(self, parts: SimulatedScan, command: str, watch: ScanWatch | None = None) -> None:
+        """One run, from start to report.
+
+        Args:
+            parts: What `prepared` made.
+            command: What the run's folder is named after.
+            watch: Shows and steers it, where wanted.
+        """
         from circumspect.cli.run_screen import RunScreen, new_run_folder
         from circumspect.cli.scan_report import ScanReport
         from circumspect.pipeline.step_recorder import StepRecorder
 
-        scan, recorder = self._recorded(self._prepared(command))
+        scan, recorder = self._recorded(parts if watch is None else watch.operated(parts))
         space = self._watched(scan)
         if space is not None and recorder is not None:
             space.record(recorder)
@@ -93,7 +116,8 @@ class Scan:
         with RunScreen("round the object [°]", 360, report.round_deg) as screen:
             screen.say(report.opening)
             writers = () if recorder is None else (StepRecorder(recorder),)
-            scan.pipeline.observers = (screen, *writers, *report.observers)
+            shown = () if watch is None else watch.observers(scan)
+            scan.pipeline.observers = (screen, *shown, *writers, *report.observers)
             try:
                 result = scan.scan.run()
             except KeyboardInterrupt:
@@ -102,7 +126,6 @@ class Scan:
         report.tell(result, self.json)
         if recorder is not None and recorder.failure is not None:
             raise recorder.failure
-        return 0
 
     def _recorded(self, scan: SimulatedScan) -> tuple[SimulatedScan, RunRecorder | None]:
         """The scan, with a recorder where one is asked for."""
@@ -116,7 +139,7 @@ class Scan:
         recorder = RunRecorder(self.record, notes)
         return scan.recorded(recorder), recorder
 
-    def _prepared(self, command: str) -> SimulatedScan:
+    def prepared(self, command: str) -> SimulatedScan:
         """Everything that can be wrong with the flags is told here, before anything is written."""
         import numpy as np
 
@@ -149,8 +172,9 @@ class Scan:
         world = RoomSettings(self.slip, self.clutter, self.mast_height, self.tilt)
         classifier = Classifier.load(self.weights)
         return SimulatedScan.prepared(
-            thing.mesh, world, self._settings(), self._planner(), classifier, config
-        )
+            thing.mesh, world, self._settings(), self._planner(), classifier, config,
+            colour=self.viewer,
+        )  # fmt: skip
 
     def _watched(self, scan: SimulatedScan) -> ScanSpace | None:
         if not self.space:

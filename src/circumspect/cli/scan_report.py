@@ -16,6 +16,7 @@ from circumspect.geometry import Trajectory
 from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey_log import JourneyLog
+from circumspect.pipeline.playback_log import PlaybackLog
 from circumspect.pipeline.scan_file import ScanFile
 from circumspect.pipeline.simulated_scan import SimulatedScan
 from circumspect.pipeline.stage_times import stage_times
@@ -44,7 +45,8 @@ class ScanReport:
         self.folder = RunFolder(path, parts.config)
         self._log = JourneyLog(parts.scan, self.folder, self._truth, outlines(parts.room.scene))
         self._file = ScanFile(parts.scan, path / "scan.json")
-        self.observers = (self._log, self._file, self.folder)
+        self.playback = PlaybackLog(parts.scan, path, parts.room.scene, parts.witness)
+        self.observers = (self._log, self._file, self.playback, self.folder)
 
     def round_deg(self, step: RecognitionStep) -> float:  # noqa: ARG002 - the scan knows
         """How far round the object the robot is [degrees]."""

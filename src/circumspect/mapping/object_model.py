@@ -126,11 +126,24 @@ class ObjectModel:
         """
         return self._cloud
 
+    def frames_seen(self) -> NDArray[np.int64]:
+        """(n,) how many frames showed each point of `cloud`.
+
+        Raises:
+            GeometryError: Nothing is fused yet.
+        """
+        return self.sums.totals[self._kept, FRAMES].astype(np.int64)
+
     @cached_property
-    def _cloud(self) -> PointCloud:
+    def _kept(self) -> NDArray[np.intp]:
+        """The voxels that are no specks."""
         if len(self.sums) == 0:
             raise GeometryError("the model is empty: no frame has shown the object yet")
-        kept = np.flatnonzero(self._confirmed(self.points_xyz))
+        return np.flatnonzero(self._confirmed(self.points_xyz))
+
+    @cached_property
+    def _cloud(self) -> PointCloud:
+        kept = self._kept
         points, normals = (values.take(kept, axis=0) for values in self._means)
         areas = surface_area.point_areas(self.areas, points, normals)
         return PointCloud(points, areas=areas, normals_xyz=normals)

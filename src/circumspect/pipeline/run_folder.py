@@ -21,6 +21,8 @@ RESULTS = (
     "calibration.json", "space.txt", "space.jsonl", "space.png",
 )  # fmt: skip
 """Written when a run ends; those of an earlier run are removed when one begins."""
+PLAYBACK = "playback"
+"""Folder of what `circumspect view` plays back; files of an earlier run are removed, too."""
 
 
 class RunFolder:
@@ -36,6 +38,7 @@ class RunFolder:
     | grid.npz | its occupancy grid |
     | trajectory.txt | where the camera was, TUM format: stamp x y z qx qy qz qw |
     | picture.png | all of it at a glance |
+    | playback/ | of scans alone: moments for `circumspect view`, see `PlaybackLog` |
     | space.txt, space.jsonl, space.png, calibration.json | of scans with ceiling cameras alone |
     """
 
@@ -60,6 +63,8 @@ class RunFolder:
         self._log("", "w")
         for name in RESULTS:
             (self.path / name).unlink(missing_ok=True)
+        for file in (self.path / PLAYBACK).glob("*.npz"):
+            file.unlink(missing_ok=True)
 
     def on_step(self, step: RecognitionStep) -> None:
         """Append the step to the log.

@@ -68,6 +68,7 @@ class ObjectScan:
         frame: The latest frame.
         clock: Of what comes between two frames.
         plan_milliseconds: Time spent on the map of obstacles, views and ways, one a frame [ms].
+        target: The view that the robot drives to; None before the first.
     """
 
     def __init__(
@@ -95,6 +96,7 @@ class ObjectScan:
         self.frame: RgbdFrame | None = None
         self.clock = StageClock()
         self.plan_milliseconds: list[float] = []
+        self.target: NextView | None = None
         turn = min(robot.max_turn, self.settings.max_turn)
         self._follower = PathFollower(max_turn=turn)
         self._known = ScanKnowledge(robot)
@@ -146,6 +148,7 @@ class ObjectScan:
                     continue
 
                 # Drive there, looking all the time
+                self.target = view
                 yield from self._drive(view, way)
                 yield from self._turn_until(lambda: self._known.certain, LOST)
         except ScanOver as over:

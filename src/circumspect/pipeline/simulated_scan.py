@@ -75,7 +75,10 @@ class SimulatedScan:
 
     def recorded(self, recorder: RunRecorder) -> Self:
         """The same scan with a robot whose frames are recorded; see `RecordingRobot`."""
-        robot = RecordingRobot(self.scan.robot, recorder)
+        return self.driven_by(RecordingRobot(self.scan.robot, recorder))
+
+    def driven_by(self, robot: MobileRobot) -> Self:
+        """The same scan, not yet begun, with another robot, as one that wraps its own."""
         scan = ObjectScan(robot, self.pipeline, self.scan.planner, self.scan.settings)
         return replace(self, scan=scan)
 
@@ -90,6 +93,7 @@ class SimulatedScan:
         config: Mapping[str, Any],
         camera: PinholeCamera | None = None,
         faulty: Callable[[Witness], MobileRobot] | None = None,
+        colour: bool = False,
     ) -> Self:
         """Put a robot into a room with an object.
 
@@ -102,6 +106,7 @@ class SimulatedScan:
             config: "seed" and "start_deg" and whatever else describes the run.
             camera: None means the Xtion PRO.
             faulty: Makes of the robot one with something wrong.
+            colour: The camera makes colour images, too, which takes time.
 
         Raises:
             InputError: A setting makes no sense, or the object is too large.
@@ -116,7 +121,7 @@ class SimulatedScan:
         askew = float(np.random.default_rng(seed).uniform(-ASKEW, ASKEW))
         start = place.start(float(config["start_deg"])) @ PlanarPose(0.0, 0.0, askew)
         witness = Witness(
-            SimulatedRobot(place.scene, start, mount, robot_settings, camera, noise, seed)
+            SimulatedRobot(place.scene, start, mount, robot_settings, camera, noise, seed, colour)
         )
         segmentation = GroundSegmentation(noise=noise)
         tracking = TrackingSettings.calibrated(noise)

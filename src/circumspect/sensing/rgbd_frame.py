@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -97,6 +97,11 @@ class RgbdFrame:
         if self.T_map_camera is None:
             raise InputError(f"the frame at {self.stamp:.3f} s has no pose; register it first")
         return self.T_map_camera
+
+    def covered(self) -> RgbdFrame:
+        """The same as if a hand were before the camera: no pixel has a depth, colour is black."""
+        colour = None if self.colour is None else np.zeros_like(self.colour)
+        return replace(self, depth=np.full_like(self.depth, np.nan), colour=colour)
 
     def at(self, T_map_camera: RigidTransform) -> RgbdFrame:
         """The same picture, taken from another place.

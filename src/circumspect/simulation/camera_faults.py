@@ -25,7 +25,7 @@ class Blackout(WrappedRobot):
         self._span = (after, after + seconds)
 
     def _seen(self, frame: RgbdFrame) -> RgbdFrame:
-        return _black(frame) if self._span[0] <= frame.stamp < self._span[1] else frame
+        return frame.covered() if self._span[0] <= frame.stamp < self._span[1] else frame
 
 
 class NanFrame(WrappedRobot):
@@ -37,7 +37,7 @@ class NanFrame(WrappedRobot):
 
     def _seen(self, frame: RgbdFrame) -> RgbdFrame:
         self._left -= 1
-        return _black(frame) if self._left == -1 else frame
+        return frame.covered() if self._left == -1 else frame
 
 
 class WrongUnit(WrappedRobot):
@@ -106,11 +106,6 @@ class EqualStamps(WrappedRobot):
             return replace(frame, stamp=self._last)
         self._last = frame.stamp
         return frame
-
-
-def _black(frame: RgbdFrame) -> RgbdFrame:
-    colour = None if frame.colour is None else np.zeros_like(frame.colour)
-    return replace(frame, depth=np.full_like(frame.depth, np.nan), colour=colour)
 
 
 def _share(share: float) -> float:

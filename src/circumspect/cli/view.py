@@ -1,0 +1,61 @@
+"""`circumspect view RUN`."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+if TYPE_CHECKING:
+    from circumspect.viewer import PlayedRun
+
+
+@dataclass(frozen=True)
+class View:
+    """A finished run, played back in the browser or written as one HTML file.
+
+    $ circumspect view runs/demo-20260101-120000
+    $ circumspect view runs/demo-20260101-120000 --export demo.html
+    """
+
+    run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    """Folder of a run, as `circumspect demo`, `scan` and `replay` make it."""
+    export: Annotated[Path | None, tyro.conf.arg(metavar="FILE.html")] = None
+    """Write one HTML file that plays the run without a network or this program, and end."""
+    weights: Path | None = None
+    """The classifier that names the turned object; without it the shipped one."""
+    viewer_port: int = 8080
+    """The dashboard's port; 0 for any that is free."""
+    viewer_host: str = "127.0.0.1"
+    """The dashboard's address; another than this lets others see and steer it."""
+
+    def run(self) -> int:
+        """Show until Ctrl-C."""
+        from circumspect.classification import Classifier
+        from circumspect.cli.dashboard_page import opened, stay
+        from circumspect.errors import InputError
+        from circumspect.viewer import PlayedRun, Player, SavedRun
+
+        saved = SavedRun.load(self.run_folder)
+        if not saved.rows:
+            raise InputError(f"{self.run_folder}: the run has no frames; nothing can be shown")
+        for reason in saved.missing:
+            print(f"circumspect: {reason}", file=sys.stderr)  # noqa: T201
+        played = PlayedRun(saved)
+        if self.export is not None:
+            return self._exported(played, self.export)
+        with opened(Classifier.load(self.weights), self.viewer_host, self.viewer_port) as dashboard:
+            player = Player(played, dashboard)
+            stay()
+            player.close()
+        return 0
+
+    def _exported(self, played: PlayedRun, file: Path) -> int:
+        from circumspect.viewer.html_export import export_html
+
+        size = export_html(played, file)
+        print(f"{file}: {size / 1e6:.1f} MB, opens in any browser")  # noqa: T201
+        return 0

@@ -1,0 +1,105 @@
+"""`circumspect scan --viewer`: runs that are shown, steered and chosen in the browser."""
+
+from __future__ import annotations
+
+import queue
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from circumspect.cli.dashboard_page import opened, say
+
+if TYPE_CHECKING:
+    from circumspect.cli.scan import Scan
+    from circumspect.pipeline import PipelineObserver
+    from circumspect.pipeline.simulated_scan import SimulatedScan
+    from circumspect.robot import Operator
+    from circumspect.viewer import Dashboard
+    from circumspect.viewer.run_controls import RunControls, RunRequest
+
+
+class ScanWatch:
+    """Puts the dashboard round one scan."""
+
+    def __init__(self, dashboard: Dashboard, controls: RunControls) -> None:
+        self._dashboard, self._controls = dashboard, controls
+        self._operator: Operator | None = None
+
+    def operated(self, parts: SimulatedScan) -> SimulatedScan:
+        """The scan with a robot that listens to the controls."""
+        from circumspect.robot import OperatedRobot, Operator
+
+        self._operator = Operator()
+        seed = int(parts.config["seed"])
+        return parts.driven_by(OperatedRobot(parts.scan.robot, self._operator, seed))
+
+    def observers(self, parts: SimulatedScan) -> tuple[PipelineObserver, ...]:
+        """Who shows the scan; called when it is about to begin."""
+        from circumspect.viewer import LiveWatch
+
+        assert self._operator is not None
+        self._controls.take(self._operator)
+        truth = parts.config.get("truth")
+        scene, witness = parts.room.scene, parts.witness
+        return (LiveWatch(parts.scan, self._dashboard, scene, witness, truth),)
+
+
+def watched_scans(scan: Scan, command: str) -> int:
+    """Run a scan with the dashboard, then those that are asked for there, until Ctrl-C.
+
+    Args:
+        scan: The command's flags.
+        command: What runs' folders are named after.
+    """
+    from circumspect.classification import Classifier
+    from circumspect.furniture import CATEGORIES
+    from circumspect.robot import RunStopped
+    from circumspect.viewer.run_controls import RunControls, RunRequest
+
+    parts = scan.prepared(command)
+    first = RunRequest(scan.object, float(parts.config["start_deg"]), str(parts.config["planner"]))
+    ended = False
+    with opened(Classifier.load(scan.weights), scan.viewer_host, scan.viewer_port) as dashboard:
+        controls = RunControls(dashboard, tuple(CATEGORIES), first)
+        watch = ScanWatch(dashboard, controls)
+        try:
+            while True:
+                try:
+                    scan.scan(parts, command, watch)
+                except RunStopped:
+                    say("stopped; another run was asked for")
+                ended = True
+                controls.release()
+                scan, parts = _following(scan, command, controls)
+                ended = False
+        except KeyboardInterrupt:
+            if not ended:
+                raise
+            say("the dashboard is closed")
+    return 0
+
+
+def _following(scan: Scan, command: str, controls: RunControls) -> tuple[Scan, SimulatedScan]:
+    """The next run that somebody asks for; waits for it."""
+    from circumspect.errors import CircumspectError
+
+    say("the page stays open: start another run there, or end with Ctrl-C")
+    while True:
+        request = _latest(controls.requests)
+        # What was named or recorded for the first run is not for the next one.
+        wanted = replace(
+            scan, object=request.thing, start=request.start_deg, planner=request.planner,
+            seed=None, out=None, record=None,
+        )  # fmt: skip
+        if request.thing != scan.object:
+            wanted = replace(wanted, data=None, up="z", height=None)
+        try:
+            return wanted, wanted.prepared(command)
+        except CircumspectError as error:
+            say(str(error))
+
+
+def _latest(requests: queue.Queue[RunRequest]) -> RunRequest:
+    request = requests.get()
+    while not requests.empty():
+        request = requests.get_nowait()
+    return request

@@ -1,0 +1,185 @@
+"""What is kept of a run's single moments, so that it can be played back."""
+
+from __future__ import annotations
+
+import io
+import os
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib import format as npy_format
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from circumspect.errors import CircumspectError, InputError
+from circumspect.geometry import PinholeCamera
+from circumspect.geometry.npy_stream import read_arrays
+from circumspect.grid import CylindricalGrid, OccupancyGrid
+from circumspect.sensing.millimetres import metres, millimetres
+from circumspect.storage import atomic_open
+
+MOST_POINTS = 16_000
+"""Points kept of a moment's object; of more, every n-th."""
+THUMBNAIL_WIDTH = 160
+"""Images are thinned to at most about this width [px]."""
+LARGEST = 16 << 20
+"""Bytes of arrays that a file may hold."""
+STEP = 5e-4
+"""Coordinates are whole multiples of this about the first point [m]."""
+MOST_CELLS = 1 << 21
+KINDS: dict[str, str] = dict.fromkeys(
+    ("frame", "origin_xyz", "points", "normals", "frames_seen", "depth", "camera", "colour",
+     "target", "mount", "occupied", "cells", "bounds"), "fiu",
+)  # fmt: skip
+"""Arrays of a file; what is not known is empty."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlaybackMoment:
+    """One moment.
+
+    Attributes:
+        frame: Number of the frame.
+        points_xyz: (n, 3) [m] the object, map frame; n may be 0.
+        normals_xyz: (n, 3) unit normals.
+        frames_seen: (n,) how many frames showed each point.
+        grid: The object's grid where it is a cylindrical one; what is free is not kept.
+        depth: (height, width) [m], thinned.
+        colour: (height, width, 3) uint8 RGB, thinned; or None.
+        camera: Of the whole image.
+        T_base_camera: The mount; None where not known.
+        target: (6,) x [m], y [m], yaw [rad] of the robot's next view, the place that it faces, and
+            as the last one the azimuth [rad] of the normal there, NaN where unknown; or None.
+    """
+
+    frame: int
+    points_xyz: NDArray[np.floating]
+    normals_xyz: NDArray[np.floating]
+    frames_seen: NDArray[np.integer]
+    grid: OccupancyGrid | None
+    depth: NDArray[np.floating]
+    colour: NDArray[np.uint8] | None
+    camera: PinholeCamera
+    T_base_camera: RigidTransform | None
+    target: NDArray[np.floating] | None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write as npz, quickly rather than small.
+
+        Raises:
+            OutputError: The file can not be written.
+        """
+        with (
+            atomic_open(path, "wb") as stream,
+            zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        ):
+            for name, array in self._arrays().items():
+                packed = io.BytesIO()
+                npy_format.write_array(packed, np.ascontiguousarray(array), allow_pickle=False)
+                archive.writestr(f"{name}.npy", packed.getvalue())
+
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        every = -(-max(1, len(self.points_xyz)) // MOST_POINTS)
+        points = self.points_xyz[::every]
+        origin = points[0] if len(points) else np.zeros(3)
+        steps = np.clip(np.rint((points - origin) / STEP), -32768, 32767)
+        c = self.camera
+        arrays = {
+            "frame": np.array([self.frame]),
+            "origin_xyz": origin,
+            "points": steps.astype(np.int16),
+            "normals": np.rint(127 * self.normals_xyz[::every]).astype(np.int8),
+            "frames_seen": np.minimum(self.frames_seen[::every], 65535).astype(np.uint16),
+            "depth": millimetres(self.depth),
+            "camera": np.array([c.width, c.height, c.fx, c.fy, c.cx, c.cy]),
+        }
+        nothing = np.empty(0)
+        arrays["colour"] = np.empty(0, np.uint8) if self.colour is None else self.colour
+        arrays["target"] = nothing if self.target is None else self.target
+        arrays["mount"] = nothing
+        if self.T_base_camera is not None:
+            mount = self.T_base_camera
+            arrays["mount"] = np.concatenate([mount.translation, mount.rotation.as_quat()])
+        arrays |= {"occupied": np.empty(0, np.uint8), "cells": nothing, "bounds": nothing}
+        if self.grid is not None and isinstance(self.grid.grid, CylindricalGrid):
+            g = self.grid.grid
+            arrays["occupied"] = np.packbits(self.grid.occupied)
+            arrays["cells"] = np.array(g.shape)
+            arrays["bounds"] = np.array(
+                [g.radius, g.half_height, *g.centre_xyz, g.azimuth_offset], np.float64
+            )
+        return arrays
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> PlaybackMoment:
+        """Read what `save` wrote.
+
+        Raises:
+            InputError: Missing, broken, too large, or something else.
+        """
+        arrays = read_arrays(Path(path), KINDS, LARGEST)
+        try:
+            return _unpacked({name: array for name, array in arrays.items() if array.size})
+        except (KeyError, ValueError, IndexError, TypeError, CircumspectError) as error:
+            raise InputError(f"{path}: no moment of a run ({str(error)[:200]})") from error
+
+
+def thinned(image: NDArray[Any], width: int = THUMBNAIL_WIDTH) -> NDArray[Any]:
+    """Every n-th pixel of an image along rows and columns, so that at most ~`width` remain."""
+    every = max(1, round(image.shape[1] / width))
+    return image[::every, ::every]
+
+
+def _unpacked(arrays: dict[str, NDArray[Any]]) -> PlaybackMoment:
+    none = np.empty((0, 3), np.int16)
+    steps, normals = arrays.get("points", none), arrays.get("normals", none)
+    seen = arrays.get("frames_seen", np.empty(0, np.uint16))
+    if steps.ndim != 2 or steps.shape[1] != 3 or normals.shape != steps.shape:
+        raise ValueError(f"points of shape {steps.shape}, normals of {normals.shape}")
+    if seen.shape != (len(steps),):
+        raise ValueError(f"{len(steps)} points, counts of shape {seen.shape}")
+    depth, colour = arrays["depth"], arrays.get("colour")
+    if depth.ndim != 2 or depth.dtype != np.uint16 or 0 in depth.shape:
+        raise ValueError(f"depth of shape {depth.shape} and type {depth.dtype}")
+    if colour is not None and (colour.shape != (*depth.shape, 3) or colour.dtype != np.uint8):
+        raise ValueError(f"colour of shape {colour.shape} and type {colour.dtype}")
+    width, height, *optics = _finite(arrays["camera"], 6)
+    mount, target = arrays.get("mount"), arrays.get("target")
+    if mount is not None:
+        mount = _finite(mount, 7)
+    if target is not None and (target.shape != (6,) or not np.isfinite(target[:5]).all()):
+        raise ValueError("a view that is none")
+    return PlaybackMoment(
+        frame=int(arrays["frame"][0]),
+        points_xyz=_finite(arrays["origin_xyz"], 3) + STEP * steps,
+        normals_xyz=normals / 127.0,
+        frames_seen=seen.astype(np.int64),
+        grid=_grid(arrays) if "occupied" in arrays else None,
+        depth=metres(depth),
+        colour=colour,
+        camera=PinholeCamera(int(width), int(height), *optics),
+        T_base_camera=None
+        if mount is None
+        else RigidTransform.from_components(mount[:3], Rotation.from_quat(mount[3:])),
+        target=target,
+    )
+
+
+def _grid(arrays: dict[str, NDArray[Any]]) -> OccupancyGrid:
+    rings, sectors, layers = (int(count) for count in arrays["cells"])
+    radius, half_height, x, y, z, offset = _finite(arrays["bounds"], 6)
+    shape = (rings, sectors, layers)
+    if min(shape) < 1 or rings * sectors * layers > MOST_CELLS:
+        raise ValueError(f"a grid of {shape} cells")
+    bits = np.unpackbits(arrays["occupied"].astype(np.uint8))[: rings * sectors * layers]
+    grid = CylindricalGrid(shape, radius, half_height, (x, y, z), offset)
+    return OccupancyGrid(grid, (2 * bits.reshape(shape)).astype(np.uint8))
+
+
+def _finite(values: NDArray[Any], count: int) -> NDArray[np.float64]:
+    if values.shape != (count,) or not np.isfinite(values).all():
+        raise ValueError(f"{count} finite numbers are needed, not {values.shape}")
+    return values.astype(np.float64)

@@ -1,0 +1,134 @@
+"""What stands around the object, for those who look at a run from outside."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.errors import InputError
+from circumspect.geometry.npy_stream import read_arrays
+from circumspect.simulation import Scene, Witness
+from circumspect.storage import atomic_open
+
+LEFT_OUT = ("object", "floor")
+WALL = "wall"
+KINDS = {"vertices_xyz": "f", "faces": "i", "colours": "f", "counts": "i"}
+LARGEST = 16 << 20
+"""Bytes of arrays that a file may hold."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolidThing:
+    """A wall, or something that stands about.
+
+    Attributes:
+        vertices_xyz: (v, 3) float32 [m].
+        faces: (f, 3) int32 of vertices.
+        colour: (3,) RGB, each 0 … 1.
+        wall: Whether it is a wall.
+    """
+
+    vertices_xyz: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    colour: NDArray[np.float32]
+    wall: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Everything but the object and the floor.
+
+    Attributes:
+        things: One by one.
+    """
+
+    things: tuple[SolidThing, ...] = ()
+
+    @classmethod
+    def of(cls, scene: Scene, T_map_scene: RigidTransform) -> Surroundings:
+        """Take over what a simulated scene holds.
+
+        Args:
+            scene: The scene.
+            T_map_scene: Where it lies in the robot's map.
+        """
+        things = (
+            SolidThing(
+                T_map_scene.apply(surface.mesh.vertices_xyz).astype(np.float32),
+                np.asarray(surface.mesh.faces, np.int32),
+                np.asarray(surface.colour, np.float32),
+                surface.name.startswith(WALL),
+            )
+            for surface in scene.surfaces
+            if surface.name not in LEFT_OUT
+        )
+        return cls(tuple(things))
+
+    @classmethod
+    def witnessed(
+        cls, scene: Scene, witness: Witness, T_map_camera: RigidTransform
+    ) -> Surroundings:
+        """Take over a scene that a witness knows the robot's place in.
+
+        Args:
+            scene: The scene.
+            witness: Saw the latest frame being taken.
+            T_map_camera: Where the robot believes to have taken it.
+        """
+        return cls.of(scene, T_map_camera * witness.trajectory.T_map_camera[-1].inv())
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write as npz.
+
+        Raises:
+            OutputError: The file can not be written.
+        """
+        things = self.things
+        with atomic_open(path, "wb") as stream:
+            np.savez_compressed(
+                stream,
+                vertices_xyz=_joined([thing.vertices_xyz for thing in things], np.float32),
+                faces=_joined([thing.faces for thing in things], np.int32),
+                colours=_joined([thing.colour[None] for thing in things], np.float32),
+                counts=np.array(
+                    [(len(t.vertices_xyz), len(t.faces), t.wall) for t in things], np.int32
+                ).reshape(-1, 3),
+            )
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Surroundings:
+        """Read what `save` wrote.
+
+        Raises:
+            InputError: Missing, broken, too large, or something else.
+        """
+        arrays = read_arrays(Path(path), KINDS, LARGEST)
+        try:
+            vertices, faces = arrays["vertices_xyz"], arrays["faces"]
+            colours, counts = arrays["colours"], arrays["counts"]
+            checks = [vertices.shape[1:] == (3,), faces.shape[1:] == (3,), counts.shape[1:] == (3,)]
+            if not all(checks) or colours.shape != (len(counts), 3) or (counts < 0).any():
+                raise ValueError("wrong shapes")
+            if not np.isfinite(vertices).all() or not np.isfinite(colours).all():
+                raise ValueError("numbers that are not finite")
+            things, v, f = [], 0, 0
+            for (more_v, more_f, wall), colour in zip(counts.tolist(), colours, strict=True):
+                own = faces[f : f + more_f]
+                if v + more_v > len(vertices) or f + more_f > len(faces):
+                    raise ValueError("fewer numbers than announced")
+                if len(own) and not 0 <= own.min() <= own.max() < more_v:
+                    raise ValueError("faces of vertices that are not there")
+                things.append(SolidThing(vertices[v : v + more_v], own, colour, bool(wall)))
+                v, f = v + more_v, f + more_f
+        except (KeyError, ValueError, IndexError) as error:
+            raise InputError(f"{path}: no surroundings ({error})") from error
+        return cls(tuple(things))
+
+
+def _joined(arrays: list[NDArray], dtype: type[np.generic]) -> NDArray:
+    return np.concatenate([np.empty((0, 3)), *arrays]).astype(dtype)

@@ -1,0 +1,38 @@
+"""Where a camera was by odometry alone, while a run goes on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.pipeline.records import RecognitionStep
+from circumspect.sensing import RgbdFrame
+
+
+class WheelPath:
+    """Begins where the run's first pose is.
+
+    Attributes:
+        frames: Numbers of the frames with odometry.
+        places_xyz: (3,) [m] the camera's place at each, map frame.
+    """
+
+    def __init__(self) -> None:
+        """Begin empty."""
+        self.frames: list[int] = []
+        self.places_xyz: list[NDArray[np.float64]] = []
+        self._T_map_odom: RigidTransform | None = None
+
+    def follow(self, step: RecognitionStep, frame: RgbdFrame | None) -> None:
+        """Take one more frame; one without odometry or mount adds nothing."""
+        if frame is None or frame.odometry is None or frame.T_base_camera is None:
+            return
+        T_odom_camera = frame.odometry.T_odom_base.as_transform() * frame.T_base_camera
+        T_map_odom = self._T_map_odom
+        if T_map_odom is None:
+            if step.pose is None:
+                return
+            T_map_odom = self._T_map_odom = step.pose.T_map_camera * T_odom_camera.inv()
+        self.frames.append(step.index)
+        self.places_xyz.append((T_map_odom * T_odom_camera).translation)

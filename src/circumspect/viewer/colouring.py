@@ -1,0 +1,93 @@
+"""Numbers to colours."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+HEIGHT, FRAMES, NORMAL, EVIDENCE = (
+    "height",
+    "frames that saw it",
+    "surface normal",
+    "class evidence",
+)
+COLOURINGS = (HEIGHT, FRAMES, NORMAL, EVIDENCE)
+
+# Anchors from dark to light, evenly spaced, of even steps in lightness.
+_SEQUENTIAL = np.array(
+    [[53, 28, 92], [53, 76, 134], [33, 119, 139], [30, 159, 128], [98, 195, 93], [196, 218, 62],
+     [250, 231, 61]], np.float64,
+)  # fmt: skip
+_DEPTH = np.array(
+    [[250, 236, 120], [250, 170, 70], [226, 98, 82], [170, 51, 116], [100, 32, 122], [34, 20, 76]],
+    np.float64,
+)
+_AGAINST, _NEUTRAL, _FOR = np.array([[37, 99, 190], [214, 214, 210], [202, 44, 34]], np.float64)
+EVIDENCE_GROUPS = 9
+"""So many colours of evidence are told apart on the cells."""
+NOTHING_MEASURED = (236, 239, 243)
+
+CLASSES = np.array(
+    [[29, 78, 216], [194, 65, 12], [21, 128, 61], [124, 58, 237], [14, 116, 144], [190, 24, 93],
+     [161, 98, 7], [71, 85, 105], [225, 150, 40], [90, 180, 120]], np.uint8,
+)  # fmt: skip
+"""(10, 3) RGB: one a class; more classes begin anew."""
+
+
+def sequential(values: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """(n, 3) RGB of values (n,) from their smallest, dark, to their largest, light."""
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+    return _between(_SEQUENTIAL, (values - low) / max(high - low, 1e-9))
+
+
+def directions(normals_xyz: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """(n, 3) RGB: a normal's x, y, z from -1 to 1 as red, green, blue."""
+    return np.clip(127.5 + 127.5 * normals_xyz, 0, 255).astype(np.uint8)
+
+
+def signed(values: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """(n, 3) RGB: red where positive, blue where negative, grey where 0."""
+    largest = float(np.abs(values).max()) if len(values) else 0.0
+    shares = np.clip(values / max(largest, 1e-12), -1, 1)[:, None]
+    towards = np.where(shares > 0, _FOR, _AGAINST)
+    return (_NEUTRAL + np.abs(shares) * (towards - _NEUTRAL)).astype(np.uint8)
+
+
+def in_groups(
+    values: NDArray[np.floating],
+) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+    """Few colours for many values.
+
+    Args:
+        values: (n,) positive where something speaks for the answer.
+
+    Returns:
+        (n,) the number of each value's group, and (EVIDENCE_GROUPS, 3) RGB of the groups.
+    """
+    half = EVIDENCE_GROUPS // 2
+    largest = float(np.abs(values).max()) if len(values) else 0.0
+    groups = np.rint(half * values / max(largest, 1e-12)).astype(np.int64) + half
+    return groups, signed(np.arange(-half, half + 1, dtype=np.float64))
+
+
+def depth_picture(depth: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """(height, width, 3) RGB of a depth image [m]: near is light, nothing measured nearly white."""
+    picture = np.empty((*depth.shape, 3), np.uint8)
+    known = np.isfinite(depth)
+    picture[~known] = NOTHING_MEASURED
+    if known.any():
+        low, high = np.percentile(depth[known], [1, 99])
+        picture[known] = _between(_DEPTH, (depth[known] - low) / max(high - low, 1e-3))
+    return picture
+
+
+def _between(anchors: NDArray[np.float64], shares: NDArray[np.floating]) -> NDArray[np.uint8]:
+    table = _table(anchors)
+    return table[np.clip(np.asarray(shares) * 255, 0, 255).astype(np.uint8)]
+
+
+def _table(anchors: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """(256, 3): what lies between anchors."""
+    places = np.linspace(0, len(anchors) - 1, 256)
+    columns = [np.interp(places, np.arange(len(anchors)), column) for column in anchors.T]
+    return np.rint(np.column_stack(columns)).astype(np.uint8)

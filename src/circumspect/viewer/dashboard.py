@@ -1,0 +1,158 @@
+"""The dashboard: stage and panel in one page, shown by a thread of their own."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from circumspect.classification import Classifier
+from circumspect.viewer.colouring import COLOURINGS, EVIDENCE
+from circumspect.viewer.guarded_server import address, guarded_server, stop
+from circumspect.viewer.panel import Panel
+from circumspect.viewer.publisher import Publisher
+from circumspect.viewer.shown import Shown
+from circumspect.viewer.stage import Stage
+from circumspect.viewer.turned_object import TurnedObject, turned_object
+from circumspect.viewer.why import Why
+
+DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 8080
+
+
+class Dashboard:
+    """A page in the browser; a context manager.
+
+    Attributes:
+        server: viser's, see `guarded_server`.
+        stage: The 3D view.
+        panel: What is beside it.
+        publisher: Shows what is put.
+        why: Explains the answer where that is wanted.
+        url: What to type into a browser.
+        total: Frames that fill the history's width; None means all so far.
+    """
+
+    def __init__(
+        self,
+        classifier: Classifier,
+        host: str = DEFAULT_HOST,
+        port: int = DEFAULT_PORT,
+        always: bool = False,
+    ) -> None:
+        """Open the page.
+
+        Args:
+            classifier: Names the object that is turned by the slider.
+            host: Address to listen at.
+            port: 0 means any that is free.
+            always: Show states even when nobody looks, as an export does.
+
+        Raises:
+            InputError: The port is taken.
+            MissingExtraError: viser is not installed.
+        """
+        self.server = guarded_server(host, port)
+        self.url = address(self.server, host)
+        self.stage = Stage(self.server)
+        self.panel = Panel(self.server)
+        self.total: int | None = None
+        self._classifier = classifier
+        self._yaw = 0.0
+        self.publisher: Publisher[Callable[[], Shown | None]] = Publisher(
+            self._publish, lambda: always or self.watched
+        )
+        self.why = Why(classifier, self.publisher.slot.again)
+        self._listen()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def watched(self) -> bool:
+        """Whether a browser shows the page."""
+        return bool(self.server.get_clients())
+
+    def put(self, make: Callable[[], Shown | None]) -> None:
+        """Show a moment soon, unless a newer one comes; returns at once.
+
+        Args:
+            make: Called by the page's own thread; None from it shows nothing.
+        """
+        self.publisher.slot.put(make)
+
+    def when_left(self, act: Callable[[], None]) -> None:
+        """Call `act` whenever the last browser has gone."""
+
+        @self.server.on_client_disconnect
+        def _(client: object) -> None:  # noqa: ARG001 - whoever it was
+            if not self.watched:
+                act()
+
+    def close(self) -> None:
+        """Close the page."""
+        self.publisher.close()
+        self.why.close()
+        with contextlib.suppress(RuntimeError):
+            stop(self.server)
+
+    def show(self, shown: Shown) -> None:
+        """Show a moment now, in the caller's thread."""
+        turned = self._turned(shown)
+        self.why.ask(shown.thing.grid)
+        self.stage.explanation = self.why.found
+        self.panel.explain(self.why.html())
+        self.stage.yaw = 0.0 if turned is None else turned.yaw
+        self.stage.show(shown, None if turned is None else turned.grid)
+        self.panel.show(shown, turned, self.total)
+
+    def _publish(self, make: Callable[[], Shown | None]) -> None:
+        shown = make()
+        if shown is not None:
+            self.show(shown)
+
+    def _turned(self, shown: Shown) -> TurnedObject | None:
+        if self._yaw == 0.0:
+            return None
+        return turned_object(shown.thing, self._yaw, self._classifier)
+
+    def _listen(self) -> None:
+        """Whatever the onlooker changes shows the latest moment once more."""
+        panel, again = self.panel, self.publisher.slot.again
+
+        @panel.turn.on_update
+        def _(event: object) -> None:  # noqa: ARG001 - the slider knows
+            self._yaw = float(np.radians(np.clip(panel.turn.value, 0.0, 360.0) % 360.0))
+            again()
+
+        @panel.colouring.on_update
+        def _(event: object) -> None:  # noqa: ARG001
+            if panel.colouring.value in COLOURINGS:
+                self.stage.colouring = panel.colouring.value
+                self.why.wanted = panel.colouring.value == EVIDENCE
+                again()
+
+        @panel.explain_now.on_click
+        def _(event: object) -> None:  # noqa: ARG001
+            panel.colouring.value = EVIDENCE
+
+        for name, box in panel.layers.items():
+
+            @box.on_update
+            def _(event: object, name: str = name, box: object = box) -> None:  # noqa: ARG001
+                self.stage.set_visible(name, bool(getattr(box, "value", True)))
+                again()
+
+        @self.server.on_client_connect
+        def _(client: object) -> None:  # noqa: ARG001
+            again()

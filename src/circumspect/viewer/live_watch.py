@@ -1,0 +1,127 @@
+"""Watches a run on behalf of a dashboard; the run never waits for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.errors import GeometryError
+from circumspect.pipeline import ObjectScan, PlannedView, RecognitionResult, RecognitionStep
+from circumspect.pipeline.surroundings import Surroundings
+from circumspect.pipeline.wheel_path import WheelPath
+from circumspect.sensing import RgbdFrame
+from circumspect.simulation import Scene, Witness
+from circumspect.viewer.dashboard import Dashboard
+from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
+
+
+class LiveWatch:
+    """Puts the newest state where the dashboard's thread takes it; a `PipelineObserver`.
+
+    In the run's own thread only references and a few numbers are kept; points, colours and
+    pictures are made by the dashboard's.
+    """
+
+    def __init__(
+        self,
+        scan: ObjectScan,
+        dashboard: Dashboard,
+        scene: Scene | None = None,
+        witness: Witness | None = None,
+        truth: str | None = None,
+    ) -> None:
+        """Watch a scan.
+
+        Args:
+            scan: Not yet begun.
+            dashboard: Shows it.
+            scene: What stands around, where that is known.
+            witness: Knows how the scene lies in the robot's map.
+            truth: The object's true class, where that is known.
+        """
+        self._scan, self._dashboard = scan, dashboard
+        self._scene, self._witness, self._truth = scene, witness, truth
+        self._rows: list[Mapping[str, Any]] = []
+        self._path: list[NDArray[np.float64]] = []
+        self._wheels = WheelPath()
+        self._surroundings: Surroundings | None = None
+        self._last: tuple[RecognitionStep, RgbdFrame | None, PlannedView | None] | None = None
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """Put the step into the slot."""
+        frame, target = self._scan.frame, self._scan.target
+        self._rows.append(step.summary())
+        if step.pose is not None:
+            self._look_round(step.pose.T_map_camera)
+            self._path.append(step.pose.T_map_camera.translation)
+        self._wheels.follow(step, frame)
+        self._last = (step, frame, target)
+        self._put("")
+
+    def on_end(self, result: RecognitionResult) -> None:
+        """Show how it ended, with what was corrected in the end."""
+        if self._last is None or result.last is None:
+            return
+        _, frame, target = self._last
+        self._path = [s.pose.T_map_camera.translation for s in result.steps if s.pose is not None]
+        self._last = (result.last, frame, target)
+        if self._rows:
+            self._rows[-1] = result.last.summary()
+        self._put(f"the run is over: {self._scan.ended or 'no more frames'}")
+
+    def _look_round(self, T_map_camera: RigidTransform) -> None:
+        """With the first pose it is known how the scene lies in the robot's map."""
+        if self._surroundings is None and self._scene is not None and self._witness is not None:
+            self._surroundings = Surroundings.witnessed(self._scene, self._witness, T_map_camera)
+
+    def _put(self, news: str) -> None:
+        assert self._last is not None
+        last, count = self._last, len(self._rows)
+        self._dashboard.put(lambda: self._shown(last, count, news))
+
+    def _shown(
+        self,
+        last: tuple[RecognitionStep, RgbdFrame | None, PlannedView | None],
+        count: int,
+        news: str,
+    ) -> Shown:
+        """Made by the dashboard's thread, while the run goes on."""
+        step, frame, target = last
+        pose = None if step.pose is None else step.pose.T_map_camera
+        return Shown(
+            rows=self._rows,
+            count=count,
+            thing=_thing(step),
+            images=None if frame is None else ShownImages(frame.depth, frame.colour, step.index),
+            camera=None if frame is None else frame.camera,
+            T_map_camera=pose,
+            T_base_camera=None if frame is None else frame.T_base_camera,
+            path_xyz=_stacked(self._path),
+            odometry_xyz=_stacked(self._wheels.places_xyz),
+            target=target,
+            surroundings=self._surroundings,
+            truth=self._truth,
+            news=news,
+        )
+
+
+def _thing(step: RecognitionStep) -> ShownObject:
+    try:
+        cloud, seen = step.model.cloud(), step.model.frames_seen()
+    except GeometryError:
+        return ShownObject()
+    normals = cloud.normals_xyz
+    return ShownObject(
+        cloud.points_xyz,
+        np.zeros_like(cloud.points_xyz) if normals is None else normals,
+        seen,
+        step.grid,
+    )
+
+
+def _stacked(places: list[NDArray[np.float64]]) -> NDArray[np.floating]:
+    return np.array(places[:]) if places else NOTHING

@@ -1,0 +1,127 @@
+"""The panel beside the 3D view: what is known, and what may be wished."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.viewer.colouring import COLOURINGS, depth_picture
+from circumspect.viewer.panel_html import answer_html, bars_html, faults_html, times_html
+from circumspect.viewer.probability_picture import probability_picture
+from circumspect.viewer.shown import Shown, ShownImages
+from circumspect.viewer.stage import LAYERS
+from circumspect.viewer.turned_object import TurnedObject
+
+if TYPE_CHECKING:
+    import viser
+
+IMAGE_WIDTH = 240
+"""Of each of the two images [px]."""
+YAW_STEP = 1.0
+"""[degrees]"""
+
+
+class Panel:
+    """viser's controls that every dashboard has; what is special to a live run or to a finished
+    one is added by its owner.
+
+    Attributes:
+        tabs: Where the owner adds tabs.
+        turn: The slider that turns the object [degrees].
+        colouring: What the object is coloured by.
+        explain_now: The button that asks why.
+        layers: Name of a layer to its checkbox.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        """Put up an empty panel in a server's page."""
+        gui = server.gui
+        self._server = server
+        self._told: dict[str, str] = {}
+        self._answer = gui.add_html(answer_html({}))
+        self._bars = gui.add_html(bars_html(None))
+        self._history = gui.add_image(
+            probability_picture([], 0), label="Probabilities over time", format="png"
+        )
+        self._images = gui.add_image(_blank(), label="Depth and colour", format="jpeg")
+        self.tabs = gui.add_tab_group()
+        with self.tabs.add_tab("Turn"):
+            self.turn = gui.add_slider("turn [°]", 0.0, 360.0, YAW_STEP, 0.0)
+            self._turned = gui.add_html("")
+            self._say_turned(None)
+        with self.tabs.add_tab("Why"):
+            self.explain_now = gui.add_button(
+                "Explain the answer", hint="colours the object by class evidence"
+            )
+            self._why = gui.add_html("")
+        with self.tabs.add_tab("Look"):
+            self.colouring = gui.add_dropdown("colour", COLOURINGS)
+            self.layers = {
+                name: gui.add_checkbox(name, initial_value=visible)
+                for name, visible in LAYERS.items()
+            }
+        with self.tabs.add_tab("Stages"):
+            self._seen = gui.add_progress_bar(0.0)
+            self._times = gui.add_html("")
+            self._faults = gui.add_html("")
+
+    def explain(self, text: str) -> None:
+        """Show why, as HTML."""
+        self._tell("why", self._why, text)
+
+    def show(self, shown: Shown, turned: TurnedObject | None, total: int | None = None) -> None:
+        """Show a moment.
+
+        Args:
+            shown: The moment.
+            turned: The object turned by the slider; None where it stands as it was seen.
+            total: Frames that fill the history's width.
+        """
+        row = shown.row
+        self._tell("answer", self._answer, answer_html(row, shown.truth, shown.news))
+        self._tell("bars", self._bars, bars_html(row.get("probabilities")))
+        self._tell("times", self._times, times_html(row))
+        self._tell("faults", self._faults, faults_html(shown.rows, shown.count))
+        self._seen.value = 100.0 * float(row.get("seen", 0.0))
+        self._history.image = probability_picture(shown.rows, shown.count, total)
+        if shown.images is not None:
+            self._images.image = images_side_by_side(shown.images)
+        self._say_turned(turned, row.get("label"))
+
+    def _say_turned(self, turned: TurnedObject | None, label: str | None = None) -> None:
+        if turned is None:
+            text = (
+                "<div style='padding:.2em 1em;font-size:.85em'>Turn the object: its grid is made "
+                "anew from the turned points, and named again.</div>"
+            )
+        else:
+            p = turned.prediction
+            text = answer_html(
+                {"label": p.label, "probability": p.probability},
+                news=f"turned by {np.degrees(turned.yaw):.0f}°: "
+                + ("the answer stays" if p.label == label else f"it was {label}"),
+            ).replace("circumspect-label", "circumspect-turned")
+        self._tell("turned", self._turned, text)
+
+    def _tell(self, name: str, handle: viser.GuiHtmlHandle, text: str) -> None:
+        """Send only what changed."""
+        if self._told.get(name) != text:
+            self._told[name] = text
+            handle.content = text
+
+
+def images_side_by_side(images: ShownImages) -> NDArray[np.uint8]:
+    """Depth left, colour right, thinned to about `IMAGE_WIDTH` each."""
+    every = max(1, images.depth.shape[1] // IMAGE_WIDTH)
+    depth = depth_picture(images.depth[::every, ::every])
+    if images.colour is None:
+        return depth
+    colour = images.colour[::every, ::every]
+    gap = np.full((len(depth), 4, 3), 255, np.uint8)
+    return np.hstack([depth, gap, colour])
+
+
+def _blank() -> NDArray[np.uint8]:
+    return np.full((IMAGE_WIDTH * 3 // 8, IMAGE_WIDTH, 3), 241, np.uint8)

@@ -1,0 +1,114 @@
+"""The panel's tables and bars as HTML; whatever comes from files is escaped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+from circumspect.pipeline import CLASSIFIED
+from circumspect.viewer.colouring import CLASSES
+
+MOST_BARS, MOST_FAULTS = 6, 6
+OPEN = "open"
+QUIET = "color:#64748b"
+
+
+def answer_html(row: Mapping[str, Any], truth: str | None = None, news: str = "") -> str:
+    """The answer in large letters, and what the frame led to.
+
+    Args:
+        row: See `Shown.row`.
+        truth: The true class where it is known.
+        news: A further line.
+    """
+    label, probability = row.get("label"), row.get("probability")
+    if label is None or probability is None:
+        head = f"<b style='font-size:1.5em'>no answer yet</b><br>{_text(row.get('outcome') or '')}"
+    else:
+        head = (
+            f"<b id='circumspect-label' style='font-size:1.7em'>{_text(label)}</b> "
+            f"<span style='font-size:1.3em'>{probability:.2f}</span>"
+        )
+        if truth is not None:
+            right = truth == label
+            head += (
+                f" <span style='color:{'#15803d' if right else '#b91c1c'}'>"
+                f"{'right' if right else f'wrong, it is a {_text(truth)}'}</span>"
+            )
+    seen, frame = row.get("seen", 0.0), row.get("frame")
+    told = "" if frame is None else f"frame {frame + 1}, {row.get('stamp', 0.0):.1f} s"
+    told += f" · seen from {seen:.0%} of the directions · {row.get('points', 0):,} points"
+    extra = f"<div>{_text(news)}</div>" if news else ""
+    return _box(f"{head}<div style='{QUIET}'>{told}</div>{extra}")
+
+
+def bars_html(probabilities: Mapping[str, float] | None) -> str:
+    """A bar for each class, the most probable first."""
+    if not probabilities:
+        return _box(f"<span style='{QUIET}'>probabilities appear with the first answer</span>")
+    colours = {name: CLASSES[i % len(CLASSES)] for i, name in enumerate(probabilities)}
+    first = sorted(probabilities.items(), key=lambda item: -item[1])[:MOST_BARS]
+    rows = "".join(
+        f"<tr><td style='padding-right:.6em;white-space:nowrap'>{_text(name)}</td>"
+        f"<td style='width:60%'><div style='height:.75em;border-radius:2px;min-width:1px;"
+        f"width:{100 * share:.1f}%;background:rgb({','.join(map(str, colours[name]))})'></div></td>"
+        f"<td style='text-align:right'>{share:.3f}</td></tr>"
+        for name, share in first
+    )
+    return _box(f"<table style='width:100%;border-spacing:0;line-height:1.25'>{rows}</table>")
+
+
+def times_html(row: Mapping[str, Any]) -> str:
+    """Time a stage of the latest frame."""
+    spent = row.get("milliseconds") or {}
+    if not spent:
+        return _box(f"<span style='{QUIET}'>no stage was run</span>")
+    largest = max([*spent.values(), 1e-9])
+    rows = "".join(
+        f"<tr><td style='padding-right:.6em'>{_text(name)}</td><td style='width:55%'>"
+        f"<div style='height:.6em;background:#94a3b8;width:{100 * ms / largest:.0f}%'></div></td>"
+        f"<td style='text-align:right'>{ms:.1f} ms</td></tr>"
+        for name, ms in [*spent.items(), ("all", sum(spent.values()))][:12]
+        if name != "all"
+    )
+    total = f"<tr><td>all</td><td></td><td style='text-align:right'>{sum(spent.values()):.1f} ms"
+    return _box(
+        f"<table style='width:100%;border-spacing:0'>{rows}<b>{total}</b></td></tr></table>"
+    )
+
+
+def faults_html(rows: Sequence[Mapping[str, Any]], count: int) -> str:
+    """What went wrong lately: frames that changed nothing, gates that closed."""
+    told = list(_faults(rows, count))
+    if not told:
+        return _box(f"<span style='{QUIET}'>no fault, and every gate open</span>")
+    lines = "".join(
+        f"<li><b>frame {frame + 1}</b> {_text(what)}</li>" for frame, what in told[:MOST_FAULTS]
+    )
+    more = f"<li style='{QUIET}'>…</li>" if len(told) > MOST_FAULTS else ""
+    return _box(f"<ul style='margin:0;padding-left:1.2em;color:#b91c1c'>{lines}{more}</ul>")
+
+
+def _faults(rows: Sequence[Mapping[str, Any]], count: int) -> Iterable[tuple[int, str]]:
+    """The latest first; one more than are shown."""
+    found = 0
+    for index in range(count - 1, -1, -1):
+        row, reasons = rows[index], []
+        if row.get("outcome") != CLASSIFIED:
+            reasons.append(str(row.get("outcome")))
+        if row.get("gate") not in (None, OPEN):
+            reasons.append(f"gate closed: {row['gate']}")
+        if reasons:
+            yield int(row.get("frame", index)), "; ".join(reasons)
+            found += 1
+            if found > MOST_FAULTS:
+                return
+
+
+def _box(content: str) -> str:
+    return f"<div style='padding:.2em 1em;font-size:.85em'>{content}</div>"
+
+
+def _text(value: Any) -> str:
+    return escape(str(value)[:200])

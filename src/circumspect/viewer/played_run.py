@@ -1,0 +1,121 @@
+"""A finished run as moments for the dashboard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry import PlanarPose
+from circumspect.pipeline.playback_moment import PlaybackMoment
+from circumspect.viewer.saved_run import SavedRun
+from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
+
+
+@dataclass(frozen=True)
+class _View:
+    """A view read back; see `PlannedView`."""
+
+    T_map_base: PlanarPose
+    looks_at_xy: tuple[float, float]
+    normal_xy: tuple[float, float] | None
+
+
+class PlayedRun:
+    """Makes `Shown` of any frame of a saved run."""
+
+    def __init__(self, run: SavedRun) -> None:
+        """Find out which pose belongs to which frame."""
+        self.run = run
+        self._poses = _poses(run)
+        self._path = _path(run, self._poses)
+        truth = run.config.get("truth")
+        self._truth = truth if isinstance(truth, str) else None
+        self._views: dict[tuple[float, ...], _View] = {}
+
+    def __len__(self) -> int:
+        return len(self.run.rows)
+
+    def shown(self, frame: int) -> Shown:
+        """The moment of a frame.
+
+        Args:
+            frame: From 0; the last one shows the final object with all its points.
+        """
+        run, count = self.run, frame + 1
+        moment = run.moment(frame)
+        last = frame == len(run.rows) - 1
+        thing = ShownObject()
+        if last and len(run.points_xyz):
+            thing = self._final(moment)
+        elif moment is not None:
+            thing = ShownObject(
+                moment.points_xyz, moment.normals_xyz, moment.frames_seen, moment.grid
+            )
+        news = " · ".join(run.missing) if last or frame == 0 else ""
+        return Shown(
+            rows=run.rows,
+            count=count,
+            thing=thing,
+            images=None
+            if moment is None
+            else ShownImages(moment.depth, moment.colour, moment.frame),
+            camera=None if moment is None else moment.camera,
+            T_map_camera=self._poses.get(frame),
+            T_base_camera=None if moment is None else moment.T_base_camera,
+            path_xyz=self._path[:count][np.isfinite(self._path[:count, 0])],
+            odometry_xyz=run.odometry_until(frame),
+            target=None if moment is None else self._target(moment),
+            surroundings=run.surroundings,
+            truth=self._truth,
+            news=news,
+        )
+
+    def _final(self, moment: PlaybackMoment | None) -> ShownObject:
+        """The object of model.ply; how often its points were seen is known of the last moment."""
+        run = self.run
+        seen = np.ones(len(run.points_xyz), np.int64)
+        if moment is not None and len(moment.points_xyz):
+            from scipy.spatial import KDTree
+
+            _, nearest = KDTree(moment.points_xyz).query(run.points_xyz)
+            seen = moment.frames_seen[nearest]
+        return ShownObject(run.points_xyz, run.normals_xyz, seen, run.grid)
+
+    def _target(self, moment: PlaybackMoment) -> _View | None:
+        """The same view is the same object, so that it is drawn once."""
+        if moment.target is None:
+            return None
+        x, y, yaw, looks_x, looks_y, azimuth = key = tuple(moment.target.tolist())
+        normal = None
+        if np.isfinite(azimuth):
+            normal = (float(np.cos(azimuth)), float(np.sin(azimuth)))
+        view = _View(PlanarPose(x, y, yaw), (looks_x, looks_y), normal)
+        return self._views.setdefault(tuple(map(str, key)), view)  # pyright: ignore
+
+
+def _poses(run: SavedRun) -> dict[int, RigidTransform]:
+    """Frame to pose by stamp."""
+    if run.trajectory is None:
+        return {}
+    numbers = {row["stamp"]: row["frame"] for row in run.rows}
+    stamps = run.trajectory.stamps.tolist()
+    return {
+        numbers[stamp]: run.trajectory.T_map_camera[place]
+        for place, stamp in enumerate(stamps)
+        if stamp in numbers
+    }
+
+
+def _path(run: SavedRun, poses: dict[int, RigidTransform]) -> NDArray[np.float64]:
+    """(n, 3) [m] the camera's place a frame; NaN where not known."""
+    places = np.full((len(run.rows), 3), np.nan)
+    for place, row in enumerate(run.rows):
+        pose = poses.get(row["frame"])
+        if pose is not None:
+            places[place] = pose.translation
+        elif "camera_xyz" in row and not poses:
+            places[place] = row["camera_xyz"]
+    return places if len(places) else np.asarray(NOTHING, np.float64)

@@ -1,0 +1,80 @@
+"""Plays a finished run in a dashboard: time bar, play and pause, speed."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+
+from circumspect.viewer.dashboard import Dashboard
+from circumspect.viewer.played_run import PlayedRun
+
+SPEEDS = {"2 frames/s": 2.0, "5 frames/s": 5.0, "10 frames/s": 10.0, "20 frames/s": 20.0}
+USUAL = "10 frames/s"
+PLAY, PAUSE = "Play", "Pause"
+
+
+class Player:
+    """Adds its controls to a dashboard and moves the time bar in a thread of its own."""
+
+    def __init__(self, played: PlayedRun, dashboard: Dashboard) -> None:
+        """Show the first frame and begin to play.
+
+        Args:
+            played: The run; at least one frame.
+            dashboard: Shows it.
+        """
+        self._played, self._dashboard = played, dashboard
+        self._closed = threading.Event()
+        self._playing = True
+        gui = dashboard.server.gui
+        dashboard.total = len(played)
+        with gui.add_folder("Playback", order=-1.0):
+            self.button = gui.add_button(PAUSE)
+            self.bar = gui.add_slider("frame", 1, max(2, len(played)), 1, 1)
+            self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value=USUAL)
+        self._listen()
+        self.show(0)
+        self._thread = threading.Thread(target=self._play, name="player", daemon=True)
+        self._thread.start()
+
+    def show(self, frame: int) -> None:
+        """Show a frame, from 0; what lies outside of the run is its nearest end."""
+        number = int(np.clip(frame, 0, len(self._played) - 1))
+        self._dashboard.put(lambda: self._played.shown(number))
+
+    def close(self) -> None:
+        """Stop playing."""
+        self._closed.set()
+        self._thread.join(timeout=1.0)
+
+    def _listen(self) -> None:
+        @self.button.on_click
+        def _(event: object) -> None:  # noqa: ARG001
+            if not self._playing and self.bar.value >= len(self._played):
+                self.bar.value = 1
+            self._set_playing(not self._playing)
+
+        @self.bar.on_update
+        def _(event: object) -> None:
+            # Moved by hand it stays where it was put; the player's own moves have no client.
+            if getattr(event, "client", None) is not None:
+                self._set_playing(False)
+                self.show(int(self.bar.value) - 1)
+
+    def _set_playing(self, playing: bool) -> None:
+        self._playing = playing
+        self.button.label = PAUSE if playing else PLAY
+
+    def _play(self) -> None:
+        while not self._closed.is_set():
+            time.sleep(1 / SPEEDS.get(str(self.speed.value), SPEEDS[USUAL]))
+            if not self._playing or not self._dashboard.watched:
+                continue
+            following = int(self.bar.value) + 1
+            if following > len(self._played):
+                self._set_playing(False)
+                continue
+            self.bar.value = following
+            self.show(following - 1)

@@ -1,0 +1,310 @@
+"""The 3D part of the dashboard: room, robot, paths, object and grid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from circumspect.geometry import PinholeCamera
+from circumspect.grid import OccupancyGrid
+from circumspect.pipeline.playback_moment import thinned
+from circumspect.pipeline.surroundings import Surroundings
+from circumspect.viewer.colouring import (
+    COLOURINGS,
+    EVIDENCE,
+    EVIDENCE_GROUPS,
+    FRAMES,
+    NORMAL,
+    depth_picture,
+    directions,
+    in_groups,
+    sequential,
+    signed,
+)
+from circumspect.viewer.occupied_cells import cell_boxes, outline
+from circumspect.viewer.shown import Shown, ShownImages, ShownObject
+from circumspect.viewer.solids import robot_boxes
+from circumspect.viewer.why import Explanation
+
+if TYPE_CHECKING:
+    import viser
+
+PATH, ODOMETRY, TARGET, ROBOT = (194, 65, 12), (124, 58, 237), (29, 78, 216), (96, 112, 140)
+CELL, OUTLINE = (90, 150, 220), (130, 140, 155)
+INK = (30, 41, 59)
+LAYERS = {"grid": True, "paths": True, "room": True, "normals": False}
+"""What can be shown and hidden, and whether it is shown at first."""
+CHANGING = {"points", "colors", "vertices", "faces", "color", "opacity", "image"}
+"""Properties of nodes that change from moment to moment."""
+MOST_VERTICES = 600
+"""A path is drawn with at most so many corners."""
+MOST_NORMALS = 400
+NORMAL_LENGTH, ARROW_LENGTH, ARROW_HEIGHT = 0.05, 0.3, 0.4
+"""[m]"""
+
+
+class Stage:
+    """What a viser scene shows of a run.
+
+    Attributes:
+        colouring: One of `COLOURINGS`: what the object's points are coloured by.
+        yaw: By how much the object is turned for the onlooker [rad].
+        explanation: What speaks for the class; None while nobody knows.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        """Put up an empty stage."""
+        self._server, self._scene = server, server.scene
+        self.colouring = COLOURINGS[0]
+        self.yaw = 0.0
+        self.explanation: Explanation | None = None
+        self._nodes: dict[str, Any] = {}
+        self._grid_drawn: tuple[object, ...] = ()
+        self._pictured: ShownImages | None = None
+        self._furnished: Surroundings | None = None
+        self._lookout_set = False
+        self._visible = dict(LAYERS)
+        self._layers = {
+            name: self._scene.add_frame(f"/{name}", show_axes=False, visible=visible)
+            for name, visible in LAYERS.items()
+        }
+        self._scene.set_up_direction("+z")
+        self._scene.configure_environment_map(None)
+        self._scene.configure_default_lights(enabled=False)
+        self._scene.add_light_ambient("/light/ambient", intensity=1.4)
+        self._scene.add_light_directional(
+            "/light/sun", intensity=1.6, wxyz=(0.86, 0.36, 0.36, 0.0), cast_shadow=False
+        )
+        self._scene.add_grid(
+            "/floor", width=12.0, height=12.0, cell_size=0.5, section_size=1.0, plane="xy",
+            cell_color=(226, 230, 236), section_color=(203, 210, 220), shadow_opacity=0.0,
+        )  # fmt: skip
+
+    def set_visible(self, layer: str, visible: bool) -> None:
+        """Show or hide one of `LAYERS`."""
+        self._visible[layer] = visible
+        self._layers[layer].visible = visible
+
+    def _clear(self) -> None:
+        """Take everything of a run away."""
+        for name in reversed(list(self._nodes)):
+            self._drop(name)
+        self._grid_drawn = ()
+        self._pictured = None
+        self._lookout_set = False
+
+    def _furnish(self, surroundings: Surroundings | None) -> None:
+        """Show what stands around."""
+        self._furnished = surroundings
+        if surroundings is None:
+            return
+        for number, thing in enumerate(surroundings.things):
+            self._put(
+                f"/room/{number}", self._scene.add_mesh_simple, position=(0.0, 0.0, 0.0),
+                vertices=np.asarray(thing.vertices_xyz, np.float32),
+                faces=np.asarray(thing.faces, np.uint32),
+                color=tuple(int(255 * share) for share in thing.colour),
+                opacity=0.18 if thing.wall else 0.75,
+                flat_shading=True, side="double", cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+
+    def show(self, shown: Shown, turned: OccupancyGrid | None = None) -> None:
+        """Show a moment; all of it appears at once.
+
+        Args:
+            shown: The moment.
+            turned: The grid of the object as it is turned, if it is.
+        """
+        with self._server.atomic():
+            if shown.surroundings is not self._furnished:
+                self._clear()
+                self._furnish(shown.surroundings)
+            self._show_object(shown.thing)
+            self._show_grid(shown.thing.grid if turned is None else turned)
+            self._show_camera(shown)
+            self._show_paths(shown)
+            self._show_target(shown)
+        self._look_at(shown)
+
+    def colours(self, thing: ShownObject) -> NDArray[np.uint8]:
+        """(n, 3) RGB of the object's points."""
+        if self.colouring == FRAMES:
+            return sequential(np.log2(1.0 + np.asarray(thing.frames_seen, np.float64)))
+        if self.colouring == NORMAL:
+            return directions(thing.normals_xyz)
+        if self.colouring == EVIDENCE and self.explanation is not None:
+            return signed(self.explanation.at(thing.points_xyz))
+        return sequential(thing.points_xyz[:, 2])
+
+    def _pivot(self, thing: ShownObject) -> NDArray[np.float64]:
+        """(3,) [m] about which the object is turned and its points are given."""
+        if thing.grid is not None:
+            return np.asarray(thing.grid.grid.centre_xyz)
+        return thing.points_xyz.mean(axis=0) if len(thing.points_xyz) else np.zeros(3)
+
+    def _show_object(self, thing: ShownObject) -> None:
+        known, pivot, wxyz = len(thing.points_xyz) > 0, self._pivot(thing), _about_z(self.yaw)
+        local = (thing.points_xyz - pivot).astype(np.float32)
+        if known or "/object" in self._nodes:
+            self._put(
+                "/object", self._scene.add_point_cloud, position=pivot, wxyz=wxyz,
+                points=local.astype(np.float16), colors=self.colours(thing), point_size=0.009,
+                point_shape="circle", point_shading="flat",
+            )  # fmt: skip
+        if not (known and self._visible["normals"]):
+            return
+        every = -(-len(local) // MOST_NORMALS)
+        ends = local[::every] + NORMAL_LENGTH * np.asarray(thing.normals_xyz)[::every]
+        self._put_lines(
+            "/normals/lines", np.stack([local[::every], ends], axis=1), INK, 0.002, pivot, wxyz
+        )
+
+    def _show_grid(self, grid: OccupancyGrid | None) -> None:
+        drawn = (grid, self.colouring == EVIDENCE, self.explanation)
+        same = [a is b for a, b in zip(drawn, self._grid_drawn, strict=False)]
+        if grid is None or (same and all(same)):
+            return
+        self._grid_drawn = drawn
+        boxes, centre = cell_boxes(grid), np.asarray(grid.grid.centre_xyz)
+        groups = np.zeros(len(boxes.cells), np.int64)
+        colours = np.array([CELL], np.uint8)
+        if self.colouring == EVIDENCE and self.explanation is not None:
+            evidence = self.explanation.at(boxes.middles_xyz + centre, self.yaw)
+            groups, colours = in_groups(evidence)
+        for number in range(EVIDENCE_GROUPS):
+            name = f"/grid/cells{number}"
+            if number >= len(colours):
+                self._drop(name)
+                continue
+            vertices, faces = boxes.mesh(groups == number)
+            self._put(
+                name, self._scene.add_mesh_simple, position=centre, vertices=vertices,
+                faces=faces, color=tuple(int(c) for c in colours[number]),
+                opacity=0.25 if len(colours) == 1 else 0.6, flat_shading=True,
+                cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+        self._put_lines("/grid/outline", outline(grid), OUTLINE, 0.004, centre)
+
+    def _show_camera(self, shown: Shown) -> None:
+        pose = shown.T_map_camera
+        if pose is None:
+            return
+        known, image = shown.camera or PinholeCamera.xtion(), None
+        if shown.images is not None and shown.images is not self._pictured:
+            self._pictured = shown.images
+            image = shown.images.colour
+            image = depth_picture(shown.images.depth) if image is None else image
+            image = thinned(image)
+        self._put(
+            "/camera", self._scene.add_camera_frustum, position=pose.translation,
+            wxyz=pose.rotation.as_quat(scalar_first=True), image=image,
+            fov=2 * float(np.arctan2(known.height / 2, known.fy)),
+            aspect=known.width / known.height, scale=0.25, color=PATH, format="jpeg",
+            jpeg_quality=70, thickness=0.006, cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+        if shown.T_base_camera is not None:
+            self._show_robot(pose * shown.T_base_camera.inv(), shown.T_base_camera)
+
+    def _show_robot(self, T_map_base: RigidTransform, T_base_camera: RigidTransform) -> None:
+        new = "/robot" not in self._nodes
+        self._put(
+            "/robot", self._scene.add_frame, position=T_map_base.translation,
+            wxyz=T_map_base.rotation.as_quat(scalar_first=True), show_axes=False,
+        )  # fmt: skip
+        for number, (middle, size) in enumerate(robot_boxes(T_base_camera.translation)):
+            if new:
+                self._put(
+                    f"/robot/{number}", self._scene.add_box, position=middle, color=ROBOT,
+                    dimensions=size, cast_shadow=False, receive_shadow=False,
+                )  # fmt: skip
+
+    def _show_paths(self, shown: Shown) -> None:
+        for name, path, colour in (
+            ("registration", shown.path_xyz, PATH), ("odometry", shown.odometry_xyz, ODOMETRY),
+        ):  # fmt: skip
+            every = max(1, len(path) // MOST_VERTICES)
+            corners = np.vstack([path[:-1:every], path[-1:]])
+            if len(corners) < 2:
+                corners = np.zeros((2, 3))
+            lines = np.stack([corners[:-1], corners[1:]], axis=1)
+            self._put_lines(f"/paths/{name}", lines, colour, 0.012)
+
+    def _show_target(self, shown: Shown) -> None:
+        view = shown.target
+        if view is None:
+            return
+        x, y, faced = view.T_map_base.x, view.T_map_base.y, view.looks_at_xy
+        self._put(
+            "/target/stand", self._scene.add_cylinder, position=(x, y, 0.01), radius=0.16,
+            height=0.01, color=TARGET, opacity=0.6, cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+        self._put_lines("/target/sight", np.array([[(x, y, 0.02), (*faced, 0.02)]]), TARGET, 0.006)
+        end = np.asarray(faced)
+        if view.normal_xy is not None:
+            end = end + ARROW_LENGTH * np.asarray(view.normal_xy)
+        # Of no length where the planner knows no normal.
+        arrow = np.array([[(*faced, ARROW_HEIGHT), (*end, ARROW_HEIGHT)]])
+        self._put_lines("/target/normal", arrow, TARGET, 0.02)
+
+    def _put_lines(
+        self,
+        name: str,
+        lines: NDArray[np.floating],
+        colour: tuple[int, int, int],
+        thickness: float,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        wxyz: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> None:
+        points = lines.astype(np.float32)
+        colours = np.broadcast_to(np.array(colour, np.uint8), points.shape)
+        self._put(
+            name, self._scene.add_line_segments, position=position, wxyz=wxyz, points=points,
+            colors=colours, thickness=thickness,
+        )  # fmt: skip
+
+    def _put(
+        self,
+        name: str,
+        add: Callable[..., Any],
+        position: ArrayLike,
+        wxyz: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        **props: Any,
+    ) -> None:
+        """Add a node, or send what of it changes: viser's nodes are made anew only where needed."""
+        handle = self._nodes.get(name)
+        if handle is None:
+            self._nodes[name] = add(name, position=position, wxyz=wxyz, **props)
+            return
+        handle.position, handle.wxyz = position, wxyz
+        for prop in CHANGING & props.keys():
+            if props[prop] is not None:
+                setattr(handle, prop, props[prop])
+
+    def _drop(self, name: str) -> None:
+        handle = self._nodes.pop(name, None)
+        if handle is not None:
+            handle.remove()
+
+    def _look_at(self, shown: Shown) -> None:
+        """Where a browser looks from at first: above the robot's side, at the object."""
+        if self._lookout_set or len(shown.thing.points_xyz) == 0:
+            return
+        pivot = self._pivot(shown.thing)
+        away = np.array([1.0, -0.4, 0.0])
+        if shown.T_map_camera is not None:
+            away = shown.T_map_camera.translation - pivot
+            away[2] = 0.0
+        away = away / max(float(np.linalg.norm(away)), 1e-6)
+        side = np.array([-away[1], away[0], 0.0])
+        camera = self._server.initial_camera
+        camera.position = pivot + 1.7 * away - 2.1 * side + np.array([0.0, 0.0, 1.5])
+        camera.look_at = pivot
+        self._lookout_set = True
+
+
+def _about_z(yaw: float) -> NDArray[np.float64]:
+    return Rotation.from_euler("z", yaw).as_quat(scalar_first=True)
