@@ -22,6 +22,7 @@ EXTRAS = {
     "train": ("torch", "accelerate", "safetensors", "onnx", "onnxscript", "tensorboard"),
     "data": ("pooch",),
     "bags": ("mcap", "rosbags"),
+    "ros2": ("cyclonedds", "rosbags", "PyYAML"),
     "locate": ("pupil-apriltags", "opencv-python-headless"),
 }
 
