@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from circumspect.ros.log_throttle import LogThrottle
 
 if TYPE_CHECKING:
+    from circumspect.classification import Prediction
     from circumspect.pipeline import RecognitionStep
     from circumspect.ros.dds_settings import DdsSettings
     from circumspect.ros.health import Status
@@ -70,6 +71,11 @@ class NodeScreen:
             return
         sure = "" if told.known else "  not sure to be of any class"
         self._print(f"{told.label} {told.probability:.2f}  seen {step.seen:4.0%}{sure}")
+
+    def on_settled(self, prediction: Prediction) -> None:
+        """Tell the last answer."""
+        sure = "" if prediction.known else ", not sure to be of any class"
+        self._say(f"the answer: {prediction.label} {prediction.probability:.2f}{sure}")
 
     def on_status(self, status: Status) -> None:
         """Tell the state where it changed."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 from rosbags.interfaces import Nodetype
 
@@ -24,11 +24,11 @@ SCALARS = {
 class Packed:
     """A message as it goes over the wire, encapsulation header first."""
 
-    __idl__: ClassVar[Any]
+    sample_info: Any
+    """What the DDS library tells of a message that was heard."""
 
     def __init__(self, data: bytes) -> None:
         self.data = data
-        self.sample_info: Any = None
 
     def serialize(self, **_: Any) -> bytes:
         """The bytes themselves: they were packed before."""
@@ -39,25 +39,25 @@ class Packed:
         """Leave the bytes packed: whoever wants them unpacks them, with limits."""
         return cls(data)
 
+    @classmethod
+    def deserialize_key(cls, data: bytes, **_: Any) -> Self:
+        """The same, of what a publisher leaves behind when it goes."""
+        return cls(data)
+
 
 @cache
-def packed_type(kind: str) -> type[Packed]:
-    """The class that the DDS library wants for a topic.
+def packed_type(kind: str) -> Any:
+    """The class that the DDS library wants for a topic: its messages are `Packed`.
 
     Its declaration is the true one, so that peers which compare declarations agree with it.
 
     Args:
         kind: A message type such as "sensor_msgs/msg/Image".
     """
-    from cyclonedds.idl import IdlStruct, make_idl_struct
-
-    declared = make_idl_struct(_class_name(kind), dds_type(kind), _fields(kind))
-    names = {"serialize": Packed.serialize, "deserialize": classmethod(Packed.deserialize.__func__)}
-    names["__init__"] = Packed.__init__
-    for name, what in names.items():
-        setattr(declared, name, what)
-    assert issubclass(declared, IdlStruct)
-    return declared  # pyright: ignore[reportReturnType]
+    declared: Any = _declared(kind)
+    for name in ("__init__", "serialize", "deserialize", "deserialize_key"):
+        setattr(declared, name, Packed.__dict__[name])
+    return declared
 
 
 def dds_type(kind: str) -> str:
@@ -66,15 +66,11 @@ def dds_type(kind: str) -> str:
     return f"{package}::{folder}::dds_::{name}_"
 
 
-def _class_name(kind: str) -> str:
-    return kind.replace("/", "_")
-
-
 @cache
 def _declared(kind: str) -> Any:
     from cyclonedds.idl import make_idl_struct
 
-    return make_idl_struct(_class_name(kind), dds_type(kind), _fields(kind))
+    return make_idl_struct(kind.replace("/", "_"), dds_type(kind), _fields(kind))
 
 
 def _fields(kind: str) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
-from circumspect.classification import Classifier
+from circumspect.classification import Classifier, Prediction
 from circumspect.errors import CircumspectError
 from circumspect.mapping import KnownPoses, RegisteredPoses
 from circumspect.pipeline import (
@@ -40,6 +40,9 @@ class NodeObserver(Protocol):
 
     def on_step(self, step: RecognitionStep) -> None:
         """A frame went through."""
+
+    def on_settled(self, prediction: Prediction) -> None:
+        """No more frames come for now: the answer by all that is known."""
 
     def on_status(self, status: Status) -> None:
         """A status was published."""
@@ -107,16 +110,16 @@ class RecognitionNode:
         if self._frames.leaps_back != self._leaps_back:
             self._leaps_back = self._frames.leaps_back
             _log.warning("the clock was set back: the object is modelled anew")
-            self._obey(RESET)
+            self._begin_anew()
         frame = self._frames.take(timeout)
         return None if frame is None else self._step(frame)
 
     def close(self) -> None:
         """End the run: settle, tell the last answer, leave the network."""
-        if self.running:
-            self._obey(STOP)
         self._closing.set()
         self._reporter.join()
+        if self.running:
+            self._obey(STOP)
         self._middleware.close()
 
     def _new_pipeline(self) -> RecognitionPipeline:
@@ -168,17 +171,23 @@ class RecognitionNode:
             self._settle()
         else:
             self._frames.clear()
-            self._pipeline = self._new_pipeline()
-            self._announcer.reset()
-            self.health.forget_answer()
+            self._begin_anew()
         for observer in self.observers:
             observer.on_command(command)
+
+    def _begin_anew(self) -> None:
+        self._pipeline = self._new_pipeline()
+        self._announcer.reset()
+        self.health.forget_answer()
 
     def _settle(self) -> None:
         """Tell what is known when no more frames come for now."""
         try:
             self._pipeline.settle()
             self._announcer.settled(self._pipeline)
+            if (prediction := self._pipeline.prediction) is not None:
+                for observer in self.observers:
+                    observer.on_settled(prediction)
         except Exception:  # a fault here must not keep the node from stopping
             _log.exception("the model could not be settled")
             self.health.fault(FAULT)
