@@ -92,6 +92,8 @@ class DdsMiddleware(Middleware):
         sample = packed_type(kind)
 
         def publish(data: bytes) -> None:
+            if not self._going:
+                return
             try:
                 writer.write(sample(data))
             except self._refused as error:
@@ -114,13 +116,16 @@ class DdsMiddleware(Middleware):
 
     def close(self) -> None:
         """See `Middleware.close`."""
+        if not self._going:
+            return
         self._going = False
         self._wake.set(True)
         self._thread.join()
         with self._lock:
             self._readers.clear()
-            self._endpoints.clear()
-        self._waiting = self._wake = self._participant = None
+        # Others are to notice now, not when the last reference to a writer goes.
+        self._waiting.__del__()
+        self._participant.__del__()
 
     def _topic(self, topic: str, kind: str) -> Any:
         from cyclonedds.topic import Topic

@@ -66,7 +66,9 @@ class DdsSettings:
             "<CycloneDDS><Domain>"
             f"{self._interfaces()}{self._discovery()}"
             f"<Internal><MaxSampleSize>{LARGEST_SAMPLE} B</MaxSampleSize>"
-            '<SocketReceiveBufferSize max="16 MiB"/></Internal>'
+            '<SocketReceiveBufferSize max="16 MiB"/>'
+            # Whoever went without a word must not hold up the end, once for each topic.
+            "<WriterLingerDuration>200 ms</WriterLingerDuration></Internal>"
             "</Domain></CycloneDDS>"
         )
         return f"{own},{self.config}" if self.config else own
