@@ -178,7 +178,7 @@ def test_two_nodes_at_once(peer: Any, running: Any, tmp_path: Path) -> None:
 
 def test_names_and_types_are_those_of_ros(peer: Any, running: Any) -> None:
     running()
-    found = {line["topic"]: line["type"] for line in peer("topics", "3").ended()}
+    found = {line["topic"]: line["type"] for line in peer("topics", "1.5").ended()}
     assert found["rt/circumspect/model"] == "sensor_msgs::msg::dds_::PointCloud2_"
     assert found["rt/circumspect/detections"] == "vision_msgs::msg::dds_::Detection3DArray_"
     assert found["rt/circumspect/path"] == "nav_msgs::msg::dds_::Path_"

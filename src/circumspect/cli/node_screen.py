@@ -17,7 +17,6 @@ from circumspect.ros.log_throttle import LogThrottle
 if TYPE_CHECKING:
     from circumspect.classification import Prediction
     from circumspect.pipeline import RecognitionStep
-    from circumspect.ros.dds_settings import DdsSettings
     from circumspect.ros.health import Status
     from circumspect.ros.node_settings import NodeSettings
 
@@ -46,12 +45,16 @@ class NodeScreen:
         self._handler.addFilter(LogThrottle())
         logging.getLogger(LOGGER).addHandler(self._handler)
 
-    def begin(self, settings: NodeSettings, dds: DdsSettings) -> None:
-        """Say what is listened to."""
+    def begin(self, settings: NodeSettings, where: str) -> None:
+        """Say what is listened to.
+
+        Args:
+            settings: Of the node.
+            where: How others are reached, in words.
+        """
         odometry = settings.odometry_topic or f"transforms {settings.odom_frame} to the base"
-        where = "this machine" if dds.reach == "LOCALHOST" else "the network"
-        self._say(f"{settings.node} listens to {settings.depth_topic} and {odometry}")
-        self._say(f"on domain {dds.domain}, {where}; it tells {settings.node}/detections, …")
+        self._say(f"{settings.node} listens to {settings.depth_topic}")
+        self._say(f"and {odometry}, {where}; Ctrl-C ends it")
 
     def end(self) -> None:
         """Give the log back."""

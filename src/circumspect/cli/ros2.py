@@ -21,8 +21,7 @@ class Ros2:
     $ circumspect ros2 --depth /camera/depth/image_rect_raw --mount 0.1 0 0.9 0 30
     $ circumspect ros2 --params-file robot.yaml --json
 
-    It publishes model, detections, path and next_view below its name, and listens to
-    start, stop and reset there (std_msgs/Empty). Ctrl-C ends it.
+    Topics, frames and faults: docs/ros2.md. Ctrl-C ends it.
     """
 
     params_file: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -58,7 +57,8 @@ class Ros2:
         except BaseException:
             middleware.close()
             raise
-        screen.begin(self.node, dds)
+        where = "this machine" if dds.reach == "LOCALHOST" else "the network"
+        screen.begin(self.node, f"on {where}, domain {dds.domain}")
         try:
             with going_on(self.duration) as goes_on:
                 node.spin(goes_on)

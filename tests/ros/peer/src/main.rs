@@ -31,7 +31,7 @@ fn main() {
             };
             talk::talk(&mut node, &scene::Scene::read(scene).expect("a scene"), &manner);
             // What is on its way must arrive.
-            std::thread::sleep(Duration::from_millis(1000));
+            std::thread::sleep(Duration::from_millis(500));
         }
         ["listen", name, seconds] => listen::listen(&mut node, name, seconds_of(seconds)),
         ["command", topic] => talk::command(&mut node, topic, PATIENCE),

@@ -61,7 +61,7 @@ fn wait_for_reader(node: &Node, patience: Duration) {
         sleep(Duration::from_millis(20));
     }
     // Both sides have to know each other, on every topic.
-    sleep(Duration::from_millis(1000));
+    sleep(Duration::from_millis(500));
 }
 
 fn tell(robot: &Robot, scene: &Scene, frame: &Frame, image: &Image, later: f64) {
