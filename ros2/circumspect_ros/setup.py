@@ -1,3 +1,5 @@
+"""How colcon installs the package."""
+
 from setuptools import setup
 
 NAME = "circumspect_ros"

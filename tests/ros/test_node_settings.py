@@ -73,7 +73,10 @@ def test_flags_win_over_the_file_and_the_file_over_defaults(params: Path) -> Non
         ("circumspect: {ros__parameters: {depth: [1]}}", "depth is a text"),
         ("circumspect: {ros__parameters: {mount: [1, 2]}}", "mount takes 5 numbers"),
         ("circumspect: {ros__parameters: {mount: [1, x, 1, 1, 1]}}", "mount is a list of numbers"),
-        ("circumspect: {ros__parameters: {driver: kinect}}", "no driver 'kinect'; known: realsense"),
+        (
+            "circumspect: {ros__parameters: {driver: kinect}}",
+            "no driver 'kinect'; known: realsense",
+        ),
         ("circumspect: {ros__parameters: {poses: maybe}}", "poses are found or given"),
         ("circumspect: {ros__parameters: {depth: 'a b'}}", "ROS allows no name such as"),
         ("circumspect: {ros__parameters: {queue: 0}}", "the queue holds 1 to 100"),

@@ -46,7 +46,9 @@ class StubNode:
         self._bus, self.destroyed = bus, False
         self.parameters = {"use_sim_time": False, **overrides}
 
-    def create_subscription(self, kind: Any, topic: str, heard: Any, qos: Any, *, raw: bool) -> None:
+    def create_subscription(
+        self, kind: Any, topic: str, heard: Any, qos: Any, *, raw: bool
+    ) -> None:
         assert raw, "the callback takes packed messages"
         self._bus.subscribe(topic, kind, quality_of(qos), heard)
 

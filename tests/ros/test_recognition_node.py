@@ -106,7 +106,7 @@ def test_a_chair_is_named_and_everything_is_told(bus: MemoryBus, node: Recogniti
     np.testing.assert_allclose(np.linalg.norm(points[:, 3:], axis=1), 1, atol=1e-3)
     # The map lies where the odometry began, which is true here.
     _, frames = orbit()
-    for stamped, (_, place) in zip([path.poses[0], path.poses[-1]], [frames[0], frames[19]]):
+    for stamped, (_, place) in ((path.poses[0], frames[0]), (path.poses[-1], frames[19])):
         found = stamped.pose.position
         assert np.hypot(found.x - place.x, found.y - place.y) < 0.02
     assert bus.told("/circumspect/next_view")[-1].header.frame_id == "circumspect_map"

@@ -6,13 +6,14 @@ import sys
 from collections.abc import Sequence
 
 import rclpy
+from rclpy.signals import SignalHandlerOptions
+
 from circumspect.classification import Classifier
 from circumspect.cli.node_screen import NodeScreen, going_on
 from circumspect.errors import CircumspectError
 from circumspect.ros.recognition_node import RecognitionNode
 from circumspect_ros.parameters import read_settings
 from circumspect_ros.rclpy_middleware import RclpyMiddleware
-from rclpy.signals import SignalHandlerOptions
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -29,14 +30,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _run()
     except CircumspectError as error:
-        print(f"circumspect: {error}", file=sys.stderr)
+        sys.stderr.write(f"circumspect: {error}\n")
         return 2
     finally:
         rclpy.try_shutdown()
 
 
 def _run() -> int:
-    ros_node = rclpy.create_node("circumspect", automatically_declare_parameters_from_overrides=True)
+    ros_node = rclpy.create_node(
+        "circumspect", automatically_declare_parameters_from_overrides=True
+    )
     middleware = RclpyMiddleware(ros_node)
     try:
         settings = read_settings(ros_node)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from circumspect.ros.node_settings import NodeSettings
 from rcl_interfaces.msg import ParameterDescriptor
+
+from circumspect.ros.node_settings import NodeSettings
 
 OF_ROS = ("use_sim_time", "start_type_description_service")
 """Parameters that rclpy declares for itself; those that begin with qos_overrides are its, too."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
-from circumspect.ros.middleware import Heard, Middleware, Quality
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosidl_runtime_py.utilities import get_message
+
+from circumspect.ros.middleware import Heard, Middleware, Quality
 
 
 class RclpyMiddleware(Middleware):
@@ -61,10 +63,8 @@ class RclpyMiddleware(Middleware):
         self._node.destroy_node()
 
     def _serve(self) -> None:
-        try:
+        with suppress(ExternalShutdownException):  # the usual end
             self._executor.spin()
-        except ExternalShutdownException:
-            pass  # the usual end
 
 
 def profile(quality: Quality) -> QoSProfile:

@@ -73,9 +73,10 @@ class Ros2:
 def parsed(words: Sequence[str]) -> Ros2:
     """The command of its flags, where those of a parameter file stand before the defaults."""
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    for flag in ("--params-file", "--name", "--namespace"):
-        first.add_argument(flag)
-    first.error = lambda message: None  # type: ignore[method-assign, assignment] # tyro tells it
+    first.add_argument("--params-file", "--params_file", nargs="?")
+    for flag in ("--name", "--namespace"):
+        # What stands there in vain is tyro's to tell.
+        first.add_argument(flag, nargs="?")
     early, _ = first.parse_known_args(list(words))
     node = NodeSettings()
     if early.params_file is not None:

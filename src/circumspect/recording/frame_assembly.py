@@ -153,7 +153,8 @@ class FrameAssembly:
         if odom is None or self._topics.odometry is not None:
             return
         for stamped in told.transforms:
-            if (plain(stamped.header.frame_id), plain(stamped.child_frame_id)) == (odom, self._base):
+            ends = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
+            if ends == (odom, self._base):
                 moved = stamped.transform
                 T_odom_base = transform_of(moved.translation, moved.rotation)
                 pose = PlanarPose.from_transform(T_odom_base)

@@ -57,7 +57,8 @@ class DdsSettings:
         # The older variable goes before the newer one, as in ROS 2.
         if environ.get("ROS_LOCALHOST_ONLY", "").strip() == "1":
             reach = "LOCALHOST"
-        peers = tuple(p.strip() for p in environ.get("ROS_STATIC_PEERS", "").split(";") if p.strip())
+        hosts = [host.strip() for host in environ.get("ROS_STATIC_PEERS", "").split(";")]
+        peers = tuple(host for host in hosts if host)
         return cls(int(number), reach, peers, environ.get("CYCLONEDDS_URI", "").strip())
 
     def cyclone(self) -> str:

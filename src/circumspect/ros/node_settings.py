@@ -6,7 +6,7 @@ import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Literal, get_args, get_type_hints
+from typing import Any, Literal, get_type_hints
 
 from circumspect.errors import InputError
 from circumspect.ros.names import node_path, topic_path
@@ -154,14 +154,13 @@ def _read(name: str, value: Any, kind: Any) -> Any:
         return value
     if kind is float and _is_number(value):
         return float(value)
-    if kind == tuple[float, ...] and isinstance(value, list | tuple):
-        if all(_is_number(one) for one in value):
-            return tuple(float(one) for one in value)
-    elif kind is str or get_args(kind):
-        if isinstance(value, str):
-            return value
-    wanted = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
-    what = "a list of numbers" if kind == tuple[float, ...] else wanted.get(kind, "a text")
+    listed = kind == tuple[float, ...]
+    if listed and isinstance(value, list | tuple) and all(_is_number(one) for one in value):
+        return tuple(float(one) for one in value)
+    if kind not in (bool, int, float) and not listed and isinstance(value, str):
+        return value
+    wanted = {bool: "true or false", int: "a whole number", float: "a number"}
+    what = "a list of numbers" if listed else wanted.get(kind, "a text")
     raise InputError(f"the parameter {name} is {what}, not {str(value)[:40]!r}")
 
 

@@ -51,9 +51,7 @@ def points_message(
     )  # fmt: skip
 
 
-def path_message(
-    poses: Iterable[tuple[float, RigidTransform]], stamp: float, frame_id: str
-) -> Any:
+def path_message(poses: Iterable[tuple[float, RigidTransform]], stamp: float, frame_id: str) -> Any:
     """A `nav_msgs/Path` of poses with their stamps [s]."""
     stamped = [stamped_pose(pose, at, frame_id) for at, pose in poses]
     return message(PATH, header=header(stamp, frame_id), poses=stamped)
