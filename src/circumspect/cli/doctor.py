@@ -23,6 +23,7 @@ EXTRAS = {
     "data": ("pooch",),
     "bags": ("mcap", "rosbags"),
     "viewer": ("viser",),
+    "ros2": ("cyclonedds", "rosbags", "PyYAML"),
     "locate": ("pupil-apriltags", "opencv-python-headless"),
 }
 

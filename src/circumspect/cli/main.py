@@ -22,6 +22,7 @@ COMMANDS = {
     "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),
     "view": ("view:View", "the dashboard for a finished run, in the browser"),
     "record": ("record:Record", "what a recording holds"),
+    "ros2": ("ros2:parsed", "a ROS 2 node that names what a robot's camera sees"),
     "locate": ("locate:Locate", "the intelligent space: ceiling cameras see the robot"),
     "train": ("train:Train", "train a network"),
     "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
@@ -100,6 +101,8 @@ def _parsed(name: str, flags: list[str]) -> Any:
 
     module, kind = COMMANDS[name][0].split(":")
     command = getattr(import_module(f"circumspect.cli.{module}"), kind)
+    if not isinstance(command, type):
+        return command(flags)  # Its defaults are in a file that the flags name.
     return tyro.cli(command, prog=f"circumspect {name}", args=flags)
 
 

@@ -142,6 +142,19 @@ class RecognitionPipeline:
             self.prediction = self.classifier.classify_grid(self.grid)
         return self._told(frame, CLASSIFIED, clock, pose, int(mask.sum()))
 
+    def settle(self) -> bool:
+        """Do what was put off, as no more frames come for now: close loops, name the object anew.
+
+        Returns:
+            Whether that changed poses, model and answer.
+        """
+        self.poses.settle()
+        if not self._rebuild_if_corrected():
+            return False
+        if self._grid_model() and self.grid is not None:
+            self.prediction = self.classifier.classify_grid(self.grid)
+        return True
+
     def _fault(self, frame: RgbdFrame) -> str | None:
         """Why a frame can not be used at all."""
         if self._stamp is not None and frame.stamp <= self._stamp:
@@ -187,11 +200,8 @@ class RecognitionPipeline:
 
     def _settled(self, steps: list[RecognitionStep]) -> tuple[RecognitionStep, ...]:
         """The steps by what is known when no more frames come."""
-        self.poses.settle()
-        if not steps or not self._rebuild_if_corrected():
+        if not self.settle() or not steps:
             return tuple(steps)
-        if self._grid_model() and self.grid is not None:
-            self.prediction = self.classifier.classify_grid(self.grid)
         told = [number for number, step in enumerate(steps) if step.pose is not None]
         poses = self.poses.corrected([step.pose for step in steps if step.pose is not None])
         for number, T_map_camera in zip(told, poses, strict=True):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, MutableMapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import CircumspectError, InputError
-from circumspect.geometry import PinholeCamera
+from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.recording.bag import BagMessage
 from circumspect.recording.image_messages import camera_of, colour_of, depth_of, is_distorted
 from circumspect.recording.odometry_buffer import OdometryBuffer
-from circumspect.recording.pose_messages import odometry_of
+from circumspect.recording.pose_messages import odometry_of, transform_of
 from circumspect.recording.ros_time import NANOSECONDS, seconds
 from circumspect.recording.topic_choice import ChosenTopics
-from circumspect.recording.transform_tree import TransformTree
+from circumspect.recording.transform_tree import TransformTree, plain
 from circumspect.sensing import Odometry, RgbdFrame
 
 PATIENCE = 0.5
@@ -38,7 +38,17 @@ _log = logging.getLogger(__name__)
 
 
 class ClockError(InputError):
-    """From here on the stamps belong to another time."""
+    """From here on the stamps belong to another time.
+
+    Attributes:
+        leap: How far the clock leapt [s]; negative is back.
+    """
+
+    def __init__(self, leap: float, stamp: float) -> None:
+        super().__init__(
+            f"the clock leapt by {leap:+.1f} s at {stamp:.3f} s; what follows is left out"
+        )
+        self.leap = leap
 
 
 @dataclass(frozen=True)
@@ -50,12 +60,17 @@ class AssemblySettings:
         T_base_camera: Instead of transforms.
         map_frame: Frames bring their pose in it, where transforms tell it; None for none.
         synchronous: The odometry before a depth image, since the last one, is that image's own.
+        odom_frame: Where no topic holds odometry, transforms from here to the base are taken as
+            it; None for none.
+        base_frame: The robot's, where odometry does not tell it.
     """
 
     camera: PinholeCamera | None = None
     T_base_camera: RigidTransform | None = None
     map_frame: str | None = None
     synchronous: bool = False
+    odom_frame: str | None = None
+    base_frame: str = "base_link"
 
 
 class FrameAssembly:
@@ -63,16 +78,31 @@ class FrameAssembly:
 
     Attributes:
         skipped: Name of a frame to why it was left out.
+        unread: Topic to why its last message that could not be used was left out.
     """
 
-    def __init__(self, topics: ChosenTopics, settings: AssemblySettings) -> None:
-        self.skipped: dict[str, str] = {}
+    def __init__(
+        self,
+        topics: ChosenTopics,
+        settings: AssemblySettings,
+        left_out: MutableMapping[str, str] | None = None,
+    ) -> None:
+        """Begin with nothing heard.
+
+        Args:
+            topics: What is on which topic.
+            settings: What messages do not tell.
+            left_out: Takes down frames and messages that are left out, where they are many: a
+                dictionary would grow with the time.
+        """
+        self.skipped: MutableMapping[str, str] = {} if left_out is None else left_out
+        self.unread: MutableMapping[str, str] = {} if left_out is None else left_out
         self._topics, self._settings = topics, settings
         self._camera = settings.camera
         self._tree = TransformTree()
         self._buffer = OdometryBuffer()
         self._since_image: Odometry | None = None
-        self._base = "base_link"
+        self._base = settings.base_frame
         self._colours: deque[Any] = deque(maxlen=COLOURS)
         self._waiting: deque[tuple[BagMessage, Odometry | None]] = deque()
         self._clock: tuple[float, float] | None = None
@@ -82,7 +112,8 @@ class FrameAssembly:
         """Take a message in; give the frames that are complete with it.
 
         Raises:
-            ClockError: The stamps leapt; nothing after this message can be used.
+            ClockError: The stamps leapt; nothing from this message on can be used, unless after
+                `restart`.
             InputError: No CameraInfo comes.
         """
         topics, told = self._topics, message.told
@@ -91,6 +122,7 @@ class FrameAssembly:
                 self._learn_camera(told)
             elif message.topic in topics.transforms:
                 self._tree.heard(told)
+                self._hear_moving_base(told)
             elif message.topic == topics.odometry:
                 self._base = told.child_frame_id or self._base
                 self._since_image = odometry_of(told)
@@ -98,15 +130,35 @@ class FrameAssembly:
             elif message.topic == topics.colour:
                 self._colours.append(told)
         except CircumspectError as error:
+            self.unread[message.topic] = str(error)
             _log.warning("a message on %s left out: %s", message.topic, error)
         if message.topic == topics.depth:
             self._wait(message)
         yield from self._complete(message.log_time)
 
+    def restart(self) -> None:
+        """Forget what belongs to the time before a leap; camera and transforms stay."""
+        self._buffer, self._since_image, self._clock = OdometryBuffer(), None, None
+        self._colours.clear()
+        self._waiting.clear()
+
     def rest(self) -> Iterator[RgbdFrame]:
         """The frames that still wait when no more messages come."""
         while self._waiting:
             yield from self._next()
+
+    def _hear_moving_base(self, told: Any) -> None:
+        """Take transforms for odometry where no topic holds it."""
+        odom = self._settings.odom_frame
+        if odom is None or self._topics.odometry is not None:
+            return
+        for stamped in told.transforms:
+            ends = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
+            if ends == (odom, self._base):
+                moved = stamped.transform
+                T_odom_base = transform_of(moved.translation, moved.rotation)
+                pose = PlanarPose.from_transform(T_odom_base)
+                self._buffer.heard(Odometry(seconds(stamped), pose))
 
     def _learn_camera(self, info: Any) -> None:
         if self._camera is None and is_distorted(info):
@@ -118,13 +170,12 @@ class FrameAssembly:
         if self._clock is not None:
             leap = (stamp - self._clock[0]) - (clock - self._clock[1])
             if abs(leap) > LEAP:
-                raise ClockError(
-                    f"the clock leapt by {leap:+.1f} s at {stamp:.3f} s; what follows is left out"
-                )
+                raise ClockError(leap, stamp)
         self._clock = stamp, clock
         self._waiting.append((message, self._since_image))
         self._since_image = None
         if self._camera is None and len(self._waiting) > WITHOUT_CAMERA:
+            self._waiting.popleft()
             raise InputError(
                 f"no CameraInfo comes with {self._topics.depth}; name its topic by --info-topic "
                 "or give --intrinsics FX FY CX CY"
@@ -142,7 +193,8 @@ class FrameAssembly:
         """Whether odometry or colour of that time may still be on the way."""
         if self._settings.synchronous:
             return False
-        if self._topics.odometry is not None and not self._buffer.reaches(stamp):
+        expected = self._topics.odometry is not None or self._settings.odom_frame is not None
+        if expected and not self._buffer.reaches(stamp):
             return True
         if self._topics.colour is None:
             return False

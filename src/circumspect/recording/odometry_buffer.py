@@ -22,7 +22,13 @@ class OdometryBuffer:
         self._heard: deque[Odometry] = deque()
 
     def heard(self, odometry: Odometry) -> None:
-        """Take a message in; one that comes late is left out."""
+        """Take a message in; one that comes late is left out.
+
+        One that is older than all that is kept belongs to a clock that was set back, or the last
+        ones had stamps from nowhere: it begins anew.
+        """
+        if self._heard and odometry.stamp < self._heard[-1].stamp - KEPT:
+            self._heard.clear()
         if self._heard and odometry.stamp <= self._heard[-1].stamp:
             return
         self._heard.append(odometry)

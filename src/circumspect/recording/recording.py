@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, MutableMapping
 from enum import Enum
 from pathlib import Path
 
@@ -32,7 +32,7 @@ class Recording(ABC):
         self.path = Path(path)
         self.T_map_world = RigidTransform.identity()
         """Turns the world frame of the recorded poses into the map frame."""
-        self.skipped: dict[str, str] = {}
+        self.skipped: MutableMapping[str, str] = {}
         """Name of a frame to the reason why it was left out, so far."""
 
     @abstractmethod

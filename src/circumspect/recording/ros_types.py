@@ -51,7 +51,7 @@ def typestore() -> Typestore:
     return store
 
 
-def message(name: str, **fields: Any) -> Any:
+def message(name: str, /, **fields: Any) -> Any:
     """A message of a type.
 
     Args:

@@ -193,7 +193,7 @@ class RunRecorder:
 
 
 def detections_message(
-    prediction: Prediction, extent_xyz: NDArray[np.floating], stamp: float
+    prediction: Prediction, extent_xyz: NDArray[np.floating], stamp: float, frame_id: str = MAP
 ) -> object:
     """A `vision_msgs/Detection3DArray` of one object: all classes, the likeliest first.
 
@@ -201,6 +201,7 @@ def detections_message(
         prediction: The answer.
         extent_xyz: (2, 3) lowest and highest corner [m] map frame.
         stamp: [s].
+        frame_id: What the map frame is called.
     """
     centre = pose_message(RigidTransform.from_translation(extent_xyz.mean(axis=0)))
     unknown = message("geometry_msgs/msg/PoseWithCovariance", pose=centre, covariance=np.zeros(36))
@@ -215,6 +216,6 @@ def detections_message(
     ]
     box = message("vision_msgs/msg/BoundingBox3D", center=centre,
                   size=vector_message(extent_xyz[1] - extent_xyz[0]))  # fmt: skip
-    head = header(stamp, MAP)
+    head = header(stamp, frame_id)
     one = message("vision_msgs/msg/Detection3D", header=head, results=results, bbox=box, id="0")
     return message(DETECTIONS, header=head, detections=[one])

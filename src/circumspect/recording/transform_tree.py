@@ -6,10 +6,13 @@ from typing import Any
 
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.errors import InputError
 from circumspect.recording.pose_messages import transform_of
 
 DEEPEST = 64
 """A chain of more frames is a loop."""
+MOST = 5000
+"""No robot has more frames."""
 
 
 class TransformTree:
@@ -22,12 +25,14 @@ class TransformTree:
         """Take a `tf2_msgs/TFMessage` in.
 
         Raises:
-            InputError: A transform is not finite.
+            InputError: A transform is not finite, or there are more frames than any robot has.
         """
         for stamped in told.transforms:
             T = transform_of(stamped.transform.translation, stamped.transform.rotation)
-            parent = plain(stamped.header.frame_id)
-            self._parents[plain(stamped.child_frame_id)] = (parent, T)
+            parent, child = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
+            if len(self._parents) >= MOST and child not in self._parents:
+                raise InputError(f"transforms of more than {MOST} frames")
+            self._parents[child] = (parent, T)
 
     def between(self, target: str, source: str) -> RigidTransform | None:
         """`T_target_source`; None where nothing links them."""

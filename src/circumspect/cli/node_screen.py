@@ -1,0 +1,126 @@
+"""What `circumspect ros2` shows."""
+
+from __future__ import annotations
+
+import json
+import logging
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from circumspect.ros.log_throttle import LogThrottle
+
+if TYPE_CHECKING:
+    from circumspect.classification import Prediction
+    from circumspect.pipeline import RecognitionStep
+    from circumspect.ros.health import Status
+    from circumspect.ros.node_settings import NodeSettings
+
+CHANGE = 0.05
+"""The probability is told again when it changed by this."""
+LOGGER = "circumspect"
+
+
+class NodeScreen:
+    """One line at each change: answers on standard output, states on standard error.
+
+    A `NodeObserver`.
+    """
+
+    def __init__(self, as_json: bool) -> None:
+        """Show nothing yet.
+
+        Args:
+            as_json: Answers are JSON lines.
+        """
+        self._json = as_json
+        self._answer: tuple[str, bool, float] | None = None
+        self._state: str | None = None
+        self._handler = logging.StreamHandler(sys.stderr)
+        self._handler.setFormatter(logging.Formatter("circumspect: %(message)s"))
+        self._handler.addFilter(LogThrottle())
+        logging.getLogger(LOGGER).addHandler(self._handler)
+
+    def begin(self, settings: NodeSettings, where: str) -> None:
+        """Say what is listened to.
+
+        Args:
+            settings: Of the node.
+            where: How others are reached, in words.
+        """
+        odometry = settings.odometry_topic or f"transforms {settings.odom_frame} to the base"
+        self._say(f"{settings.node} listens to {settings.depth_topic}")
+        self._say(f"and {odometry}, {where}; Ctrl-C ends it")
+
+    def end(self) -> None:
+        """Give the log back."""
+        logging.getLogger(LOGGER).removeHandler(self._handler)
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """Tell the answer where it changed."""
+        told = step.prediction
+        if told is None:
+            return
+        before, now = self._answer, (told.label, told.known, told.probability)
+        if before is not None and before[:2] == now[:2] and abs(before[2] - now[2]) < CHANGE:
+            return
+        self._answer = now
+        if self._json:
+            self._print(json.dumps({**step.summary(), "known": told.known}))
+            return
+        sure = "" if told.known else "  not sure to be of any class"
+        self._print(f"{told.label} {told.probability:.2f}  seen {step.seen:4.0%}{sure}")
+
+    def on_settled(self, prediction: Prediction) -> None:
+        """Tell the last answer."""
+        sure = "" if prediction.known else ", not sure to be of any class"
+        self._say(f"the answer: {prediction.label} {prediction.probability:.2f}{sure}")
+
+    def on_status(self, status: Status) -> None:
+        """Tell the state where it changed."""
+        if status.text != self._state:
+            self._state = status.text
+            self._say(status.text)
+
+    def on_command(self, command: str) -> None:
+        """Tell that the node was told something."""
+        if command == "reset":
+            self._answer = None
+        self._say(command)
+
+    @staticmethod
+    def _print(line: str) -> None:
+        print(line, flush=True)  # noqa: T201
+
+    @staticmethod
+    def _say(line: str) -> None:
+        print(f"circumspect: {line}", file=sys.stderr, flush=True)  # noqa: T201
+
+
+@contextmanager
+def going_on(seconds: float | None) -> Iterator[Callable[[], bool]]:
+    """Gives a function that says whether to go on: until the time is over, or SIGTERM.
+
+    Args:
+        seconds: The time [s]; None for no end.
+    """
+    ended, until = threading.Event(), None if seconds is None else time.monotonic() + seconds
+
+    def end(*_: Any) -> None:
+        ended.set()
+
+    def goes_on() -> bool:
+        return not ended.is_set() and (until is None or time.monotonic() < until)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield goes_on
+        return
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield goes_on
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,87 @@
+"""`circumspect ros2`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from circumspect.ros.node_settings import NodeSettings
+
+
+@dataclass(frozen=True)
+class Ros2:
+    """A ROS 2 node, without a ROS installation: names what a robot's camera sees.
+
+    $ circumspect ros2 --driver realsense --odometry /odom
+    $ circumspect ros2 --depth /camera/depth/image_rect_raw --mount 0.1 0 0.9 0 30
+    $ circumspect ros2 --params-file robot.yaml --json
+
+    Topics, frames and faults: docs/ros2.md. Ctrl-C ends it.
+    """
+
+    params_file: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """A ROS 2 parameter file: the same names with _ for -. Flags win over it."""
+    local: bool = False
+    """Talk to nodes on this machine only, as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST does."""
+    duration: Annotated[float | None, tyro.conf.arg(metavar="SECONDS")] = None
+    """End after this time."""
+    json: bool = False
+    """One JSON line on standard output at each change of the answer, nothing else there."""
+    node: Annotated[NodeSettings, tyro.conf.arg(name="")] = field(default_factory=NodeSettings)
+    """Parameters of the node."""
+
+    def run(self) -> int:
+        """Run the node until Ctrl-C, SIGTERM or the end of --duration."""
+        import os
+        from dataclasses import replace
+
+        from circumspect.classification import Classifier
+        from circumspect.cli.node_screen import NodeScreen, going_on
+        from circumspect.ros.dds_middleware import DdsMiddleware
+        from circumspect.ros.dds_settings import DdsSettings
+        from circumspect.ros.recognition_node import RecognitionNode
+
+        dds = DdsSettings.from_environment(os.environ)
+        if self.local:
+            dds = replace(dds, reach="LOCALHOST")
+        middleware = DdsMiddleware(dds)
+        try:
+            classifier = Classifier.load(self.node.weights or None)
+            screen = NodeScreen(self.json)
+            node = RecognitionNode(middleware, self.node, classifier, (screen,))
+        except BaseException:
+            middleware.close()
+            raise
+        where = "this machine" if dds.reach == "LOCALHOST" else "the network"
+        screen.begin(self.node, f"on {where}, domain {dds.domain}")
+        try:
+            with going_on(self.duration) as goes_on:
+                node.spin(goes_on)
+        except KeyboardInterrupt:
+            pass  # the usual end of a node
+        finally:
+            node.close()
+            screen.end()
+        return 0
+
+
+def parsed(words: Sequence[str]) -> Ros2:
+    """The command of its flags, where those of a parameter file stand before the defaults."""
+    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    first.add_argument("--params-file", "--params_file", nargs="?")
+    for flag in ("--name", "--namespace"):
+        # What stands there in vain is tyro's to tell.
+        first.add_argument(flag, nargs="?")
+    early, _ = first.parse_known_args(list(words))
+    node = NodeSettings()
+    if early.params_file is not None:
+        from circumspect.ros.parameter_file import read_parameters
+
+        called = NodeSettings(early.name or node.name, early.namespace or node.namespace)
+        node = NodeSettings.from_parameters(read_parameters(early.params_file, called.node))
+    return tyro.cli(Ros2, prog="circumspect ros2", args=list(words), default=Ros2(node=node))

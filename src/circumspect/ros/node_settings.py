@@ -1,0 +1,168 @@
+"""What a node can be told: its parameters."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_type_hints
+
+from circumspect.errors import InputError
+from circumspect.ros.names import node_path, topic_path
+
+DRIVERS = {
+    "realsense": "/camera/camera/depth/image_rect_raw",
+    "orbbec": "/camera/depth/image_raw",
+    "openni": "/camera/depth/image_raw",
+}
+"""Drivers of cameras to where they publish depth if nobody tells them otherwise."""
+LENGTHS = {"mount": (0, 5), "box": (0, 6), "intrinsics": (0, 4), "size": (2,)}
+"""Parameters that are lists of numbers to how many those may be."""
+ROS_OWN = ("use_sim_time",)
+"""Parameters that every node has; ours goes by the stamps of messages anyway."""
+
+
+@dataclass(frozen=True)
+class NodeSettings:
+    """Parameters of the node; each is a flag and an entry of a parameter file as well.
+
+    Attributes:
+        name: Of the node; its own topics are below it.
+        namespace: Before the name; "" for none.
+        driver: Whose usual depth topic is taken: realsense, orbbec or openni.
+        depth: Depth images (16UC1 or 32FC1); "" for the driver's.
+        info: Their CameraInfo; "" for camera_info beside the depth images.
+        odometry: nav_msgs/Odometry; "" takes it from transforms.
+        odom_frame: Frame of the odometry in transforms.
+        base_frame: The robot's frame.
+        poses: "found": by registration, from odometry. "given": transforms from map_frame to the
+            camera are taken as true.
+        map_frame: Frame of given poses.
+        frame: What the frame is called in which the node tells everything, where it finds poses
+            itself: it is the odometry's, corrected.
+        transforms: Tell where that frame lies, on /tf.
+        mount: Where the camera stands on the robot [m] and looks [degrees]: x, y, z, pan
+            (counter-clockwise from straight on), tilt (down); empty takes it from transforms.
+        intrinsics: fx, fy, cx, cy [px] of a camera without CameraInfo; empty with.
+        size: Width and height [px] of the images that intrinsics describe.
+        box: Two opposite corners x y z x y z [m] of a box round the object; empty takes what
+            stands on the floor before the camera.
+        rate: Frames a second that are taken of those that come; 0 for all.
+        queue: Frames that may wait; when more come, the oldest give way.
+        reliable: Ask for sensor data again that went missing; then publishers must be reliable.
+        autostart: Begin at once, not when told to.
+        weights: File of an own classifier; "" for the shipped one.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    name: str = "circumspect"
+    namespace: str = ""
+    driver: Literal["realsense", "orbbec", "openni"] = "realsense"
+    depth: str = ""
+    info: str = ""
+    odometry: str = "/odom"
+    odom_frame: str = "odom"
+    base_frame: str = "base_link"
+    poses: Literal["found", "given"] = "found"
+    map_frame: str = "map"
+    frame: str = "circumspect_map"
+    transforms: bool = True
+    mount: tuple[float, ...] = ()
+    intrinsics: tuple[float, ...] = ()
+    size: tuple[float, ...] = (640.0, 480.0)
+    box: tuple[float, ...] = ()
+    rate: float = 5.0
+    queue: int = 4
+    reliable: bool = False
+    autostart: bool = True
+    weights: str = ""
+
+    def __post_init__(self) -> None:
+        if self.driver not in DRIVERS:
+            raise InputError(f"no driver {self.driver[:40]!r}; known: {', '.join(DRIVERS)}")
+        if self.poses not in ("found", "given"):
+            raise InputError(f"poses are found or given, not {self.poses[:40]!r}")
+        for name, lengths in LENGTHS.items():
+            if len(getattr(self, name)) not in lengths:
+                raise InputError(f"{name} takes {lengths[-1]} numbers, not {getattr(self, name)}")
+        if not 0 <= self.rate <= 1000:
+            raise InputError(f"the rate is from 0 (all frames) to 1000 Hz, not {self.rate}")
+        if not 1 <= self.queue <= 100:
+            raise InputError(f"the queue holds 1 to 100 frames, not {self.queue}")
+        if "" in (self.frame, self.odom_frame, self.base_frame, self.map_frame):
+            raise InputError("frame, odom_frame, base_frame and map_frame need names")
+        for topic in (self.depth_topic, self.info_topic, self.odometry_topic):
+            if topic is not None:
+                topic_path(topic, self.node)
+
+    @classmethod
+    def from_parameters(cls, values: Mapping[str, Any]) -> NodeSettings:
+        """Settings of parameters by name, defaults for the others.
+
+        Raises:
+            InputError: A name is not known, or a value is of another kind or makes no sense.
+        """
+        kinds, known = get_type_hints(cls), [field.name for field in fields(cls)]
+        read: dict[str, Any] = {}
+        for name, value in values.items():
+            if name in ROS_OWN:
+                continue
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1)
+                hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(known)}"
+                raise InputError(f"no parameter {name[:40]!r}; {hint}")
+            read[name] = _read(name, value, kinds[name])
+        return cls(**read)
+
+    @property
+    def node(self) -> str:
+        """The node's full name."""
+        return node_path(self.namespace, self.name)
+
+    @property
+    def depth_topic(self) -> str:
+        """Full name of the depth images' topic."""
+        return topic_path(self.depth or DRIVERS[self.driver], self.node)
+
+    @property
+    def info_topic(self) -> str | None:
+        """Full name of the CameraInfo's topic; None where intrinsics are given."""
+        if self.intrinsics:
+            return None
+        beside = f"{self.depth_topic.rsplit('/', 1)[0]}/camera_info"
+        return topic_path(self.info, self.node) if self.info else beside
+
+    @property
+    def odometry_topic(self) -> str | None:
+        """Full name of the odometry's topic; None where transforms tell it."""
+        return topic_path(self.odometry, self.node) if self.odometry else None
+
+    @property
+    def told_frame(self) -> str:
+        """The frame in which the node tells everything."""
+        return self.map_frame if self.poses == "given" else self.frame
+
+
+def _read(name: str, value: Any, kind: Any) -> Any:
+    """A value as its parameter wants it."""
+    if kind is bool and isinstance(value, bool):
+        return value
+    if kind is int and isinstance(value, int) and not isinstance(value, bool):
+        return value
+    if kind is float and _is_number(value):
+        return float(value)
+    listed = kind == tuple[float, ...]
+    if listed and isinstance(value, list | tuple) and all(_is_number(one) for one in value):
+        return tuple(float(one) for one in value)
+    if kind not in (bool, int, float) and not listed and isinstance(value, str):
+        return value
+    wanted = {bool: "true or false", int: "a whole number", float: "a number"}
+    what = "a list of numbers" if listed else wanted.get(kind, "a text")
+    raise InputError(f"the parameter {name} is {what}, not {str(value)[:40]!r}")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

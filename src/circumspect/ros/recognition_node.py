@@ -1,0 +1,205 @@
+"""The node: hears a robot, models and names what stands before it, and tells."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+from circumspect.classification import Classifier, Prediction
+from circumspect.errors import CircumspectError
+from circumspect.mapping import KnownPoses, RegisteredPoses
+from circumspect.pipeline import (
+    CLASSIFIED,
+    NO_POSE,
+    RecognitionPipeline,
+    RecognitionStep,
+)
+from circumspect.ros.announcer import Announcer
+from circumspect.ros.health import Health, Status
+from circumspect.ros.live_frames import LiveFrames
+from circumspect.ros.middleware import COMMANDS, Middleware
+from circumspect.ros.node_settings import NodeSettings
+from circumspect.ros.outgoing import EMPTY
+from circumspect.sensing import BoxSegmentation, DepthNoise, GroundSegmentation, RgbdFrame
+
+START, STOP, RESET = "start", "stop", "reset"
+REPORT_EVERY = 1.0
+"""Between two diagnostics [s]."""
+MOST_COMMANDS = 16
+FAULT = "a fault inside; see the log"
+
+_log = logging.getLogger(__name__)
+
+
+class NodeObserver(Protocol):
+    """Watches a node: a terminal."""
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """A frame went through."""
+
+    def on_settled(self, prediction: Prediction) -> None:
+        """No more frames come for now: the answer by all that is known."""
+
+    def on_status(self, status: Status) -> None:
+        """A status was published."""
+
+    def on_command(self, command: str) -> None:
+        """Somebody told the node to start, stop or reset, or it did so by itself."""
+
+
+class RecognitionNode:
+    """Turns the messages of a robot into answers; works in the thread that calls `work`."""
+
+    def __init__(
+        self,
+        middleware: Middleware,
+        settings: NodeSettings,
+        classifier: Classifier,
+        observers: tuple[NodeObserver, ...] = (),
+    ) -> None:
+        """Subscribe and advertise; with `autostart` frames are taken from now on.
+
+        Args:
+            middleware: Carries the messages; is closed by `close`.
+            settings: Parameters.
+            classifier: Names the object.
+            observers: Are told what happens.
+
+        Raises:
+            InputError: A parameter makes no sense, or the middleware refuses a topic.
+        """
+        self.settings, self.observers = settings, observers
+        self.health = Health()
+        self._middleware, self._classifier = middleware, classifier
+        self._pipeline = self._new_pipeline()
+        self._announcer = Announcer(middleware, settings)
+        self._frames = LiveFrames(middleware, settings, self.health)
+        self._leaps_back = 0
+        self._commands: deque[str] = deque(maxlen=MOST_COMMANDS)
+        for command in (START, STOP, RESET):
+            middleware.subscribe(
+                f"{settings.node}/{command}", EMPTY, COMMANDS, self._commander(command)
+            )
+        self._closing = threading.Event()
+        self._reporter = threading.Thread(target=self._report, name="diagnostics", daemon=True)
+        self._frames.taking = settings.autostart
+        self._reporter.start()
+
+    @property
+    def running(self) -> bool:
+        """Whether frames are taken."""
+        return self._frames.taking
+
+    def spin(self, going_on: Callable[[], bool] = lambda: True) -> None:
+        """Work as long as that is wanted."""
+        while going_on():
+            self.work()
+
+    def work(self, timeout: float = 0.1) -> RecognitionStep | None:
+        """Obey the commands that came, then take one frame, where there is one.
+
+        Args:
+            timeout: So long a frame is waited for [s].
+        """
+        while self._commands:
+            self._obey(self._commands.popleft())
+        if self._frames.leaps_back != self._leaps_back:
+            self._leaps_back = self._frames.leaps_back
+            _log.warning("the clock was set back: the object is modelled anew")
+            self._begin_anew()
+        frame = self._frames.take(timeout)
+        return None if frame is None else self._step(frame)
+
+    def close(self) -> None:
+        """End the run: settle, tell the last answer, leave the network."""
+        self._closing.set()
+        self._reporter.join()
+        if self.running:
+            self._obey(STOP)
+        self._middleware.close()
+
+    def _new_pipeline(self) -> RecognitionPipeline:
+        s = self.settings
+        poses = KnownPoses() if s.poses == "given" else RegisteredPoses()
+        segmentation = GroundSegmentation(noise=DepthNoise())
+        if s.box:
+            segmentation = BoxSegmentation(s.box[:3], s.box[3:])
+        return RecognitionPipeline(segmentation, poses, self._classifier)
+
+    def _step(self, frame: RgbdFrame) -> RecognitionStep | None:
+        start = time.perf_counter()
+        try:
+            step = self._pipeline.step(frame)
+            self._announcer.step(step, frame, self._pipeline.poses)
+        except CircumspectError as error:
+            self._failed(str(error))
+            return None
+        except Exception:  # one frame must not end the node
+            _log.exception("a frame could not be worked on")
+            self._failed(FAULT)
+            return None
+        spent = 1e3 * (time.perf_counter() - start)
+        if step.outcome != CLASSIFIED:
+            _log.warning("a frame left the model as it was: %s", step.outcome)
+        if step.outcome == NO_POSE and step.pose is not None:
+            _log.warning("the pose is not certain: %s", step.pose.gate)
+        self.health.step(step, spent)
+        for observer in self.observers:
+            observer.on_step(step)
+        return step
+
+    def _failed(self, reason: str) -> None:
+        self.health.fault(reason)
+        _log.warning("a frame left out: %s", reason)
+
+    def _commander(self, command: str) -> Callable[[bytes], None]:
+        def heard(_: bytes) -> None:
+            self._commands.append(command)
+
+        return heard
+
+    def _obey(self, command: str) -> None:
+        if command == START:
+            self._frames.taking = True
+        elif command == STOP:
+            self._frames.taking = False
+            self._frames.clear()
+            self._settle()
+        else:
+            self._frames.clear()
+            self._begin_anew()
+        for observer in self.observers:
+            observer.on_command(command)
+
+    def _begin_anew(self) -> None:
+        self._pipeline = self._new_pipeline()
+        self._announcer.reset()
+        self.health.forget_answer()
+
+    def _settle(self) -> None:
+        """Tell what is known when no more frames come for now."""
+        try:
+            self._pipeline.settle()
+            self._announcer.settled(self._pipeline)
+            if (prediction := self._pipeline.prediction) is not None:
+                for observer in self.observers:
+                    observer.on_settled(prediction)
+        except Exception:  # a fault here must not keep the node from stopping
+            _log.exception("the model could not be settled")
+            self.health.fault(FAULT)
+
+    def _report(self) -> None:
+        while not self._closing.wait(REPORT_EVERY):
+            try:
+                status = self.health.status(
+                    self.running, self._frames.missing(), self._middleware.lost
+                )
+                self._announcer.status(status)
+                for observer in self.observers:
+                    observer.on_status(status)
+            except Exception:  # diagnostics must go on
+                _log.exception("the diagnostics could not be told")

@@ -1,0 +1,129 @@
+"""A robot that drives round a chair and publishes what it sees; and a bus in memory to do so."""
+
+from __future__ import annotations
+
+import threading
+from collections import defaultdict
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.furniture import make_furniture
+from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.recording.image_messages import camera_info, depth_message
+from circumspect.recording.pose_messages import (
+    odometry_message,
+    transform_message,
+    transforms_message,
+)
+from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS
+from circumspect.ros.middleware import Heard, Middleware, Quality
+from circumspect.ros.wire_messages import packed, unpacked
+from circumspect.sensing import DepthNoise, Odometry, RgbdFrame
+from circumspect.simulation import CameraMount, Orbit, Scene, SimulatedCamera
+
+CAMERA = PinholeCamera(320, 240, 285.0, 285.0, 159.5, 119.5)
+DEPTH, INFO, ODOM = "/camera/depth/image_rect_raw", "/camera/depth/camera_info", "/odom"
+OPTICAL = "camera_depth_optical_frame"
+STATIC = Quality(latched=True, depth=1)
+BEST_EFFORT, RELIABLE = Quality(reliable=False), Quality()
+INTERVAL = 0.2
+
+
+@cache
+def orbit() -> tuple[RigidTransform, tuple[tuple[RgbdFrame, PlanarPose], ...]]:
+    """The camera's mount, and frames with the robot's true place, a third of the way round."""
+    chair = make_furniture("chair", 3)
+    way = Orbit.around(chair, CAMERA, start=0.5)
+    mount = CameraMount.for_orbit(way).T_base_camera
+    stations = way.stations(60)
+    scene = Scene.with_object(chair)
+    frames = SimulatedCamera(scene, stations.__next__, CAMERA, DepthNoise(), 0).frames(20)
+    seen = [(f, PlanarPose.from_transform(f.pose * mount.inv())) for f in frames]
+    return mount, tuple(seen)
+
+
+class MemoryBus(Middleware):
+    """Carries messages within the process, at once and in the publisher's thread."""
+
+    def __init__(self) -> None:
+        self.heard: dict[str, list[tuple[str, bytes]]] = defaultdict(list)
+        self.offered: dict[str, tuple[str, Quality]] = {}
+        self.wanted: dict[str, tuple[str, Quality]] = {}
+        self._subscribers: dict[str, list[Heard]] = defaultdict(list)
+        self._lock = threading.Lock()
+
+    def subscribe(self, topic: str, kind: str, quality: Quality, heard: Heard) -> None:
+        self.wanted[topic] = kind, quality
+        self._subscribers[topic].append(heard)
+
+    def advertise(self, topic: str, kind: str, quality: Quality) -> Callable[[bytes], None]:
+        self.offered[topic] = kind, quality
+
+        def publish(data: bytes) -> None:
+            with self._lock:
+                self.heard[topic].append((kind, data))
+            for heard in self._subscribers[topic]:
+                heard(data)
+
+        return publish
+
+    def told(self, topic: str) -> list[Any]:
+        """All messages that were published on a topic."""
+        with self._lock:
+            return [unpacked(kind, data) for kind, data in self.heard[topic]]
+
+    def publishers(self, topic: str) -> int:
+        return int(topic in self.offered)
+
+    @property
+    def lost(self) -> int:
+        return 0
+
+    def close(self) -> None:
+        self._subscribers.clear()
+
+
+class OrbitingRobot:
+    """Publishes frames of `orbit`: CameraInfo, odometry or transforms, and depth."""
+
+    def __init__(
+        self, middleware: Middleware, quality: Quality = BEST_EFFORT, odometry: bool = True
+    ) -> None:
+        mount, self.frames = orbit()
+        self.odometry = odometry
+
+        def offer(topic: str, kind: str, how: Quality) -> Callable[[Any], None]:
+            publish = middleware.advertise(topic, kind, how)
+            return lambda told: publish(packed(kind, told))
+
+        self.tell_depth = offer(DEPTH, IMAGE, quality)
+        self.tell_info = offer(INFO, CAMERA_INFO, quality)
+        self.tell_odometry = offer(ODOM, ODOMETRY, quality)
+        self.tell_tf = offer("/tf", TRANSFORMS, Quality(depth=100))
+        self.tell_static = offer("/tf_static", TRANSFORMS, STATIC)
+        self.mount = transforms_message([transform_message(mount, 0.0, "base_link", OPTICAL)])
+
+    def stand(self) -> None:
+        """Tell where the camera is mounted."""
+        self.tell_static(self.mount)
+
+    def drive(self, number: int, late: float = 0.0) -> None:
+        """Publish one frame; its stamps are `late` [s] later than usual."""
+        frame, place = self.frames[number]
+        stamp = 100.0 + INTERVAL * number + late
+        self.tell_place(stamp, place)
+        self.tell_info(camera_info(frame.camera, stamp, OPTICAL))
+        self.tell_depth(depth_message(frame.depth, stamp, OPTICAL))
+
+    def tell_place(self, stamp: float, place: PlanarPose) -> None:
+        if self.odometry:
+            covariance = np.diag([1e-6, 1e-6, 1e-6])
+            told = Odometry(stamp, place, covariance)
+            self.tell_odometry(odometry_message(told, "odom", "base_link"))
+        else:
+            moved = transform_message(place.as_transform(), stamp, "odom", "base_link")
+            self.tell_tf(transforms_message([moved]))

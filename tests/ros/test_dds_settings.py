@@ -1,0 +1,93 @@
+"""What ROS's environment variables become, and what is said of types on the wire."""
+
+from __future__ import annotations
+
+import time
+from xml.etree import ElementTree
+
+import pytest
+
+from circumspect.errors import InputError
+from circumspect.recording.ros_types import IMAGE, typestore
+from circumspect.ros.dds_middleware import DdsMiddleware
+from circumspect.ros.dds_settings import DdsSettings
+from circumspect.ros.dds_types import dds_type, packed_type
+from circumspect.ros.middleware import LATEST
+
+
+def xml(settings: DdsSettings) -> ElementTree.Element:
+    return ElementTree.fromstring(settings.cyclone().split(",")[0])
+
+
+def test_nothing_said_is_domain_0_on_the_subnet() -> None:
+    settings = DdsSettings.from_environment({})
+    assert (settings.domain, settings.reach) == (0, "SUBNET")
+    assert xml(settings).find(".//NetworkInterface") is None
+
+
+@pytest.mark.parametrize(
+    "environ", [{"ROS_LOCALHOST_ONLY": "1"}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "localhost"}]
+)
+def test_this_machine_only(environ: dict[str, str]) -> None:
+    found = xml(DdsSettings.from_environment(environ))
+    assert [one.get("address") for one in found.iter("NetworkInterface")] == ["127.0.0.1"]
+    assert [one.get("address") for one in found.iter("Peer")] == ["127.0.0.1"]
+
+
+def test_static_peers_and_own_settings() -> None:
+    settings = DdsSettings.from_environment(
+        {"ROS_STATIC_PEERS": "10.0.0.7; robot.local", "CYCLONEDDS_URI": "file:///etc/dds.xml"}
+    )
+    assert [one.get("address") for one in xml(settings).iter("Peer")] == ["10.0.0.7", "robot.local"]
+    assert settings.cyclone().endswith(",file:///etc/dds.xml")
+
+
+def test_the_own_settings_win() -> None:
+    """Cyclone takes the last word on a setting: one that it refuses shows that it was heard."""
+    broken = "<CycloneDDS><Domain><Internal><MaxSampleSize>much</MaxSampleSize></Internal></Domain></CycloneDDS>"
+    with pytest.raises(InputError, match="can not join domain 231"):
+        DdsMiddleware(DdsSettings(231, "LOCALHOST", config=broken))
+
+
+@pytest.mark.parametrize(
+    ("environ", "said"),
+    [
+        ({"ROS_DOMAIN_ID": "x"}, "ROS_DOMAIN_ID is 'x'"),
+        ({"ROS_DOMAIN_ID": "300"}, "0 to 232"),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "galaxy"}, "known: OFF, LOCALHOST"),
+        ({"ROS_STATIC_PEERS": "a<b"}, "is no host"),
+    ],
+)
+def test_variables_that_make_no_sense(environ: dict[str, str], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        DdsSettings.from_environment(environ)
+
+
+def test_type_names_and_hashes() -> None:
+    assert dds_type(IMAGE) == "sensor_msgs::msg::dds_::Image_"
+    # As `ros2 topic info --verbose` of ROS 2 Jazzy prints it.
+    assert typestore().hash_rihs01("std_msgs/msg/String") == (
+        "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
+    )
+    assert packed_type(IMAGE) is packed_type(IMAGE)
+
+
+def test_latecomers_get_the_last_message_and_quick_ones_each(dds: DdsSettings) -> None:
+    one, other = DdsMiddleware(dds), DdsMiddleware(dds)
+    kind = "std_msgs/msg/String"
+    publish = one.advertise("/said", kind, LATEST)
+    heard: list[bytes] = []
+    words = [b"\0\1\0\0\4\0\0\0" + word + b"\0" for word in (b"abc", b"def")]
+    publish(words[0])
+    other.subscribe("/said", kind, LATEST, heard.append)
+    for number, word in enumerate(words):
+        publish(word) if number else None
+        until = time.monotonic() + 20
+        while len(heard) <= number and time.monotonic() < until:
+            time.sleep(0.01)
+    assert heard == words
+    assert (other.publishers("/said"), other.publishers("/else"), other.lost) == (1, 0, 0)
+    one.close()
+    other.close()
+    one.close()
+    publish(words[0])  # after the end nothing happens

@@ -1,0 +1,127 @@
+"""Parameters: flags, files, and what makes no sense."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from circumspect.cli.main import main
+from circumspect.cli.ros2 import parsed
+from circumspect.errors import CircumspectError, InputError
+from circumspect.ros.names import dds_topic, node_path, topic_path
+from circumspect.ros.node_settings import NodeSettings
+from circumspect.ros.parameter_file import read_parameters
+
+FILE = """
+/**:
+  ros__parameters:
+    rate: 2.5
+    use_sim_time: true
+circumspect:
+  ros__parameters:
+    depth: /cam/depth/image_raw
+    mount: [0.1, 0, 0.9, 0.0, 30]
+    autostart: false
+other_node:
+  ros__parameters: {depht: 3}
+robot1:
+  circumspect:
+    ros__parameters:
+      queue: 7
+"""
+
+
+@pytest.fixture
+def params(tmp_path: Path) -> Path:
+    path = tmp_path / "robot.yaml"
+    path.write_text(FILE)
+    return path
+
+
+def test_a_file_of_ros(params: Path) -> None:
+    node = NodeSettings.from_parameters(read_parameters(params, "/circumspect"))
+    assert node.depth_topic == "/cam/depth/image_raw"
+    assert node.info_topic == "/cam/depth/camera_info"
+    assert node.mount == (0.1, 0.0, 0.9, 0.0, 30.0)
+    assert (node.rate, node.queue, node.autostart) == (2.5, 4, False)
+
+
+def test_nested_namespaces_and_the_last_word(params: Path) -> None:
+    read = read_parameters(params, "/robot1/circumspect")
+    assert (read["queue"], read["rate"]) == (7, 2.5)
+
+
+def test_flags_win_over_the_file_and_the_file_over_defaults(params: Path) -> None:
+    node = parsed(["--params-file", str(params), "--rate", "1", "--autostart"]).node
+    assert (node.rate, node.autostart, node.depth) == (1.0, True, "/cam/depth/image_raw")
+    assert parsed(["--params-file", str(params)]).node.rate == 2.5
+    named = parsed(["--params-file", str(params), "--namespace", "robot1"]).node
+    assert (named.node, named.queue) == ("/robot1/circumspect", 7)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("circumspect: {ros__parameters: {depht: x}}", "no parameter 'depht'; did you mean depth?"),
+        ("circumspect: {ros__parameters: {zzz: x}}", "no parameter 'zzz'; known: name"),
+        ("circumspect: {ros__parameters: {rate: fast}}", "rate is a number, not 'fast'"),
+        ("circumspect: {ros__parameters: {rate: .nan}}", "rate is a number"),
+        ("circumspect: {ros__parameters: {rate: true}}", "rate is a number"),
+        ("circumspect: {ros__parameters: {queue: 2.5}}", "queue is a whole number"),
+        ("circumspect: {ros__parameters: {autostart: 1}}", "autostart is true or false"),
+        ("circumspect: {ros__parameters: {depth: [1]}}", "depth is a text"),
+        ("circumspect: {ros__parameters: {mount: [1, 2]}}", "mount takes 5 numbers"),
+        ("circumspect: {ros__parameters: {mount: [1, x, 1, 1, 1]}}", "mount is a list of numbers"),
+        (
+            "circumspect: {ros__parameters: {driver: kinect}}",
+            "no driver 'kinect'; known: realsense",
+        ),
+        ("circumspect: {ros__parameters: {poses: maybe}}", "poses are found or given"),
+        ("circumspect: {ros__parameters: {depth: 'a b'}}", "ROS allows no name such as"),
+        ("circumspect: {ros__parameters: {queue: 0}}", "the queue holds 1 to 100"),
+        ("circumspect: {ros__parameters: {frame: ''}}", "need names"),
+        ("circumspect: {ros__parameters: 3}", "holds no names and values"),
+        ("camera: {ros__parameters: {}}", "holds no ros__parameters for the node /circumspect"),
+        ("- 1", "is no parameter file"),
+        ("", "is no parameter file"),
+        ("a: [1", "is no YAML at line 1"),
+        ("a: &x [1]\nb: [*x, *x]", "has aliases"),
+        ("a: " + 5000 * "[", "is no YAML"),
+        ("a: !!python/object/apply:os.system ['true']", "is no YAML"),
+        ("#" * 300_000, "more than 262144 bytes"),
+    ],
+)
+def test_files_that_make_no_sense(tmp_path: Path, capsys, text: str, said: str) -> None:
+    path = tmp_path / "params.yaml"
+    path.write_text(text)
+    assert main(["ros2", "--params-file", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.count("\n") == 1
+
+
+def test_no_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="can not be read"):
+        read_parameters(tmp_path / "none.yaml", "/circumspect")
+
+
+def test_names() -> None:
+    assert node_path("", "circumspect") == "/circumspect"
+    assert node_path("/robot1/", "seer") == "/robot1/seer"
+    assert topic_path("/odom", "/a/b") == "/odom"
+    assert topic_path("odom", "/a/b") == "/a/odom"
+    assert topic_path("~/model", "/a/b") == "/a/b/model"
+    assert dds_topic("/odom") == "rt/odom"
+
+
+@pytest.mark.parametrize("name", ["", "/", "a//b", "/1a", "a b", "/a/", "/ä", "x" * 300, "../x"])
+def test_names_that_ros_does_not_allow(name: str) -> None:
+    with pytest.raises(CircumspectError, match="ROS allows no name"):
+        topic_path(name, "/node")
+
+
+def test_a_driver_has_its_topics() -> None:
+    assert NodeSettings().depth_topic == "/camera/camera/depth/image_rect_raw"
+    assert NodeSettings(driver="orbbec").info_topic == "/camera/depth/camera_info"
+    assert NodeSettings(intrinsics=(500, 500, 320, 240)).info_topic is None

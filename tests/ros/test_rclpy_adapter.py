@@ -1,0 +1,196 @@
+"""The ament package's adapter against a stub of rclpy: no ROS installation has been at hand."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from enum import Enum
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from orbiting_robot import DEPTH, MemoryBus, OrbitingRobot
+
+from circumspect.ros.middleware import COMMANDS, Quality
+
+PACKAGE = Path(__file__).resolve().parents[2] / "ros2" / "circumspect_ros"
+
+
+class ExternalShutdownError(Exception):
+    """Stands for rclpy's."""
+
+
+class Executor:
+    """Serves until it is shut down."""
+
+    def __init__(self) -> None:
+        self._over = threading.Event()
+
+    def add_node(self, node: Any) -> None:
+        node.served = True
+
+    def spin(self) -> None:
+        self._over.wait()
+        raise ExternalShutdownError
+
+    def shutdown(self) -> None:
+        self._over.set()
+
+
+class StubNode:
+    """The part of `rclpy.node.Node` that the adapter uses, over a bus in memory."""
+
+    def __init__(self, bus: MemoryBus, overrides: dict[str, Any]) -> None:
+        self._bus, self.destroyed = bus, False
+        self.parameters = {"use_sim_time": False, **overrides}
+
+    def create_subscription(
+        self, kind: Any, topic: str, heard: Any, qos: Any, *, raw: bool
+    ) -> None:
+        assert raw, "the callback takes packed messages"
+        self._bus.subscribe(topic, kind, quality_of(qos), heard)
+
+    def create_publisher(self, kind: Any, topic: str, qos: Any) -> Any:
+        publish = self._bus.advertise(topic, kind, quality_of(qos))
+
+        def checked(data: Any) -> None:
+            assert type(data) is bytes, "rclpy takes bytes as packed messages"
+            publish(data)
+
+        return SimpleNamespace(publish=checked)
+
+    def count_publishers(self, topic: str) -> int:
+        return self._bus.publishers(topic)
+
+    def get_name(self) -> str:
+        return "seer"
+
+    def get_namespace(self) -> str:
+        return "/robot1"
+
+    def get_parameters_by_prefix(self, prefix: str) -> dict[str, Any]:
+        assert prefix == ""
+        return {name: SimpleNamespace(value=value) for name, value in self.parameters.items()}
+
+    def has_parameter(self, name: str) -> bool:
+        return name in self.parameters
+
+    def declare_parameter(self, name: str, value: Any, descriptor: Any) -> None:
+        assert name not in self.parameters
+        assert value != [] or descriptor.dynamic_typing
+        self.parameters[name] = value
+
+    def destroy_node(self) -> None:
+        self.destroyed = True
+
+
+def quality_of(qos: Any) -> Quality:
+    reliable, latched = qos.reliability.name == "RELIABLE", qos.durability.name == "TRANSIENT_LOCAL"
+    return Quality(reliable, latched, qos.depth)
+
+
+def module(name: str, **held: Any) -> ModuleType:
+    made = ModuleType(name)
+    made.__dict__.update(held)
+    return made
+
+
+@pytest.fixture
+def bus(monkeypatch: pytest.MonkeyPatch) -> MemoryBus:
+    """A bus, and an rclpy whose nodes are on it."""
+    bus = MemoryBus()
+    stubs = {
+        "rclpy": module(
+            "rclpy",
+            init=lambda args, signal_handler_options: None,
+            try_shutdown=lambda: None,
+            create_node=lambda name, **how: StubNode(bus, bus.overrides),  # type: ignore[attr-defined]
+        ),
+        "rclpy.executors": module(
+            "rclpy.executors",
+            SingleThreadedExecutor=Executor,
+            ExternalShutdownException=ExternalShutdownError,
+        ),
+        "rclpy.qos": module(
+            "rclpy.qos",
+            QoSProfile=lambda **how: SimpleNamespace(**how),
+            HistoryPolicy=Enum("HistoryPolicy", "KEEP_LAST"),
+            ReliabilityPolicy=Enum("ReliabilityPolicy", "RELIABLE BEST_EFFORT"),
+            DurabilityPolicy=Enum("DurabilityPolicy", "TRANSIENT_LOCAL VOLATILE"),
+        ),
+        "rclpy.signals": module(
+            "rclpy.signals", SignalHandlerOptions=Enum("SignalHandlerOptions", "NO ALL")
+        ),
+        "rosidl_runtime_py": module("rosidl_runtime_py"),
+        "rosidl_runtime_py.utilities": module(
+            "rosidl_runtime_py.utilities", get_message=lambda kind: kind
+        ),
+        "rcl_interfaces": module("rcl_interfaces"),
+        "rcl_interfaces.msg": module(
+            "rcl_interfaces.msg", ParameterDescriptor=lambda **how: SimpleNamespace(**how)
+        ),
+    }
+    for name, stub in stubs.items():
+        monkeypatch.setitem(sys.modules, name, stub)
+    for name in [name for name in sys.modules if name.startswith("circumspect_ros")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.syspath_prepend(str(PACKAGE))
+    return bus
+
+
+def test_a_chair_is_named_over_rclpy(bus: Any, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    bus.overrides = {"depth": DEPTH, "rate": 0.0, "queue": 50}
+    from circumspect_ros import node as package
+
+    from circumspect.ros.recognition_node import RecognitionNode
+
+    def drive(node: RecognitionNode, goes_on: Any) -> None:
+        robot = OrbitingRobot(bus)
+        robot.stand()
+        for number in range(6):
+            robot.drive(number)
+        while node.work(0.02) is not None:
+            pass
+        assert goes_on()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(RecognitionNode, "spin", drive)
+    assert package.main([]) == 0
+    told = bus.told("/robot1/seer/detections")[-1]
+    assert told.detections[0].results[0].hypothesis.class_id == "chair"
+    assert "chair" in capsys.readouterr().out
+    assert not bus.wanted[DEPTH][1].reliable
+    assert bus.offered["/robot1/seer/model"][1].latched
+    assert bus.wanted["/robot1/seer/reset"][1] == COMMANDS
+
+
+def test_parameters_are_declared_and_misspelt_ones_are_told(bus: Any, capsys) -> None:
+    from circumspect_ros import node as package
+    from circumspect_ros.parameters import read_settings
+
+    stub = StubNode(bus, {"mount": (0.1, 0.0, 0.9, 0.0, 30.0), "qos_overrides./tf.depth": 3})
+    assert read_settings(stub).mount == (0.1, 0.0, 0.9, 0.0, 30.0)
+    assert (stub.parameters["rate"], stub.parameters["box"]) == (5.0, [])
+    bus.overrides = {"odomety": "/odom"}
+    assert package.main([]) == 2
+    assert "did you mean odometry?" in capsys.readouterr().err
+
+
+def test_the_package_is_whole() -> None:
+    root = ElementTree.parse(PACKAGE / "package.xml").getroot()
+    assert root.findtext("name") == "circumspect_ros"
+    assert root.findtext("export/build_type") == "ament_python"
+    needed = {one.text for one in root.iter("exec_depend")}
+    assert {"rclpy", "sensor_msgs", "vision_msgs", "diagnostic_msgs"} <= needed
+    assert (PACKAGE / "resource" / "circumspect_ros").is_file()
+    compile((PACKAGE / "launch" / "circumspect.launch.py").read_text(), "launch", "exec")
+
+
+def test_its_parameter_file_is_understood() -> None:
+    from circumspect.ros.node_settings import NodeSettings
+    from circumspect.ros.parameter_file import read_parameters
+
+    read = read_parameters(PACKAGE / "config" / "circumspect.yaml", "/circumspect")
+    assert NodeSettings.from_parameters(read) == NodeSettings()
