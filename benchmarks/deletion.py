@@ -9,19 +9,19 @@ against first; after each twentieth the classifier is asked how probable the lab
 from __future__ import annotations
 
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.report import machine, write_report
-from circumspect.classification import Classifier, cell_evidence, nearest_examples
+from benchmarks.report import RESULTS, machine
+from circumspect.classification import Classifier, OnnxClassifier, cell_evidence, nearest_examples
 from circumspect.datasets import open_data_set
 from circumspect.evaluation.markdown import table
 from circumspect.grid import OccupancyGrid
+from circumspect.storage import atomic_open, write_json
 
 STEPS = 20
-EACH = 6
+EACH = 5
 """Objects of each class, evenly over the test split."""
 SHOWN = (0.05, 0.1, 0.2, 0.3, 0.5)
 ORDERS = ("most evidence first", "random", "least evidence first")
@@ -38,27 +38,28 @@ def main(data: Path) -> None:
         ]
     ]
     curves: dict[str, list[np.ndarray]] = {order: [] for order in ORDERS}
-    seconds, asked, alike, agreeing = [], [], [], []
+    asked: list[int] = []
+    alike: list[bool] = []
+    agreeing: list[float] = []
     for number, index in enumerate(chosen):
         cloud = objects.cloud(int(index))
         grid = classifier.recipe.bounds(cloud).hits(classifier.recipe.surface(cloud).points_xyz)
-        start = time.perf_counter()
         found = cell_evidence(classifier, grid)
-        seconds.append(time.perf_counter() - start)
         asked.append(found.asked)
         near = nearest_examples(classifier, cloud)
         truth = objects.classes[objects.labels[index]]
         alike.append(near[0].label == truth)
-        agreeing.append(np.mean([n.label == classifier.classify(cloud).label for n in near]))
+        named = classifier.classify(cloud).label
+        agreeing.append(float(np.mean([n.label == named for n in near])))
         values = found.cells[grid.occupied]
         drawn = np.random.default_rng(number).random(len(values))
         for order, key in zip(ORDERS, (-values, drawn, values), strict=True):
             curves[order].append(deletion_curve(classifier, grid, found.label, key))
-    report(curves, seconds, asked, alike, agreeing)
+    report(curves, asked, alike, agreeing)
 
 
 def deletion_curve(
-    classifier, grid: OccupancyGrid, label: str, key: np.ndarray
+    classifier: OnnxClassifier, grid: OccupancyGrid, label: str, key: np.ndarray
 ) -> np.ndarray:
     """(STEPS,) probability of the label as ever more cells are emptied, smallest key first."""
     cells = np.argwhere(grid.occupied)[np.argsort(key, kind="stable")]
@@ -69,31 +70,46 @@ def deletion_curve(
     return classifier.probabilities(grids[:, None, None])[:, column]
 
 
-def report(curves, seconds, asked, alike, agreeing) -> None:
-    rows = []
+def report(
+    curves: dict[str, list[np.ndarray]],
+    asked: list[int],
+    alike: list[bool],
+    agreeing: list[float],
+) -> None:
+    rows, document = [], {}
     for order, found in curves.items():
         mean = np.mean(found, axis=0)
         shares = [f"{100 * mean[round(share * STEPS)]:.0f} %" for share in SHOWN]
         rows.append([order, *shares, f"{mean.mean():.2f}"])
-    head = ["cells emptied", *(f"{100 * share:.0f} %" for share in SHOWN), "area under the curve"]
-    count = len(seconds)
+        document[order] = mean.tolist()
+    head = ["emptied", *(f"{100 * share:.0f} %" for share in SHOWN), "mean of the curve"]
+    facts = machine()
     lines = [
-        "# What evidence is worth",
+        "# Evidence: deletion curves",
         "",
-        f"Mean probability of the label of {count} test objects of ModelNet10 ({EACH} a class), "
-        "when so many of their occupied cells are emptied. One grid an object.",
+        "`python -m benchmarks.deletion modelnet10`",
+        "",
+        f"Mean probability of the label of {len(asked)} test objects of ModelNet10 ({EACH} a "
+        "class) when so many of their occupied cells are emptied:",
         "",
         table(head, rows),
         "",
-        f"Evidence of an object: {np.mean(asked):.0f} changed grids, {np.median(seconds):.1f} s on "
-        f"one thread (median, {machine()}).",
+        f"- grids that an object's evidence asks about: {np.mean(asked):.0f} (mean)",
+        f"- nearest training object of the true class: {np.mean(alike):.0%} of the objects",
+        f"- of the five nearest of the class that is named: {np.mean(agreeing):.0%}",
         "",
-        f"The nearest training object is of the true class for {100 * np.mean(alike):.0f} % of "
-        f"them; of the five nearest {100 * np.mean(agreeing):.0f} % are of the class that is named.",
-        "",
-        "`python -m benchmarks.deletion modelnet10`",
+        *(f"- {key}: {value}" for key, value in facts.items()),
     ]
-    write_report("deletion.md", "\n".join(lines))
+    with atomic_open(RESULTS / "deletion.md") as stream:
+        stream.write("\n".join(lines) + "\n")
+    write_json(
+        RESULTS / "deletion.json",
+        {
+            "machine": facts, "objects": len(asked), "steps": STEPS, "curves": document,
+            "grids_asked": float(np.mean(asked)), "nearest_is_right": float(np.mean(alike)),
+            "five_nearest_agree": float(np.mean(agreeing)),
+        },
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

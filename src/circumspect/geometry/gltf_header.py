@@ -58,7 +58,7 @@ def _header(path: Path) -> dict[str, Any]:
 
 
 def _require_regular(folder: Path, uri: str) -> None:
-    """trimesh opens only what lies in the scene's folder, but opens that whatever it is."""
+    """Trimesh opens only what lies in the scene's folder, but opens that whatever it is."""
     for name in () if uri.startswith("data:") else (uri, Path(uri).name):
         file = folder / name
         if file.exists() and not file.is_file():
