@@ -286,3 +286,24 @@ def test_stamps_that_are_no_text(tmp_path):
     (tmp_path / "north" / "stamps.txt").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match=r"stamps\.txt: can not be read"):
         ImageFolder(tmp_path)
+
+
+def test_names_of_strangers_command_no_terminal(tmp_path, capsys):
+    from circumspect.cli.main import main
+
+    path = tmp_path / "names.mcap"
+    with path.open("wb") as stream:
+        writer = McapWriter(stream, compression=CompressionType.NONE, use_chunking=False)
+        writer.start()
+        for name in ("/\x1b[2J\x1b]0;depth\x07", "/[/red]depth", "/[link=http://x]depth"):
+            schema = writer.register_schema("sensor_msgs/msg/Image", "ros2msg", b"")
+            writer.add_message(writer.register_channel(name, "cdr", schema), 1, b"", 1)
+        writer.finish()
+    assert main(["record", "info", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "\x1b" not in out
+    assert "/[/red]depth" in out
+    assert main(["replay", str(path), "--out", str(tmp_path / "run")]) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "\x1b" not in err
