@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.errors import CircumspectError, blamed_on
+from circumspect.errors import CircumspectError, blamed_on, printable
 
 if TYPE_CHECKING:
     from circumspect.classification import Classifier, Prediction
@@ -58,7 +58,7 @@ class Classify:
                     record = _named(file, classifier, self.up, self.samples)
             except CircumspectError as error:
                 failed = True
-                print(f"circumspect: {error}", file=sys.stderr)  # noqa: T201
+                print(f"circumspect: {printable(str(error))}", file=sys.stderr)  # noqa: T201
             else:
                 self._tell(record)
         return 2 if failed else 0

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import Any
 
 from circumspect import __version__
-from circumspect.errors import CircumspectError
+from circumspect.errors import CircumspectError, printable
 
 COMMANDS = {
     "demo": ("demo:Demo", "a simulated robot drives round an object and names it"),
@@ -113,7 +113,7 @@ def help_text() -> str:
 
 
 def _complain(message: str) -> None:
-    sys.stderr.write(f"circumspect: {message}\n")
+    sys.stderr.write(f"circumspect: {printable(message)}\n")
 
 
 if __name__ == "__main__":

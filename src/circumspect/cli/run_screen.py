@@ -80,7 +80,7 @@ class RunScreen:
 
     def say(self, text: str) -> None:
         """Print a line on standard error above the progress."""
-        self._progress.console.print(f"circumspect: {text}", highlight=False, markup=False)
+        self._progress.console.print(f"circumspect: {printable(text)}", highlight=False, markup=False)
 
     def on_end(self, result: RecognitionResult) -> None:
         """Nothing: the command tells the end."""

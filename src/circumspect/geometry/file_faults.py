@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, printable
 
 # In a folder of so many files the search for similar names stops.
 _LOOK_AT = 5000
@@ -53,7 +53,5 @@ def _suggestion(path: Path) -> str:
 
 def _one_line(message: str) -> str:
     """The message without anything that breaks a line or garbles a terminal, and not endless."""
-    plain = "".join(
-        letter if letter.isprintable() else ascii(letter)[1:-1] for letter in message[:_LONGEST]
-    )
+    plain = printable(message[:_LONGEST])
     return plain if len(message) <= _LONGEST else plain + " …"

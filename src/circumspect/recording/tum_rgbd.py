@@ -173,7 +173,10 @@ def _entry(words: list[str], place: str) -> StampedFile:
         stamp = np.nan
     if len(words) != 2 or not np.isfinite(stamp) or not words[1].strip().isprintable():
         raise InputError(f"{place}: is not 'stamp file' but {' '.join(words)[:80]!r}")
-    return StampedFile(stamp, words[1].strip())
+    name = words[1].strip()
+    if Path(name).is_absolute() or ".." in Path(name).parts:
+        raise InputError(f"{place}: {name[:80]!r} lies outside of the folder")
+    return StampedFile(stamp, name)
 
 
 def pose_at(trajectory: Trajectory, stamp: float) -> RigidTransform:
