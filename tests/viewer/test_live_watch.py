@@ -59,9 +59,7 @@ def test_what_is_put_tells_the_run(dashboard):
     shown = put[-1]()
     assert shown.row["label"] == result.prediction.label
     assert shown.count == 4
-    np.testing.assert_array_equal(
-        shown.thing.points_xyz, result.last.model.cloud().points_xyz
-    )
+    np.testing.assert_array_equal(shown.thing.points_xyz, result.last.model.cloud().points_xyz)
     assert shown.thing.frames_seen.max() == 4
     assert "the run is over" in shown.news
     assert len(shown.path_xyz) == len(shown.odometry_xyz) == 4

@@ -142,7 +142,9 @@ class TestPanel:
         assert "no answer yet" in answer_html({})
 
     def test_faults_come_with_the_latest_first(self):
-        rows = [row(frame=i, gate="residual too large" if i in (2, 5) else "open") for i in range(8)]
+        rows = [
+            row(frame=i, gate="residual too large" if i in (2, 5) else "open") for i in range(8)
+        ]
         text = faults_html(rows, 8)
         assert text.index("frame 6") < text.index("frame 3")
         assert "frame 6" not in faults_html(rows, 5)
