@@ -33,10 +33,7 @@ def opened(classifier: Classifier, host: str, port: int) -> Iterator[Dashboard]:
 
 def stay() -> None:
     """Wait for Ctrl-C."""
-    try:
-        threading.Event().wait()
-    except KeyboardInterrupt:
-        say("the dashboard is closed")
+    threading.Event().wait()
 
 
 def say(text: str) -> None:

@@ -35,7 +35,7 @@ class View:
     def run(self) -> int:
         """Show until Ctrl-C."""
         from circumspect.classification import Classifier
-        from circumspect.cli.dashboard_page import opened, stay
+        from circumspect.cli.dashboard_page import opened, say, stay
         from circumspect.errors import InputError
         from circumspect.viewer import PlayedRun, Player, SavedRun
 
@@ -47,10 +47,16 @@ class View:
         played = PlayedRun(saved)
         if self.export is not None:
             return self._exported(played, self.export)
-        with opened(Classifier.load(self.weights), self.viewer_host, self.viewer_port) as dashboard:
-            player = Player(played, dashboard)
-            stay()
-            player.close()
+        classifier = Classifier.load(self.weights)
+        try:
+            with opened(classifier, self.viewer_host, self.viewer_port) as dashboard:
+                player = Player(played, dashboard)
+                try:
+                    stay()
+                finally:
+                    player.close()
+        except KeyboardInterrupt:
+            say("the dashboard is closed")
         return 0
 
     def _exported(self, played: PlayedRun, file: Path) -> int:

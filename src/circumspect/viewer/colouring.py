@@ -37,7 +37,7 @@ CLASSES = np.array(
 def sequential(values: NDArray[np.floating]) -> NDArray[np.uint8]:
     """(n, 3) RGB of values (n,) from their smallest, dark, to their largest, light."""
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
-    return _between(_SEQUENTIAL, (values - low) / max(high - low, 1e-9))
+    return _between(_SEQUENTIAL, values, low, max(high - low, 1e-9))
 
 
 def directions(normals_xyz: NDArray[np.floating]) -> NDArray[np.uint8]:
@@ -77,13 +77,15 @@ def depth_picture(depth: NDArray[np.floating]) -> NDArray[np.uint8]:
     picture[~known] = NOTHING_MEASURED
     if known.any():
         low, high = np.percentile(depth[known], [1, 99])
-        picture[known] = _between(_DEPTH, (depth[known] - low) / max(high - low, 1e-3))
+        picture[known] = _between(_DEPTH, depth[known], low, max(high - low, 1e-3))
     return picture
 
 
-def _between(anchors: NDArray[np.float64], shares: NDArray[np.floating]) -> NDArray[np.uint8]:
-    table = _table(anchors)
-    return table[np.clip(np.asarray(shares) * 255, 0, 255).astype(np.uint8)]
+def _between(
+    anchors: NDArray[np.float64], values: NDArray[np.floating], low: float, span: float
+) -> NDArray[np.uint8]:
+    steps = (np.asarray(values, np.float32) - np.float32(low)) * np.float32(255 / span)
+    return _table(anchors)[np.clip(steps, 0, 255).astype(np.uint8)]
 
 
 def _table(anchors: NDArray[np.float64]) -> NDArray[np.uint8]:

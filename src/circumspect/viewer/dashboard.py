@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 
 from circumspect.classification import Classifier
+from circumspect.viewer.clipped import clipped
 from circumspect.viewer.colouring import COLOURINGS, EVIDENCE
 from circumspect.viewer.guarded_server import address, guarded_server, stop
 from circumspect.viewer.panel import Panel
@@ -132,7 +133,7 @@ class Dashboard:
 
         @panel.turn.on_update
         def _(event: object) -> None:  # noqa: ARG001 - the slider knows
-            self._yaw = float(np.radians(np.clip(panel.turn.value, 0.0, 360.0) % 360.0))
+            self._yaw = float(np.radians(clipped(panel.turn.value, 0.0, 360.0) % 360.0))
             again()
 
         @panel.colouring.on_update

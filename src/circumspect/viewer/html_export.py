@@ -6,6 +6,7 @@ import base64
 import io
 import json
 import os
+import re
 from dataclasses import replace
 from html import escape
 from typing import Any
@@ -164,13 +165,16 @@ def _with_panel(
     data = (
         f"window.circumspectPanel={_inline(panel)};window.circumspectPictures={_inline(pictures)};"
     )
-    head = f"<title>circumspect: {name}</title><style>{STYLE}</style>"
+    head = f"<style>{STYLE}</style>"
     body = (
         f"<div id='circumspect'><h1>circumspect: {name}</h1>{parts}</div>"
         f"<script>{data}{SCRIPT}window.circumspectShow(0)</script>"
     )
     at = page.rindex("</body>")
     page = page[:at] + body + page[at:]
+    page = re.sub(
+        "<title>.*?</title>", lambda _: f"<title>circumspect: {name}</title>", page, count=1
+    )
     at = page.index("</head>")
     return page[:at] + head + page[at:]
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.pipeline.playback_moment import thinned
 from circumspect.viewer.colouring import COLOURINGS, depth_picture
 from circumspect.viewer.panel_html import answer_html, bars_html, faults_html, times_html
 from circumspect.viewer.probability_picture import probability_picture
@@ -114,11 +115,10 @@ class Panel:
 
 def images_side_by_side(images: ShownImages) -> NDArray[np.uint8]:
     """Depth left, colour right, thinned to about `IMAGE_WIDTH` each."""
-    every = max(1, images.depth.shape[1] // IMAGE_WIDTH)
-    depth = depth_picture(images.depth[::every, ::every])
+    depth = depth_picture(thinned(images.depth, IMAGE_WIDTH))
     if images.colour is None:
         return depth
-    colour = images.colour[::every, ::every]
+    colour = thinned(images.colour, IMAGE_WIDTH)
     gap = np.full((len(depth), 4, 3), 255, np.uint8)
     return np.hstack([depth, gap, colour])
 

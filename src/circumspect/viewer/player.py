@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 
+from circumspect.viewer.clipped import clipped
 from circumspect.viewer.dashboard import Dashboard
 from circumspect.viewer.played_run import PlayedRun
 
@@ -49,10 +50,15 @@ class Player:
         self._closed.set()
         self._thread.join(timeout=1.0)
 
+    @property
+    def _place(self) -> int:
+        """What the bar says, from 1."""
+        return int(clipped(self.bar.value, 1.0, float(len(self._played))))
+
     def _listen(self) -> None:
         @self.button.on_click
         def _(event: object) -> None:  # noqa: ARG001
-            if not self._playing and self.bar.value >= len(self._played):
+            if not self._playing and self._place >= len(self._played):
                 self.bar.value = 1
             self._set_playing(not self._playing)
 
@@ -61,7 +67,7 @@ class Player:
             # Moved by hand it stays where it was put; the player's own moves have no client.
             if getattr(event, "client", None) is not None:
                 self._set_playing(False)
-                self.show(int(self.bar.value) - 1)
+                self.show(self._place - 1)
 
     def _set_playing(self, playing: bool) -> None:
         self._playing = playing
@@ -72,7 +78,7 @@ class Player:
             time.sleep(1 / SPEEDS.get(str(self.speed.value), SPEEDS[USUAL]))
             if not self._playing or not self._dashboard.watched:
                 continue
-            following = int(self.bar.value) + 1
+            following = self._place + 1
             if following > len(self._played):
                 self._set_playing(False)
                 continue

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from circumspect.robot import Operator
+from circumspect.viewer.clipped import clipped
 
 if TYPE_CHECKING:
     import viser
@@ -137,10 +138,3 @@ class RunControls:
         @control.on_update
         def _(event: Any) -> None:  # noqa: ARG001 - the control knows
             self._apply()
-
-
-def clipped(value: Any, low: float, high: float) -> float:
-    """A number within bounds, whatever came."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        return low
-    return float(value)

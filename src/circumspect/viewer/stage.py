@@ -148,11 +148,11 @@ class Stage:
 
     def _show_object(self, thing: ShownObject) -> None:
         known, pivot, wxyz = len(thing.points_xyz) > 0, self._pivot(thing), _about_z(self.yaw)
-        local = (thing.points_xyz - pivot).astype(np.float32)
+        local = (thing.points_xyz - pivot).astype(np.float16)
         if known or "/object" in self._nodes:
             self._put(
                 "/object", self._scene.add_point_cloud, position=pivot, wxyz=wxyz,
-                points=local.astype(np.float16), colors=self.colours(thing), point_size=0.009,
+                points=local, colors=self.colours(thing), point_size=0.009,
                 point_shape="circle", point_shading="flat",
             )  # fmt: skip
         if not (known and self._visible["normals"]):
@@ -196,9 +196,8 @@ class Stage:
         known, image = shown.camera or PinholeCamera.xtion(), None
         if shown.images is not None and shown.images is not self._pictured:
             self._pictured = shown.images
-            image = shown.images.colour
-            image = depth_picture(shown.images.depth) if image is None else image
-            image = thinned(image)
+            seen = shown.images.colour
+            image = depth_picture(thinned(shown.images.depth)) if seen is None else thinned(seen)
         self._put(
             "/camera", self._scene.add_camera_frustum, position=pose.translation,
             wxyz=pose.rotation.as_quat(scalar_first=True), image=image,

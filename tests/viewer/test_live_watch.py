@@ -1,0 +1,107 @@
+"""A live run is shown while it goes on, and a page that hangs does not hold it up."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser", reason="viser is not installed")
+pytest.importorskip("embreex", reason="the simulation is not installed")
+
+from circumspect.classification import Classifier
+from circumspect.cli.scan import Scan
+from circumspect.viewer import Dashboard, LiveWatch
+
+SHORT = Scan(object="chair-3", start=40.0, seed=5, frames=4, frame_interval=2.0)
+
+
+@pytest.fixture(scope="module")
+def dashboard():
+    with Dashboard(Classifier.load(), port=0, always=True) as opened:
+        yield opened
+
+
+def run(dashboard):
+    """A short scan with a watch; its result and the moments that were put."""
+    parts = SHORT.prepared("scan")
+    put = []
+    dashboard.put = lambda make: (put.append(make), Dashboard.put(dashboard, make))
+    watch = LiveWatch(parts.scan, dashboard, parts.room.scene, parts.witness, "chair")
+    parts.pipeline.observers = (watch,)
+    return parts.scan.run(), put
+
+
+def test_a_page_that_hangs_does_not_hold_up_a_run(dashboard):
+    hanging, let_go = threading.Event(), threading.Event()
+
+    def hang(shown):
+        hanging.set()
+        let_go.wait(60)
+
+    show, dashboard.show = dashboard.show, hang
+    try:
+        result, _ = run(dashboard)
+        assert len(result.steps) == 4
+        assert hanging.wait(10)
+        assert not let_go.is_set()
+    finally:
+        let_go.set()
+        dashboard.show = show
+
+
+def test_what_is_put_tells_the_run(dashboard):
+    result, put = run(dashboard)
+    assert len(put) == 5  # one a frame, and the end
+    shown = put[-1]()
+    assert shown.row["label"] == result.prediction.label
+    assert shown.count == 4
+    np.testing.assert_array_equal(shown.thing.points_xyz, result.last.model.cloud().points_xyz)
+    assert shown.thing.frames_seen.max() == 4
+    assert "the run is over" in shown.news
+    assert len(shown.path_xyz) == len(shown.odometry_xyz) == 4
+    assert len(shown.surroundings.things) >= 4
+    assert shown.surroundings is put[0]().surroundings
+    assert shown.target is not None or result.last.index < 2
+    json.dumps(shown.row)
+
+
+def test_the_stage_shows_the_latest_moment(dashboard):
+    _, put = run(dashboard)
+    end = time.monotonic() + 20
+    while dashboard.publisher.slot._new and time.monotonic() < end:
+        time.sleep(0.05)
+    shown = put[-1]()
+    dashboard.show(shown)
+    assert dashboard.publisher.failure is None
+    nodes = dashboard.stage._nodes
+    assert len(nodes["/object"].points) == len(shown.thing.points_xyz)
+    np.testing.assert_allclose(nodes["/camera"].position, shown.T_map_camera.translation)
+    assert len(nodes["/grid/cells0"].vertices) == 8 * shown.thing.grid.occupied.sum()
+    assert "/room/0" in nodes
+
+
+def test_every_colouring_gives_a_colour_a_point(dashboard):
+    _, put = run(dashboard)
+    shown = put[-1]()
+    dashboard.why.wanted = True
+    dashboard.why.ask(shown.thing.grid)
+    end = time.monotonic() + 60
+    while dashboard.why.found is None and time.monotonic() < end:
+        time.sleep(0.05)
+    assert dashboard.why.failure == ""
+    dashboard.stage.explanation = dashboard.why.found
+    pictures = set()
+    for name in ("height", "frames that saw it", "surface normal", "class evidence"):
+        dashboard.stage.colouring = name
+        colours = dashboard.stage.colours(shown.thing)
+        assert colours.shape == (len(shown.thing.points_xyz), 3)
+        assert len(np.unique(colours, axis=0)) > 1
+        pictures.add(colours.tobytes())
+        dashboard.show(shown)
+    assert len(pictures) == 4
+    assert "nearest training objects" in dashboard.why.html()
+    assert "speak for" in dashboard.why.html()

@@ -1,0 +1,119 @@
+"""The newest state is shown by a thread of its own; who puts it never waits."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from circumspect.viewer.newest_slot import NewestSlot
+from circumspect.viewer.publisher import Publisher
+
+LONG = 20.0
+
+
+def until(condition) -> None:
+    end = time.monotonic() + LONG
+    while not condition():
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(0.005)
+
+
+def test_only_the_newest_value_is_taken_and_only_once():
+    slot = NewestSlot()
+    for value in range(5):
+        slot.put(value)
+    assert slot.take(0) == 4
+    assert slot.take(0) is None
+
+
+def test_the_latest_value_can_be_had_again():
+    slot = NewestSlot()
+    slot.again()
+    assert slot.take(0) is None
+    slot.put("a")
+    slot.take(0)
+    slot.again()
+    assert slot.take(0) == "a"
+
+
+def test_a_closed_slot_lets_those_who_wait_go():
+    slot, taken = NewestSlot(), []
+    waiting = threading.Thread(target=lambda: taken.append(slot.take()), daemon=True)
+    waiting.start()
+    slot.close()
+    waiting.join(LONG)
+    assert taken == [None]
+
+
+def test_a_page_that_hangs_does_not_hold_up_who_puts():
+    hanging, let_go = threading.Event(), threading.Event()
+
+    def hang(state):
+        hanging.set()
+        let_go.wait(LONG)
+
+    publisher = Publisher(hang)
+    publisher.slot.put(0)
+    assert hanging.wait(LONG)
+    began = time.monotonic()
+    for state in range(1, 2001):
+        publisher.slot.put(state)
+    assert time.monotonic() - began < 1.0
+    assert publisher.shown == 0
+    let_go.set()
+    publisher.close()
+
+
+def test_a_slow_page_skips_to_the_newest():
+    seen = []
+    publisher = Publisher(lambda state: (seen.append(state), time.sleep(0.05)))
+    for state in range(100):
+        publisher.slot.put(state)
+        time.sleep(0.001)
+    until(lambda: seen and seen[-1] == 99)
+    assert len(seen) < 50
+    assert seen == sorted(seen)
+    publisher.close()
+
+
+def test_a_page_that_fails_is_tried_again_with_the_next_state():
+    seen = []
+
+    def fail_first(state):
+        if state == 0:
+            raise RuntimeError("the page is gone")
+        seen.append(state)
+
+    publisher = Publisher(fail_first)
+    publisher.slot.put(0)
+    until(lambda: publisher.failure is not None)
+    publisher.slot.put(1)
+    until(lambda: seen == [1])
+    assert "gone" in str(publisher.failure)
+    publisher.close()
+
+
+def test_nothing_is_shown_while_nobody_looks_and_the_newest_once_somebody_does():
+    seen, watched = [], threading.Event()
+    publisher = Publisher(seen.append, watched.is_set)
+    publisher.slot.put(1)
+    publisher.slot.put(2)
+    time.sleep(0.1)
+    assert seen == []
+    watched.set()
+    publisher.slot.again()
+    until(lambda: seen == [2])
+    publisher.close()
+
+
+@pytest.mark.parametrize("most_often", [10.0, 40.0])
+def test_it_shows_no_more_often_than_told(most_often):
+    publisher = Publisher(lambda state: None, most_often=most_often)
+    until_time = time.monotonic() + 0.5
+    while time.monotonic() < until_time:
+        publisher.slot.put(0)
+        time.sleep(0.002)
+    assert 1 <= publisher.shown <= 0.5 * most_often + 2
+    publisher.close()

@@ -1,0 +1,129 @@
+"""Run folders: whole, old, interrupted, broken, and from strangers."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from circumspect.cli.main import main
+from circumspect.errors import InputError
+from circumspect.geometry import read_cloud
+from circumspect.viewer import PlayedRun, SavedRun
+
+
+def test_a_finished_run_can_be_shown_at_every_frame(finished_run):
+    run = SavedRun.load(finished_run)
+    assert run.missing == ()
+    played = PlayedRun(run)
+    assert len(played) == 6
+    rows = [json.loads(line) for line in (finished_run / "log.jsonl").read_text().splitlines()]
+    for frame in range(6):
+        shown = played.shown(frame)
+        assert shown.row["label"] == rows[frame]["label"]
+        assert shown.images.frame == frame
+        assert shown.images.depth.shape == (120, 160)
+        assert shown.T_map_camera is not None
+        assert len(shown.path_xyz) == frame + 1
+        assert len(shown.odometry_xyz) == frame + 1
+        np.testing.assert_allclose(shown.path_xyz[-1], shown.T_map_camera.translation)
+        assert shown.truth == "chair"
+    assert len(shown.surroundings.things) >= 4
+    final = read_cloud(finished_run / "model.ply")
+    np.testing.assert_array_equal(shown.thing.points_xyz, final.points_xyz)
+    assert len(shown.thing.frames_seen) == len(final)
+    assert shown.thing.frames_seen.max() > 1
+
+
+def test_the_object_grows(finished_run):
+    played = PlayedRun(SavedRun.load(finished_run))
+    counts = [len(played.shown(frame).thing.points_xyz) for frame in range(6)]
+    assert counts[0] > 100
+    assert counts[-1] > counts[0]
+
+
+def test_a_run_of_an_older_version_is_shown_without_moments_and_says_so(copied_run):
+    shutil.rmtree(copied_run / "playback")
+    run = SavedRun.load(copied_run)
+    assert len(run.missing) == 1
+    assert "kept no moments" in run.missing[0]
+    shown = PlayedRun(run).shown(5)
+    assert shown.images is None
+    assert len(shown.thing.points_xyz) > 100
+    assert "kept no moments" in shown.news
+    assert len(PlayedRun(run).shown(0).thing.points_xyz) == 0
+
+
+def test_a_killed_run_is_shown_as_far_as_it_came(copied_run):
+    """No end was written, and the last line is cut."""
+    for name in ("result.json", "trajectory.txt", "model.ply", "grid.npz", "picture.png"):
+        (copied_run / name).unlink()
+    (copied_run / "playback" / "odometry.npz").unlink()
+    log = copied_run / "log.jsonl"
+    log.write_text(log.read_text()[:-40])
+    run = SavedRun.load(copied_run)
+    assert len(run.rows) == 5
+    assert len(run.missing) == 4
+    shown = PlayedRun(run).shown(4)
+    assert len(shown.path_xyz) == 5
+    assert len(shown.thing.points_xyz) > 100
+
+
+@pytest.mark.parametrize("name", ["000000.npz", "surroundings.npz", "odometry.npz"])
+def test_a_broken_file_of_the_playback_costs_that_alone(copied_run, name):
+    (copied_run / "playback" / name).write_bytes(b"PK\x03\x04 broken")
+    run = SavedRun.load(copied_run)
+    shown = PlayedRun(run).shown(5)
+    assert len(shown.thing.points_xyz) > 100
+    assert any(name in reason for reason in run.missing) or name == "000000.npz"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("config.json", "[1, 2]", "config.json"),
+        ("config.json", "{", "broken JSON"),
+        ("config.json", "[" * 100_000, "broken JSON"),
+        ("log.jsonl", "not json\n{}\n", "line 1 is broken"),
+        ("log.jsonl", '{"frame": "x"}\n{}\n', "line 1 is broken"),
+        ("log.jsonl", "[]\n[]\n", "line 1 is broken"),
+    ],
+)
+def test_a_folder_of_a_stranger_costs_one_line(copied_run, name, text, words, capsys):
+    (copied_run / name).write_text(text)
+    with pytest.raises(InputError, match=words):
+        SavedRun.load(copied_run)
+    assert main(["view", str(copied_run)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_odd_entries_of_the_log_are_left_out(copied_run):
+    row = {
+        "frame": 0, "stamp": 1.0, "probabilities": {"a": "b", "c": float("nan"), "d": 0.5},
+        "seen": "much", "points": None, "milliseconds": [1], "camera_xyz": [1, 2],
+        "label": "<b>" * 1000, "surprise": "x",
+    }  # fmt: skip
+    (copied_run / "log.jsonl").write_text(json.dumps(row) + "\n")
+    (told,) = SavedRun.load(copied_run).rows
+    assert told["probabilities"] == {"d": 0.5}
+    assert set(told) == {"frame", "stamp", "probabilities", "label"}
+    assert len(told["label"]) <= 300
+
+
+def test_what_is_no_run_is_told_with_the_remedy(tmp_path, capsys):
+    assert main(["view", str(tmp_path / "none")]) == 2
+    assert "no such folder" in capsys.readouterr().err
+    assert main(["view", str(tmp_path)]) == 2
+    assert "circumspect scan" in capsys.readouterr().err
+    (tmp_path / "config.json").write_text("{}")
+    (tmp_path / "log.jsonl").write_text("")
+    assert main(["view", str(tmp_path)]) == 2
+    assert "no frames" in capsys.readouterr().err
+
+
+def test_a_missing_viser_is_told(finished_run, monkeypatch, capsys):
+    monkeypatch.setitem(__import__("sys").modules, "viser", None)
+    assert main(["view", str(finished_run)]) == 2
+    assert 'pip install "circumspect[viewer]"' in capsys.readouterr().err

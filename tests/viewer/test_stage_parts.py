@@ -1,0 +1,183 @@
+"""Cells as boxes, values as colours, the turned object, the panel's text."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.classification import Classifier
+from circumspect.furniture import make_furniture
+from circumspect.geometry import PointCloud
+from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
+from circumspect.viewer import colouring
+from circumspect.viewer.occupied_cells import cell_boxes, outline
+from circumspect.viewer.panel_html import answer_html, bars_html, faults_html, times_html
+from circumspect.viewer.probability_picture import FAULT, HEIGHT, WIDTH, probability_picture
+from circumspect.viewer.shown import ShownObject
+from circumspect.viewer.turned_object import turned_object
+
+BOUNDS = (
+    CylindricalGrid((5, 12, 6), 0.7, 0.9, (1.0, -2.0, 0.5), 0.4),
+    RectangularGrid((5, 6, 7), 0.7, (1.0, -2.0, 0.5), 0.3),
+)
+
+
+@pytest.mark.parametrize("bounds", BOUNDS)
+@given(seed=st.integers(0, 100))
+def test_a_box_lies_in_its_cell(bounds, seed):
+    rng = np.random.default_rng(seed)
+    grid = OccupancyGrid(bounds, (2 * rng.integers(0, 2, bounds.shape)).astype(np.uint8))
+    boxes = cell_boxes(grid)
+    middles = boxes.middles_xyz.astype(float) + bounds.centre_xyz
+    np.testing.assert_array_equal(bounds.indices(middles), boxes.cells)
+    assert len(boxes.cells) == grid.occupied.sum()
+
+
+@pytest.mark.parametrize("bounds", BOUNDS)
+def test_a_mesh_has_a_closed_box_a_cell(bounds):
+    states = np.zeros(bounds.shape, np.uint8)
+    states[1, 2, 3] = states[4, 5, 0] = 2
+    boxes = cell_boxes(OccupancyGrid(bounds, states))
+    vertices, faces = boxes.mesh(np.array([True, False]))
+    assert vertices.shape == (8, 3)
+    both, more = boxes.mesh(np.array([True, True]))
+    assert (len(both), len(more), more.max()) == (16, 24, 15)
+    a, b, c = vertices[faces.astype(int)].transpose(1, 0, 2)
+    volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
+    assert volume == pytest.approx(float(boxes.sizes[0].prod()), rel=1e-4)
+
+
+@pytest.mark.parametrize("bounds", BOUNDS)
+def test_the_outline_is_as_large_as_the_grid(bounds):
+    lines = outline(OccupancyGrid(bounds, np.zeros(bounds.shape, np.uint8)))
+    reach = np.hypot(lines[..., 0], lines[..., 1]).max()
+    if isinstance(bounds, CylindricalGrid):
+        assert reach == pytest.approx(bounds.radius, rel=1e-5)
+        assert lines[..., 2].max() == pytest.approx(bounds.half_height, rel=1e-5)
+    else:
+        assert reach == pytest.approx(bounds.half_width * np.sqrt(2), rel=1e-5)
+
+
+def test_colours_follow_values():
+    ramp = colouring.sequential(np.linspace(3.0, 9.0, 5)).astype(int).sum(axis=1)
+    assert (np.diff(ramp) > 0).all()
+    assert len(np.unique(colouring.sequential(np.full(4, 2.0)), axis=0)) == 1
+    red, grey, blue = colouring.signed(np.array([2.0, 0.0, -2.0])).astype(int)
+    assert red[0] > red[2]
+    assert blue[2] > blue[0]
+    assert np.ptp(grey) < 10
+    up = colouring.directions(np.array([[0.0, 0.0, 1.0]]))[0]
+    assert up.tolist() == [127, 127, 255]
+
+
+def test_evidence_groups_keep_the_order_and_the_sign():
+    values = np.array([-1.0, -0.2, 0.0, 0.4, 1.0])
+    groups, colours = colouring.in_groups(values)
+    assert (np.diff(groups) > 0).all()
+    assert groups[2] == colouring.EVIDENCE_GROUPS // 2
+    assert len(colours) == colouring.EVIDENCE_GROUPS
+    assert set(colouring.in_groups(np.zeros(3))[0]) == {colouring.EVIDENCE_GROUPS // 2}
+
+
+def test_a_depth_picture_marks_what_was_not_measured():
+    depth = np.array([[np.nan, 1.0], [2.0, 3.0]])
+    picture = colouring.depth_picture(depth)
+    assert tuple(picture[0, 0]) == colouring.NOTHING_MEASURED
+    assert picture[0, 1].astype(int).sum() > picture[1, 1].astype(int).sum()
+    assert (colouring.depth_picture(np.full((2, 2), np.nan)) == colouring.NOTHING_MEASURED).all()
+
+
+@pytest.fixture(scope="module")
+def classifier():
+    return Classifier.load()
+
+
+@pytest.fixture(scope="module")
+def thing(classifier):
+    cloud = make_furniture("toilet", 7).sampled(30_000, 0)
+    grid = classifier.recipe.bounds(cloud).hits(cloud.points_xyz)
+    zeros = np.zeros((len(cloud), 3))
+    return ShownObject(cloud.points_xyz, zeros, np.ones(len(cloud), int), grid)
+
+
+class TestTurned:
+    def test_unturned_it_is_the_same_answer(self, thing, classifier):
+        turned = turned_object(thing, 0.0, classifier)
+        np.testing.assert_array_equal(turned.grid.states, thing.grid.states)
+        assert turned.prediction.label == classifier.classify_grid(thing.grid).label
+
+    @pytest.mark.parametrize("yaw_deg", [13.0, 90.0, 217.3])
+    def test_turned_the_grid_is_another_and_the_answer_stays(self, thing, classifier, yaw_deg):
+        turned = turned_object(thing, np.radians(yaw_deg), classifier)
+        assert (turned.grid.states != thing.grid.states).any()
+        assert turned.grid.grid == thing.grid.grid
+        assert turned.prediction.label == "toilet"
+
+    def test_without_a_grid_nothing_is_turned(self, classifier):
+        assert turned_object(ShownObject(), 1.0, classifier) is None
+
+    def test_a_classifier_of_other_grids_is_shown_the_cloud(self, thing, classifier):
+        coarse = CylindricalGrid.fit(PointCloud(thing.points_xyz), (8, 8, 8)).hits(thing.points_xyz)
+        other = ShownObject(thing.points_xyz, thing.normals_xyz, thing.frames_seen, coarse)
+        assert turned_object(other, 0.5, classifier).prediction.label == "toilet"
+
+
+def row(**changes):
+    told = {
+        "frame": 4, "stamp": 2.0, "outcome": "classified", "label": "chair", "probability": 0.9,
+        "probabilities": {"chair": 0.9, "sofa": 0.1}, "seen": 0.5, "points": 1234, "gate": "open",
+        "milliseconds": {"register": 10.0, "fuse": 5.0},
+    }  # fmt: skip
+    return told | changes
+
+
+class TestPanel:
+    def test_it_says_label_truth_and_share(self):
+        text = answer_html(row(), truth="sofa")
+        assert "chair" in text
+        assert "wrong, it is a sofa" in text
+        assert "50%" in text
+        assert "no answer yet" in answer_html({})
+
+    def test_faults_come_with_the_latest_first(self):
+        rows = [
+            row(frame=i, gate="residual too large" if i in (2, 5) else "open") for i in range(8)
+        ]
+        text = faults_html(rows, 8)
+        assert text.index("frame 6") < text.index("frame 3")
+        assert "frame 6" not in faults_html(rows, 5)
+        assert "every gate open" in faults_html(rows, 2)
+        many = faults_html([row(frame=i, outcome="no depth") for i in range(50)], 50)
+        assert many.count("no depth") == 6
+
+    def test_times_add_up(self):
+        assert "15.0 ms" in times_html(row())
+        assert "no stage" in times_html({})
+
+    @pytest.mark.parametrize("bad", ["<script>alert(1)</script>", "<img src=x onerror=alert(1)>"])
+    def test_what_comes_from_files_is_text(self, bad):
+        told = row(
+            label=bad, outcome=bad, gate=bad, probabilities={bad: 1.0}, milliseconds={bad: 1.0}
+        )
+        for text in (
+            answer_html(told, truth=bad, news=bad), bars_html(told["probabilities"]),
+            times_html(told), faults_html([told], 1),
+        ):  # fmt: skip
+            assert "<script" not in text
+            assert "<img" not in text
+            assert "&lt;" in text
+
+    def test_history_is_a_column_a_frame(self):
+        rows = [row() for _ in range(30)] + [row(outcome="no depth in the frame", gate=None)]
+        picture = probability_picture(rows, 31)
+        assert picture.shape[1] == WIDTH
+        assert tuple(picture[-1, -1]) == FAULT
+        assert tuple(picture[-1, 0]) != FAULT
+        chair = (picture[:HEIGHT, 0] == colouring.CLASSES[0]).all(axis=1).mean()
+        assert chair == pytest.approx(0.9, abs=0.02)
+
+    def test_a_long_history_still_fits(self):
+        rows = [row() for _ in range(5000)]
+        assert probability_picture(rows, 5000).shape == probability_picture(rows, 0).shape
