@@ -44,8 +44,12 @@ class RunningNode:
     def __init__(self, dds: DdsSettings, classifier: Classifier, **settings: Any) -> None:
         chosen = {"depth": DEPTH, "rate": 0.0, "queue": 100, **settings}
         self.steps: list[Any] = []
+        self.commands: list[str] = []
         self._node = RecognitionNode(
-            DdsMiddleware(dds), NodeSettings(**chosen), classifier, (self,)
+            DdsMiddleware(dds, f"/{chosen.get('name', 'circumspect')}"),
+            NodeSettings(**chosen),
+            classifier,
+            (self,),
         )
         self._going = True
         self._thread = threading.Thread(target=self._node.spin, args=(lambda: self._going,))
@@ -58,7 +62,8 @@ class RunningNode:
 
     def on_status(self, status: Any) -> None: ...
 
-    def on_command(self, command: str) -> None: ...
+    def on_command(self, command: str) -> None:
+        self.commands.append(command)
 
     @property
     def heard(self) -> int:
@@ -144,10 +149,10 @@ def test_late_joiners_get_model_path_and_view(peer: Any, running: Any, tmp_path:
 
 def test_commands_of_the_peer(peer: Any, running: Any) -> None:
     node = running()
-    peer("command", "/circumspect/stop").ended()
-    assert not node.running
-    peer("command", "/circumspect/start").ended()
-    assert node.running
+    for command in ("stop", "reset", "start"):
+        peer("command", f"/circumspect/{command}").ended()
+        assert node.commands[-1] == command
+        assert node.running == (command == "start")
 
 
 def test_a_peer_that_comes_again(peer: Any, running: Any, tmp_path: Path) -> None:
@@ -178,7 +183,9 @@ def test_two_nodes_at_once(peer: Any, running: Any, tmp_path: Path) -> None:
 
 def test_names_and_types_are_those_of_ros(peer: Any, running: Any) -> None:
     running()
-    found = {line["topic"]: line["type"] for line in peer("topics", "1.5").ended()}
+    lines = peer("topics", "2").ended()
+    assert {"node": "/circumspect"} in lines
+    found = {line["topic"]: line["type"] for line in lines if "topic" in line}
     assert found["rt/circumspect/model"] == "sensor_msgs::msg::dds_::PointCloud2_"
     assert found["rt/circumspect/detections"] == "vision_msgs::msg::dds_::Detection3DArray_"
     assert found["rt/circumspect/path"] == "nav_msgs::msg::dds_::Path_"
