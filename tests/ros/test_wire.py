@@ -193,14 +193,20 @@ def test_names_and_types_are_those_of_ros(peer: Any, running: Any) -> None:
     assert found["rt/diagnostics"] == "diagnostic_msgs::msg::dds_::DiagnosticArray_"
 
 
-def test_full_size_frames_at_the_cameras_rate(peer: Any, running: Any, tmp_path: Path) -> None:
-    """640 x 480 at 30 Hz, for as long as a test may take; `benchmarks.ros_wire` goes on longer."""
-    node = running(autostart=False)
+@pytest.mark.parametrize(("manner", "fewest"), [("reliable", 60), ("best-effort", 54)])
+def test_full_size_frames_at_the_cameras_rate(
+    peer: Any, running: Any, tmp_path: Path, manner: str, fewest: int
+) -> None:
+    """640 x 480 at 30 Hz, for as long as a test may take; `benchmarks.ros_wire` goes on longer.
+
+    Best effort may lose images where the kernel's buffers are small or the machine is busy.
+    """
+    node = running(autostart=False, reliable=manner == "reliable")
     depth = np.full((480, 640), 1500, np.uint16)
     mount, frames = orbit()
     parts = [struct.pack("<4I", 640, 480, 1, 16), struct.pack("<4d", 570.3, 570.3, 319.5, 239.5)]
     parts += [pose_bytes(mount), struct.pack("<d", 100.0), pose_bytes(frames[0][1].as_transform())]
     path = tmp_path / "large.bin"
     path.write_bytes(b"".join([*parts, depth.tobytes()]))
-    sent = peer("talk", path, "30", "best-effort", "90").ended()[-1]
-    assert node.heard == sent["sent"] == 90
+    sent = peer("talk", path, "30", manner, "60").ended()[-1]["sent"]
+    assert fewest <= node.heard <= sent == 60
