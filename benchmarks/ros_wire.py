@@ -140,7 +140,9 @@ def measured(
     rounds = round(seconds * RATE / STATIONS)
     words = [str(program), str(DOMAIN), "talk", str(held), str(RATE), manner, str(rounds)]
     before, start = time.process_time(), time.monotonic()
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        words, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True
+    )
     cores = (time.process_time() - before) / (time.monotonic() - start)
     sent = json.loads(done.stdout.splitlines()[-1])["sent"]
     heard, dropped, gap = hears.end()

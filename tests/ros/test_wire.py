@@ -69,6 +69,10 @@ class RunningNode:
     def heard(self) -> int:
         return self._node.health.count("depth")
 
+    def knows_talker(self) -> bool:
+        """Whether somebody publishes depth, on whom the node agrees."""
+        return self._node._middleware.publishers(DEPTH) > 0
+
     @property
     def running(self) -> bool:
         return self._node.running
@@ -161,6 +165,7 @@ def test_a_peer_that_comes_again(peer: Any, running: Any, tmp_path: Path) -> Non
     scene = scene_file(tmp_path / "scene.bin", 16, 6)
     peer("talk", scene, "10", "best-effort", "1").ended()
     first = peer("talk", scene, "2", "best-effort", "50")
+    first.go()
     before = node.heard
     first.wait_for(lambda: node.heard > before + 2, "frames")
     first.kill()
@@ -208,5 +213,7 @@ def test_full_size_frames_at_the_cameras_rate(
     parts += [pose_bytes(mount), struct.pack("<d", 100.0), pose_bytes(frames[0][1].as_transform())]
     path = tmp_path / "large.bin"
     path.write_bytes(b"".join([*parts, depth.tobytes()]))
-    sent = peer("talk", path, "30", manner, "60").ended()[-1]["sent"]
+    talker = peer("talk", path, "30", manner, "60")
+    talker.wait_for(lambda: talker.lines("ready") and node.knows_talker(), "talker")
+    sent = talker.ended()[-1]["sent"]
     assert fewest <= node.heard <= sent == 60

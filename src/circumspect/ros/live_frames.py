@@ -141,6 +141,9 @@ class LiveFrames:
             except InputError as error:
                 self._health.fault(str(error))
                 _log.warning("%s: %s", topic, error)
+            except Exception:  # one message must not make the node deaf
+                self._health.fault("a fault inside; see the log")
+                _log.exception("%s: a message could not be worked on", topic)
 
         return heard
 
