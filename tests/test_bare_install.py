@@ -10,7 +10,7 @@ from circumspect.geometry import write_ply
 
 EXTRAS = (
     "torch", "accelerate", "safetensors", "onnx", "onnxscript", "matplotlib", "embreex", "cv2",
-    "pupil_apriltags", "viser",
+    "pupil_apriltags", "viser", "cyclonedds",
 )  # fmt: skip
 
 
@@ -65,6 +65,7 @@ def test_grids_are_saved_without_their_picture(chair, tmp_path):
         (("export", "a", "b"), "train"),
         (("locate", "simulate"), "locate"),
         (("locate", "board"), "locate"),
+        (("ros2",), "ros2"),
     ],
 )
 def test_what_needs_an_extra_says_which(tmp_path, words, extra):

@@ -46,8 +46,13 @@ class Peer:
         self._log = log
         with log.open("w") as stream:
             self._process = subprocess.Popen(
-                [program, str(domain), *words], stdout=stream, stderr=subprocess.STDOUT
+                [program, str(domain), *words],
+                stdin=subprocess.PIPE,
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+                text=True,
             )
+
 
     def lines(self, topic: str | None = None) -> list[dict[str, Any]]:
         """The JSON lines so far."""
@@ -63,13 +68,20 @@ class Peer:
             time.sleep(0.05)
         return found
 
+    def go(self) -> None:
+        """Let a talker begin that waits for those who hear it."""
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+
     def ended(self, seconds: float = 90.0) -> list[dict[str, Any]]:
         """Wait for its end; all of its lines."""
+        self.go()
         code = self._process.wait(seconds)
         assert code == 0, self._log.read_text()[-2000:]
         return self.lines()
 
     def kill(self) -> None:
+        self.go()
         self._process.kill()
         self._process.wait()
 

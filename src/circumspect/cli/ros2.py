@@ -49,7 +49,7 @@ class Ros2:
         dds = DdsSettings.from_environment(os.environ)
         if self.local:
             dds = replace(dds, reach="LOCALHOST")
-        middleware = DdsMiddleware(dds)
+        middleware = DdsMiddleware(dds, self.node.node)
         try:
             classifier = Classifier.load(self.node.weights or None)
             screen = NodeScreen(self.json)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 from circumspect.errors import CircumspectError, InputError, MissingExtraError
 from circumspect.recording.ros_types import typestore
 from circumspect.ros.dds_settings import DdsSettings
-from circumspect.ros.middleware import Heard, Middleware, Quality
+from circumspect.ros.middleware import LATEST, Heard, Middleware, Quality
 from circumspect.ros.names import dds_topic
+from circumspect.ros.node_graph import ENTITIES, TOPIC, entities_message
+from circumspect.ros.wire_messages import packed
 
 if TYPE_CHECKING:
     from cyclonedds.core import Qos
@@ -29,20 +31,24 @@ _log = logging.getLogger(__name__)
 class DdsMiddleware(Middleware):
     """A participant of a DDS domain, and the thread in which messages are heard."""
 
-    def __init__(self, settings: DdsSettings) -> None:
+    def __init__(self, settings: DdsSettings, node: str = "") -> None:
         """Join a domain.
+
+        Args:
+            settings: Where the others are.
+            node: Full name under which `ros2 node list` shows it; "" for none.
 
         Raises:
             MissingExtraError: cyclonedds or rosbags is not installed.
             InputError: Cyclone DDS refuses its settings.
         """
-        typestore()
         try:
             from cyclonedds.core import DDSException, GuardCondition, WaitSet
             from cyclonedds.domain import DomainParticipant
             from cyclonedds.qos import Policy, Qos
         except ImportError as error:
             raise MissingExtraError("cyclonedds", "ros2") from error
+        typestore()
         try:
             self._domain = _domain(settings.domain, settings.cyclone())
             self._participant: Any = DomainParticipant(
@@ -57,6 +63,9 @@ class DdsMiddleware(Middleware):
         self._lock = threading.Lock()
         self._readers: dict[str, tuple[DataReader[Any], Heard]] = {}
         self._endpoints: list[Any] = []
+        self._node = node
+        self._guids: tuple[list[bytes], list[bytes]] = ([], [])
+        self._graph = self._announced() if node else None
         self._waiting = WaitSet(self._participant)
         self._wake = GuardCondition(self._participant)
         self._waiting.attach(self._wake)
@@ -70,7 +79,7 @@ class DdsMiddleware(Middleware):
         from cyclonedds.sub import DataReader
 
         with self._refusals(topic):
-            about = self._topic(topic, kind)
+            about = self._topic(dds_topic(topic), kind)
             reader = DataReader(self._participant, about, _qos(kind, quality))
             condition = ReadCondition(reader, _any_state())
         with self._lock:
@@ -78,6 +87,7 @@ class DdsMiddleware(Middleware):
             self._endpoints += [about, reader, condition]
         self._waiting.attach(condition)
         self._wake.set(True)
+        self._announce(readers=[reader])
 
     def advertise(self, topic: str, kind: str, quality: Quality) -> Callable[[bytes], None]:
         """See `Middleware.advertise`."""
@@ -86,9 +96,10 @@ class DdsMiddleware(Middleware):
         from circumspect.ros.dds_types import packed_type
 
         with self._refusals(topic):
-            about = self._topic(topic, kind)
+            about = self._topic(dds_topic(topic), kind)
             writer: Any = DataWriter(self._participant, about, _qos(kind, quality))
         self._endpoints += [about, writer]
+        self._announce(writers=[writer])
         sample = packed_type(kind)
 
         def publish(data: bytes) -> None:
@@ -127,12 +138,31 @@ class DdsMiddleware(Middleware):
         self._waiting.__del__()
         self._participant.__del__()
 
-    def _topic(self, topic: str, kind: str) -> Any:
+    def _announced(self) -> Any:
+        """The writer that tells which topics are the node's."""
+        from cyclonedds.pub import DataWriter
+
+        with self._refusals(TOPIC):
+            about = self._topic(TOPIC, ENTITIES)
+            self._endpoints.append(about)
+            return DataWriter(self._participant, about, _qos(ENTITIES, LATEST))
+
+    def _announce(self, readers: Sequence[Any] = (), writers: Sequence[Any] = ()) -> None:
+        from circumspect.ros.dds_types import packed_type
+
+        if self._graph is None:
+            return
+        self._guids[0].extend(reader.guid.bytes for reader in readers)
+        self._guids[1].extend(writer.guid.bytes for writer in writers)
+        told = entities_message(self._participant.guid.bytes, self._node, *self._guids)
+        self._graph.write(packed_type(ENTITIES)(packed(ENTITIES, told)))
+
+    def _topic(self, name: str, kind: str) -> Any:
         from cyclonedds.topic import Topic
 
         from circumspect.ros.dds_types import packed_type
 
-        return Topic(self._participant, dds_topic(topic), packed_type(kind))
+        return Topic(self._participant, name, packed_type(kind))
 
     @contextmanager
     def _refusals(self, topic: str) -> Iterator[None]:

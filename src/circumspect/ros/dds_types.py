@@ -5,8 +5,6 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, Self
 
-from rosbags.interfaces import Nodetype
-
 from circumspect.recording.ros_types import typestore
 
 SCALARS = {
@@ -79,6 +77,7 @@ def _fields(kind: str) -> dict[str, Any]:
 
 def _field(what: Any) -> Any:
     from cyclonedds.idl import types
+    from rosbags.interfaces import Nodetype
 
     shape, detail = what
     match shape:

@@ -145,7 +145,9 @@ class Health:
             # Where frames go through all the same, it is no more than a warning.
             through = self._outcome is not None and now - self._outcome[0] < RECENT
             return (WARNING if through else ERROR), f"left out: {self._fault[1]}"
-        if self._outcome is None or now - self._outcome[0] > RECENT:
+        if self._outcome is None:
+            return WARNING, "waiting for the first frame"
+        if now - self._outcome[0] > RECENT:
             return WARNING, "no frame went through the pipeline lately"
         if self._outcome[1] != CLASSIFIED:
             return WARNING, self._outcome[1]

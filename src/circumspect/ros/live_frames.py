@@ -7,6 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, MutableMapping
+from dataclasses import replace
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
@@ -76,7 +77,7 @@ class LiveFrames:
         self._subscribe_all()
 
     def _subscribe_all(self) -> None:
-        sensor = Quality(self._settings.reliable, False, SENSOR.depth)
+        sensor = replace(SENSOR, reliable=self._settings.reliable)
         wanted: list[tuple[str | None, str, Quality, str]] = [
             (TF_STATIC, TRANSFORMS, STATIC_TRANSFORMS, "static transforms"),
             (TF, TRANSFORMS, TRANSFORMS_HEARD, "transforms"),
@@ -140,6 +141,9 @@ class LiveFrames:
             except InputError as error:
                 self._health.fault(str(error))
                 _log.warning("%s: %s", topic, error)
+            except Exception:  # one message must not make the node deaf
+                self._health.fault("a fault inside; see the log")
+                _log.exception("%s: a message could not be worked on", topic)
 
         return heard
 

@@ -25,8 +25,9 @@ class Quality:
     depth: int = 10
 
 
-SENSOR = Quality(reliable=False)
-"""ROS 2's profile for sensor data; hears best effort and reliable publishers."""
+SENSOR = Quality(reliable=False, depth=30)
+"""ROS 2's profile for sensor data, which hears best effort and reliable publishers, but deeper:
+on a busy robot the receiving thread may have to wait, and a camera has 30 images a second."""
 TRANSFORMS_HEARD = Quality(reliable=False, depth=100)
 STATIC_TRANSFORMS = Quality(latched=True, depth=100)
 COMMANDS = Quality()

@@ -14,7 +14,7 @@ from circumspect.ros.names import node_path, topic_path
 DRIVERS = {
     "realsense": "/camera/camera/depth/image_rect_raw",
     "orbbec": "/camera/depth/image_raw",
-    "openni": "/camera/depth/image_raw",
+    "openni": "/camera/depth/image",
 }
 """Drivers of cameras to where they publish depth if nobody tells them otherwise."""
 LENGTHS = {"mount": (0, 5), "box": (0, 6), "intrinsics": (0, 4), "size": (2,)}

@@ -3,7 +3,9 @@
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use ros2_client::{qos::Durability, Message, MessageTypeName, Node, QosProfile, Subscription};
+use ros2_client::{
+    qos::Durability, Message, MessageTypeName, Node, NodeEvent, QosProfile, Subscription,
+};
 
 use crate::messages::*;
 use crate::node::subscription;
@@ -162,14 +164,26 @@ fn place(pose: &Pose) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// Prints every topic and node that is found within some time.
+/// Prints every node and topic that is found within some time.
 pub fn look_round(node: &mut Node, context: &ros2_client::Context, span: Duration) {
-    sleep(span);
+    let spinner = node.spinner().unwrap();
+    let events = node.status_receiver().unwrap();
+    std::thread::spawn(move || futures::executor::block_on(spinner.spin()));
+    let start = Instant::now();
+    while start.elapsed() < span {
+        while let Ok(event) = events.try_recv() {
+            if let NodeEvent::ParticipantEntities(info) = event {
+                for found in info.nodes() {
+                    println!("{{\"node\": {:?}}}", found.fully_qualified_name());
+                }
+            }
+        }
+        sleep(Duration::from_millis(20));
+    }
     for topic in context.domain_participant().discovered_topics() {
         let name = topic.topic_name();
         println!("{{\"topic\": {name:?}, \"type\": {:?}}}", topic.type_name());
     }
-    let _ = node;
 }
 
 trait Shorter {

@@ -60,8 +60,10 @@ fn wait_for_reader(node: &Node, patience: Duration) {
         assert!(start.elapsed() < patience, "nobody reads {DEPTH}");
         sleep(Duration::from_millis(20));
     }
-    // Both sides have to know each other, on every topic.
+    // Both sides have to know each other, on every topic: whoever cares says when they do.
     sleep(Duration::from_millis(500));
+    println!("{{\"topic\": \"ready\"}}");
+    std::io::stdin().read_line(&mut String::new()).unwrap();
 }
 
 fn tell(robot: &Robot, scene: &Scene, frame: &Frame, image: &Image, later: f64) {

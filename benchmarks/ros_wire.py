@@ -1,0 +1,189 @@
+"""Depth images over the wire of ROS 2: what arrives, how late, and at what cost.
+
+    python -m benchmarks.ros_wire
+
+RustDDS (by the tests' peer, which shares no code with the node's DDS) publishes 640 x 480
+depth images at 30 Hz on this machine, best effort and reliable; the node hears them. First
+the wire alone, then with the pipeline working on 5 frames a second beside it. Needs cargo.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.report import RESULTS, machine
+from circumspect.classification import Classifier
+from circumspect.evaluation.markdown import table
+from circumspect.furniture import make_furniture
+from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.recording.ros_types import IMAGE
+from circumspect.ros.dds_middleware import DdsMiddleware
+from circumspect.ros.dds_settings import DdsSettings
+from circumspect.ros.middleware import SENSOR
+from circumspect.ros.node_settings import NodeSettings
+from circumspect.ros.recognition_node import RecognitionNode
+from circumspect.ros.wire_messages import unpacked
+from circumspect.sensing import DepthNoise
+from circumspect.sensing.millimetres import millimetres
+from circumspect.simulation import CameraMount, Orbit, Scene, SimulatedCamera
+from circumspect.storage import atomic_open, write_json
+
+ROOT = Path(__file__).resolve().parent.parent
+PEER, TARGET = ROOT / "tests" / "ros" / "peer", ROOT / "build" / "ros2-peer"
+DEPTH = "/camera/depth/image_rect_raw"
+DOMAIN, RATE, STATIONS = 77, 30.0, 20
+MANNERS = (("best-effort", False), ("reliable", False), ("reliable", True))
+"""How the peer publishes, and whether the node asks for what went missing."""
+HEADS = [
+    "publisher",
+    "node asks",
+    "the node",
+    "sent",
+    "heard",
+    "lost",
+    "dropped",
+    "gap [ms]",
+    "cores",
+]
+"""Lost: on the wire. Dropped: of those taken for the pipeline, which was busy. Gap: the largest."""
+
+
+def built() -> Path:
+    """The peer's program."""
+    cargo = shutil.which("cargo")
+    if cargo is None:
+        raise SystemExit("needs cargo; see rustup.rs")
+    words = [cargo, "build", "--locked", "--quiet", "--target-dir", str(TARGET)]
+    subprocess.run(words, cwd=PEER, check=True)
+    return TARGET / "debug" / "ros2-peer"
+
+
+def scene(path: Path) -> Path:
+    """What the peer publishes: a robot that drives round a chair; see the peer's scene.rs."""
+    chair, camera = make_furniture("chair", 3), PinholeCamera.xtion()
+    way = Orbit.around(chair, camera, start=0.5)
+    mount = CameraMount.for_orbit(way).T_base_camera
+    world, stations = Scene.with_object(chair), way.stations(60)
+    frames = SimulatedCamera(world, stations.__next__, camera, DepthNoise(), 0).frames(STATIONS)
+    parts = [struct.pack("<4I", camera.width, camera.height, STATIONS, 16)]
+    parts += [struct.pack("<4d", camera.fx, camera.fy, camera.cx, camera.cy)]
+    parts += [struct.pack("<7d", *mount.translation, *mount.rotation.as_quat())]
+    for number, frame in enumerate(frames):
+        place = PlanarPose.from_transform(frame.pose * mount.inv()).as_transform()
+        numbers = (100.0 + number / RATE, *place.translation, *place.rotation.as_quat())
+        parts += [struct.pack("<8d", *numbers), millimetres(frame.depth).tobytes()]
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+class Wire:
+    """The node's DDS without the node: counts what comes."""
+
+    def __init__(self, reliable: bool) -> None:
+        self._times: list[float] = []
+        self._middleware = DdsMiddleware(DdsSettings(DOMAIN, "LOCALHOST"))
+        wanted = replace(SENSOR, reliable=reliable)
+        self._middleware.subscribe(DEPTH, IMAGE, wanted, self._heard)
+
+    def _heard(self, data: bytes) -> None:
+        self._times.append(time.monotonic())
+        assert unpacked(IMAGE, data).width == 640
+
+    def end(self) -> tuple[int, int, str]:
+        """Images heard and dropped, and the largest time between two."""
+        self._middleware.close()
+        return len(self._times), 0, f"{1e3 * float(np.diff(self._times).max()):.0f}"
+
+
+class Naming:
+    """The whole node, at its usual rate."""
+
+    def __init__(self, reliable: bool) -> None:
+        middleware = DdsMiddleware(DdsSettings(DOMAIN, "LOCALHOST"), "/circumspect")
+        classifier = Classifier.load(threads=1)
+        self._node = RecognitionNode(
+            middleware, NodeSettings(depth=DEPTH, reliable=reliable), classifier
+        )
+        self._over = threading.Event()
+        self._worker = threading.Thread(
+            target=self._node.spin, args=(lambda: not self._over.is_set(),)
+        )
+        self._worker.start()
+
+    def end(self) -> tuple[int, int, str]:
+        """Images heard, frames that gave way to newer ones; the times are not kept."""
+        self._over.set()
+        self._worker.join()
+        self._node.close()
+        return self._node.health.count("depth"), self._node.health.dropped, "-"
+
+
+def measured(
+    program: Path, held: Path, manner: str, asks: bool, seconds: float, node: bool
+) -> list[str]:
+    """One row: publish for so long, and count."""
+    hears = Naming(asks) if node else Wire(asks)
+    rounds = round(seconds * RATE / STATIONS)
+    words = [str(program), str(DOMAIN), "talk", str(held), str(RATE), manner, str(rounds)]
+    before, start = time.process_time(), time.monotonic()
+    done = subprocess.run(
+        words, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True
+    )
+    cores = (time.process_time() - before) / (time.monotonic() - start)
+    sent = json.loads(done.stdout.splitlines()[-1])["sent"]
+    heard, dropped, gap = hears.end()
+    what = "names 5 frames/s" if node else "only hears"
+    figures = (sent, heard, sent - heard, dropped)
+    asked = "--reliable" if asks else "best effort"
+    return [manner, asked, what, *(str(figure) for figure in figures), gap, f"{cores:.2f}"]
+
+
+def main() -> int:
+    """Measure and write `ros_wire.md`."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    arguments = parser.parse_args()
+    logging.disable(logging.WARNING)
+    program, rows = built(), []
+    with tempfile.TemporaryDirectory() as folder:
+        held = scene(Path(folder) / "scene.bin")
+        for node in (False, True):
+            for manner, asks in MANNERS:
+                rows.append(measured(program, held, manner, asks, arguments.seconds, node))
+                print(rows[-1], file=sys.stderr)
+    limit = Path("/proc/sys/net/core/rmem_max")
+    facts = machine()
+    if limit.exists():
+        facts["net.core.rmem_max"] = limit.read_text().strip()
+    text = (
+        f"640 x 480, 16UC1, {RATE:.0f} Hz for {arguments.seconds:.0f} s over loopback, from "
+        "RustDDS to Cyclone DDS. Lost: on the wire. "
+        "Dropped: frames that were taken for the pipeline and gave way to newer ones. Gap: the "
+        "largest between two images. Cores: of the node's process. Other work was going on on "
+        f"the machine (load {os.getloadavg()[0]:.0f}).\n\n{table(HEADS, rows)}\n\n"
+        + "".join(f"- {key}: {value}\n" for key, value in facts.items())
+    )
+    with atomic_open(arguments.out / "ros_wire.md") as stream:
+        stream.write(f"# Depth over the wire of ROS 2\n\n`python -m benchmarks.ros_wire`\n\n{text}")
+    write_json(arguments.out / "ros_wire.json", {"machine": facts, "heads": HEADS, "rows": rows})
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,89 @@
+"""What the node says of itself, and how often it says the same."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import suppress
+from types import SimpleNamespace
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.classification import Prediction
+from circumspect.errors import InputError
+from circumspect.pipeline import CLASSIFIED, NO_OBJECT
+from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS
+from circumspect.ros.health import ERROR, WARNING, WELL, Health
+from circumspect.ros.log_throttle import LogThrottle
+from circumspect.ros.wire_messages import unpacked
+
+
+class Clock:
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def step(outcome: str = CLASSIFIED, known: bool = True) -> Any:
+    prediction = Prediction("chair", 0.4, {"chair": 0.4, "sofa": 0.6}, known=known)
+    return SimpleNamespace(outcome=outcome, seen=0.5, prediction=prediction)
+
+
+def test_the_worst_is_said_first() -> None:
+    clock = Clock()
+    health = Health(clock)
+    assert health.status(True, "no depth", 0).level == ERROR
+    assert health.status(False, "no depth", 0).level == WELL
+    assert health.status(True, None, 0).text == "waiting for the first frame"
+    health.fault("wrong encoding")
+    assert health.status(True, None, 0).level == ERROR
+    health.step(step(), 20.0)
+    assert health.status(True, None, 0).level == WARNING
+    clock.now += 6
+    assert "lately" in health.status(True, None, 0).text
+    health.step(step(NO_OBJECT), 20.0)
+    assert health.status(True, None, 0).text == NO_OBJECT
+    health.step(step(), 20.0)
+    assert health.status(True, None, 0).level == WELL
+    health.step(step(known=False), 20.0)
+    status = health.status(True, None, 3)
+    assert "not sure" in status.text
+    assert (status.values["sure"], status.values["messages lost on the wire"]) == ("no", 3)
+    health.forget_answer()
+    assert health.status(True, None, 0).values["answer"] == "none yet"
+
+
+def test_reasons_do_not_grow_without_end() -> None:
+    health = Health()
+    for number in range(1000):
+        health.fault(f"reason {number}")
+    values = health.status(True, None, 0).values
+    assert sum("left out" in name for name in values) < 30
+    assert values["left out: other reasons"] == 980
+
+
+def test_the_same_line_is_said_now_and_then() -> None:
+    clock = Clock()
+    throttle = LogThrottle(5.0, clock)
+
+    def said(text: str, *words: object) -> str | None:
+        record = logging.LogRecord("a", logging.WARNING, "", 0, text, words, None)
+        return record.getMessage() if throttle.filter(record) else None
+
+    assert said("frame %d left out", 1) == "frame 1 left out"
+    assert said("frame %d left out", 2) is None
+    assert said("another") == "another"
+    clock.now += 5
+    assert said("frame %d left out", 3) == "frame 3 left out (and 1 more like this)"
+    for number in range(1000):
+        said(f"line {number}")
+    assert len(throttle._said) <= 200
+
+
+@given(st.binary(max_size=300), st.sampled_from([IMAGE, CAMERA_INFO, ODOMETRY, TRANSFORMS]))
+def test_any_bytes_are_a_message_or_a_known_fault(data: bytes, kind: str) -> None:
+    for packed in (data, b"\0\1\0\0" + data, b"\0\0\0\0" + data):
+        with suppress(InputError):
+            assert unpacked(kind, packed).__msgtype__ == kind
