@@ -10,7 +10,7 @@ INSTALL = $(PIP) $(1) || { sleep 20; $(PIP) $(1); }
 SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') \
 	CMakeLists.txt pyproject.toml constraints.txt README.md
 
-.PHONY: demo test lint bench constraints clean
+.PHONY: demo test lint docs bench constraints clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/created:
@@ -37,6 +37,10 @@ lint: $(VENV)/installed-test  ## style, types and import floors
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+
+docs: $(VENV)/installed-test  ## the documentation as pages: build/docs/index.html
+	$(BIN)/python -m sphinx -q -W --keep-going -E docs build/docs
+	@echo 'build/docs/index.html is the first page'
 
 bench: $(VENV)/installed-test  ## the benchmark suite; writes benchmarks/results/
 	$(BIN)/python -m benchmarks.run
