@@ -25,6 +25,7 @@ autodoc_default_options = {"members": True, "imported-members": True, "show-inhe
 autosummary_generate = False
 napoleon_use_ivar = True
 python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 88
 # A shape such as (height, width) before a property's text is taken for its type, and several
 # classes have a height.
 suppress_warnings = ["ref.python"]
@@ -33,6 +34,10 @@ DOCS = Path(__file__).resolve().parent
 RESULT = re.compile(r"\]\(\.\./(benchmarks/results/\w+\.md)\)")
 MARKUP = re.compile(r"(?<!\\)[*|]")
 GLUED = re.compile(r"^(?=\w)")
+ARRAY = re.compile(
+    r"~?numpy\.ndarray\[tuple\[~?(?:typing\.)?Any, \.\.\.\], "
+    r"~?numpy\.dtype\[([^\[\]]+(?:\[.*?\])?)\]\]"
+)
 CODE = re.compile(r"(`[^`]*`)")
 
 
@@ -46,9 +51,22 @@ def plain(_app, _what, _name, _object, _options, lines: list[str]) -> None:
         lines[number] = "".join(parts)
 
 
-def no_targets(_app, _what, _name, _object, _options, lines: list[str]) -> None:
-    """Types such as np.str_ end in what would be a link's mark."""
-    lines[:] = [re.sub(r"(?<=\w)_(?!\w)", r"\_", line) for line in lines]
+def short_types(_app, _what, _name, _object, _options, lines: list[str]) -> None:
+    """Arrays as they are written in the code; np.str_ ends in what would be a link's mark."""
+    for number, line in enumerate(lines):
+        lines[number] = re.sub(r"(?<=\w)_(?!\w)", r"\_", as_written(line))
+
+
+def short_signature(_app, _what, _name, _object, _options, arguments, returned):
+    """The same of arguments; a default that is made anew each time is no word for a reader."""
+    if arguments is not None:
+        arguments = as_written(arguments).replace("<factory>", "...")
+    return arguments, None if returned is None else as_written(returned)
+
+
+def as_written(types: str) -> str:
+    """NDArray instead of what it stands for."""
+    return ARRAY.sub(r"~numpy.typing.NDArray[\1]", types)
 
 
 def to_benchmarks(link: re.Match[str]) -> str:
@@ -66,5 +84,6 @@ def forge_links(_app, _name, text: list[str]) -> None:
 def setup(app) -> None:
     """Join in where docstrings and pages are read."""
     app.connect("autodoc-process-docstring", plain, priority=400)
-    app.connect("autodoc-process-docstring", no_targets, priority=900)
+    app.connect("autodoc-process-docstring", short_types, priority=900)
+    app.connect("autodoc-process-signature", short_signature)
     app.connect("source-read", forge_links)

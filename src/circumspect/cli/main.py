@@ -86,10 +86,20 @@ def _dispatch(words: list[str]) -> int:
     if words[0] == "--version":
         sys.stdout.write(f"circumspect {__version__}\n")
         return 0
-    return _parsed(words[0], words[1:]).run()
+    return parsed(words[0], words[1:]).run()
 
 
-def _parsed(name: str, flags: list[str]) -> Any:
+def parsed(name: str, flags: Sequence[str]) -> Any:
+    """A command with its flags, ready to run.
+
+    Args:
+        name: One of `COMMANDS`.
+        flags: The words after it.
+
+    Raises:
+        CircumspectError: There is no such command.
+        SystemExit: The flags are wrong, or ask for help; it has been told.
+    """
     if name not in COMMANDS:
         near = difflib.get_close_matches(name, COMMANDS, 1)
         hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(COMMANDS)}"
