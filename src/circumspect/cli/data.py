@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
@@ -26,7 +26,7 @@ class Data:
     what: tyro.conf.Positional[Literal["fetch", "verify"]]
     """fetch: download and unpack; an interrupted download goes on. verify: count every class and
     split, and name what is missing, foreign or broken."""
-    which: tyro.conf.Positional[str]
+    which: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SET")]
     """What to fetch (modelnet10), or the folder to verify: point packs, OFF files, or a set that
     `circumspect gather` made."""
     out: Path = Path()

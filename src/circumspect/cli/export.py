@@ -28,9 +28,9 @@ class Export:
     $ circumspect export runs/a committee.onnx --committee runs/b runs/c
     """
 
-    weights: Annotated[Path, tyro.conf.Positional]
+    weights: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """A checkpoint, or the folder of a run."""
-    out: Annotated[Path, tyro.conf.Positional]
+    out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.onnx")]
     """The ONNX file to write; it is kept only if it answers as the networks do."""
     committee: tuple[Path, ...] = ()
     """Further checkpoints or runs, whose logits are averaged with the first's."""

@@ -28,6 +28,7 @@ COMMANDS = {
     "data": ("data:Data", "fetch and verify data sets"),
     "nets": ("nets:Nets", "every network, with its size and work"),
     "doctor": ("doctor:Doctor", "what is installed and what is missing"),
+    "completion": ("completion:Completion", "the Tab key completes commands and flags"),
 }
 
 HELP = """circumspect: name an object from any side
@@ -36,6 +37,7 @@ HELP = """circumspect: name an object from any side
   circumspect scan chair.obj          the same for your own mesh
   circumspect classify chair.ply      name the object in a file
   circumspect COMMAND --help          everything about one command
+  circumspect doctor                  what is there, what is missing
 
 commands:
 {commands}
@@ -80,10 +82,12 @@ def _close_output() -> None:
 
 
 def _dispatch(words: list[str]) -> int:
+    if words[:1] == ["help"] and len(words) > 1:
+        words = [words[1], "--help"]
     if not words or words[0] in ("-h", "--help", "help"):
         sys.stdout.write(help_text())
         return 0 if words else 2
-    if words[0] == "--version":
+    if words[0] in ("--version", "-V"):
         sys.stdout.write(f"circumspect {__version__}\n")
         return 0
     return parsed(words[0], words[1:]).run()
@@ -100,15 +104,25 @@ def parsed(name: str, flags: Sequence[str]) -> Any:
         CircumspectError: There is no such command.
         SystemExit: The flags are wrong, or ask for help; it has been told.
     """
+    from circumspect.cli.flags import parse
+
+    return parse(command(name), f"circumspect {name}", flags)
+
+
+def command(name: str) -> Any:
+    """The data class of a command.
+
+    Raises:
+        CircumspectError: There is no such command.
+    """
+    if name.startswith("-"):
+        raise CircumspectError(f"flags come after the command: circumspect COMMAND {name}")
     if name not in COMMANDS:
         near = difflib.get_close_matches(name, COMMANDS, 1)
         hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(COMMANDS)}"
         raise CircumspectError(f"no command '{name}'; {hint}")
-    import tyro
-
     module, kind = COMMANDS[name][0].split(":")
-    command = getattr(import_module(f"circumspect.cli.{module}"), kind)
-    return tyro.cli(command, prog=f"circumspect {name}", args=flags)
+    return getattr(import_module(f"circumspect.cli.{module}"), kind)
 
 
 def help_text() -> str:
