@@ -68,7 +68,7 @@ class Completion:
     $ circumspect completion fish > ~/.config/fish/completions/circumspect.fish
     $ source <(circumspect completion bash)
 
-    It works in shells that are opened afterwards; the last line is for bash as it is.
+    It works in shells opened afterwards; the last line is for bash as it is.
 
     zsh needs in ~/.zshrc: fpath+=~/.zfunc; autoload -Uz compinit; compinit
     """

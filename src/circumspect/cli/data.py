@@ -49,7 +49,7 @@ class Data:
 
         if self.which.lower() != "modelnet10":
             raise InputError(f"no data set '{self.which}' to fetch; known: modelnet10")
-        with progress_bar("bytes") as progress:
+        with progress_bar("ModelNet10", of_bytes=True) as progress:
             return fetch_modelnet10(self.out, self.url or URL, self.sha256, progress=progress)
 
     def _verify_gathered(self, path: Path) -> int:

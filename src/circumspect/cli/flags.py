@@ -81,10 +81,12 @@ def _explained(info: StructTypeInfo) -> StructConstructorSpec | None:
         entry.arg_name: " ".join((entry.description or "").split())
         for entry in docstring_parser.parse_from_object(info.type).params
     }
+    hinted = tyro.conf.arg(help_behavior_hint=_hint)
+    kinds: dict[str, Any] = {name: Annotated[hint, hinted] for name, hint in hints.items()}
     fields = [
         StructFieldSpec(
             name=field.name,
-            type=Annotated[hints[field.name], tyro.conf.arg(help_behavior_hint=_hint)],
+            type=kinds[field.name],
             default=_default(field),
             helptext=told.get(field.name),
         )
@@ -110,7 +112,7 @@ def _optional(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     if info.type_origin not in (Union, types.UnionType) or types.NoneType not in kinds:
         return None
     given = [kind for kind in kinds if kind is not types.NoneType]
-    inner = Union[tuple(given)]  # noqa: UP007 - put together at run time
+    inner: Any = Union[tuple(given)]  # noqa: UP007 - put together at run time
     spec = ConstructorRegistry.get_primitive_spec(PrimitiveTypeInfo.make(inner, info.markers))
     if not isinstance(spec, PrimitiveConstructorSpec):
         return None
