@@ -73,8 +73,9 @@ def _cli(
 
 def _explained(info: StructTypeInfo) -> StructConstructorSpec | None:
     """Fields as they are, with their docstrings as flowing text and no word on empty defaults."""
-    ours = getattr(info.type, "__module__", "").startswith("circumspect.")
-    if not (ours and dataclasses.is_dataclass(info.type)):
+    # A union of commands comes wrapped in a data class of tyro's own.
+    wrapper = getattr(info.type, "__module__", "").startswith("tyro.")
+    if wrapper or not dataclasses.is_dataclass(info.type):
         return None
     hints = get_type_hints(info.type, include_extras=True)
     told = {

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import InputError
-from circumspect.grid.cylindrical_grid import AZIMUTH_AXIS
+from circumspect.grid.cylindrical_grid import AZIMUTH_AXIS, CylindricalGrid
 from circumspect.grid.occupancy_grid import OccupancyGrid
 
 
@@ -38,9 +38,14 @@ def angular_spectrum(
         (…, radius, order, height).
 
     Raises:
-        InputError: Fewer than three axes, or orders that are not whole numbers.
+        InputError: Fewer than three axes, a grid that is not cylindrical, or orders that are not
+            whole numbers.
     """
-    cells = np.asarray(values.occupied if isinstance(values, OccupancyGrid) else values)
+    if isinstance(values, OccupancyGrid):
+        if not isinstance(values.grid, CylindricalGrid):
+            raise InputError("only a cylindrical grid has an angular spectrum")
+        values = values.occupied
+    cells = np.asarray(values)
     if cells.ndim < 3:
         raise InputError(f"values must have shape (…, radius, azimuth, height), not {cells.shape}")
     axis = _azimuth_of(cells)
