@@ -230,7 +230,7 @@ def test_turns_about_the_vertical_add_up(first, second):
     cloud = PointCloud(np.array([[1.0, 0.0, 2.0], [0.0, 3.0, -1.0]]), areas=np.array([1.0, 2.0]))
     both = cloud.turned(first).turned(second)
     np.testing.assert_allclose(both.points_xyz, cloud.turned(first + second).points_xyz, atol=1e-9)
-    expected = Rotation.from_rotvec([0.0, 0.0, first]).apply(cloud.points_xyz)
+    expected = Rotation.from_rotvec([0.0, 0.0, first]).apply(cloud.points_xyz.copy())
     np.testing.assert_allclose(cloud.turned(first).points_xyz, expected, atol=1e-12)
     np.testing.assert_allclose(both.areas, cloud.areas)
 
