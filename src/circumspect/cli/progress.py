@@ -29,8 +29,9 @@ def progress_bar(what: str, of_bytes: bool = False) -> Iterator[Callable[[int, i
         A function to call with (done, all).
     """
     with bars(of_bytes) as shown:
-        task = shown.add_task(what, total=None, note="")
-        yield lambda done, total: shown.update(task, completed=done, total=total)
+        # What turns out to be there already shows no bar at all.
+        task = shown.add_task(what, total=None, note="", visible=False)
+        yield lambda done, total: shown.update(task, completed=done, total=total, visible=True)
 
 
 def speaks() -> bool:
