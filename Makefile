@@ -10,7 +10,7 @@ INSTALL = $(PIP) $(1) || { sleep 20; $(PIP) $(1); }
 SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') \
 	CMakeLists.txt pyproject.toml constraints.txt README.md
 
-.PHONY: demo viewer test lint audit bench constraints clean
+.PHONY: demo viewer test lint audit docs bench constraints clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/created:
@@ -47,6 +47,10 @@ lint: $(VENV)/installed-test  ## style, types and import floors
 
 audit: $(VENV)/installed-test  ## known faults of the packages that are pinned and installed
 	$(BIN)/python .ci/audit.py
+
+docs: $(VENV)/installed-test  ## the documentation as pages: build/docs/index.html
+	$(BIN)/python -m sphinx -q -W --keep-going -E docs build/docs
+	@echo 'build/docs/index.html is the first page'
 
 bench: $(VENV)/installed-test  ## the benchmark suite; writes benchmarks/results/
 	$(BIN)/python -m benchmarks.run

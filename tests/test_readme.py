@@ -1,12 +1,10 @@
 import re
-import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from circumspect.cli.main import COMMANDS, main
 from circumspect.furniture import make_furniture
 from circumspect.geometry import write_ply
 
@@ -18,32 +16,12 @@ def blocks(language):
     return re.findall(rf"```{language}\n(.*?)```", README, flags=re.S)
 
 
-def commands():
-    docs = [page for page in (ROOT / "docs").glob("*.md") if page.name != "benchmarks.md"]
-    pages = [README] + [page.read_text() for page in docs]
-    joined = [re.sub(r"\\\n\s*", "", page) for page in pages]
-    lines = [line for page in joined for line in re.findall(r"^circumspect .*$", page, re.M)]
-    return sorted({line.split("#")[0].strip() for line in lines})
-
-
 @pytest.mark.parametrize("code", blocks("python"))
 def test_python_snippets_run(code, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     write_ply("chair.ply", make_furniture("chair", 3).sampled(20_000, 0))
     exec(code, {})
     assert capsys.readouterr().out.startswith("chair ")
-
-
-@pytest.mark.parametrize("line", commands())
-def test_commands_and_their_flags_exist(line, capsys):
-    name, *words = shlex.split(line)[1:]
-    assert name in COMMANDS
-    subcommand = words[:1] if name == "locate" else []
-    with pytest.raises(SystemExit):
-        main([name, *subcommand, "--help"])
-    explained = capsys.readouterr().out
-    for flag in (word for word in words if word.startswith("--")):
-        assert re.search(rf"{flag}\b", explained), f"{name} has no {flag}"
 
 
 def test_short_with_one_picture_that_exists():

@@ -108,12 +108,6 @@ def test_nets_lists_what_each_costs(capsys):
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
-def test_doctor(capsys):
-    assert run("doctor", "--json") == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["runtime"]["numpy"] == np.__version__
-
-
 def test_unknown_words_are_explained(capsys):
     assert run("clasify") == 2
     assert "did you mean classify?" in capsys.readouterr().err

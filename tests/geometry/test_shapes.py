@@ -223,3 +223,19 @@ def test_sampling_covers_the_surface():
     probe = mesh.sampled(2000, 1).points_xyz
     distance, _ = KDTree(mesh.sampled(20_000, 2).points_xyz).query(probe)
     assert distance.max() < 0.15
+
+
+@given(st.floats(-10, 10), st.floats(-10, 10))
+def test_turns_about_the_vertical_add_up(first, second):
+    cloud = PointCloud(np.array([[1.0, 0.0, 2.0], [0.0, 3.0, -1.0]]), areas=np.array([1.0, 2.0]))
+    both = cloud.turned(first).turned(second)
+    np.testing.assert_allclose(both.points_xyz, cloud.turned(first + second).points_xyz, atol=1e-9)
+    expected = Rotation.from_rotvec([0.0, 0.0, first]).apply(cloud.points_xyz.copy())
+    np.testing.assert_allclose(cloud.turned(first).points_xyz, expected, atol=1e-12)
+    np.testing.assert_allclose(both.areas, cloud.areas)
+
+
+@pytest.mark.parametrize("yaw", [np.nan, np.inf])
+def test_no_turn_by_what_is_no_angle(yaw):
+    with pytest.raises(GeometryError, match="finite"):
+        PointCloud(np.eye(3)).turned(yaw)

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from circumspect.errors import InputError
 from circumspect.grid import (
     AZIMUTH_AXIS,
+    CylindricalGrid,
+    RectangularGrid,
     angular_spectrum,
     rotate_spectrum,
     spectrum_orders,
@@ -82,3 +84,11 @@ def test_chosen_orders_of_many_grids():
 def test_wrong_shapes_are_refused(call, message):
     with pytest.raises(InputError, match=message):
         call()
+
+
+def test_of_a_grid_the_occupied_cells_count():
+    points = np.random.default_rng(0).uniform(-1, 1, (200, 3))
+    grid = CylindricalGrid((4, 8, 4), 2.0).hits(points)
+    np.testing.assert_array_equal(angular_spectrum(grid), angular_spectrum(grid.occupied))
+    with pytest.raises(InputError, match="cylindrical"):
+        angular_spectrum(RectangularGrid((4, 4, 4), 2.0).hits(points))

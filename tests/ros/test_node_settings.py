@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from circumspect.cli.main import main
-from circumspect.cli.ros2 import parsed
+from circumspect.cli.main import parsed
 from circumspect.errors import CircumspectError, InputError
 from circumspect.ros.names import dds_topic, node_path, topic_path
 from circumspect.ros.node_settings import NodeSettings
@@ -53,10 +53,10 @@ def test_nested_namespaces_and_the_last_word(params: Path) -> None:
 
 
 def test_flags_win_over_the_file_and_the_file_over_defaults(params: Path) -> None:
-    node = parsed(["--params-file", str(params), "--rate", "1", "--autostart"]).node
+    node = parsed("ros2", ["--params-file", str(params), "--rate", "1", "--autostart"]).node
     assert (node.rate, node.autostart, node.depth) == (1.0, True, "/cam/depth/image_raw")
-    assert parsed(["--params-file", str(params)]).node.rate == 2.5
-    named = parsed(["--params-file", str(params), "--namespace", "robot1"]).node
+    assert parsed("ros2", ["--params-file", str(params)]).node.rate == 2.5
+    named = parsed("ros2", ["--params-file", str(params), "--namespace", "robot1"]).node
     assert (named.node, named.queue) == ("/robot1/circumspect", 7)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
@@ -26,7 +26,7 @@ class Data:
     what: tyro.conf.Positional[Literal["fetch", "verify"]]
     """fetch: download and unpack; an interrupted download goes on. verify: count every class and
     split, and name what is missing, foreign or broken."""
-    which: tyro.conf.Positional[str]
+    which: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SET")]
     """What to fetch (modelnet10), or the folder to verify: point packs, OFF files, or a set that
     `circumspect gather` made."""
     out: Path = Path()
@@ -49,7 +49,7 @@ class Data:
 
         if self.which.lower() != "modelnet10":
             raise InputError(f"no data set '{self.which}' to fetch; known: modelnet10")
-        with progress_bar("bytes") as progress:
+        with progress_bar("ModelNet10", of_bytes=True) as progress:
             return fetch_modelnet10(self.out, self.url or URL, self.sha256, progress=progress)
 
     def _verify_gathered(self, path: Path) -> int:

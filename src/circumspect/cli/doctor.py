@@ -1,68 +1,101 @@
-"""`circumspect doctor`: what is installed, which extras are missing, how to get them."""
+"""`circumspect doctor`: what is installed and works, what is missing, how to get it."""
 
 from __future__ import annotations
 
 import json
+import os
 import platform
-from dataclasses import dataclass
-from importlib import metadata
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
 
-EXTRAS = {
-    "runtime": (
-        "numpy",
-        "scipy",
-        "trimesh",
-        "small_gicp",
-        "onnxruntime",
-        "tyro",
-        "rich",
-        "pillow",
-    ),
-    "sim": ("embreex", "mujoco-core", "matplotlib"),
-    "train": ("torch", "accelerate", "safetensors", "onnx", "onnxscript", "tensorboard"),
-    "data": ("pooch",),
-    "bags": ("mcap", "rosbags"),
-    "viewer": ("viser",),
-    "ros2": ("cyclonedds", "rosbags", "PyYAML"),
-    "locate": ("pupil-apriltags", "opencv-python-headless"),
-}
+DATA = ("ModelNet10", "modelnet10", "redkitchen")
+"""Folders that are looked for here and in $CIRCUMSPECT_DATA."""
 
 
 @dataclass(frozen=True)
 class Doctor:
-    """What is installed, which extras are missing, how to get them."""
+    """What is installed and works, which extras are missing, and how to get them.
+
+    $ circumspect doctor
+    $ circumspect doctor --json
+
+    The exit code is 1 where something that every command needs is missing or fails.
+    """
 
     json: bool = False
-    """Print one JSON object and nothing else on standard output."""
+    """One JSON object and nothing else on standard output."""
 
     def run(self) -> int:
-        """Report; exit code 1 where the runtime itself is incomplete."""
-        found = {extra: {name: _version(name) for name in names} for extra, names in EXTRAS.items()}
+        """Look, try, tell."""
+        from circumspect.cli.installed import RUNTIME, installed
+        from circumspect.cli.self_test import self_test
+
+        extras, checks = installed(), self_test()
+        document = {**_machine(), "extras": extras, "checks": [asdict(check) for check in checks]}
         if self.json:
-            print(json.dumps({"python": platform.python_version(), **found}))  # noqa: T201
+            print(json.dumps(document))  # noqa: T201
         else:
-            _show(found)
-        return 0 if all(found["runtime"].values()) else 1
+            _show(document)
+        works = all(extras[RUNTIME].values()) and all(check.works for check in checks)
+        return 0 if works else 1
 
 
-def _show(found: dict[str, dict[str, str | None]]) -> None:
+def _machine() -> dict[str, Any]:
+    from circumspect import __version__
+    from circumspect.datasets.cache_folder import cache_folder
+
+    cache = cache_folder(".")
+    places = (Path(), Path(os.environ.get("CIRCUMSPECT_DATA", ".")))
+    found = {str(place / name) for place in places for name in DATA if (place / name).is_dir()}
+    return {
+        "circumspect": __version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "cores": len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count(),
+        "cache": {"folder": str(cache), "bytes": _size(cache)},
+        "data": sorted(found),
+    }
+
+
+def _size(folder: Path) -> int:
+    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+
+
+def _show(document: dict[str, Any]) -> None:
     from rich.console import Console
+    from rich.table import Table
 
-    console = Console()
-    console.print(f"circumspect {metadata.version('circumspect')}, {platform.platform()}")
-    for extra, packages in found.items():
+    from circumspect.cli.installed import FOR, remedy
+
+    console = Console(highlight=False)
+    console.print(
+        f"[bold]circumspect {document['circumspect']}[/bold], Python {document['python']}, "
+        f"{document['cores']} cores\n{document['platform']}",
+        soft_wrap=True,
+    )
+    console.print()
+    for check in document["checks"]:
+        mark = "[green]works [/green]" if check["works"] else "[red]BROKEN[/red]"
+        console.print(f"{mark}  {check['what']}: ", check["told"], sep="", soft_wrap=True)
+    table = Table("extra", "", "what for", "packages", box=None, pad_edge=False)
+    lacking = []
+    for extra, packages in document["extras"].items():
         missing = [name for name, version in packages.items() if version is None]
-        state = "complete" if not missing else f"missing {', '.join(missing)}"
-        console.print(f"[bold]{extra}[/bold]: {state}")
-        for name, version in packages.items():
-            console.print(f"  {name:14} {version or '-'}")
-        if missing:
-            target = "circumspect" if extra == "runtime" else f'"circumspect\\[{extra}]"'
-            console.print(f"  get it with: pip install {target}")
-
-
-def _version(package: str) -> str | None:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None
+        lacking += [extra] if missing else []
+        told = ", ".join(f"{name} {found or '-'}" for name, found in packages.items())
+        state = "[yellow]missing[/yellow]" if missing else "[green]there[/green]"
+        table.add_row(extra, state, FOR.get(extra, ""), told)
+    console.print()
+    console.print(table)
+    console.print()
+    cache = document["cache"]
+    console.print(f"cache: {cache['folder']} ({cache['bytes'] / 1e6:.0f} MB)", soft_wrap=True)
+    data = ", ".join(document["data"]) or "none here; get some: circumspect data fetch modelnet10"
+    console.print(f"data: {data}", soft_wrap=True)
+    for extra in lacking:
+        console.print(
+            f"get what {extra} lacks: ", remedy(extra), sep="", markup=False, soft_wrap=True
+        )

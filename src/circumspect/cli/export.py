@@ -29,10 +29,10 @@ class Export:
     $ circumspect export runs/a planes.onnx --examples modelnet10
     """
 
-    weights: Annotated[Path, tyro.conf.Positional]
+    weights: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """A checkpoint, or the folder of a run. Or an ONNX file exported before: what it lacks is
     added, its answers stay."""
-    out: Annotated[Path, tyro.conf.Positional]
+    out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.onnx")]
     """The ONNX file to write; it is kept only if it answers as the networks do."""
     committee: tuple[Path, ...] = ()
     """Further checkpoints or runs, whose logits are averaged with the first's."""

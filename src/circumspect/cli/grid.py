@@ -24,7 +24,7 @@ class Grid:
     $ circumspect grid chair.ply --turn 0 45 90 100
     """
 
-    file: Annotated[Path, tyro.conf.Positional]
+    file: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
     """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, NPY or NPZ."""
     out: Path | None = None
     """The npz to write; the picture lies beside it. FILE-grid.npz here by default."""

@@ -95,5 +95,5 @@ def _told(record: dict[str, Any]) -> str:
         f"{record['rate_hz']:.0f} times a second."
     )
     lines += record["reports"]
-    lines.append(f"All of it is in {record['run']}; start with {record['run']}/space.png")
+    lines.append(f"All of it is in {record['run']}; begin with space.png there")
     return "\n".join(lines)

@@ -156,5 +156,5 @@ def _told(record: dict[str, Any]) -> str:
             f"{1e3 * error['position_max_m']:.2f} mm at most; {error['yaw_rmse_deg']:.3f}°."
         )
     lines += record["reports"]
-    lines.append(f"All of it is in {record['run']}; start with {record['run']}/space.png")
+    lines.append(f"All of it is in {record['run']}; begin with space.png there")
     return "\n".join(lines)

@@ -22,7 +22,7 @@ COMMANDS = {
     "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),
     "view": ("view:View", "the dashboard for a finished run, in the browser"),
     "record": ("record:Record", "what a recording holds"),
-    "ros2": ("ros2:parsed", "a ROS 2 node that names what a robot's camera sees"),
+    "ros2": ("ros2:Ros2", "a ROS 2 node that names what a robot's camera sees"),
     "locate": ("locate:Locate", "the intelligent space: ceiling cameras see the robot"),
     "train": ("train:Train", "train a network"),
     "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
@@ -31,7 +31,10 @@ COMMANDS = {
     "data": ("data:Data", "fetch and verify data sets"),
     "nets": ("nets:Nets", "every network, with its size and work"),
     "doctor": ("doctor:Doctor", "what is installed and what is missing"),
+    "completion": ("completion:Completion", "the Tab key completes commands and flags"),
 }
+PRESETS = {"ros2": "ros2:preset"}
+"""Commands whose flags may name a file with values in the place of the defaults."""
 
 HELP = """circumspect: name an object from any side
 
@@ -39,6 +42,7 @@ HELP = """circumspect: name an object from any side
   circumspect scan chair.obj          the same for your own mesh
   circumspect classify chair.ply      name the object in a file
   circumspect COMMAND --help          everything about one command
+  circumspect doctor                  what is there, what is missing
 
 commands:
 {commands}
@@ -83,27 +87,54 @@ def _close_output() -> None:
 
 
 def _dispatch(words: list[str]) -> int:
+    if words[:1] == ["help"] and len(words) > 1:
+        words = [words[1], "--help"]
     if not words or words[0] in ("-h", "--help", "help"):
         sys.stdout.write(help_text())
         return 0 if words else 2
-    if words[0] == "--version":
+    if words[0] in ("--version", "-V"):
         sys.stdout.write(f"circumspect {__version__}\n")
         return 0
-    return _parsed(words[0], words[1:]).run()
+    return parsed(words[0], words[1:]).run()
 
 
-def _parsed(name: str, flags: list[str]) -> Any:
+def parsed(name: str, flags: Sequence[str]) -> Any:
+    """A command with its flags, ready to run.
+
+    Args:
+        name: One of `COMMANDS`.
+        flags: The words after it.
+
+    Raises:
+        CircumspectError: There is no such command.
+        SystemExit: The flags are wrong, or ask for help; it has been told.
+    """
+    from circumspect.cli.flags import parse
+
+    kind = command(name)
+    preset = _named(PRESETS[name])(flags) if name in PRESETS else None
+    return parse(kind, f"circumspect {name}", flags, preset)
+
+
+def command(name: str) -> Any:
+    """The data class of a command.
+
+    Raises:
+        CircumspectError: There is no such command.
+    """
+    if name.startswith("-"):
+        raise CircumspectError(f"flags come after the command: circumspect COMMAND {name}")
     if name not in COMMANDS:
         near = difflib.get_close_matches(name, COMMANDS, 1)
         hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(COMMANDS)}"
         raise CircumspectError(f"no command '{name}'; {hint}")
-    import tyro
+    return _named(COMMANDS[name][0])
 
-    module, kind = COMMANDS[name][0].split(":")
-    command = getattr(import_module(f"circumspect.cli.{module}"), kind)
-    if not isinstance(command, type):
-        return command(flags)  # Its defaults are in a file that the flags name.
-    return tyro.cli(command, prog=f"circumspect {name}", args=flags)
+
+def _named(place: str) -> Any:
+    """What MODULE:NAME tells of this package."""
+    module, name = place.split(":")
+    return getattr(import_module(f"circumspect.cli.{module}"), name)
 
 
 def help_text() -> str:

@@ -11,7 +11,11 @@ from circumspect.errors import MissingExtraError
 
 @dataclass(frozen=True)
 class Nets:
-    """Every network, with its size and work."""
+    """Every network, with its size and work.
+
+    $ circumspect nets
+    $ circumspect nets --classes 40 --json
+    """
 
     json: bool = False
     """One JSON object a line on standard output and nothing else there."""

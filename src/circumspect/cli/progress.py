@@ -7,22 +7,31 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    DownloadColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeRemainingColumn,
+)
 
 
 @contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(what: str, of_bytes: bool = False) -> Iterator[Callable[[int, int], None]]:
     """Show a bar while the block runs.
 
     Args:
         what: What is being done.
+        of_bytes: What is counted are bytes, and told as MB.
 
     Yields:
         A function to call with (done, all).
     """
-    with bars() as shown:
-        task = shown.add_task(what, total=None, note="")
-        yield lambda done, total: shown.update(task, completed=done, total=total)
+    with bars(of_bytes) as shown:
+        # What turns out to be there already shows no bar at all.
+        task = shown.add_task(what, total=None, note="", visible=False)
+        yield lambda done, total: shown.update(task, completed=done, total=total, visible=True)
 
 
 def speaks() -> bool:
@@ -30,13 +39,17 @@ def speaks() -> bool:
     return os.environ.get("RANK", "0") == "0"
 
 
-def bars() -> Progress:
-    """Bars with a count and the time left; they vanish where nobody watches."""
+def bars(of_bytes: bool = False) -> Progress:
+    """Bars with a count and the time left; they vanish where nobody watches.
+
+    Args:
+        of_bytes: See `progress_bar`.
+    """
     console = Console(stderr=True)
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
-        MofNCompleteColumn(),
+        DownloadColumn() if of_bytes else MofNCompleteColumn(),
         TimeRemainingColumn(),
         TextColumn("{task.fields[note]}"),
         console=console,

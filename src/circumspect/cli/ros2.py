@@ -70,8 +70,8 @@ class Ros2:
         return 0
 
 
-def parsed(words: Sequence[str]) -> Ros2:
-    """The command of its flags, where those of a parameter file stand before the defaults."""
+def preset(words: Sequence[str]) -> Ros2:
+    """What a parameter file that the flags name puts in the place of the defaults."""
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     first.add_argument("--params-file", "--params_file", nargs="?")
     for flag in ("--name", "--namespace"):
@@ -84,4 +84,4 @@ def parsed(words: Sequence[str]) -> Ros2:
 
         called = NodeSettings(early.name or node.name, early.namespace or node.namespace)
         node = NodeSettings.from_parameters(read_parameters(early.params_file, called.node))
-    return tyro.cli(Ros2, prog="circumspect ros2", args=list(words), default=Ros2(node=node))
+    return Ros2(node=node)

@@ -72,7 +72,8 @@ class RunScreen:
         done = count if self._done is None else min(self._done(step), self._total)
         live = f"{note}  gate closed" if closed else note
         self._progress.update(self._task, completed=done, note=live)
-        if not self._live and (step.index % TELL_EVERY == 0 or count == self._total):
+        last = self._done is None and count == self._total
+        if not self._live and (step.index % TELL_EVERY == 0 or last):
             if closed and step.pose is not None:
                 note += f"  gate: {step.pose.gate}"
             where = f"/{self._total}" if self._done is None else f"  {done:3.0f}/{self._total}"
@@ -107,9 +108,10 @@ def tell_result(result: RecognitionResult, folder: RunFolder, as_json: bool, hea
 
 def tell_where(folder: RunFolder) -> None:
     """Print where the run was written, and with what to start."""
-    missing = f" (no picture: {folder.picture_missing})" if folder.picture_missing else ""
-    shown = folder.path if folder.picture_missing else folder.path / "picture.png"
-    print(f"All of it is in {folder.path}; start with {shown}{missing}")  # noqa: T201
+    hint = "; begin with picture.png there"
+    if folder.picture_missing:
+        hint = f" (no picture: {folder.picture_missing})"
+    print(f"All of it is in {folder.path}{hint}")  # noqa: T201
 
 
 def verdict(result: RecognitionResult, truth: str | None) -> str:

@@ -53,7 +53,7 @@ class Scan:
     frames: int = 4000
     """The scan ends after so many frames."""
     clutter: bool = True
-    """Put other things into the room."""
+    """Put nothing else into the room; without it other things stand about."""
     mast_height: float = 1.2
     """Height of the camera above the floor [m]."""
     tilt: float | None = None

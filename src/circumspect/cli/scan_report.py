@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -72,7 +73,7 @@ class ScanReport:
         ]
         told += [sentence for sentence in (_sentence(error), _space_sentence(seen)) if sentence]
         for sentence in told:
-            print(fill(sentence, shutil.get_terminal_size().columns))  # noqa: T201
+            print(_wrapped(sentence))  # noqa: T201
         tell_where(self.folder)
 
     @property
@@ -124,6 +125,12 @@ class ScanReport:
             "run": str(self.folder.path),
             "ended": self._parts.scan.ended,
         }
+
+
+def _wrapped(sentence: str) -> str:
+    """As wide as the terminal; a number and its unit stay together."""
+    joined = re.sub(r"(?<=\d) (?=m?m\b)", "\u00a0", sentence)
+    return fill(joined, shutil.get_terminal_size().columns).replace("\u00a0", " ")
 
 
 def _space_sentence(seen: Mapping[str, float | None]) -> str | None:

@@ -53,7 +53,7 @@ class Train:
     partial: float | None = None
     """Share of the variants that hold only what a scan of a part of the object sees, 0 … 1."""
     validation: bool = True
-    """Choose the best epoch on held-back objects; with --no-validation all objects train."""
+    """Train on all objects; without it the best epoch is chosen on held-back ones."""
     validation_salt: str = ""
     """Another text holds back other objects."""
     precision: Literal["fp32", "bf16"] = "fp32"

@@ -1,9 +1,17 @@
 """Labelled objects for training and evaluation; NumPy only."""
 
 from circumspect.datasets.augmentation import Augmentation
+from circumspect.datasets.furniture_set import furniture_set
 from circumspect.datasets.grid_cache import GridCache
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.open_data_set import open_data_set
 from circumspect.datasets.validation_split import validation_split
 
-__all__ = ["Augmentation", "GridCache", "ObjectSet", "open_data_set", "validation_split"]
+__all__ = [
+    "Augmentation",
+    "GridCache",
+    "ObjectSet",
+    "furniture_set",
+    "open_data_set",
+    "validation_split",
+]

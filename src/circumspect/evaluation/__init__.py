@@ -1,1 +1,25 @@
 """How good an answer is: accuracy over yaw, confusion, calibration, and figures of them."""
+
+from circumspect.evaluation.calibration import Reliability, reliability
+from circumspect.evaluation.predictor import Predictor, load_predictor
+from circumspect.evaluation.trajectory_error import (
+    Alignment,
+    TrajectoryError,
+    absolute_trajectory_error,
+    relative_pose_error,
+)
+from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws, sweep_yaw
+
+__all__ = [
+    "Alignment",
+    "Predictor",
+    "Reliability",
+    "TrajectoryError",
+    "YawSweep",
+    "absolute_trajectory_error",
+    "load_predictor",
+    "relative_pose_error",
+    "reliability",
+    "spread_yaws",
+    "sweep_yaw",
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,8 +64,10 @@ def scanned_object(
     if Path(words).suffix or Path(words).name != words:
         raise InputError(f"{words}: no such file")
     hint = "; --data says where the point packs are" if re.search(r"_\d+$", words) else ""
+    near = difflib.get_close_matches(words.partition("-")[0], CATEGORIES, 1)
+    meant = f"did you mean {near[0]}? " if near else ""
     raise InputError(
-        f"no object {words!r}; give a mesh file or one of: {', '.join(CATEGORIES)}{hint}"
+        f"no object {words!r}; {meant}give a mesh file or one of: {', '.join(CATEGORIES)}{hint}"
     )
 
 

@@ -81,6 +81,21 @@ class PointCloud:
             normals_xyz=None if self.normals_xyz is None else self.normals_xyz @ (linear.T / scale),
         )
 
+    def turned(self, yaw: float) -> PointCloud:
+        """The cloud turned about the z axis.
+
+        Args:
+            yaw: [rad], counter-clockwise seen from above.
+
+        Raises:
+            GeometryError: The angle is not finite.
+        """
+        if not np.isfinite(yaw):
+            raise GeometryError(f"a cloud is turned by a finite angle, not by {yaw}")
+        matrix = np.eye(4)
+        matrix[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+        return self.moved(matrix)
+
 
 def _similarity_scale(matrix: NDArray[np.float64]) -> float:
     if matrix.shape != (4, 4):

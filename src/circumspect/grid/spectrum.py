@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import InputError
-from circumspect.grid.cylindrical_grid import AZIMUTH_AXIS
+from circumspect.grid.cylindrical_grid import AZIMUTH_AXIS, CylindricalGrid
+from circumspect.grid.occupancy_grid import OccupancyGrid
 
 
 def spectrum_orders(azimuth_cells: int) -> NDArray[np.int64]:
@@ -21,14 +22,15 @@ def spectrum_orders(azimuth_cells: int) -> NDArray[np.int64]:
 
 
 def angular_spectrum(
-    values: ArrayLike, orders: Sequence[int] | None = None
+    values: OccupancyGrid | ArrayLike, orders: Sequence[int] | None = None
 ) -> NDArray[np.complex128]:
     """Coefficients a_m of equation 1, J(θ) = Σ_m a_m e^{imθ}, along the azimuth axis.
 
     θ counts from the first cell. Σ_m |a_m|² is the mean of |J|² over the cells (Parseval).
 
     Args:
-        values: (…, radius, azimuth, height): a grid, or many.
+        values: A cylindrical grid, of which the occupied cells count 1; or (…, radius, azimuth,
+            height) values of the cells of one or many.
         orders: The orders m wanted; None means all, in the order of `spectrum_orders`. Orders
             that differ by the number of cells are the same on a grid.
 
@@ -36,8 +38,13 @@ def angular_spectrum(
         (…, radius, order, height).
 
     Raises:
-        InputError: Fewer than three axes, or orders that are not whole numbers.
+        InputError: Fewer than three axes, a grid that is not cylindrical, or orders that are not
+            whole numbers.
     """
+    if isinstance(values, OccupancyGrid):
+        if not isinstance(values.grid, CylindricalGrid):
+            raise InputError("only a cylindrical grid has an angular spectrum")
+        values = values.occupied
     cells = np.asarray(values)
     if cells.ndim < 3:
         raise InputError(f"values must have shape (…, radius, azimuth, height), not {cells.shape}")

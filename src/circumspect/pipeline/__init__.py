@@ -1,5 +1,6 @@
 """The main job: frames in, a named object out."""
 
+from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey import Journey, PlannedView
 from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
 from circumspect.pipeline.records import (
@@ -37,4 +38,5 @@ __all__ = [
     "RunFolder",
     "ScanSettings",
     "ViewRecord",
+    "camera_path",
 ]

@@ -28,18 +28,16 @@ PLAYBACK = "playback"
 class RunFolder:
     """Writes down a run while it goes on; a `PipelineObserver`.
 
-    | file | what it holds |
-    |---|---|
-    | config.json | what the run was started with |
-    | log.jsonl | one line a frame |
-    | result.json | the answer, the reasons of frames that changed nothing, time a stage |
-    | scan.json | of scans alone: why it ended, what became of the views, errors |
-    | model.ply | the object's surface |
-    | grid.npz | its occupancy grid |
-    | trajectory.txt | where the camera was, TUM format: stamp x y z qx qy qz qw |
-    | picture.png | all of it at a glance |
-    | playback/ | of scans alone: moments for `circumspect view`, see `PlaybackLog` |
-    | space.txt, space.jsonl, space.png, calibration.json | of scans with ceiling cameras alone |
+    - config.json: what the run was started with
+    - log.jsonl: one line a frame
+    - result.json: the answer, the reasons of frames that changed nothing, time a stage
+    - scan.json: of scans alone: why it ended, what became of the views, errors
+    - model.ply: the object's surface
+    - grid.npz: its occupancy grid
+    - trajectory.txt: where the camera was, TUM format: stamp x y z qx qy qz qw
+    - picture.png: all of it at a glance
+    - playback/: of scans alone: moments for `circumspect view`, see `PlaybackLog`
+    - space.txt, space.jsonl, space.png, calibration.json: of scans with ceiling cameras alone
     """
 
     def __init__(self, path: str | os.PathLike[str], config: Mapping[str, Any]) -> None:

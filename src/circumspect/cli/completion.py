@@ -1,0 +1,118 @@
+"""`circumspect completion SHELL`."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+import tyro
+
+# What tyro writes completes commands, flags and their values. Below is what it leaves out: files
+# where a word is no flag, and words of a command's own, such as `data fetch`.
+BASH = """
+_circumspect() {
+  local cur="${COMP_WORDS[COMP_CWORD]}" own="" reply=() word
+  _tyro_circumspect
+  case "${COMP_WORDS[1]}" in
+@OWN@
+  esac
+  for word in "${COMPREPLY[@]}"; do
+    [[ -n "$word" && ! -e "$word" && ( "$cur" == -* || "$word" != -* ) ]] && reply+=("$word")
+  done
+  (( COMP_CWORD == 2 )) && reply+=($(compgen -W "$own" -- "$cur"))
+  COMPREPLY=("${reply[@]}")
+  # Nothing of ours: bash completes files itself, and knows folders from files.
+  (( COMP_CWORD > 1 && ${#COMPREPLY[@]} == 0 )) && compopt -o default 2>/dev/null
+  return 0
+}
+complete -F _circumspect circumspect
+"""
+ZSH = """
+if (( CURRENT > 2 )) && [[ "$PREFIX" != -* && "${words[CURRENT-1]}" != --* ]]; then
+  (( CURRENT == 3 )) && case "${words[2]}" in
+@OWN@
+  esac
+  _files
+fi
+"""
+FISH = """
+function _circumspect_words
+    count (commandline -opc)
+end
+function _circumspect_takes_a_file
+    test (_circumspect_words) -ge 2
+    and not string match --quiet -- '--*' (commandline -opc)[-1]
+end
+complete --command circumspect --force-files --condition _circumspect_takes_a_file
+@OWN@
+"""
+OWN = {
+    "bash": (BASH, '    {0}) own="{1}" ;;'),
+    "zsh": (ZSH, "    {0}) compadd -- {1} ;;"),
+    "fish": (
+        FISH,
+        "complete --command circumspect --arguments '{1}' "
+        "--condition '__fish_seen_subcommand_from {0}; and test (_circumspect_words) -eq 2'",
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Completion:
+    """What makes your shell complete commands, flags and files with the Tab key.
+
+    $ circumspect completion bash >> ~/.bash_completion
+    $ circumspect completion zsh > ~/.zfunc/_circumspect
+    $ circumspect completion fish > ~/.config/fish/completions/circumspect.fish
+    $ source <(circumspect completion bash)
+
+    It works in shells opened afterwards; the last line is for bash as it is.
+
+    zsh needs in ~/.zshrc: fpath+=~/.zfunc; autoload -Uz compinit; compinit
+    """
+
+    shell: tyro.conf.Positional[Literal["bash", "zsh", "fish"]]
+    """Which shell."""
+
+    def run(self) -> int:
+        """Print the script."""
+        print(script(self.shell), end="")  # noqa: T201
+        return 0
+
+
+def script(shell: str) -> str:
+    """The completion script for a shell.
+
+    Args:
+        shell: "bash", "zsh" or "fish".
+    """
+    from circumspect.cli.flags import parse_any
+
+    commands = _commands()
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told), contextlib.suppress(SystemExit):
+        parse_any(commands, "circumspect", ["--tyro-print-completion", shell])
+    extra, line = OWN[shell]
+    own = [(name, " ".join(_own_words(kind))) for name, (kind, _) in commands.items()]
+    lines = "\n".join(line.format(name, words) for name, words in own if words)
+    return told.getvalue().rstrip() + "\n" + extra.replace("@OWN@", lines)
+
+
+def _commands() -> dict[str, tuple[Any, str]]:
+    """Every command's class and what it does."""
+    from circumspect.cli.main import COMMANDS, command
+
+    return {name: (command(name), summary) for name, (_, summary) in COMMANDS.items()}
+
+
+def _own_words(kind: Any) -> tuple[str, ...]:
+    """What a command's first word can be, where that is one of a few."""
+    from circumspect.cli.scan import Scan
+    from circumspect.furniture import CATEGORIES
+
+    if kind is Scan:
+        return CATEGORIES
+    first = get_type_hints(kind)[fields(kind)[0].name]
+    return get_args(first) if get_origin(first) is Literal else ()
