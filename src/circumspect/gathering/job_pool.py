@@ -105,10 +105,18 @@ def _of_one_pool(
     issue 115634).
     """
     context = multiprocessing.get_context("spawn")
+    others = set(multiprocessing.active_children())
     with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
         pending = {pool.submit(work, job): job for job in jobs}
-        for future in as_completed(pending):
-            yield pending[future], future.exception() or future.result()
+        try:
+            for future in as_completed(pending):
+                yield pending[future], future.exception() or future.result()
+        except BaseException:
+            # Ctrl-C: else all that waits in the pool would still be done.
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in set(multiprocessing.active_children()) - others:
+                process.terminate()
+            raise
 
 
 def _end_with_parent() -> None:
