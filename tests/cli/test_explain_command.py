@@ -27,11 +27,13 @@ def chair(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def _coarse_blocks(monkeypatch):
+def _coarse_blocks_and_few_points(monkeypatch):
     """A tenth of the work."""
     from circumspect.classification import evidence
+    from circumspect.evaluation import evidence_picture
 
-    monkeypatch.setattr(evidence.cell_evidence, "__defaults__", (None, (0.8,), None))
+    monkeypatch.setattr(evidence.cell_evidence, "__defaults__", (None, (1.0,), None))
+    monkeypatch.setattr(evidence_picture, "MOST_POINTS", 1000)
 
 
 def test_one_file_in_an_answer_and_three_files_out(chair, tmp_path, capsys):

@@ -28,10 +28,12 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from circumspect.errors import InputError
 from circumspect.localization.image_folder import read_grey
+from circumspect.localization.json_file import read_document
 from circumspect.recording import open_recording
 from circumspect.recording.bag_safety import require_bounded_messages
 from circumspect.recording.bounded_unpacking import LARGEST, unpacked
 from circumspect.recording.image_files import read_colour, read_depth
+from circumspect.recording.matrix_file import read_pose
 from circumspect.recording.open_recording import open_bag
 from circumspect.recording.ros_types import typestore
 
@@ -209,6 +211,18 @@ def test_messages_of_ros_are_bounded():
         require_bounded_messages(get_typestore(store).fielddefs)
 
 
+def test_an_index_that_laughs_a_billion_times(tmp_path):
+    lines = ["a0: &a0 [ha, ha, ha, ha, ha, ha, ha, ha, ha, ha]"]
+    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 10)]
+    (tmp_path / "metadata.yaml").write_text(
+        "\n".join(lines)
+        + "\nrosbag2_bagfile_information:\n  version: 5\n  relative_file_paths: []\n"
+        "  storage_identifier: sqlite3\n  compression_mode: file\n  compression_format: *a9\n"
+    )
+    with little_memory(), pytest.raises(InputError, match="references"):
+        open_bag(tmp_path)
+
+
 def test_an_index_that_is_huge_or_nested_without_end(tmp_path):
     index = tmp_path / "metadata.yaml"
     index.write_text("a: " + "[" * 20_000)
@@ -239,6 +253,18 @@ def test_pipes_are_not_waited_for(tmp_path):
     assert read_colour(tmp_path / "a.png", (4, 4)) is None
     with pytest.raises(InputError, match="not a regular file"):
         read_grey(tmp_path / "a.png")
+    os.mkfifo(tmp_path / "depth.txt")
+    with pytest.raises(InputError, match="not a regular file"):
+        open_recording(tmp_path)
+    os.mkfifo(tmp_path / "pose.txt")
+    with pytest.raises(InputError, match="not a regular file"):
+        read_pose(tmp_path / "pose.txt")
+    os.mkfifo(tmp_path / "space.json")
+    with (
+        pytest.raises(InputError, match="not a regular file"),
+        read_document(tmp_path / "space.json"),
+    ):
+        pass
     for suffix in ("mcap", "db3", "bag"):
         with pytest.raises(InputError, match="not a regular file"):
             open_bag(tmp_path / f"a.{suffix}")

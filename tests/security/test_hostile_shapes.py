@@ -21,11 +21,11 @@ from circumspect.classification import ExampleTable
 from circumspect.datasets.gathered_set import MANIFEST, read_manifest, read_points
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.errors import InputError
-from circumspect.geometry import read_cloud, read_mesh
+from circumspect.geometry import read_cloud, read_mesh, read_tum
 from circumspect.grid import CylindricalGrid, OccupancyGrid
 
-ZEROS = 256 << 20
-"""Bytes that the archives here unpack to, from a quarter of a megabyte."""
+ZEROS = 96 << 20
+"""Bytes that the archives here unpack to, from a tenth of a megabyte."""
 
 
 @contextmanager
@@ -77,7 +77,7 @@ def test_clouds_in_archives_do_not_explode(bomb, tmp_path):
     path = tmp_path / "a.npz"
     path.write_bytes(bomb("points_xyz", "<f8", (ZEROS // 24, 3)))
     assert path.stat().st_size < 1 << 20
-    with little(), pytest.raises(InputError, match=r"a\.npz: would unpack from .* to 256 MiB"):
+    with little(), pytest.raises(InputError, match=r"a\.npz: would unpack from .* to 96 MiB"):
         read_cloud(path)
 
 
@@ -151,6 +151,13 @@ def test_files_that_are_larger_than_any_object(tmp_path):
             stream.truncate(2**40)
         with little(), pytest.raises(InputError, match="larger than 4 GiB"):
             read_cloud(tmp_path / name)
+
+
+def test_a_trajectory_that_is_larger_than_any(tmp_path):
+    with (tmp_path / "a.txt").open("wb") as stream:
+        stream.truncate(2**40)
+    with little(), pytest.raises(InputError, match="larger than 4 GiB"):
+        read_tum(tmp_path / "a.txt")
 
 
 def gltf(**changes) -> dict:

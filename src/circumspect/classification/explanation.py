@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,7 @@ class Explanation:
             OutputError: The file can not be written.
         """
         explained = self.evidence
-        bounds = {
+        bounds: dict[str, Any] = {
             name: np.asarray(value)
             for name, value in vars(explained.grid.grid).items()
             if name != "shape"

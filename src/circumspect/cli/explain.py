@@ -15,7 +15,12 @@ from circumspect.cli.classify import prediction_record, saved_grid
 from circumspect.errors import InputError, MissingExtraError, blamed_on
 
 if TYPE_CHECKING:
-    from circumspect.classification import CellEvidence, NearExample, OnnxClassifier
+    from circumspect.classification import (
+        CellEvidence,
+        ExampleTable,
+        NearExample,
+        OnnxClassifier,
+    )
     from circumspect.classification.explanation import Explanation
 
 
@@ -60,9 +65,10 @@ class Explain:
             raise InputError(f"--near {self.near}: give 0 or more")
         start = time.perf_counter()
         classifier = Classifier.load(self.weights, self.threads)
+        table = self._table() if self.near else None
         with blamed_on(self.file):
             found = self._explained(classifier)
-        near = self._near(classifier, found)
+        near = self._nearest(classifier, found, table)
         record = self._record(found, near, 1e3 * (time.perf_counter() - start))
         record["files"] = self._save(found, near)
         print(json.dumps(record) if self.json else _readable(record))  # noqa: T201
@@ -82,24 +88,33 @@ class Explain:
         with progress_bar("emptying cells") as progress:
             return explain_cloud(classifier, cloud, self.label, progress)
 
-    def _near(self, classifier: OnnxClassifier, found: Explanation) -> tuple[NearExample, ...]:
-        from circumspect.classification import ExampleTable, nearest_examples
-        from circumspect.classification.example_table import examples_path
+    def _table(self) -> ExampleTable | None:
+        """What the network was trained on; None where nobody wrote it down."""
+        from circumspect.classification import ExampleTable
+        from circumspect.classification.example_table import examples_path, shipped_examples
 
-        table = self.examples
-        if table is None and self.weights is not None:
-            table = examples_path(self.weights)
-            if not table.is_file():
-                print(  # noqa: T201
-                    f"circumspect: no nearest training objects: {table} is missing; "
-                    "write it with circumspect export --examples",
-                    file=sys.stderr,
-                )
-                return ()
-        if not self.near:
+        if self.examples is not None:
+            return ExampleTable.load(self.examples)
+        if self.weights is None:
+            return shipped_examples()
+        beside = examples_path(self.weights)
+        if beside.is_file():
+            return ExampleTable.load(beside)
+        print(  # noqa: T201
+            f"circumspect: no nearest training objects: {beside} is missing; write it with "
+            "circumspect export --examples",
+            file=sys.stderr,
+        )
+        return None
+
+    def _nearest(
+        self, classifier: OnnxClassifier, found: Explanation, table: ExampleTable | None
+    ) -> tuple[NearExample, ...]:
+        from circumspect.classification import nearest_examples
+
+        if table is None:
             return ()
-        loaded = None if table is None else ExampleTable.load(table)
-        return nearest_examples(classifier, found.shown, self.near, loaded)
+        return nearest_examples(classifier, found.shown, self.near, table)
 
     def _record(
         self, found: Explanation, near: tuple[NearExample, ...], spent: float

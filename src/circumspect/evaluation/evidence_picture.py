@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from circumspect.grid import CylindricalGrid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 SIDES_DEG = (-60.0, 30.0, 120.0, 210.0)
 ELEVATION_DEG = 22.0
@@ -37,7 +37,8 @@ def draw_evidence(
         MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure((13.0, 7.2))
-    above, below = figure.subfigures(2, 1, height_ratios=(1.15, 1.0))
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.15, 1.0))
+    above, below = parts
     span = evidence_span(explained.cells)
     step = -(-len(cloud) // MOST_POINTS)
     points = cloud.points_xyz[::step]
@@ -110,25 +111,27 @@ def strongest(explained: CellEvidence, axis: int) -> NDArray[np.float32]:
 
 
 def _draw_picture(
-    axes: Axes, values: NDArray[np.float32], span: float, extent: Sequence[float], aspect: str
+    axes: Axes,
+    values: NDArray[np.float32],
+    span: float,
+    extent: tuple[float, float, float, float],
+    aspect: Literal["auto", "equal"],
 ) -> None:
     picture = evidence_colours(np.nan_to_num(values), span)
     picture[np.isnan(values)] = 255
-    axes.imshow(
-        picture.transpose(1, 0, 2), origin="lower", extent=tuple(extent), aspect=aspect,
-        interpolation="nearest",
-    )  # pyright: ignore[reportArgumentType]  # fmt: skip
+    rows = picture.transpose(1, 0, 2)
+    axes.imshow(rows, origin="lower", extent=extent, aspect=aspect, interpolation="nearest")
 
 
-def _draw_bar(figure: object, label: str, span: float) -> None:
+def _draw_bar(figure: SubFigure, label: str, span: float) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
     steps = np.linspace(-span, span, 256)
     colours = ListedColormap(evidence_colours(steps, span) / 255.0)
-    figure.colorbar(  # pyright: ignore[reportAttributeAccessIssue]
+    figure.colorbar(
         ScalarMappable(Normalize(-span, span), colours),
-        ax=figure.axes,  # pyright: ignore[reportAttributeAccessIssue]
+        ax=figure.axes,
         label=f"evidence for {label}\n(fall of log-odds)",
         shrink=0.85,
     )

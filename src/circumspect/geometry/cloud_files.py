@@ -39,9 +39,6 @@ READERS: dict[str, Callable[[Path], FileShape]] = {
     ".gltf": read_gltf,
 }
 
-LARGEST_FILE = 4 << 30
-"""Of one object [bytes]; more would fill the memory of a robot."""
-
 # How a file begins, where that says more than its name.
 _SIGNATURES = {
     b"ply\n": ".ply",
@@ -119,8 +116,6 @@ def _reader(path: Path) -> Callable[[Path], FileShape]:
         head = stream.read(16)
     if not head:
         raise InputError("is empty; save or download it again")
-    if path.stat().st_size > LARGEST_FILE:
-        raise InputError(f"is larger than {LARGEST_FILE >> 30} GiB; thin it out first")
     signed = (suffix for mark, suffix in _SIGNATURES.items() if head.startswith(mark))
     suffix = next(signed, path.suffix.lower())
     if suffix not in READERS:

@@ -15,6 +15,7 @@ LARGEST_INDEX = 4 << 20
 LONGEST_ARRAY = 1 << 20
 """Of a fixed length, in messages."""
 _COMPUTED = re.compile(r"\b(?:AS|VIRTUAL)\b", re.IGNORECASE)
+_ALIAS = re.compile(rb"(?:^|[\s\[{,:-])\*\w+\s*(?:$|[\s,\]}])")
 _INDEX, _SQLITE = "metadata.yaml", b"SQLite format 3\0"
 
 
@@ -29,6 +30,7 @@ def require_plain_bag(path: Path) -> None:
         index = path / _INDEX
         if index.exists() and (not index.is_file() or index.stat().st_size > LARGEST_INDEX):
             raise InputError(f"{path}: its {_INDEX} is no file of at most {LARGEST_INDEX} bytes")
+        _require_no_aliases(index)
         files = [file for file in path.iterdir() if file.name != _INDEX]
     else:
         files = [path]
@@ -37,6 +39,12 @@ def require_plain_bag(path: Path) -> None:
             raise InputError(f"{file}: is not a regular file")
         if file.suffix == ".db3" and file.is_file():
             _require_stored_rows(file)
+
+
+def _require_no_aliases(index: Path) -> None:
+    """A list of lists of lists, each named ten times, is short until somebody prints it."""
+    if index.exists() and _ALIAS.search(index.read_bytes()):
+        raise InputError(f"{index}: holds references (*name), which no recorder writes")
 
 
 def _require_stored_rows(file: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
+from circumspect.recording.regular_file import require_regular
 
 MOST_PIXELS = 4096
 """Along a side; a small file can hold a huge picture of one colour."""
@@ -16,16 +17,6 @@ FORMATS = ("PNG", "JPEG")
 """Of colour images. Pillow knows more, and hands some of them to other programs."""
 
 _log = logging.getLogger(__name__)
-
-
-def require_regular(file: Path) -> None:
-    """Refuse what would never end or never begin, such as a device or a pipe.
-
-    Raises:
-        OSError: It is there, but no regular file.
-    """
-    if file.exists() and not file.is_file():
-        raise OSError("not a regular file")
 
 
 def read_depth(file: Path) -> NDArray[np.uint16]:
