@@ -69,8 +69,13 @@ class Player:
         wanted = int(clipped(self.bar.value, 1.0, float(len(self._played))))
         if wanted == self._at:
             return False
+        was_playing = self._playing
         self._set_playing(False)
-        self._at = wanted
+        if was_playing:
+            # The player's own last moves are still on their way to the browser, and would win:
+            # it is told once more. viser sends only what changes.
+            self._at = self.bar.value = wanted - 1 if wanted > 1 else wanted + 1
+        self._at = self.bar.value = wanted
         self.show(wanted - 1)
         return True
 
