@@ -25,7 +25,7 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
 )  # fmt: skip
-SIZE, COLOURS, PATIENCE = (1280, 900), 200, 60_000
+SIZE, PATIENCE = (1280, 900), 60_000
 
 
 def main(run: str) -> None:
@@ -52,7 +52,7 @@ def main(run: str) -> None:
         browser.close()
         player.close()
     with atomic_open(OUT, "wb") as stream:
-        shot.quantize(COLOURS).save(stream, "PNG", optimize=True)
+        shot.save(stream, "PNG", optimize=True)
 
 
 if __name__ == "__main__":

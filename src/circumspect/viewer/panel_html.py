@@ -36,9 +36,12 @@ def answer_html(row: Mapping[str, Any], truth: str | None = None, news: str = ""
                 f" <span style='color:{'#15803d' if right else '#b91c1c'}'>"
                 f"{'right' if right else f'wrong, it is a {_text(truth)}'}</span>"
             )
-    seen, frame = row.get("seen", 0.0), row.get("frame")
-    told = "" if frame is None else f"frame {frame + 1}, {row.get('stamp', 0.0):.1f} s"
-    told += f" · seen from {seen:.0%} of the directions · {row.get('points', 0):,} points"
+    frame, told = row.get("frame"), ""
+    if frame is not None:
+        told = (
+            f"frame {frame + 1}, {row.get('stamp', 0.0):.1f} s · seen from "
+            f"{row.get('seen', 0.0):.0%} of the directions · {row.get('points', 0):,} points"
+        )
     extra = f"<div>{_text(news)}</div>" if news else ""
     return _box(f"{head}<div style='{QUIET}'>{told}</div>{extra}")
 

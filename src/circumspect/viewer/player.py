@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 
 import numpy as np
 
@@ -28,7 +27,9 @@ class Player:
         """
         self._played, self._dashboard = played, dashboard
         self._closed = threading.Event()
-        self._playing = True
+        self._playing, self._at = True, 1
+        # The bar is moved by the player and by hand.
+        self._moving = threading.RLock()
         gui = dashboard.server.gui
         dashboard.total = len(played)
         with gui.add_folder("Playback", order=-1.0):
@@ -50,37 +51,48 @@ class Player:
         self._closed.set()
         self._thread.join(timeout=1.0)
 
-    @property
-    def _place(self) -> int:
-        """What the bar says, from 1."""
-        return int(clipped(self.bar.value, 1.0, float(len(self._played))))
-
     def _listen(self) -> None:
         @self.button.on_click
         def _(event: object) -> None:  # noqa: ARG001
-            if not self._playing and self._place >= len(self._played):
-                self.bar.value = 1
-            self._set_playing(not self._playing)
+            with self._moving:
+                if not self._playing and self._at >= len(self._played):
+                    self._move(1)
+                self._set_playing(not self._playing)
 
         @self.bar.on_update
-        def _(event: object) -> None:
-            # Moved by hand it stays where it was put; the player's own moves have no client.
-            if getattr(event, "client", None) is not None:
-                self._set_playing(False)
-                self.show(self._place - 1)
+        def _(event: object) -> None:  # noqa: ARG001
+            with self._moving:
+                self._heed_bar()
+
+    def _heed_bar(self) -> bool:
+        """Follow a bar that was moved by hand, and stay there; whether it was."""
+        wanted = int(clipped(self.bar.value, 1.0, float(len(self._played))))
+        if wanted == self._at:
+            return False
+        was_playing = self._playing
+        self._set_playing(False)
+        if was_playing:
+            # The player's own last moves are still on their way to the browser, and would win:
+            # it is told once more. viser sends only what changes.
+            self._at = self.bar.value = wanted - 1 if wanted > 1 else wanted + 1
+        self._at = self.bar.value = wanted
+        self.show(wanted - 1)
+        return True
+
+    def _move(self, place: int) -> None:
+        self._at = self.bar.value = place
+        self.show(place - 1)
 
     def _set_playing(self, playing: bool) -> None:
         self._playing = playing
         self.button.label = PAUSE if playing else PLAY
 
     def _play(self) -> None:
-        while not self._closed.is_set():
-            time.sleep(1 / SPEEDS.get(str(self.speed.value), SPEEDS[USUAL]))
-            if not self._playing or not self._dashboard.watched:
-                continue
-            following = self._place + 1
-            if following > len(self._played):
-                self._set_playing(False)
-                continue
-            self.bar.value = following
-            self.show(following - 1)
+        while not self._closed.wait(1 / SPEEDS.get(str(self.speed.value), SPEEDS[USUAL])):
+            with self._moving:
+                if not self._playing or not self._dashboard.watched or self._heed_bar():
+                    continue
+                if self._at >= len(self._played):
+                    self._set_playing(False)
+                    continue
+                self._move(self._at + 1)

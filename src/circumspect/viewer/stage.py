@@ -289,7 +289,7 @@ class Stage:
             handle.remove()
 
     def _look_at(self, shown: Shown) -> None:
-        """Where a browser looks from at first: above the robot's side, at the object."""
+        """Where a browser looks from at first: from beside the robot's start, at the object."""
         if self._lookout_set or len(shown.thing.points_xyz) == 0:
             return
         pivot = self._pivot(shown.thing)
@@ -300,7 +300,7 @@ class Stage:
         away = away / max(float(np.linalg.norm(away)), 1e-6)
         side = np.array([-away[1], away[0], 0.0])
         camera = self._server.initial_camera
-        camera.position = pivot + 1.7 * away - 2.1 * side + np.array([0.0, 0.0, 1.5])
+        camera.position = pivot - 0.9 * away - 2.3 * side + np.array([0.0, 0.0, 1.5])
         camera.look_at = pivot
         self._lookout_set = True
 
