@@ -21,7 +21,6 @@ from circumspect.ros.node_settings import NodeSettings
 from circumspect.ros.recognition_node import RecognitionNode
 from circumspect.sensing.millimetres import millimetres
 
-
 LOST = 1
 """Best effort may lose an image on a busy machine; what is asked for again is not lost."""
 
