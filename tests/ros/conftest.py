@@ -53,7 +53,6 @@ class Peer:
                 text=True,
             )
 
-
     def lines(self, topic: str | None = None) -> list[dict[str, Any]]:
         """The JSON lines so far."""
         whole = [line for line in self._log.read_text().splitlines() if line.startswith("{")]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import struct
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from orbiting_robot import CAMERA, DEPTH, INTERVAL, orbit
+from orbiting_robot import CAMERA, DEPTH, INFO, INTERVAL, orbit
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Classifier
@@ -19,6 +20,9 @@ from circumspect.ros.dds_settings import DdsSettings
 from circumspect.ros.node_settings import NodeSettings
 from circumspect.ros.recognition_node import RecognitionNode
 from circumspect.sensing.millimetres import millimetres
+
+LOST = 1
+"""Best effort may lose an image on a busy machine; what is asked for again is not lost."""
 
 
 def pose_bytes(T: RigidTransform) -> bytes:
@@ -45,12 +49,9 @@ class RunningNode:
         chosen = {"depth": DEPTH, "rate": 0.0, "queue": 100, **settings}
         self.steps: list[Any] = []
         self.commands: list[str] = []
-        self._node = RecognitionNode(
-            DdsMiddleware(dds, f"/{chosen.get('name', 'circumspect')}"),
-            NodeSettings(**chosen),
-            classifier,
-            (self,),
-        )
+        parameters = NodeSettings(**chosen)
+        self._middleware = DdsMiddleware(dds, parameters.node)
+        self._node = RecognitionNode(self._middleware, parameters, classifier, (self,))
         self._going = True
         self._thread = threading.Thread(target=self._node.spin, args=(lambda: self._going,))
         self._thread.start()
@@ -70,8 +71,9 @@ class RunningNode:
         return self._node.health.count("depth")
 
     def knows_talker(self) -> bool:
-        """Whether somebody publishes depth, on whom the node agrees."""
-        return self._node._middleware.publishers(DEPTH) > 0
+        """Whether somebody publishes what the node needs, and both agree on it."""
+        topics = (DEPTH, INFO, "/odom", "/tf_static")
+        return all(self._middleware.publishers(topic) for topic in topics)
 
     @property
     def running(self) -> bool:
@@ -82,6 +84,18 @@ class RunningNode:
             self._going = False
             self._thread.join()
             self._node.close()
+
+
+def talked(peer: Any, nodes: list[RunningNode], *words: Any) -> int:
+    """Let a peer publish once all nodes and the peer know each other; how many frames it sent."""
+    talker = peer("talk", *words)
+    for node in nodes:
+        talker.wait_for(lambda node=node: talker.lines("ready") and node.knows_talker(), "talker")
+    sent = talker.ended()[-1]["sent"]
+    until = time.monotonic() + 3
+    while any(node.heard < sent for node in nodes) and time.monotonic() < until:
+        time.sleep(0.05)
+    return sent
 
 
 @pytest.fixture(scope="module")
@@ -106,13 +120,17 @@ def test_from_the_peers_depth_to_the_peers_label(peer: Any, running: Any, tmp_pa
     """There and back: all that the node offers is read by the other implementation."""
     node = running()
     listener = peer("listen", "circumspect", "120")
-    listener.wait_for(lambda: listener.lines("ready"), "listener")
+    listener.wait_for(lambda: listener.lines("diagnostics"), "listener")
     scene = scene_file(tmp_path / "scene.bin", 16, 12)
-    sent = peer("talk", scene, "5", "best-effort", "1").ended()[-1]["sent"]
-    listener.wait_for(lambda: len(node.steps) == sent, "all frames through the pipeline")
-    answers = listener.wait_for(
-        lambda: (found := listener.lines("detections")) and len(found) == sent and found, "answers"
-    )
+    sent = talked(peer, [node], scene, "5", "best-effort", "1")
+    listener.wait_for(lambda: len(node.steps) >= sent - LOST, "frames through the pipeline")
+
+    def latest() -> Any:
+        found, stamp = listener.lines("detections"), pytest.approx(node.steps[-1].stamp)
+        return found if found and found[-1]["stamp"] == stamp else None
+
+    answers = listener.wait_for(latest, "answer to the last frame")
+    assert len(answers) > sent / 2
     assert {line["count"] for line in answers} == {1}
     assert answers[-1]["label"] == "chair" == node.steps[-1].prediction.label
     assert answers[-1]["score"] == pytest.approx(node.steps[-1].prediction.probability)
@@ -128,23 +146,24 @@ def test_from_the_peers_depth_to_the_peers_label(peer: Any, running: Any, tmp_pa
     assert not listener.lines("unreadable")
 
 
-@pytest.mark.parametrize(("bits", "manner"), [(32, "best-effort"), (16, "reliable")])
-def test_every_frame_arrives_as_it_was(
-    peer: Any, running: Any, tmp_path: Path, bits: int, manner: str
+@pytest.mark.parametrize(
+    ("bits", "manner", "asks"),
+    [(32, "best-effort", False), (32, "reliable", False), (16, "reliable", True)],
+)
+def test_both_encodings_from_both_kinds_of_publishers(
+    peer: Any, running: Any, tmp_path: Path, bits: int, manner: str, asks: bool
 ) -> None:
-    node = running(autostart=True)
+    node = running(reliable=asks)
     scene = scene_file(tmp_path / "scene.bin", bits, 4)
-    sent = peer("talk", scene, "10", manner, "1").ended()[-1]["sent"]
-    peer_of_nobody = peer("topics", "0")
-    peer_of_nobody.ended()
-    assert node.heard == sent == 4
+    sent = talked(peer, [node], scene, "10", manner, "1")
+    assert sent - (0 if asks else LOST) <= node.heard <= sent == 4
     assert all(step.outcome == "classified" for step in node.steps)
 
 
 def test_late_joiners_get_model_path_and_view(peer: Any, running: Any, tmp_path: Path) -> None:
     node = running()
     scene = scene_file(tmp_path / "scene.bin", 16, 4)
-    peer("talk", scene, "10", "reliable", "1").ended()
+    talked(peer, [node], scene, "10", "reliable", "1")
     late = peer("listen", "circumspect", "60")
     for topic in ("model", "path", "next_view", "detections"):
         late.wait_for(lambda topic=topic: late.lines(topic), topic)
@@ -153,25 +172,29 @@ def test_late_joiners_get_model_path_and_view(peer: Any, running: Any, tmp_path:
 
 def test_commands_of_the_peer(peer: Any, running: Any) -> None:
     node = running()
-    for command in ("stop", "reset", "start"):
-        peer("command", f"/circumspect/{command}").ended()
-        assert node.commands[-1] == command
-        assert node.running == (command == "start")
+    commands = ["stop", "reset", "start"]
+    sender = peer("command", *(f"/circumspect/{command}" for command in commands[:2]))
+    sender.ended()
+    sender.wait_for(lambda: node.commands == commands[:2], "commands")
+    assert not node.running
+    sender = peer("command", "/circumspect/start")
+    sender.ended()
+    sender.wait_for(lambda: node.commands == commands, "start")
+    assert node.running
 
 
 def test_a_peer_that_comes_again(peer: Any, running: Any, tmp_path: Path) -> None:
     """Its static transforms are heard again, and its later frames go on with the model."""
     node = running()
     scene = scene_file(tmp_path / "scene.bin", 16, 6)
-    peer("talk", scene, "10", "best-effort", "1").ended()
     first = peer("talk", scene, "2", "best-effort", "50")
     first.go()
-    before = node.heard
-    first.wait_for(lambda: node.heard > before + 2, "frames")
+    first.wait_for(lambda: len(node.steps) > 2, "frames")
     first.kill()
     before = node.heard
-    peer("talk", scene, "10", "best-effort", "1").ended()
-    assert node.heard == before + 6
+    # The killed one still counts as known, so the first frames may come too early to be heard.
+    talked(peer, [node], scene, "10", "best-effort", "1")
+    assert before + 3 <= node.heard <= before + 6
 
 
 def test_two_nodes_at_once(peer: Any, running: Any, tmp_path: Path) -> None:
@@ -179,11 +202,11 @@ def test_two_nodes_at_once(peer: Any, running: Any, tmp_path: Path) -> None:
     listener = peer("listen", "other", "60")
     listener.wait_for(lambda: listener.lines("ready"), "listener")
     scene = scene_file(tmp_path / "scene.bin", 16, 4)
-    peer("talk", scene, "10", "best-effort", "1").ended()
+    talked(peer, list(nodes), scene, "10", "best-effort", "1")
     listener.wait_for(lambda: listener.lines("model"), "model of the other")
     names = {line["name"] for line in listener.lines("diagnostics")}
     assert names <= {"one: recognition", "other: recognition"}
-    assert [node.heard for node in nodes] == [4, 4]
+    assert all(node.heard >= 4 - LOST for node in nodes)
 
 
 def test_names_and_types_are_those_of_ros(peer: Any, running: Any) -> None:
@@ -213,7 +236,5 @@ def test_full_size_frames_at_the_cameras_rate(
     parts += [pose_bytes(mount), struct.pack("<d", 100.0), pose_bytes(frames[0][1].as_transform())]
     path = tmp_path / "large.bin"
     path.write_bytes(b"".join([*parts, depth.tobytes()]))
-    talker = peer("talk", path, "30", manner, "60")
-    talker.wait_for(lambda: talker.lines("ready") and node.knows_talker(), "talker")
-    sent = talker.ended()[-1]["sent"]
+    sent = talked(peer, [node], path, "30", manner, "60")
     assert fewest <= node.heard <= sent == 60

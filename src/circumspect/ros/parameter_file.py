@@ -10,6 +10,8 @@ from circumspect.errors import InputError, MissingExtraError
 
 LARGEST = 2**18
 """Bytes of a parameter file; larger ones are something else."""
+DEEPEST = 20
+"""Levels of nodes, names and lists."""
 HELD = "ros__parameters"
 EVERY_NODE = "/**"
 
@@ -52,14 +54,25 @@ def _document(path: Path) -> Any:
     if len(data) > LARGEST:
         raise InputError(f"{path}: has more than {LARGEST} bytes; is it a parameter file?")
     try:
-        # A few lines of aliases of aliases can stand for more than any memory holds.
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(data)):
-            raise InputError(f"{path}: has aliases (*name), which parameter files need not")
+        _guard(yaml, data, path)
         return yaml.safe_load(data)
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         mark = getattr(error, "problem_mark", None)
         where = "" if mark is None else f" at line {mark.line + 1}"
         raise InputError(f"{path}: is no YAML{where}") from error
+
+
+def _guard(yaml: Any, data: bytes, path: Path) -> None:
+    """Refuse what is small to write and large to read."""
+    depth = 0
+    for event in yaml.parse(data):
+        # A few lines of aliases of aliases can stand for more than any memory holds.
+        if isinstance(event, yaml.AliasEvent):
+            raise InputError(f"{path}: has aliases (*name), which parameter files need not")
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST:
+            raise InputError(f"{path}: is nested deeper than {DEEPEST} levels")
 
 
 def _collect(

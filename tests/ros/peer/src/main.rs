@@ -2,7 +2,7 @@
 //!
 //! ros2-peer DOMAIN talk SCENE RATE best-effort|reliable ROUNDS
 //! ros2-peer DOMAIN listen NODE SECONDS
-//! ros2-peer DOMAIN command TOPIC
+//! ros2-peer DOMAIN command TOPIC...
 //! ros2-peer DOMAIN topics SECONDS
 
 mod listen;
@@ -34,7 +34,11 @@ fn main() {
             std::thread::sleep(Duration::from_millis(500));
         }
         ["listen", name, seconds] => listen::listen(&mut node, name, seconds_of(seconds)),
-        ["command", topic] => talk::command(&mut node, topic, PATIENCE),
+        ["command", ref topics @ ..] => {
+            for topic in topics {
+                talk::command(&mut node, topic, PATIENCE);
+            }
+        }
         ["topics", seconds] => listen::look_round(&mut node, &context, seconds_of(seconds)),
         _ => panic!("talk, listen, command or topics"),
     }

@@ -136,8 +136,8 @@ pub fn command(node: &mut Node, topic: &str, patience: Duration) {
         assert!(start.elapsed() < patience, "nobody reads {topic}");
         sleep(Duration::from_millis(20));
     }
-    sleep(Duration::from_millis(500));
+    sleep(Duration::from_millis(300));
     publisher.publish(Empty::default()).unwrap();
-    sleep(Duration::from_millis(500));
+    sleep(Duration::from_millis(300));
     println!("{{\"sent\": 1}}");
 }
