@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from circumspect.cli.main import main
-from circumspect.cli.main import parsed
+from circumspect.cli.main import main, parsed
 from circumspect.errors import CircumspectError, InputError
 from circumspect.ros.names import dds_topic, node_path, topic_path
 from circumspect.ros.node_settings import NodeSettings
