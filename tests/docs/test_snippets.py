@@ -48,7 +48,10 @@ def numbers(words):
 
 
 @pytest.mark.parametrize("words", list(shell_lines()))
-def test_shell_lines_name_what_exists(words):
+def test_shell_lines_name_what_exists(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    # Read while the flags are, for its values stand where no flag is given.
+    (tmp_path / "robot.yaml").write_text("circumspect: {ros__parameters: {rate: 2.0}}")
     program, *rest = words
     if program == "circumspect":
         command = parsed(rest[0], numbers(rest[1:])) if "--help" not in rest else None

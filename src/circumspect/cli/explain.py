@@ -26,10 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Explain:
-    """Why an object gets its name: which cells carry the answer, and what it resembles.
-
-    Blocks of cells are emptied, one at a time, and the classifier is asked anew. Where the
-    answer gets weaker, the cells spoke for it.
+    """Why an object gets its name: the cells that carry it, and what it resembles.
 
     $ circumspect explain chair.ply
     $ circumspect explain chair.ply --label sofa --out why
