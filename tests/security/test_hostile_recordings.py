@@ -191,6 +191,18 @@ def test_data_bases_that_compute_are_refused(statements, tmp_path):
         open_bag(path)
 
 
+def test_a_data_base_whose_words_are_no_text(tmp_path):
+    path = tmp_path / "a.db3"
+    base = sqlite3.connect(path)
+    base.execute("CREATE TABLE messages(id)")
+    base.execute("CREATE TABLE topics(name)")
+    base.commit()
+    base.close()
+    path.write_bytes(path.read_bytes().replace(b"topics(name)", b"topics(\xff\xfe__)"))
+    with pytest.raises(InputError, match="can not be read"):
+        open_bag(path)
+
+
 @pytest.mark.parametrize(
     "definition",
     [

@@ -14,6 +14,7 @@ LARGEST_INDEX = 4 << 20
 """An index in YAML of more bytes is something else."""
 LONGEST_ARRAY = 1 << 20
 """Of a fixed length, in messages."""
+MOST_TABLES = 100
 _COMPUTED = re.compile(r"\b(?:AS|VIRTUAL)\b", re.IGNORECASE)
 _ALIAS = re.compile(rb"(?:^|[\s\[{,:-])\*\w+\s*(?:$|[\s,\]}])")
 _INDEX, _SQLITE = "metadata.yaml", b"SQLite format 3\0"
@@ -53,12 +54,16 @@ def _require_stored_rows(file: Path) -> None:
             return  # Packed or broken: the library tells.
     try:
         base = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+        base.text_factory = lambda text: text.decode("latin-1")
         try:
-            rows = base.execute("SELECT type, sql FROM sqlite_master LIMIT 1000").fetchall()
+            rows = base.execute("SELECT type, sql FROM sqlite_master").fetchmany(MOST_TABLES + 1)
         finally:
             base.close()
-    except sqlite3.Error as error:
+    # SQLite's own complaints may hold bytes of the file that are no text.
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         raise InputError(f"{file}: is a broken data base ({error})") from error
+    if len(rows) > MOST_TABLES:
+        raise InputError(f"{file}: has more than {MOST_TABLES} tables; no recording has")
     for kind, text in rows:
         if kind not in ("table", "index") or _COMPUTED.search(str(text or "")):
             raise InputError(f"{file}: a data base that computes its rows is no recording")
