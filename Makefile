@@ -10,7 +10,7 @@ INSTALL = $(PIP) $(1) || { sleep 20; $(PIP) $(1); }
 SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') \
 	CMakeLists.txt pyproject.toml constraints.txt README.md
 
-.PHONY: demo viewer test lint bench constraints clean
+.PHONY: demo viewer test lint audit bench constraints clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/created:
@@ -44,6 +44,9 @@ lint: $(VENV)/installed-test  ## style, types and import floors
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+
+audit: $(VENV)/installed-test  ## known faults of the packages that are pinned and installed
+	$(BIN)/python .ci/audit.py
 
 bench: $(VENV)/installed-test  ## the benchmark suite; writes benchmarks/results/
 	$(BIN)/python -m benchmarks.run

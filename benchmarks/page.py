@@ -26,8 +26,8 @@ Each section names the command that measured it, and the machine. What the scans
 told in [scans](scans.md), how the networks differ in [networks](networks.md).
 """
 SECTIONS = (
-    "grid_speed", "classifier_speed", "modelnet10_test", "table2", "table2_robot", "rivals",
-    "robustness", "unknown", "scans", "faults", "scan_memory", "redkitchen_registration",
+    "grid_speed", "classifier_speed", "modelnet10_test", "deletion", "table2", "table2_robot",
+    "rivals", "robustness", "unknown", "scans", "faults", "scan_memory", "redkitchen_registration",
     "redkitchen", "recording", "intelligent_space",
 )  # fmt: skip
 """Results in the order of the page; those that are not there yet are left out."""

@@ -36,6 +36,11 @@ class MissingExtraError(CircumspectError):
         )
 
 
+def printable(text: str) -> str:
+    """Text of a stranger without anything that breaks a line or commands a terminal."""
+    return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)
+
+
 @contextmanager
 def blamed_on(file: Path) -> Iterator[None]:
     """Put the file's name before the message of any known fault that lacks it."""

@@ -9,9 +9,10 @@ import torch
 from network_inputs import small_recipe, some_inputs, trained_looking
 
 from circumspect.classification import Classifier, GridRecipe, PointsRecipe, recipe_from_dict
-from circumspect.classification.onnx_classifier import METADATA_KEY
-from circumspect.errors import CircumspectError, InputError
+from circumspect.classification.onnx_classifier import METADATA_KEY, shipped_path
+from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.export import export_onnx, onnx_export
+from circumspect.export.features import write_with_features
 from circumspect.furniture import make_furniture
 from circumspect.nets import NETS, Checkpoint
 
@@ -172,3 +173,32 @@ def test_what_is_less_probable_than_the_threshold_is_called_unknown(tmp_path):
         assert Classifier.load(path).classify(cloud).known is known
     with pytest.raises(InputError, match="threshold"):
         export_onnx([checkpoint("planes")], tmp_path / "x.onnx", unknown_below=1.5)
+
+
+def test_every_network_gives_features_in_which_its_logits_are_linear(exported):
+    original, path = exported
+    classifier = Classifier.load(path)
+    inputs = some_inputs(original.recipe, 4, seed=5).numpy()
+    if not isinstance(original.recipe, PointsRecipe):
+        inputs = inputs.astype(np.uint8)
+    features = classifier.features(inputs[:, None])
+    last = [node for node in onnx.load(path).graph.node if node.op_type == "Gemm"][-1]
+    weights = {t.name: onnx.numpy_helper.to_array(t) for t in onnx.load(path).graph.initializer}
+    logits = features @ weights[last.input[1]].T + weights[last.input[2]]
+    np.testing.assert_allclose(logits / 1.5, classifier.scores(inputs[:, None]), atol=1e-4)
+
+
+def test_a_file_of_old_gets_features_and_its_answers_stay(tmp_path):
+    network = onnx.load(shipped_path())
+    del network.graph.output[1:]
+    network.graph.node.remove(network.graph.node[-1])
+    onnx.save(network, tmp_path / "old.onnx")
+    old = Classifier.load(tmp_path / "old.onnx")
+    grids = some_grids(3)[:, None]
+    with pytest.raises(WeightsError, match="export them anew"):
+        old.features(grids)
+    write_with_features(tmp_path / "old.onnx", tmp_path / "new.onnx")
+    new = Classifier.load(tmp_path / "new.onnx")
+    np.testing.assert_array_equal(new.scores(grids), old.scores(grids))
+    assert new.features(grids).shape == (3, 256)
+    assert (tmp_path / "new.onnx").read_bytes() == shipped_path().read_bytes()

@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification.input_recipe import InputRecipe, require_counts, turned
+from circumspect.classification.input_recipe import (
+    MOST_POINTS,
+    MOST_VIEWS,
+    InputRecipe,
+    require_counts,
+    turned,
+)
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface, require_extent
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid, hits_batch
@@ -40,7 +46,8 @@ class GridRecipe(InputRecipe):
         if self.kind not in ("cylindrical", "rectangular"):
             raise InputError(f"a grid is cylindrical or rectangular, not {self.kind!r}")
         object.__setattr__(self, "shape", checked_shape(self.shape))
-        require_counts(self, "azimuth_views", "fill_below", "fill_samples")
+        require_counts(self, "azimuth_views", most=MOST_VIEWS)
+        require_counts(self, "fill_below", "fill_samples", most=MOST_POINTS)
 
     def to_dict(self) -> dict[str, Any]:
         """See `InputRecipe.to_dict`."""

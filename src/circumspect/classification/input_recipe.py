@@ -13,6 +13,10 @@ from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
 
+MOST_VIEWS = 64
+MOST_POINTS = 1_000_000
+"""Of an object, as it is shown to a network."""
+
 
 class InputRecipe(ABC):
     """How an object is shown to a network."""
@@ -85,13 +89,18 @@ def turned(points_xyz: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
     return points_xyz @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
-def require_counts(recipe: object, *names: str) -> None:
-    """Check fields that count something.
+def require_counts(recipe: object, *names: str, most: int) -> None:
+    """Check fields that count something; they may come from a stranger's file.
+
+    Args:
+        recipe: Whose fields.
+        names: Of the fields.
+        most: The largest count.
 
     Raises:
-        InputError: One is not a whole number of at least 1.
+        InputError: One is not a whole number from 1 to `most`.
     """
     for name in names:
         value = getattr(recipe, name)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
+        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+            raise InputError(f"{name} must be a whole number from 1 to {most}, not {value!r:.40}")

@@ -15,6 +15,11 @@ from numpy.typing import NDArray
 
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.input_recipe import InputRecipe
+from circumspect.classification.onnx_inspection import (
+    LARGEST_FILE,
+    bound_memory,
+    require_plain_network,
+)
 from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
 from circumspect.errors import CircumspectError, InputError, WeightsError
@@ -35,10 +40,8 @@ class OnnxClassifier(Classifier):
         self.description = description
         """What the file says of itself: name, classes, grid, temperature, unknown_below,
         training."""
-        self._classes = tuple(description["classes"])
+        self._classes = _checked_classes(description)
         self._recipe = recipe_from_dict(description["grid"])
-        if not self._classes or len(set(self._classes)) != len(self._classes):
-            raise WeightsError(f"its classes are not distinct: {', '.join(self._classes)}")
         self._temperature = checked_temperature(description.get("temperature", 1.0))
         self._unknown_below = checked_threshold(description.get("unknown_below", 0.0))
 
@@ -48,7 +51,15 @@ class OnnxClassifier(Classifier):
         if path is None:
             content = _shipped()
             return _open(content, "the shipped classifier", threads)
-        return _open(_read(Path(path)), str(path), threads)
+        content = _read(Path(path))
+        try:
+            require_plain_network(content)
+        except WeightsError as error:
+            raise WeightsError(
+                f"{path}: not an ONNX network that can be run ({error}); make one with "
+                "circumspect export"
+            ) from error
+        return _open(content, str(path), threads, foreign=True)
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -142,8 +153,29 @@ class OnnxClassifier(Classifier):
         count, views = inputs.shape[:2]
         flat = inputs.reshape(count * views, *self._recipe.input_shape)
         wanted = [self._session.get_outputs()[output].name]
-        (found,) = self._session.run(wanted, {self._session.get_inputs()[0].name: flat})
+        try:
+            (found,) = self._session.run(wanted, {self._session.get_inputs()[0].name: flat})
+        # ONNX Runtime's faults share no base class of their own.
+        except Exception as error:
+            raise WeightsError(
+                "these weights can not be run: the network is broken, or takes too much memory"
+            ) from error
+        rows, width = len(flat), len(self._classes) if output == 0 else found.shape[-1]
+        if found.dtype != np.float32 or found.shape != (rows, width):
+            raise WeightsError(f"these weights give {found.shape} numbers for {rows} inputs")
         return found.reshape(count, views, -1).mean(axis=1, dtype=np.float64)
+
+
+def _checked_classes(description: Any) -> tuple[str, ...]:
+    if not isinstance(description, dict):
+        raise WeightsError("its description is no object")
+    classes = description["classes"]
+    names = isinstance(classes, list) and all(isinstance(name, str) for name in classes)
+    if not names or not all(0 < len(name) <= 200 and name.isprintable() for name in classes):
+        raise WeightsError("its classes are not names")
+    if not classes or len(set(classes)) != len(classes):
+        raise WeightsError(f"its classes are not distinct: {', '.join(classes)[:200]}")
+    return tuple(classes)
 
 
 def checked_temperature(value: Any) -> float:
@@ -159,6 +191,10 @@ def checked_temperature(value: Any) -> float:
 
 def _read(path: Path) -> bytes:
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise WeightsError(f"{path}: can not be read (not a regular file)")
+        if path.is_file() and path.stat().st_size > LARGEST_FILE:
+            raise WeightsError(f"{path}: larger than {LARGEST_FILE >> 20} MiB; no network here is")
         return path.read_bytes()
     except FileNotFoundError as error:
         raise WeightsError(
@@ -192,7 +228,7 @@ def _shipped() -> bytes:
         raise WeightsError("the shipped classifier is missing; install circumspect anew") from error
 
 
-def _open(content: bytes, name: str, threads: int) -> OnnxClassifier:
+def _open(content: bytes, name: str, threads: int, foreign: bool = False) -> OnnxClassifier:
     import onnxruntime
 
     if threads < 0:
@@ -202,6 +238,9 @@ def _open(content: bytes, name: str, threads: int) -> OnnxClassifier:
     # Threads that wait would keep the cores from the stages before and after.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.log_severity_level = 4
+    if foreign:
+        bound_memory()
+        options.add_session_config_entry("session.use_env_allocators", "1")
     try:
         session = onnxruntime.InferenceSession(content, options, ["CPUExecutionProvider"])
     # ONNX Runtime's faults share no base class of their own.
@@ -214,7 +253,7 @@ def _open(content: bytes, name: str, threads: int) -> OnnxClassifier:
         raise WeightsError(f"{name}: an ONNX network of another program; use circumspect export")
     try:
         classifier = OnnxClassifier(session, json.loads(text))
-    except (ValueError, KeyError, TypeError, CircumspectError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError, CircumspectError) as error:
         raise WeightsError(
             f"{name}: its description is broken ({error}); export it anew"
         ) from error

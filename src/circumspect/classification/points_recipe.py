@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification.input_recipe import InputRecipe, require_counts, turned
+from circumspect.classification.input_recipe import (
+    MOST_POINTS,
+    MOST_VIEWS,
+    InputRecipe,
+    require_counts,
+    turned,
+)
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface, require_extent
 from circumspect.grid import CylindricalGrid, OccupancyGrid
@@ -35,7 +41,8 @@ class PointsRecipe(InputRecipe):
     def __post_init__(self) -> None:
         if self.kind != "points":
             raise InputError(f"points are of the kind 'points', not {self.kind!r}")
-        require_counts(self, "count", "azimuth_views")
+        require_counts(self, "count", most=MOST_POINTS)
+        require_counts(self, "azimuth_views", most=MOST_VIEWS)
 
     @property
     def input_shape(self) -> tuple[int, ...]:

@@ -18,6 +18,8 @@ def recipe_from_dict(document: Mapping[str, Any]) -> InputRecipe:
     Raises:
         InputError: Unknown entries, or values out of range.
     """
+    if not isinstance(document, Mapping):
+        raise InputError(f"the settings of inputs must be an object, not {document!r:.40}")
     recipe = PointsRecipe if document.get("kind") == "points" else GridRecipe
     known = {field.name for field in fields(recipe)}
     if unknown := set(document) - known:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.errors import CircumspectError, blamed_on
+from circumspect.errors import CircumspectError, blamed_on, printable
 
 if TYPE_CHECKING:
     from circumspect.classification import Classifier, Prediction
@@ -58,7 +58,7 @@ class Classify:
                     record = _named(file, classifier, self.up, self.samples)
             except CircumspectError as error:
                 failed = True
-                print(f"circumspect: {error}", file=sys.stderr)  # noqa: T201
+                print(f"circumspect: {printable(str(error))}", file=sys.stderr)  # noqa: T201
             else:
                 self._tell(record)
         return 2 if failed else 0
@@ -70,7 +70,7 @@ class Classify:
 
 def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[str, Any]:
     start = time.perf_counter()
-    if (grid := _saved_grid(file)) is not None:
+    if (grid := saved_grid(file)) is not None:
         points, loaded = int(grid.occupied.sum()), time.perf_counter()
         prediction = classifier.classify_grid(grid)
     else:
@@ -82,14 +82,18 @@ def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[st
             from circumspect.classification.upright import classify_any_way_up
 
             prediction, pose = classify_any_way_up(classifier, cloud)
-            record = _record(file, prediction, points, 1e3 * (loaded - start))
+            record = prediction_record(file, prediction, points, 1e3 * (loaded - start))
             return {**record, "up_xyz": pose.inv().apply([0.0, 0.0, 1.0]).round(4).tolist()}
         prediction = classifier.classify(cloud)
-    return _record(file, prediction, points, 1e3 * (loaded - start))
+    return prediction_record(file, prediction, points, 1e3 * (loaded - start))
 
 
-def _saved_grid(file: Path) -> OccupancyGrid | None:
-    """The grid in a file that `circumspect grid` wrote, None for any other file."""
+def saved_grid(file: Path) -> OccupancyGrid | None:
+    """The grid in a file that `circumspect grid` wrote, None for any other file.
+
+    Raises:
+        InputError: A broken grid.
+    """
     if file.suffix.lower() != ".npz":
         return None
     from circumspect.grid import OccupancyGrid
@@ -98,7 +102,17 @@ def _saved_grid(file: Path) -> OccupancyGrid | None:
     return OccupancyGrid.load(file) if holds_grid(file) else None
 
 
-def _record(file: Path, prediction: Prediction, points: int, load: float) -> dict[str, Any]:
+def prediction_record(
+    file: Path, prediction: Prediction, points: int, load: float
+) -> dict[str, Any]:
+    """What `--json` prints of an answer.
+
+    Args:
+        file: What was read.
+        prediction: The answer.
+        points: How many it is about, or occupied cells.
+        load: Time to read the file [ms].
+    """
     times = {"load": load, "grid": 0.0, **prediction.milliseconds}
     return {
         "file": str(file),

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, printable
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Track:
         folder = self.out or new_run_folder("track")
         record = save_track(folder, track, calibration, mount, paths, record, truth)
         for name, reason in images.skipped.items():
-            print(f"circumspect: left out: {name}: {reason}", file=sys.stderr)  # noqa: T201
+            print(f"circumspect: left out: {printable(f'{name}: {reason}')}", file=sys.stderr)  # noqa: T201
         print(json.dumps(record) if self.json else _told(record))  # noqa: T201
         return 0
 

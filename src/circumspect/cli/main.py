@@ -10,12 +10,13 @@ from importlib import import_module
 from typing import Any
 
 from circumspect import __version__
-from circumspect.errors import CircumspectError
+from circumspect.errors import CircumspectError, printable
 
 COMMANDS = {
     "demo": ("demo:Demo", "a simulated robot drives round an object and names it"),
     "scan": ("scan:Scan", "the same for an object of your choice"),
     "classify": ("classify:Classify", "class and probabilities of meshes, clouds and grids"),
+    "explain": ("explain:Explain", "why: the cells that carry the answer, what it resembles"),
     "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
     "replay": ("replay:Replay", "a recording through the pipeline"),
     "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),
@@ -110,7 +111,7 @@ def help_text() -> str:
 
 
 def _complain(message: str) -> None:
-    sys.stderr.write(f"circumspect: {message}\n")
+    sys.stderr.write(f"circumspect: {printable(message)}\n")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, printable
 
 if TYPE_CHECKING:
     from circumspect.recording.bag import Bag, Topic
@@ -98,19 +98,29 @@ def _show(document: dict[str, Any]) -> None:
         soft_wrap=True, markup=False,
     )  # fmt: skip
     if document["broken"]:
-        console.print(f"It is {document['broken']}; what came before can be replayed.")
+        told = printable(document["broken"])
+        console.print(f"It is {told}; what came before can be replayed.", markup=False)
     table = Table("topic", "type", "messages", "per second", box=None, pad_edge=False)
     for column in table.columns[2:]:
         column.justify = "right"
     for name, topic in document["topics"].items():
         rate = f"{(topic['count'] - 1) / seconds:.1f}" if seconds and topic["count"] > 1 else ""
-        table.add_row(name, topic["kind"].replace("/msg/", "/"), str(topic["count"]), rate)
+        kind = topic["kind"].replace("/msg/", "/")
+        table.add_row(_plain(name), _plain(kind), str(topic["count"]), rate)
     console.print(table)
     replay = document["replay"]
     if isinstance(replay, str):
-        console.print(f"A replay needs help: {replay}", markup=False)
+        console.print(f"A replay needs help: {printable(replay)}", markup=False)
         return
     used = {k: v for k, v in replay.items() if v and k != "transforms"}
-    console.print("Replayed are " + ", ".join(f"{v} ({k})" for k, v in used.items()))
+    names = ", ".join(f"{v} ({k})" for k, v in used.items())
+    console.print(f"Replayed are {printable(names)}", markup=False)
     if not replay["odometry"]:
         console.print("There is no odometry: frames are found by registration alone.")
+
+
+def _plain(name: str) -> str:
+    """A stranger's name, neither markup nor a command to the terminal."""
+    from rich.markup import escape
+
+    return escape(printable(name))

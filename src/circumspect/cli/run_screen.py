@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from circumspect.cli.progress import bars
+from circumspect.errors import printable
 from circumspect.mapping.pose_estimator import GATE_OPEN
 
 if TYPE_CHECKING:
@@ -80,7 +81,8 @@ class RunScreen:
 
     def say(self, text: str) -> None:
         """Print a line on standard error above the progress."""
-        self._progress.console.print(f"circumspect: {text}", highlight=False, markup=False)
+        line = f"circumspect: {printable(text)}"
+        self._progress.console.print(line, highlight=False, markup=False)
 
     def on_end(self, result: RecognitionResult) -> None:
         """Nothing: the command tells the end."""

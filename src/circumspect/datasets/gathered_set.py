@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
+from circumspect.geometry.npy_stream import read_arrays
 from circumspect.storage import atomic_open
 
 MANIFEST, SETTINGS = "manifest.jsonl", "settings.json"
@@ -32,6 +33,8 @@ FOLDERS = {"cloud": "clouds", "grid": "grids", "poses": "poses", "odometry": "od
 """Kinds of files to their folders."""
 POINTS = 4096
 """Each cloud is given with so many points, drawn by area."""
+MOST_BYTES = 512 << 20
+"""Of one cloud."""
 LARGEST_LINE = 1_000_000
 """Lines of a manifest are shorter [bytes]."""
 
@@ -97,7 +100,7 @@ def _scan(line: str, place: str) -> GatheredScan:
         files = all(isinstance(name, str) for name in scan.files.values())
         start = scan.start_deg is None or np.isfinite(float(scan.start_deg))
         known = scan.split in ("train", "test") and set(scan.files) <= set(FOLDERS)
-    except (ValueError, TypeError, AttributeError) as error:
+    except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{place}: is no scan") from error
     if not (named and files and start and known):
         raise InputError(f"{place}: is no scan")
@@ -135,17 +138,17 @@ def read_points(path: Path, name: str, count: int = POINTS) -> NDArray[np.float3
         InputError: The file is missing or broken.
     """
     try:
-        with np.load(path, allow_pickle=False) as held:
-            points, areas = held["points_xyz"], held["areas"].astype(np.float64)
+        held = read_arrays(path, {"points_xyz": "f", "areas": "f"}, MOST_BYTES)
+        points, areas = held["points_xyz"], held["areas"].astype(np.float64)
         if points.ndim != 2 or points.shape[1:] != (3,) or areas.shape != (len(points),):
             raise ValueError(f"shapes {points.shape} and {areas.shape}")
         if not (len(points) and np.isfinite(points).all() and np.isfinite(areas).all()):
             raise ValueError("empty or not finite")
         if areas.min() < 0 or areas.sum() <= 0:
             raise ValueError("areas")
-    # NumPy reports broken archives by any of these.
-    except (OSError, ValueError, KeyError, EOFError, TypeError, IndexError, AttributeError,
-            NotImplementedError, MemoryError, SyntaxError) as error:  # fmt: skip
+    except InputError as error:
+        raise InputError(f"{path}: is no cloud of a gathered scan ({error})") from error
+    except ValueError as error:
         raise InputError(f"{path}: is no cloud of a gathered scan ({error})") from error
     seed = int.from_bytes(hashlib.sha256(name.encode()).digest()[:8])
     drawn = np.random.default_rng(seed).choice(len(points), count, p=areas / areas.sum())

@@ -8,9 +8,12 @@ import numpy as np
 
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.errors import InputError
+from circumspect.geometry.npy_stream import read_arrays
 from circumspect.storage import atomic_open
 
-KEYS = ("points_u16", "offset", "scale", "labels", "names", "classes")
+KINDS = {"points_u16": "iu", "offset": "f", "scale": "f", "labels": "iu", "names": "U",
+         "classes": "U"}  # fmt: skip
+"""Arrays of a pack to NumPy's letters for what they hold."""
 
 
 def read_point_pack(path: Path) -> ObjectSet:
@@ -23,19 +26,11 @@ def read_point_pack(path: Path) -> ObjectSet:
         InputError: The file is missing, broken, or lacks a key.
     """
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as pack:
-            if missing := [key for key in KEYS if key not in pack.files]:
-                raise InputError(f"{path}: not a point pack, it lacks {', '.join(missing)}")
-            points = pack["points_u16"]
-            labels, names, classes = pack["labels"], pack["names"], pack["classes"]
-    except InputError:
-        raise
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{path}: can not be read ({reason})") from error
-    # Broken archives raise many things: zlib.error, EOFError, NotImplementedError, KeyError …
-    except Exception as error:
-        raise InputError(f"{path}: a broken point pack; fetch or make it anew") from error
+        pack = read_arrays(path, KINDS)
+    except InputError as error:
+        raise InputError(f"{error}; a point pack is expected: fetch or make it anew") from error
+    points, labels = pack["points_u16"], pack["labels"]
+    names, classes = pack["names"], pack["classes"]
     if points.dtype != np.uint16 or points.ndim != 3:
         raise InputError(f"{path}: points_u16 must be uint16 (n, p, 3), not {points.shape}")
     if labels.dtype.kind not in "iu" or names.dtype.kind != "U" or classes.dtype.kind != "U":

@@ -11,8 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, printable
 
+LARGEST_FILE = 4 << 30
+"""Of one object or trajectory [bytes]; more would fill the memory of a robot."""
 # In a folder of so many files the search for similar names stops.
 _LOOK_AT = 5000
 _LONGEST = 600
@@ -29,6 +31,8 @@ def blamed_on(path: str | os.PathLike[str]) -> Iterator[Path]:
             raise InputError("is a folder; name a file in it")
         if not file.is_file():
             raise InputError("is not a regular file; copy its contents to one")
+        if file.stat().st_size > LARGEST_FILE:
+            raise InputError(f"is larger than {LARGEST_FILE >> 30} GiB; thin it out first")
         with np.errstate(all="ignore"):
             yield file
     except InputError as error:
@@ -53,7 +57,5 @@ def _suggestion(path: Path) -> str:
 
 def _one_line(message: str) -> str:
     """The message without anything that breaks a line or garbles a terminal, and not endless."""
-    plain = "".join(
-        letter if letter.isprintable() else ascii(letter)[1:-1] for letter in message[:_LONGEST]
-    )
+    plain = printable(message[:_LONGEST])
     return plain if len(message) <= _LONGEST else plain + " …"

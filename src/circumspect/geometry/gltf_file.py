@@ -14,6 +14,7 @@ import numpy as np
 
 from circumspect.errors import InputError
 from circumspect.geometry.file_shape import FileShape
+from circumspect.geometry.gltf_header import require_sound_gltf
 
 # Warning filters and standard streams belong to the whole process: one thread at a time.
 _ALONE = threading.Lock()
@@ -27,9 +28,11 @@ def read_gltf(path: Path) -> FileShape:
     """
     import trimesh
 
+    require_sound_gltf(path)
     with _quiet():
         try:
-            scene = trimesh.load_scene(path, process=False)
+            # Materials are pictures, which could unpack to anything and are of no use here.
+            scene = trimesh.load_scene(path, process=False, skip_materials=True)
             parts = scene.dump()
         except (MemoryError, OSError):
             raise

@@ -21,6 +21,11 @@ _TYPES = {
     ("U", 1): "<u1", ("U", 2): "<u2", ("U", 4): "<u4", ("U", 8): "<u8",
 }  # fmt: skip
 
+MOST_FIELDS = 500
+HARMLESS_BYTES = 64 << 20
+MOST_UNPACKED = 16
+"""Measurements pack to a half or a third; larger data may not unpack to more than so many times."""
+
 
 @dataclass(frozen=True)
 class PcdHeader:
@@ -89,6 +94,8 @@ def _fields(entries: dict[str, list[str]]) -> tuple[tuple[str, str, int], ...]:
         _TYPES[kind.upper(), int(size)]
         for kind, size in zip(entries["TYPE"], entries["SIZE"], strict=True)
     ]
+    if len(names) > MOST_FIELDS:
+        raise ValueError(f"{len(names)} fields")
     if min(counts, default=1) < 0 or max(counts, default=0) > 10_000:
         raise ValueError(f"COUNT {max(counts)}")
     # Padding is named "_", several times over.
@@ -133,6 +140,11 @@ def _decode_compressed(data: bytes, header: PcdHeader) -> dict[str, NDArray[Any]
     packed_size, size = np.frombuffer(data, "<u4", 2, header.size).tolist()
     start = header.size + 8
     _require(start + packed_size, len(data), header)
+    if size > max(HARMLESS_BYTES, MOST_UNPACKED * packed_size):
+        raise InputError(
+            f"would unpack from {packed_size >> 10} KiB to {size >> 20} MiB; no measured data do, "
+            "so it is not read"
+        )
     unpacked = decompress_lzf(data[start : start + packed_size], size)
     columns, offset = {}, 0
     for field in header.fields:

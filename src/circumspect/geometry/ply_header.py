@@ -13,6 +13,9 @@ _TYPES = {
     "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
+LARGEST_HEADER = 1 << 18
+MOST_ENTRIES = 500
+"""Elements and properties; files of measurements have a dozen."""
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -72,6 +75,8 @@ def parse_ply_header(data: bytes) -> PlyHeader:
     end = data.find(newline + b"end_header")
     if end < 0:
         raise InputError("is a broken PLY file: its header has no end; it may be truncated")
+    if end > LARGEST_HEADER:
+        raise InputError(f"is a PLY file with a header of {end} bytes; no such file is read")
     body = data.find(newline, end + len(newline))
     lines = [line.split() for line in data[:end].decode("latin-1").splitlines()[1:]]
     try:
@@ -88,6 +93,8 @@ def _byte_order(lines: list[list[str]]) -> str:
 
 
 def _elements(lines: list[list[str]]) -> tuple[PlyElement, ...]:
+    if sum(words[:1] in (["element"], ["property"]) for words in lines) > MOST_ENTRIES:
+        raise ValueError(f"more than {MOST_ENTRIES} elements and properties")
     elements: list[PlyElement] = []
     properties: list[PlyProperty] = []
     for words in lines:

@@ -16,6 +16,12 @@ from circumspect.localization.ceiling_image import CeilingImage
 
 KINDS = (".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff")
 STAMPS = "stamps.txt"
+FORMATS = ("PNG", "JPEG", "PPM", "BMP", "TIFF")
+"""Pillow knows more, and hands some of them to other programs."""
+MOST_PIXELS = 8192
+"""Along a side; a small file can hold a huge picture of one colour."""
+LARGEST_LIST = 50_000_000
+"""Longer lists of images are something else [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -79,12 +85,23 @@ def read_grey(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
     from PIL import Image
 
     try:
-        with Image.open(path) as image:
+        if Path(path).exists() and not Path(path).is_file():
+            raise InputError(f"{path}: is not a regular file")
+        with Image.open(path, formats=FORMATS) as image:
+            if max(image.size) > MOST_PIXELS:
+                raise InputError(f"{path}: has {image.size[0]} x {image.size[1]} pixels; "
+                                 f"{MOST_PIXELS} along a side are read")  # fmt: skip
             if image.mode.startswith(("I", "F")):
                 raise InputError(f"{path}: has more than 8 bits; convert it to 8")
             return np.array(image.convert("L"))
     # Pillow reports broken files by any of these.
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+    except (
+        OSError,
+        ValueError,
+        SyntaxError,
+        Image.DecompressionBombError,
+        Image.DecompressionBombWarning,
+    ) as error:
         raise InputError(f"{path}: can not be read ({error})") from error
 
 
@@ -133,7 +150,12 @@ def _entries(folder: Path) -> list[_Entry]:
 def _listed(path: Path) -> dict[str, float]:
     """Name to stamp."""
     stamps = {}
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+    try:
+        with path.open("rb") as stream:
+            lines = stream.read(LARGEST_LIST).decode("utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: can not be read ({error})") from error
+    for number, line in enumerate(lines, start=1):
         words = line.split()
         if not words or words[0].startswith("#"):
             continue

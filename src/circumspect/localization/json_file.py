@@ -25,6 +25,8 @@ def read_document(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:
     file = Path(path)
     try:
         try:
+            if file.exists() and not file.is_file() and not file.is_dir():
+                raise InputError("is not a regular file")
             if file.stat().st_size > MOST_BYTES:
                 raise InputError("is too large to be meant")
             document = json.loads(file.read_text(encoding="utf-8"))

@@ -90,5 +90,13 @@ class Checkpoint:
                 weights,
                 header["training"],
             )
-        except (SafetensorError, OSError, ValueError, KeyError, TypeError, InputError) as error:
+        except (
+            SafetensorError,
+            OSError,
+            ValueError,
+            KeyError,
+            TypeError,
+            RecursionError,
+            InputError,
+        ) as error:
             raise WeightsError(f"{path}: not a checkpoint of circumspect ({error})") from error

@@ -27,7 +27,7 @@ CHANNELS = {
 BYTES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
 COMPRESSED_HEAD = 12
 """Bytes before the PNG in what `compressed_depth_image_transport` makes."""
-LARGEST = 8192
+LARGEST = 4096
 """Pixels along a side; images of more are something else."""
 
 
@@ -96,7 +96,13 @@ def _unpacked(image: Any) -> NDArray[np.uint16]:
                 raise InputError(f"a depth image of {png.size} pixels in mode {png.mode}")
             return np.asarray(png).astype(np.uint16)
     # Pillow reports broken files by any of these.
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+    except (
+        OSError,
+        ValueError,
+        SyntaxError,
+        Image.DecompressionBombError,
+        Image.DecompressionBombWarning,
+    ) as error:
         raise InputError(f"a compressed depth image can not be read ({error})") from error
 
 

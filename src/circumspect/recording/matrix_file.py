@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
+from circumspect.recording.regular_file import require_regular
 
 LARGEST_FILE = 10_000
 """Longer files are no matrix of a few numbers [bytes]."""
@@ -25,6 +26,7 @@ def read_numbers(path: Path, *shape: int) -> NDArray[np.float64]:
         InputError: Missing, not text, other numbers than expected, or not finite.
     """
     try:
+        require_regular(path)
         with path.open("rb") as stream:
             words = stream.read(LARGEST_FILE).decode("ascii").split()
         numbers = np.array([float(word) for word in words])

@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 from circumspect.errors import InputError, MissingExtraError
 from circumspect.recording.bag import Bag, BagMessage, Topic
+from circumspect.recording.bounded_unpacking import LARGEST, unpacked
 from circumspect.recording.mcap_writer import NOTES
 from circumspect.recording.ros_types import typestore
 
 if TYPE_CHECKING:
     from mcap.records import McapRecord
 
-LARGEST = 2**28
-"""Records and chunks of more bytes are refused: a few bytes can claim to unpack to anything."""
+MOST_NOTES = 1000
+"""An index that points to more of them is not believed: all may be the same large one."""
 MAGIC = b"\x89MCAP0\r\n"
 
 
@@ -44,6 +45,8 @@ class McapBag(Bag):
         self.notes: dict[str, str] = {}
         self._types = typestore()
         try:
+            if self.path.exists() and not self.path.is_file():
+                raise InputError(f"{path}: is not a regular file")
             with self.path.open("rb") as stream:
                 if stream.read(len(MAGIC)) != MAGIC:
                     raise InputError(f"{path}: is no MCAP file, or holds nothing")
@@ -64,6 +67,8 @@ class McapBag(Bag):
                 reader = SeekingReader(stream, record_size_limit=LARGEST)
                 summary = reader.get_summary()
                 if summary is None or summary.statistics is None or not summary.channels:
+                    return False
+                if len(summary.metadata_indexes) > MOST_NOTES:
                     return False
                 counts = summary.statistics.channel_message_counts
                 first, last = (
@@ -159,9 +164,9 @@ class McapBag(Bag):
                     if record is None or isinstance(record, DataEnd):
                         return
                     if isinstance(record, Chunk):
-                        if record.uncompressed_size > LARGEST:
-                            raise InputError(f"a chunk of {record.uncompressed_size} bytes")
-                        inside = breakup_chunk(record, validate_crc=True)
+                        plain = unpacked(record.data, record.compression, record.uncompressed_size)
+                        chunk = replace(record, compression="", data=plain)
+                        inside = breakup_chunk(chunk, validate_crc=True)
                     else:
                         inside = [record]
                 except Exception:  # whatever a parser makes of a broken file

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from circumspect.errors import InputError
 from circumspect.recording.bag import Bag, BagMessage, Topic
+from circumspect.recording.bag_safety import require_bounded_messages, require_plain_bag
+from circumspect.recording.bounded_unpacking import bound_rosbags
 from circumspect.recording.ros_types import typestore
 
 if TYPE_CHECKING:
@@ -31,6 +33,7 @@ class RosBag(Bag):
         self.kind = "ROS 1 bag" if self.path.suffix == ".bag" else "ROS 2 bag"
         if not self.path.exists():
             raise InputError(f"{path}: no such file or folder")
+        require_plain_bag(self.path)
         with self._opened() as reader:
             first, last = reader.start_time, reader.end_time - 1
             self.topics = {
@@ -47,8 +50,14 @@ class RosBag(Bag):
         try:
             from rosbags.highlevel import AnyReader
 
+            bound_rosbags()
             reader = AnyReader([self.path], default_typestore=types)
             reader.open()
+            try:
+                require_bounded_messages(reader.typestore.fielddefs)
+            except InputError:
+                reader.close()
+                raise
         except Exception as error:  # whatever a parser makes of a broken bag
             raise InputError(f"{self.path}: can not be read ({_first_line(error)})") from error
         try:

@@ -17,6 +17,7 @@ from circumspect.geometry import PinholeCamera, Trajectory, read_tum
 from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder
 from circumspect.recording.image_files import read_colour, read_depth
 from circumspect.recording.recording import GivenPoses
+from circumspect.recording.regular_file import require_regular
 from circumspect.sensing import RgbdFrame
 
 DEPTH_LIST, COLOUR_LIST, POSE_LIST = "depth.txt", "rgb.txt", "groundtruth.txt"
@@ -149,6 +150,7 @@ def read_list(path: Path) -> list[StampedFile]:
         InputError: The file can not be read, holds another line, or no images.
     """
     try:
+        require_regular(path)
         with path.open("rb") as stream:
             lines = stream.read(LARGEST_LIST).decode("utf-8").splitlines()
     except OSError as error:
@@ -173,7 +175,10 @@ def _entry(words: list[str], place: str) -> StampedFile:
         stamp = np.nan
     if len(words) != 2 or not np.isfinite(stamp) or not words[1].strip().isprintable():
         raise InputError(f"{place}: is not 'stamp file' but {' '.join(words)[:80]!r}")
-    return StampedFile(stamp, words[1].strip())
+    name = words[1].strip()
+    if Path(name).is_absolute() or ".." in Path(name).parts:
+        raise InputError(f"{place}: {name[:80]!r} lies outside of the folder")
+    return StampedFile(stamp, name)
 
 
 def pose_at(trajectory: Trajectory, stamp: float) -> RigidTransform:

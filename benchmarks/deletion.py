@@ -1,0 +1,116 @@
+"""Do the cells of most evidence carry the answer? Deletion curves on test objects.
+
+    python -m benchmarks.deletion modelnet10
+
+Cells are emptied, those of most evidence first, or in random order, or those of most evidence
+against first; after each twentieth the classifier is asked how probable the label still is.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.report import RESULTS, machine
+from circumspect.classification import Classifier, OnnxClassifier, cell_evidence, nearest_examples
+from circumspect.datasets import open_data_set
+from circumspect.evaluation.markdown import table
+from circumspect.grid import OccupancyGrid
+from circumspect.storage import atomic_open, write_json
+
+STEPS = 20
+EACH = 5
+"""Objects of each class, evenly over the test split."""
+SHOWN = (0.05, 0.1, 0.2, 0.3, 0.5)
+ORDERS = ("most evidence first", "random", "least evidence first")
+
+
+def main(data: Path) -> None:
+    objects = open_data_set(data, "test")
+    classifier = Classifier.load(threads=1)
+    chosen = [
+        index
+        for label in range(len(objects.classes))
+        for index in np.flatnonzero(objects.labels == label)[
+            np.linspace(0, (objects.labels == label).sum() - 1, EACH).astype(int)
+        ]
+    ]
+    curves: dict[str, list[np.ndarray]] = {order: [] for order in ORDERS}
+    asked: list[int] = []
+    alike: list[bool] = []
+    agreeing: list[float] = []
+    for number, index in enumerate(chosen):
+        cloud = objects.cloud(int(index))
+        grid = classifier.recipe.bounds(cloud).hits(classifier.recipe.surface(cloud).points_xyz)
+        found = cell_evidence(classifier, grid)
+        asked.append(found.asked)
+        near = nearest_examples(classifier, cloud)
+        truth = objects.classes[objects.labels[index]]
+        alike.append(near[0].label == truth)
+        named = classifier.classify(cloud).label
+        agreeing.append(float(np.mean([n.label == named for n in near])))
+        values = found.cells[grid.occupied]
+        drawn = np.random.default_rng(number).random(len(values))
+        for order, key in zip(ORDERS, (-values, drawn, values), strict=True):
+            curves[order].append(deletion_curve(classifier, grid, found.label, key))
+    report(curves, asked, alike, agreeing)
+
+
+def deletion_curve(
+    classifier: OnnxClassifier, grid: OccupancyGrid, label: str, key: np.ndarray
+) -> np.ndarray:
+    """(STEPS,) probability of the label as ever more cells are emptied, smallest key first."""
+    cells = np.argwhere(grid.occupied)[np.argsort(key, kind="stable")]
+    grids = np.repeat(grid.occupied[None].astype(np.uint8), STEPS, axis=0)
+    for step, left in enumerate(grids):
+        left[tuple(cells[: step * len(cells) // STEPS].T)] = 0
+    column = classifier.classes.index(label)
+    return classifier.probabilities(grids[:, None, None])[:, column]
+
+
+def report(
+    curves: dict[str, list[np.ndarray]],
+    asked: list[int],
+    alike: list[bool],
+    agreeing: list[float],
+) -> None:
+    rows, document = [], {}
+    for order, found in curves.items():
+        mean = np.mean(found, axis=0)
+        shares = [f"{100 * mean[round(share * STEPS)]:.0f} %" for share in SHOWN]
+        rows.append([order, *shares, f"{mean.mean():.2f}"])
+        document[order] = mean.tolist()
+    head = ["emptied", *(f"{100 * share:.0f} %" for share in SHOWN), "mean of the curve"]
+    facts = machine()
+    lines = [
+        "# Evidence: deletion curves",
+        "",
+        "`python -m benchmarks.deletion modelnet10`",
+        "",
+        f"Mean probability of the label of {len(asked)} test objects of ModelNet10 ({EACH} a "
+        "class) when so many of their occupied cells are emptied:",
+        "",
+        table(head, rows),
+        "",
+        f"- grids that an object's evidence asks about: {np.mean(asked):.0f} (mean)",
+        f"- nearest training object of the true class: {np.mean(alike):.0%} of the objects",
+        f"- of the five nearest of the class that is named: {np.mean(agreeing):.0%}",
+        "",
+        *(f"- {key}: {value}" for key, value in facts.items()),
+    ]
+    with atomic_open(RESULTS / "deletion.md") as stream:
+        stream.write("\n".join(lines) + "\n")
+    write_json(
+        RESULTS / "deletion.json",
+        {
+            "machine": facts, "objects": len(asked), "steps": STEPS, "curves": document,
+            "grids_asked": float(np.mean(asked)), "nearest_is_right": float(np.mean(alike)),
+            "five_nearest_agree": float(np.mean(agreeing)),
+        },
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

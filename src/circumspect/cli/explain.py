@@ -1,0 +1,174 @@
+"""`circumspect explain FILE`."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from circumspect.cli.classify import prediction_record, saved_grid
+from circumspect.errors import InputError, MissingExtraError, blamed_on
+
+if TYPE_CHECKING:
+    from circumspect.classification import (
+        CellEvidence,
+        ExampleTable,
+        NearExample,
+        OnnxClassifier,
+    )
+    from circumspect.classification.explanation import Explanation
+
+
+@dataclass(frozen=True)
+class Explain:
+    """Why an object gets its name: which cells carry the answer, and what it resembles.
+
+    Blocks of cells are emptied, one at a time, and the classifier is asked anew. Where the
+    answer gets weaker, the cells spoke for it.
+
+    $ circumspect explain chair.ply
+    $ circumspect explain chair.ply --label sofa --out why
+    """
+
+    file: Annotated[Path, tyro.conf.Positional]
+    """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, NPY, NPZ, or a grid saved by `circumspect grid`."""
+    out: Path = Path()
+    """The folder for FILE-why.png, FILE-why.ply and FILE-why.npz; here by default."""
+    label: str | None = None
+    """The class to ask about; without it the one that is named."""
+    near: int = 5
+    """How many of the nearest training objects to name; 0 for none."""
+    up: Literal["x", "y", "z"] = "z"
+    """The axis that points up in the file."""
+    json: bool = False
+    """One JSON object on standard output and nothing else there."""
+    weights: Path | None = None
+    """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    examples: Path | None = None
+    """Its table of training objects, written by `export --examples`; without it the one that
+    lies beside the weights."""
+    samples: int = 32768
+    """Points sampled on a mesh."""
+    threads: int = 0
+    """Threads of the network; 0 means all cores."""
+
+    def run(self) -> int:
+        """Explain, save and draw."""
+        from circumspect.classification import Classifier
+
+        if self.near < 0:
+            raise InputError(f"--near {self.near}: give 0 or more")
+        start = time.perf_counter()
+        classifier = Classifier.load(self.weights, self.threads)
+        table = self._table() if self.near else None
+        with blamed_on(self.file):
+            found = self._explained(classifier)
+        near = self._nearest(classifier, found, table)
+        record = self._record(found, near, 1e3 * (time.perf_counter() - start))
+        record["files"] = self._save(found, near)
+        print(json.dumps(record) if self.json else _readable(record))  # noqa: T201
+        return 0
+
+    def _explained(self, classifier: OnnxClassifier) -> Explanation:
+        from circumspect.classification.explanation import explain_cloud, explain_grid
+        from circumspect.cli.progress import progress_bar
+
+        grid = saved_grid(self.file)
+        if grid is not None:
+            with progress_bar("emptying cells") as progress:
+                return explain_grid(classifier, grid, self.label, progress)
+        from circumspect.geometry import read_cloud
+
+        cloud = read_cloud(self.file, up=self.up, samples=self.samples)
+        with progress_bar("emptying cells") as progress:
+            return explain_cloud(classifier, cloud, self.label, progress)
+
+    def _table(self) -> ExampleTable | None:
+        """What the network was trained on; None where nobody wrote it down."""
+        from circumspect.classification import ExampleTable
+        from circumspect.classification.example_table import examples_path, shipped_examples
+
+        if self.examples is not None:
+            return ExampleTable.load(self.examples)
+        if self.weights is None:
+            return shipped_examples()
+        beside = examples_path(self.weights)
+        if beside.is_file():
+            return ExampleTable.load(beside)
+        print(  # noqa: T201
+            f"circumspect: no nearest training objects: {beside} is missing; write it with "
+            "circumspect export --examples",
+            file=sys.stderr,
+        )
+        return None
+
+    def _nearest(
+        self, classifier: OnnxClassifier, found: Explanation, table: ExampleTable | None
+    ) -> tuple[NearExample, ...]:
+        from circumspect.classification import nearest_examples
+
+        if table is None:
+            return ()
+        return nearest_examples(classifier, found.shown, self.near, table)
+
+    def _record(
+        self, found: Explanation, near: tuple[NearExample, ...], spent: float
+    ) -> dict[str, Any]:
+        explained = found.evidence
+        prediction = replace(found.evidence.prediction, milliseconds={"explain": spent})
+        record = prediction_record(self.file, prediction, len(found.surface), 0.0)
+        del record["milliseconds"]
+        return {
+            **record,
+            "explained": explained.label,
+            "log_odds": round(explained.log_odds, 4),
+            "evidence": _summary(explained),
+            "nearest": [{**asdict(n), "distance": round(n.distance, 5)} for n in near],
+            "milliseconds": round(spent, 1),
+        }
+
+    def _save(self, found: Explanation, near: tuple[NearExample, ...]) -> dict[str, str]:
+        stem = self.out / f"{self.file.stem}-why"
+        files = {kind: stem.with_name(f"{stem.name}.{kind}") for kind in ("npz", "ply", "png")}
+        found.save(files["npz"])
+        found.save_ply(files["ply"])
+        try:
+            from circumspect.evaluation.evidence_picture import draw_evidence
+            from circumspect.evaluation.figures import save_figure
+
+            save_figure(draw_evidence(found.evidence, found.surface, near), files["png"])
+        except MissingExtraError as error:
+            print(f"circumspect: no picture: {error}", file=sys.stderr)  # noqa: T201
+            del files["png"]
+        return {kind: str(path) for kind, path in files.items()}
+
+
+def _summary(explained: CellEvidence) -> dict[str, Any]:
+    from circumspect.classification.explanation import half_share
+
+    return {
+        "most": round(float(explained.cells.max()), 4),
+        "least": round(float(explained.cells.min()), 4),
+        "half_of_it_in": round(half_share(explained), 4),
+        "grids_asked": explained.asked,
+    }
+
+
+def _readable(record: dict[str, Any]) -> str:
+    unknown = "" if record["known"] else "unknown, nearest "
+    evidence = record["evidence"]
+    lines = [
+        f"{record['file']}: {unknown}{record['label']} {100 * record['probability']:.1f} %",
+        f"evidence for {record['explained']}: {evidence['least']:+.2f} to "
+        f"{evidence['most']:+.2f} of log-odds {record['log_odds']:+.2f};",
+        f"  {100 * evidence['half_of_it_in']:.0f} % of the cells hold half of what speaks for it",
+    ]
+    if record["nearest"]:
+        lines.append("nearest training objects, by distance of features:")
+        lines += [f"  {n['name']:<20} {n['distance']:.3f}" for n in record["nearest"]]
+    return "\n".join([*lines, *(f"{path}" for path in record["files"].values())])

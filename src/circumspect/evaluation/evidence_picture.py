@@ -1,0 +1,147 @@
+"""A picture of why: an object in the colours of its evidence, and the grid that was asked about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.classification import CellEvidence, NearExample
+from circumspect.classification.evidence_colours import evidence_colours, evidence_span
+from circumspect.evaluation.figure_canvas import new_figure
+from circumspect.geometry import PointCloud
+from circumspect.grid import CylindricalGrid
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+SIDES_DEG = (-60.0, 30.0, 120.0, 210.0)
+ELEVATION_DEG = 22.0
+MOST_POINTS = 24_000
+
+
+def draw_evidence(
+    explained: CellEvidence, cloud: PointCloud, near: Sequence[NearExample] = ()
+) -> Figure:
+    """The object from four sides, its grid, the probabilities and the nearest training objects.
+
+    Args:
+        explained: The evidence.
+        cloud: The object's surface, in the frame of the grid.
+        near: Training objects, the nearest first.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    figure = new_figure((13.0, 7.2))
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.15, 1.0))
+    above, below = parts
+    span = evidence_span(explained.cells)
+    step = -(-len(cloud) // MOST_POINTS)
+    points = cloud.points_xyz[::step]
+    colours = evidence_colours(explained.at(points), span) / 255.0
+    for axes, azimuth in zip(above.subplots(1, len(SIDES_DEG)), SIDES_DEG, strict=True):
+        _draw_side(axes, points, colours, azimuth)
+    unrolled, plan, words = below.subplots(1, 3, width_ratios=(1.9, 1.1, 1.1))
+    _draw_grid(unrolled, plan, explained, span)
+    _draw_bar(above, explained.label, span)
+    _draw_words(words, explained, near)
+    figure.suptitle(
+        f"{explained.label}: what speaks for it and what against it "
+        f"(log-odds {explained.log_odds:+.1f})",
+        fontsize=12,
+    )
+    return figure
+
+
+def _draw_side(
+    axes: Axes, points: NDArray[np.float64], colours: NDArray[np.float64], azimuth_deg: float
+) -> None:
+    """From far away; what is farther is paler, and near points cover far ones."""
+    azimuth, elevation = np.radians([azimuth_deg, ELEVATION_DEG])
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    towards = level * np.cos(elevation) + np.array([0.0, 0.0, np.sin(elevation)])
+    up = np.cross(towards, right)
+    centred = points - (points.min(axis=0) + points.max(axis=0)) / 2
+    nearness = centred @ towards
+    order = np.argsort(nearness)
+    far = (nearness.max() - nearness) / max(float(np.ptp(nearness)), 1e-12)
+    shown = colours + (1.0 - colours) * (0.55 * far**1.5)[:, None]
+    reach = float(np.linalg.norm(centred, axis=1).max()) or 1.0
+    size = 2.0 if len(points) > 6000 else 7.0
+    axes.scatter(
+        (centred @ right)[order], (centred @ up)[order], c=shown[order], s=size, linewidths=0
+    )
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    axes.set_axis_off()
+    axes.set_title(f"from {azimuth_deg % 360:.0f}°", fontsize=9)
+
+
+def _draw_grid(unrolled: Axes, plan: Axes, explained: CellEvidence, span: float) -> None:
+    """Of the cells along each line of sight the strongest; of a box front and plan."""
+    bounds = explained.grid.grid
+    if isinstance(bounds, CylindricalGrid):
+        _draw_picture(
+            unrolled, strongest(explained, 0), span, (0, 360, -bounds.half_height,
+            bounds.half_height), "auto",
+        )  # fmt: skip
+        unrolled.set(xlabel="azimuth [°]", ylabel="height [m]", title="grid, unrolled")
+        unrolled.set_xticks(range(0, 361, 90))
+        _draw_picture(plan, strongest(explained, 2), span, (0, bounds.radius, 0, 360), "auto")
+        plan.set(xlabel="radius [m]", ylabel="azimuth [°]", title="grid, from above")
+        plan.set_yticks(range(0, 361, 90))
+        return
+    half = bounds.half_width  # pyright: ignore[reportAttributeAccessIssue]
+    square = (-half, half, -half, half)
+    _draw_picture(unrolled, strongest(explained, 1), span, square, "equal")
+    unrolled.set(xlabel="x [m]", ylabel="z [m]", title="grid, from the front")
+    _draw_picture(plan, strongest(explained, 2), span, square, "equal")
+    plan.set(xlabel="x [m]", ylabel="y [m]", title="grid, from above")
+
+
+def strongest(explained: CellEvidence, axis: int) -> NDArray[np.float32]:
+    """The evidence that is largest, for or against, along an axis; NaN where nothing is."""
+    chosen = np.abs(explained.cells).argmax(axis=axis)
+    values = np.take_along_axis(explained.cells, np.expand_dims(chosen, axis), axis).squeeze(axis)
+    return np.where(explained.grid.occupied.any(axis=axis), values, np.float32(np.nan))
+
+
+def _draw_picture(
+    axes: Axes,
+    values: NDArray[np.float32],
+    span: float,
+    extent: tuple[float, float, float, float],
+    aspect: Literal["auto", "equal"],
+) -> None:
+    picture = evidence_colours(np.nan_to_num(values), span)
+    picture[np.isnan(values)] = 255
+    rows = picture.transpose(1, 0, 2)
+    axes.imshow(rows, origin="lower", extent=extent, aspect=aspect, interpolation="nearest")
+
+
+def _draw_bar(figure: SubFigure, label: str, span: float) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
+    steps = np.linspace(-span, span, 256)
+    colours = ListedColormap(evidence_colours(steps, span) / 255.0)
+    figure.colorbar(
+        ScalarMappable(Normalize(-span, span), colours),
+        ax=figure.axes,
+        label=f"evidence for {label}\n(fall of log-odds)",
+        shrink=0.85,
+    )
+
+
+def _draw_words(axes: Axes, explained: CellEvidence, near: Sequence[NearExample]) -> None:
+    axes.set_axis_off()
+    ranked = sorted(explained.prediction.probabilities.items(), key=lambda item: -item[1])[:4]
+    lines = [f"{name.replace('_', ' '):<14}{100 * share:5.1f} %" for name, share in ranked]
+    if near:
+        lines += ["", "nearest training objects"]
+        lines += [f"{example.name:<18}{example.distance:6.3f}" for example in near]
+    axes.text(0.0, 0.98, "\n".join(lines), va="top", family="monospace", fontsize=9)

@@ -1,0 +1,154 @@
+import json
+
+import numpy as np
+import pytest
+
+from circumspect.classification import Classifier
+from circumspect.classification.evidence_colours import evidence_colours, evidence_span
+from circumspect.classification.explanation import explain_grid, half_share
+from circumspect.cli.main import main
+from circumspect.errors import InputError
+from circumspect.furniture import make_furniture
+from circumspect.geometry import PointCloud, read_cloud, write_ply
+from circumspect.geometry.coloured_ply import write_coloured_ply
+from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
+from circumspect.grid.cell_centres import occupied_centres
+
+
+def run(*words):
+    return main([str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def chair(tmp_path_factory):
+    path = tmp_path_factory.mktemp("files") / "chair.ply"
+    write_ply(path, make_furniture("chair", 3).sampled(20_000, 0))
+    return path
+
+
+@pytest.fixture(autouse=True)
+def _coarse_blocks_and_few_points(monkeypatch):
+    """A tenth of the work."""
+    from circumspect.classification import evidence
+    from circumspect.evaluation import evidence_picture
+
+    monkeypatch.setattr(evidence.cell_evidence, "__defaults__", (None, (1.0,), None))
+    monkeypatch.setattr(evidence_picture, "MOST_POINTS", 1000)
+
+
+def test_one_file_in_an_answer_and_three_files_out(chair, tmp_path, capsys):
+    assert run("explain", chair, "--out", tmp_path / "why", "--json") == 0
+    out, err = capsys.readouterr()
+    record = json.loads(out)
+    assert (record["label"], record["explained"], err) == ("chair", "chair", "")
+    assert [n["label"] for n in record["nearest"]] == ["chair"] * 5
+    assert 0 < record["evidence"]["half_of_it_in"] < 0.5
+    assert record["evidence"]["least"] < record["evidence"]["most"]
+    assert {p.name for p in (tmp_path / "why").iterdir()} == {
+        "chair-why.npz", "chair-why.ply", "chair-why.png"
+    }  # fmt: skip
+    assert (tmp_path / "why" / "chair-why.png").read_bytes()[:4] == b"\x89PNG"
+    cloud = read_cloud(tmp_path / "why" / "chair-why.ply")
+    np.testing.assert_array_equal(cloud.points_xyz, read_cloud(chair).points_xyz)
+    header = (tmp_path / "why" / "chair-why.ply").read_bytes()[:400].decode("latin-1")
+    assert "property uchar red" in header
+    assert "property float evidence" in header
+    with np.load(tmp_path / "why" / "chair-why.npz", allow_pickle=False) as stored:
+        assert stored["evidence"].shape == stored["states"].shape == (32, 32, 32)
+        assert (stored["evidence"][stored["states"] != 2] == 0).all()
+        assert stored["evidence"].max() == pytest.approx(record["evidence"]["most"], abs=1e-4)
+
+
+def test_the_answer_is_that_of_classify(chair, tmp_path, capsys):
+    run("classify", chair, "--json", "--threads", 1)
+    run("explain", chair, "--json", "--out", tmp_path, "--threads", 1)
+    named, why = (json.loads(line) for line in capsys.readouterr().out.splitlines())
+    assert why["probabilities"] == named["probabilities"]
+    assert why["points"] == named["points"]
+
+
+def test_a_saved_grid_and_another_label(chair, tmp_path, capsys):
+    grid = tmp_path / "g.npz"
+    cloud = read_cloud(chair)
+    CylindricalGrid.fit(cloud).hits(cloud.points_xyz).save(grid)
+    words = ("explain", grid, "--out", tmp_path, "--label", "sofa", "--near", 0)
+    assert run(*words) == 0
+    out = capsys.readouterr().out
+    assert "evidence for sofa" in out
+    assert "chair" in out
+    assert "nearest training" not in out
+    assert (tmp_path / "g-why.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("flags", "complaint"),
+    [
+        (("--label", "stool"), "no class 'stool'"),
+        (("--near", "-1"), "--near -1"),
+        (("--examples", "none.npz"), "none.npz: no such file"),
+        (("--weights", "none.onnx"), "no such file"),
+    ],
+)
+def test_mistakes_cost_one_line(chair, tmp_path, capsys, flags, complaint):
+    assert run("explain", chair, "--out", tmp_path, *flags) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert complaint in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_files_that_can_not_be_read(tmp_path, capsys):
+    (tmp_path / "empty.off").write_bytes(b"")
+    np.save(tmp_path / "line.npy", np.linspace(0, 1, 40)[:, None] * [1.0, 2, 3])
+    RectangularGrid().hits(np.zeros((1, 3))).save(tmp_path / "box.npz")
+    for name in ("empty.off", "line.npy", "gone.ply", "box.npz"):
+        assert run("explain", tmp_path / name, "--out", tmp_path / "why") == 2
+        err = capsys.readouterr().err
+        assert err.count("\n") == 1
+        assert name in err
+    assert not (tmp_path / "why").exists()
+
+
+def test_weights_without_a_table_are_explained_without_examples(chair, tmp_path, capsys):
+    from circumspect.classification.onnx_classifier import shipped_path
+
+    (tmp_path / "own.onnx").write_bytes(shipped_path().read_bytes())
+    assert run("explain", chair, "--out", tmp_path, "--weights", tmp_path / "own.onnx") == 0
+    assert "export --examples" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "bounds",
+    [CylindricalGrid((5, 7, 6), 2.0, 1.5, (1.0, 2.0, 3.0), 0.4), RectangularGrid((5, 4, 3), 2.0, (1.0, 0, 0), 0.3)],
+)  # fmt: skip
+def test_centres_lie_in_their_cells(bounds):
+    states = (2 * (np.random.default_rng(0).random(bounds.shape) < 0.5)).astype(np.uint8)
+    grid = OccupancyGrid(bounds, states)
+    np.testing.assert_array_equal(
+        bounds.indices(occupied_centres(grid)), np.argwhere(grid.occupied)
+    )
+
+
+def test_colours_are_symmetric_and_end_at_the_span():
+    values = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+    red, _, blue = evidence_colours(values, 1.0).T.astype(int)
+    assert red[0] == red[1] < red[3] == red[4]
+    assert blue[0] == blue[1] > blue[3] == blue[4]
+    assert evidence_span(np.zeros(3)) == 1.0
+    assert evidence_span(np.array([0.0, -4.0])) == 4.0
+
+
+def test_colours_and_values_belong_to_points(tmp_path):
+    cloud = PointCloud(np.eye(3))
+    with pytest.raises(InputError, match="3 points"):
+        write_coloured_ply(tmp_path / "x.ply", cloud, np.zeros((2, 3), np.uint8), np.zeros(3))
+
+
+def test_half_of_the_evidence_of_one_cell_is_in_it():
+    classifier = Classifier.load(threads=1)
+    states = np.zeros((32, 32, 32), np.uint8)
+    states[4, 3, 2] = 2
+    found = explain_grid(classifier, OccupancyGrid(CylindricalGrid(), states))
+    assert half_share(found.evidence) in (0.0, 1.0)
+    assert len(found.surface) == 1
