@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -30,6 +31,9 @@ def command(*words: str) -> Iterator[tuple[subprocess.Popen[str], str, list[str]
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     said: list[str] = []
+    # Who reads what a process says waits for it: one that hangs is ended.
+    watchdog = threading.Timer(240, process.kill)
+    watchdog.start()
     try:
         assert process.stderr is not None
         for line in process.stderr:
@@ -40,6 +44,7 @@ def command(*words: str) -> Iterator[tuple[subprocess.Popen[str], str, list[str]
         else:
             pytest.fail("".join(said))
     finally:
+        watchdog.cancel()
         process.send_signal(signal.SIGINT)
         try:
             process.wait(20)

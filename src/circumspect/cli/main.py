@@ -39,6 +39,7 @@ PRESETS = {"ros2": "ros2:preset"}
 HELP = """circumspect: name an object from any side
 
   circumspect demo                    a simulated robot drives round an object
+  circumspect demo --viewer           the same, shown and steered in the browser
   circumspect scan chair.obj          the same for your own mesh
   circumspect classify chair.ply      name the object in a file
   circumspect COMMAND --help          everything about one command

@@ -294,9 +294,8 @@ class Stage:
             return
         pivot = self._pivot(shown.thing)
         away = np.array([1.0, -0.4, 0.0])
-        if shown.T_map_camera is not None:
-            away = shown.T_map_camera.translation - pivot
-            away[2] = 0.0
+        if len(shown.path_xyz):
+            away = (shown.path_xyz[0] - pivot) * [1.0, 1.0, 0.0]
         away = away / max(float(np.linalg.norm(away)), 1e-6)
         side = np.array([-away[1], away[0], 0.0])
         camera = self._server.initial_camera
