@@ -25,7 +25,7 @@ def test_json_is_one_line_and_repeats_the_run_folder(
     assert record["frames"] == 4
     assert record["ended"] == "the limit of 4 frames is reached"
     assert set(record["milliseconds"]) == {
-        "segment", "register", "fuse", "grid", "classify", "frame",
+        "segment", "register", "fuse", "grid", "classify", "plan", "frame",
     }  # fmt: skip
     config = json.loads((out / "config.json").read_text())
     assert (config["command"], config["seed"]) == ("demo", 3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from collections.abc import Iterator
@@ -367,7 +368,7 @@ def test_a_clock_that_is_set_back_begins_anew(bus: MemoryBus, node: RecognitionN
     steps = worked_off(node)
     assert [step.outcome for step in steps] == [CLASSIFIED] * 3
     assert steps[-1].model.frames == 3
-    assert any("the clock leapt by -5" in what for what in values(node))
+    assert any(re.search(r"the clock leapt by -(49|50)\.", what) for what in values(node))
 
 
 def test_a_clock_that_leaps_on_keeps_the_model(bus: MemoryBus, node: RecognitionNode) -> None:

@@ -19,7 +19,9 @@ _circumspect() {
 @OWN@
   esac
   for word in "${COMPREPLY[@]}"; do
-    [[ -n "$word" && ! -e "$word" && ( "$cur" == -* || "$word" != -* ) ]] && reply+=("$word")
+    # A file may have a command's name.
+    [[ -n "$word" && ( $COMP_CWORD == 1 || ! -e "$word" ) ]] || continue
+    [[ "$cur" == -* || "$word" != -* ]] && reply+=("$word")
   done
   (( COMP_CWORD == 2 )) && reply+=($(compgen -W "$own" -- "$cur"))
   COMPREPLY=("${reply[@]}")
