@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.localization.ceiling_image import CeilingImage
+from circumspect.sensing.picture import opened_picture
 
 KINDS = (".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff")
 STAMPS = "stamps.txt"
@@ -82,27 +83,10 @@ def read_grey(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
     Raises:
         InputError: It can not be read.
     """
-    from PIL import Image
-
-    try:
-        if Path(path).exists() and not Path(path).is_file():
-            raise InputError(f"{path}: is not a regular file")
-        with Image.open(path, formats=FORMATS) as image:
-            if max(image.size) > MOST_PIXELS:
-                raise InputError(f"{path}: has {image.size[0]} x {image.size[1]} pixels; "
-                                 f"{MOST_PIXELS} along a side are read")  # fmt: skip
-            if image.mode.startswith(("I", "F")):
-                raise InputError(f"{path}: has more than 8 bits; convert it to 8")
-            return np.array(image.convert("L"))
-    # Pillow reports broken files by any of these.
-    except (
-        OSError,
-        ValueError,
-        SyntaxError,
-        Image.DecompressionBombError,
-        Image.DecompressionBombWarning,
-    ) as error:
-        raise InputError(f"{path}: can not be read ({error})") from error
+    with opened_picture(Path(path), FORMATS, MOST_PIXELS) as image:
+        if image.mode.startswith(("I", "F")):
+            raise InputError(f"{path}: has more than 8 bits; convert it to 8")
+        return np.array(image.convert("L"))
 
 
 def image_files(paths: list[Path]) -> list[Path]:

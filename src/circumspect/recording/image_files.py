@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
-from circumspect.recording.regular_file import require_regular
+from circumspect.sensing.picture import opened_picture
 
 MOST_PIXELS = 4096
-"""Along a side; a small file can hold a huge picture of one colour."""
+"""Along a side."""
 FORMATS = ("PNG", "JPEG")
-"""Of colour images. Pillow knows more, and hands some of them to other programs."""
+"""Of colour images."""
 
 _log = logging.getLogger(__name__)
 
@@ -25,26 +25,10 @@ def read_depth(file: Path) -> NDArray[np.uint16]:
     Raises:
         InputError: Missing, broken, or no 16 bit PNG.
     """
-    from PIL import Image
-
-    try:
-        require_regular(file)
-        with Image.open(file, formats=("PNG",)) as image:
-            if max(image.size) > MOST_PIXELS:
-                raise InputError(f"{file}: has {image.size[0]} x {image.size[1]} pixels; "
-                                 f"{MOST_PIXELS} along a side are read")  # fmt: skip
-            if image.mode not in ("I;16", "I", "I;16B"):
-                raise InputError(f"{file}: is no 16 bit depth image but {image.mode}")
-            return np.asarray(image).astype(np.uint16)
-    # Pillow reports broken files by any of these.
-    except (
-        OSError,
-        ValueError,
-        SyntaxError,
-        Image.DecompressionBombError,
-        Image.DecompressionBombWarning,
-    ) as error:
-        raise InputError(f"{file}: can not be read ({error})") from error
+    with opened_picture(file, ("PNG",), MOST_PIXELS) as image:
+        if image.mode not in ("I;16", "I", "I;16B"):
+            raise InputError(f"{file}: is no 16 bit depth image but {image.mode}")
+        return np.asarray(image).astype(np.uint16)
 
 
 def read_colour(file: Path, size: tuple[int, int]) -> NDArray[np.uint8] | None:
@@ -57,20 +41,11 @@ def read_colour(file: Path, size: tuple[int, int]) -> NDArray[np.uint8] | None:
     Returns:
         (height, width, 3) RGB, or None.
     """
-    from PIL import Image
-
     try:
-        require_regular(file)
-        with Image.open(file, formats=FORMATS) as image:
+        with opened_picture(file, FORMATS, MOST_PIXELS) as image:
             if image.size == size:
                 return np.asarray(image.convert("RGB"))
             _log.warning("colour left out: %s: is %s, the depth %s", file, image.size, size)
-    except (
-        OSError,
-        ValueError,
-        SyntaxError,
-        Image.DecompressionBombError,
-        Image.DecompressionBombWarning,
-    ) as error:
-        _log.warning("colour left out: %s: %s", file, error)
+    except InputError as error:
+        _log.warning("colour left out: %s", error)
     return None

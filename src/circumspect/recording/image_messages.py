@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,6 +13,7 @@ from circumspect.geometry import PinholeCamera
 from circumspect.recording.ros_time import header
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, message
 from circumspect.sensing.millimetres import metres, millimetres
+from circumspect.sensing.picture import opened_picture
 
 DEPTH_16, DEPTH_32 = "16UC1", "32FC1"
 DEPTH_TYPES = {DEPTH_16: "u2", "mono16": "u2", DEPTH_32: "f4"}
@@ -86,25 +86,14 @@ def depth_of(image: Any) -> NDArray[np.float32]:
 
 def _unpacked(image: Any) -> NDArray[np.uint16]:
     """(height, width) [mm] of a `compressedDepth` image that holds a PNG."""
-    from PIL import Image
-
     if "16UC1" not in image.format or "compressedDepth" not in image.format:
         raise InputError(f"depth in the format {image.format[:40]!r}; of compressed ones only "
                          "16UC1 as compressedDepth png is known")  # fmt: skip
-    try:
-        with Image.open(io.BytesIO(bytes(image.data[COMPRESSED_HEAD:])), formats=["PNG"]) as png:
-            if max(png.size) > LARGEST or png.mode not in ("I;16", "I;16B", "I"):
-                raise InputError(f"a depth image of {png.size} pixels in mode {png.mode}")
-            return np.asarray(png).astype(np.uint16)
-    # Pillow reports broken files by any of these.
-    except (
-        OSError,
-        ValueError,
-        SyntaxError,
-        Image.DecompressionBombError,
-        Image.DecompressionBombWarning,
-    ) as error:
-        raise InputError(f"a compressed depth image can not be read ({error})") from error
+    packed, name = bytes(image.data[COMPRESSED_HEAD:]), "a compressed depth image"
+    with opened_picture(packed, ("PNG",), LARGEST, name) as png:
+        if png.mode not in ("I;16", "I;16B", "I"):
+            raise InputError(f"a depth image in mode {png.mode}")
+        return np.asarray(png).astype(np.uint16)
 
 
 def colour_of(image: Any) -> NDArray[np.uint8]:
@@ -139,16 +128,11 @@ def grey_of(image: Any) -> NDArray[np.uint8]:
 
 def _decoded(image: Any) -> NDArray[np.uint8]:
     """(height, width) brightness of a JPEG or PNG of 8 bits."""
-    from PIL import Image
-
-    try:
-        with Image.open(io.BytesIO(bytes(image.data)), formats=["JPEG", "PNG"]) as picture:
-            if max(picture.size) > LARGEST or picture.mode.startswith(("I", "F")):
-                raise InputError(f"an image of {picture.size} pixels in mode {picture.mode}")
-            return np.array(picture.convert("L"))
-    # Pillow reports broken files by any of these.
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise InputError(f"a compressed image can not be read ({error})") from error
+    packed, name = bytes(image.data), "a compressed image"
+    with opened_picture(packed, ("JPEG", "PNG"), LARGEST, name) as picture:
+        if picture.mode.startswith(("I", "F")):
+            raise InputError(f"an image in mode {picture.mode}")
+        return np.array(picture.convert("L"))
 
 
 def _rows(image: Any, pixel: np.dtype[Any]) -> NDArray[Any]:

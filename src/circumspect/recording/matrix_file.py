@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
-from circumspect.recording.regular_file import require_regular
+from circumspect.sensing.regular_file import require_regular
 
 LARGEST_FILE = 10_000
 """Longer files are no matrix of a few numbers [bytes]."""

@@ -17,8 +17,8 @@ from circumspect.geometry import PinholeCamera, Trajectory, read_tum
 from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder
 from circumspect.recording.image_files import read_colour, read_depth
 from circumspect.recording.recording import GivenPoses
-from circumspect.recording.regular_file import require_regular
 from circumspect.sensing import RgbdFrame
+from circumspect.sensing.regular_file import require_regular
 
 DEPTH_LIST, COLOUR_LIST, POSE_LIST = "depth.txt", "rgb.txt", "groundtruth.txt"
 DEPTH_FACTOR = 5000.0
