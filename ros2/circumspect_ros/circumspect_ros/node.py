@@ -8,10 +8,8 @@ from collections.abc import Sequence
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from circumspect.classification import Classifier
-from circumspect.cli.node_screen import NodeScreen, going_on
+from circumspect.cli.node_run import run_node
 from circumspect.errors import CircumspectError
-from circumspect.ros.recognition_node import RecognitionNode
 from circumspect_ros.parameters import read_settings
 from circumspect_ros.rclpy_middleware import RclpyMiddleware
 
@@ -40,22 +38,6 @@ def _run() -> int:
     ros_node = rclpy.create_node(
         "circumspect", automatically_declare_parameters_from_overrides=True
     )
-    middleware = RclpyMiddleware(ros_node)
-    try:
-        settings = read_settings(ros_node)
-        screen = NodeScreen(as_json=False)
-        classifier = Classifier.load(settings.weights or None)
-        node = RecognitionNode(middleware, settings, classifier, (screen,))
-    except BaseException:
-        middleware.close()
-        raise
-    screen.begin(settings, "by rclpy")
-    try:
-        with going_on(None) as goes_on:
-            node.spin(goes_on)
-    except KeyboardInterrupt:
-        pass  # the usual end of a node
-    finally:
-        node.close()
-        screen.end()
+    settings = read_settings(ros_node)
+    run_node(RclpyMiddleware(ros_node), settings, "by rclpy")
     return 0

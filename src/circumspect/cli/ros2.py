@@ -40,33 +40,16 @@ class Ros2:
         import os
         from dataclasses import replace
 
-        from circumspect.classification import Classifier
-        from circumspect.cli.node_screen import NodeScreen, going_on
+        from circumspect.cli.node_run import run_node
         from circumspect.ros.dds_middleware import DdsMiddleware
         from circumspect.ros.dds_settings import DdsSettings
-        from circumspect.ros.recognition_node import RecognitionNode
 
         dds = DdsSettings.from_environment(os.environ)
         if self.local:
             dds = replace(dds, reach="LOCALHOST")
-        middleware = DdsMiddleware(dds, self.node.node)
-        try:
-            classifier = Classifier.load(self.node.weights or None)
-            screen = NodeScreen(self.json)
-            node = RecognitionNode(middleware, self.node, classifier, (screen,))
-        except BaseException:
-            middleware.close()
-            raise
         where = "this machine" if dds.reach == "LOCALHOST" else "the network"
-        screen.begin(self.node, f"on {where}, domain {dds.domain}")
-        try:
-            with going_on(self.duration) as goes_on:
-                node.spin(goes_on)
-        except KeyboardInterrupt:
-            pass  # the usual end of a node
-        finally:
-            node.close()
-            screen.end()
+        where = f"on {where}, domain {dds.domain}"
+        run_node(DdsMiddleware(dds), self.node, where, self.json, self.duration)
         return 0
 
 

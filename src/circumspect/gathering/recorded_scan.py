@@ -88,7 +88,6 @@ class _Wheels:
         self.told: list[tuple[float, RigidTransform]] = []
 
     def heard(self, frame: RgbdFrame) -> RgbdFrame:
-        if frame.odometry is not None and frame.T_base_camera is not None:
-            T_odom_base = frame.odometry.T_odom_base.as_transform()
-            self.told.append((frame.stamp, T_odom_base * frame.T_base_camera))
+        if (T_odom_camera := frame.T_odom_camera) is not None:
+            self.told.append((frame.stamp, T_odom_camera))
         return frame

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
+from circumspect.geometry.ply_file import write_vertices
 from circumspect.geometry.point_cloud import PointCloud
-from circumspect.storage import atomic_open
 
 
 def write_coloured_ply(
@@ -40,21 +40,6 @@ def write_coloured_ply(
             f"{count} points need as many colours and values, not {colours_rgb.shape} and "
             f"{value.shape}"
         )
-    columns = [
-        *(("double", "<f8", axis, cloud.points_xyz[:, i]) for i, axis in enumerate("xyz")),
-        *(("uchar", "u1", c, colours_rgb[:, i]) for i, c in enumerate(("red", "green", "blue"))),
-        ("float", "<f4", name, value),
-    ]
-    table = np.empty(count, dtype=[(column, kind) for _, kind, column, _ in columns])
-    for _, _, column, values in columns:
-        table[column] = values
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        f"element vertex {count}",
-        *(f"property {kind} {column}" for kind, _, column, _ in columns),
-        "end_header",
-    ]
-    with atomic_open(path, "wb") as stream:
-        stream.write(("\n".join(header) + "\n").encode("ascii"))
-        stream.write(table.tobytes())
+    places = {axis: cloud.points_xyz[:, i].astype("<f8") for i, axis in enumerate("xyz")}
+    colours = {c: colours_rgb[:, i] for i, c in enumerate(("red", "green", "blue"))}
+    write_vertices(path, {**places, **colours, name: value.astype("<f4")})

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ from circumspect.storage import atomic_open
 _POSITION = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
 _AREA = "area"
+_TYPES = {"<f8": "double", "<f4": "float", "|u1": "uchar"}
 _FACE_LISTS = ("vertex_indices", "vertex_index")
 
 
@@ -73,14 +76,28 @@ def write_ply(path: str | os.PathLike[str], cloud: PointCloud) -> None:
         columns |= dict(zip(_NORMAL, cloud.normals_xyz.T, strict=True))
     if cloud.areas is not None:
         columns[_AREA] = cloud.areas
-    table = np.empty(len(cloud), dtype=[(name, "<f8") for name in columns])
+    write_vertices(path, {name: column.astype("<f8") for name, column in columns.items()})
+
+
+def write_vertices(path: str | os.PathLike[str], columns: Mapping[str, NDArray[Any]]) -> None:
+    """Write named columns of numbers as the vertices of a binary PLY file.
+
+    Args:
+        path: The file; it appears when complete.
+        columns: Name to (n,) numbers of a type in `_TYPES`.
+
+    Raises:
+        OutputError: The file can not be written.
+    """
+    count = len(next(iter(columns.values())))
+    table = np.empty(count, dtype=[(name, column.dtype) for name, column in columns.items()])
     for name, column in columns.items():
         table[name] = column
     header = [
         "ply",
         "format binary_little_endian 1.0",
-        f"element vertex {len(cloud)}",
-        *(f"property double {name}" for name in columns),
+        f"element vertex {count}",
+        *(f"property {_TYPES[column.dtype.str]} {name}" for name, column in columns.items()),
         "end_header",
     ]
     with atomic_open(path, "wb") as stream:

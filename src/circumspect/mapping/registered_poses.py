@@ -106,8 +106,8 @@ class RegisteredPoses(PoseEstimator):
     def _first(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
         T, s = self._T_map_first, self.settings.motion
         covariance, mount = np.diag([1e-4] * 6) ** 2, frame.T_base_camera
-        if T is None and frame.odometry is not None and mount is not None:
-            T = frame.odometry.T_odom_base.as_transform() * mount
+        if T is None:
+            T = frame.T_odom_camera
         if T is None:
             T = frame.T_map_camera
         if T is None:

@@ -58,9 +58,8 @@ class JourneyLog:
         if not self._stamps or step.stamp > self._stamps[-1]:
             self._stamps.append(step.stamp)
             self._driven.append(self._scan.driven_m)
-        if frame is not None and frame.odometry is not None and frame.T_base_camera is not None:
-            T_odom_base = frame.odometry.T_odom_base.as_transform()
-            self._wheels.append((frame.stamp, T_odom_base * frame.T_base_camera))
+        if frame is not None and (T_odom_camera := frame.T_odom_camera) is not None:
+            self._wheels.append((frame.stamp, T_odom_camera))
 
     def on_end(self, result: RecognitionResult) -> None:
         """Hand the journey to the folder."""

@@ -26,9 +26,8 @@ class WheelPath:
 
     def follow(self, step: RecognitionStep, frame: RgbdFrame | None) -> None:
         """Take one more frame; one without odometry or mount adds nothing."""
-        if frame is None or frame.odometry is None or frame.T_base_camera is None:
+        if frame is None or (T_odom_camera := frame.T_odom_camera) is None:
             return
-        T_odom_camera = frame.odometry.T_odom_base.as_transform() * frame.T_base_camera
         T_map_odom = self._T_map_odom
         if T_map_odom is None:
             if step.pose is None:

@@ -98,6 +98,13 @@ class RgbdFrame:
             raise InputError(f"the frame at {self.stamp:.3f} s has no pose; register it first")
         return self.T_map_camera
 
+    @property
+    def T_odom_camera(self) -> RigidTransform | None:
+        """Where the camera is by odometry alone; None without odometry or mount."""
+        if self.odometry is None or self.T_base_camera is None:
+            return None
+        return self.odometry.T_odom_base.as_transform() * self.T_base_camera
+
     def covered(self) -> RgbdFrame:
         """The same as if a hand were before the camera: no pixel has a depth, colour is black."""
         colour = None if self.colour is None else np.zeros_like(self.colour)
