@@ -34,6 +34,10 @@ UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
 """A frame that is this many times further from the map than the last ones, and than this [m], may
 have been fitted from a wrong prediction."""
 
+KNOWN = 0.5
+"""A pose whose standard deviation is less than this share of the reach of correspondences finds
+the right ones; a turn counts by what it moves at 1 m."""
+
 FADING = 0.99
 """A frame: how soon it is forgotten how many inliers a good frame has."""
 
@@ -158,7 +162,7 @@ class RegisteredPoses(PoseEstimator):
             scan, self.scene, believed.T_map_camera, information, self.settings.registration
         )
         through = seen_through(frame, self.scene, found.T_map_camera)
-        least = self._least_overlap(scan, found)
+        least = self._least_overlap(scan, found, believed)
         verdict = self.settings.gate.verdict(found, information, through, least)
         says = found.converged and found.points >= self.settings.gate.fewest_points
         if verdict.contradicts or not says:
@@ -167,13 +171,14 @@ class RegisteredPoses(PoseEstimator):
         fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(fused, verdict, source, found)
 
-    def _least_overlap(self, scan: Scan, found: Registration) -> float:
+    def _least_overlap(self, scan: Scan, found: Registration, expected: Belief) -> float:
         """Share of a frame that must lie on what is known; none where the rest is news."""
         s = self.settings
         usual = max(s.gate.least_overlap, s.keeps_overlap * self._overlap)
-        if found.overlap >= usual:
-            return usual
         reach = s.registration.reach
+        # What is new fits anywhere; it says something only where the pose is known already.
+        if found.overlap >= usual or max(expected.sigmas) > KNOWN * reach:
+            return usual
         return 0.0 if rest_is_news(scan, found, self.scene, self.keyframes, reach) else usual
 
     def _recognised(self, frame: RgbdFrame, scan: Scan, expected: Belief) -> Attempt | None:
@@ -289,11 +294,7 @@ class RegisteredPoses(PoseEstimator):
 
     def _is_certain(self, attempt: Attempt) -> bool:
         """Whether to build on it: nothing speaks against it, and it is known well enough."""
-        covariance = attempt.belief.covariance
-        turn, place = (
-            float(np.sqrt(np.linalg.eigvalsh(block)[-1]))
-            for block in (covariance[:3, :3], covariance[3:, 3:])
-        )
+        turn, place = attempt.belief.sigmas
         known = turn < self.settings.certain[0] and place < self.settings.certain[1]
         return known and not attempt.verdict.contradicts
 
