@@ -18,7 +18,13 @@ from tracking_world import (
 
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
-from circumspect.mapping import GATE_OPEN, RegisteredPoses, TrackingSettings, se3
+from circumspect.mapping import (
+    GATE_OPEN,
+    PoseEstimate,
+    RegisteredPoses,
+    TrackingSettings,
+    se3,
+)
 from circumspect.mapping.keyframes import KeyframeSettings
 from circumspect.mapping.registered_poses import RECOGNISED
 
@@ -143,6 +149,25 @@ def test_turn_and_place_must_both_be_known_to_be_certain(certain: tuple[float, f
     assert not any(estimate.certain for estimate in follow(short_drive()[:3], strict)[1:])
     generous = RegisteredPoses(settings=replace(TrackingSettings(), certain=(1.0, 1.0)))
     assert all(estimate.certain for estimate in follow(short_drive()[:3], generous))
+
+
+def after_a_blind_passage(end_deg: float, off: float) -> PoseEstimate:
+    """The drive goes on blindly to an azimuth, where the wheels are off by so much [m]."""
+    angles = np.concatenate([SHORT, np.radians(np.arange(60.0, end_deg + 1, 2.5))])
+    frames = drive(angles)
+    odometry, unsure = frames[-1].odometry, np.diag([2 * off, 2 * off, off / 5]) ** 2
+    there = replace(odometry.T_odom_base, x=odometry.T_odom_base.x + off)
+    told = replace(odometry, T_odom_base=there, covariance=odometry.covariance + unsure)
+    frames[-1] = replace(frames[-1], odometry=told)
+    blinded = map(blind, frames[len(SHORT) : -1])
+    return follow([*frames[: len(SHORT)], *blinded, frames[-1]])[-1]
+
+
+def test_news_speaks_for_a_pose_only_where_it_is_known_already() -> None:
+    assert after_a_blind_passage(100, off=0.0).gate == GATE_OPEN
+    lost = after_a_blind_passage(180, off=0.1)
+    assert "lie on what is known" in lost.gate
+    assert not lost.certain
 
 
 def test_dropped_frames_are_bridged() -> None:
