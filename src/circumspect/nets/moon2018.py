@@ -12,6 +12,8 @@ from typing import Literal
 import torch
 from torch import Tensor, nn
 
+from circumspect.nets.quick_dropout import QuickDropout
+
 FILTERS = ((3, 16), (5, 32), (3, 64), (3, 128))
 """Kernel and channels of the convolutions."""
 WIDTHS = (1024, 512)
@@ -47,7 +49,7 @@ class Moon2018(nn.Module):
         layers: list[nn.Module] = []
         channels = 1
         for kernel, outputs in FILTERS:
-            layers += [nn.Conv3d(channels, outputs, kernel), nn.ReLU(), nn.Dropout(DROPOUT)]
+            layers += [nn.Conv3d(channels, outputs, kernel), nn.ReLU(), QuickDropout(DROPOUT)]
             channels = outputs
         layers.append(RowWiseMaxPool() if pool == "rwmp" else nn.MaxPool3d(2))
         shrunk = [cells - sum(kernel - 1 for kernel, _ in FILTERS) for cells in shape]
@@ -55,7 +57,7 @@ class Moon2018(nn.Module):
         inputs = channels * radius * height * (1 if pool == "rwmp" else azimuth)
         layers.append(nn.Flatten())
         for outputs in WIDTHS:
-            layers += [nn.Linear(inputs, outputs), nn.ReLU(), nn.Dropout(DROPOUT)]
+            layers += [nn.Linear(inputs, outputs), nn.ReLU(), QuickDropout(DROPOUT)]
             inputs = outputs
         self.layers = nn.Sequential(*layers, nn.Linear(inputs, classes))
 

@@ -41,7 +41,7 @@ class NodeSettings:
         map_frame: Frame of given poses.
         frame: What the frame is called in which the node tells everything, where it finds poses
             itself: it is the odometry's, corrected.
-        transforms: Tell where that frame lies, on /tf.
+        transforms: Whether to tell on /tf where that frame lies.
         mount: Where the camera stands on the robot [m] and looks [degrees]: x, y, z, pan
             (counter-clockwise from straight on), tilt (down); empty takes it from transforms.
         intrinsics: fx, fy, cx, cy [px] of a camera without CameraInfo; empty with.
@@ -51,7 +51,7 @@ class NodeSettings:
         rate: Frames a second that are taken of those that come; 0 for all.
         queue: Frames that may wait; when more come, the oldest give way.
         reliable: Ask for sensor data again that went missing; then publishers must be reliable.
-        autostart: Begin at once, not when told to.
+        autostart: Whether to begin at once; otherwise when told to.
         weights: File of an own classifier; "" for the shipped one.
 
     Raises:

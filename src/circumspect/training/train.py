@@ -141,7 +141,9 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
         run.optimizer.step()
         run.optimizer.zero_grad(set_to_none=True)
-        run.averaged.update_parameters(accelerator.unwrap_model(run.net))
+        # Without averaging only the last step's weights are kept.
+        if settings.averaging > 0 or step + 1 == run.steps:
+            run.averaged.update_parameters(accelerator.unwrap_model(run.net))
         losses += loss.item()
         hits += int((logits.argmax(1) == targets.argmax(1)).sum())
         seen += len(targets)
