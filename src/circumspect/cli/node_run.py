@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from circumspect.classification import Classifier
 from circumspect.cli.node_screen import NodeScreen, going_on
 from circumspect.ros.middleware import Middleware
 from circumspect.ros.node_settings import NodeSettings
 from circumspect.ros.recognition_node import RecognitionNode
+
+if TYPE_CHECKING:
+    from circumspect.cli.watched_node import NodeWatch
 
 
 def run_node(
@@ -15,6 +20,7 @@ def run_node(
     where: str,
     as_json: bool = False,
     seconds: float | None = None,
+    watch: NodeWatch | None = None,
 ) -> None:
     """Work until Ctrl-C, SIGTERM or the end of the time; the middleware is closed in any case.
 
@@ -24,6 +30,7 @@ def run_node(
         where: How others are reached, in words.
         as_json: Answers are JSON lines.
         seconds: The time [s]; None for no end.
+        watch: Shows the node in the browser, where wanted.
 
     Raises:
         InputError: A parameter makes no sense.
@@ -32,12 +39,15 @@ def run_node(
     screen = NodeScreen(as_json)
     try:
         classifier = Classifier.load(settings.weights or None)
-        node = RecognitionNode(middleware, settings, classifier, (screen,))
+        observers = (screen,) if watch is None else (screen, watch)
+        node = RecognitionNode(middleware, settings, classifier, observers)
     except BaseException:
         middleware.close()
         screen.end()
         raise
     screen.begin(settings, where)
+    if watch is not None:
+        watch.begin(node)
     try:
         with going_on(seconds) as goes_on:
             node.spin(goes_on)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from circumspect.cli.page_flags import PageFlags
+
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from circumspect.cli.watched_replay import ReplayWatch
     from circumspect.pipeline import RecognitionPipeline
     from circumspect.recording import BagSettings, Recording
-    from circumspect.sensing import BoxSegmentation
+    from circumspect.sensing import BoxSegmentation, RgbdFrame
 
 Box = tuple[float, float, float, float, float, float]
 
@@ -24,6 +29,7 @@ class Replay:
     $ circumspect replay robot.bag --depth-topic /depth --mount 0.1 0 0.9 90 30
     $ circumspect replay redkitchen --box -1.445 .746 1.811 -.947 -.337 2.101
     $ circumspect replay redkitchen --box X Y Z X Y Z --poses hidden
+    $ circumspect replay run.mcap --viewer
     """
 
     recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RECORDING")]
@@ -69,11 +75,28 @@ class Replay:
     """Folder of the run; runs/replay-DATE-TIME by default."""
     weights: Path | None = None
     """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    viewer: bool = False
+    """Show the replay in the browser, where it can be paused; the page stays when it is over."""
+    page: Annotated[PageFlags, tyro.conf.arg(name="")] = field(default_factory=PageFlags)
+    """Where the dashboard is shown."""
     json: bool = False
     """One JSON line on standard output and nothing else there."""
 
     def run(self) -> int:
         """Replay, model, name, save."""
+        if self.viewer:
+            from circumspect.cli.watched_replay import watched_replay
+
+            return watched_replay(self)
+        self.replay()
+        return 0
+
+    def replay(self, watch: ReplayWatch | None = None) -> None:
+        """From the first frame to the report.
+
+        Args:
+            watch: Shows it, where wanted.
+        """
         from circumspect.classification import Classifier
         from circumspect.cli.recorded_poses import RecordedPoses
         from circumspect.cli.run_screen import RunScreen, new_run_folder, tell_result
@@ -90,10 +113,12 @@ class Replay:
         recorded = RecordedPoses()
         config = self._config(box, pipeline, hidden)
         folder = RunFolder(self.out or new_run_folder("replay"), config)
+        given: Iterable[RgbdFrame] = recorded.hidden(frames) if hidden else frames
+        given, shown = (given, ()) if watch is None else watch.watched(given)
         with RunScreen("replaying frames", len(frames)) as screen:
-            pipeline.observers = (screen, folder)
+            pipeline.observers = (screen, *shown, folder)
             try:
-                result = pipeline.run(recorded.hidden(frames) if hidden else frames)
+                result = pipeline.run(given)
             except KeyboardInterrupt:
                 screen.say(f"what was gathered so far is in {folder.path}")
                 raise
@@ -105,7 +130,6 @@ class Replay:
         tell_result(result, folder, self.json, head)
         if not self.json and head.get("ate_rmse_m") is not None:
             print(recorded.sentence(head))  # noqa: T201
-        return 0
 
     def _bag_settings(self) -> BagSettings:
         import numpy as np

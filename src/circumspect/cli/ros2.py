@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from circumspect.cli.page_flags import PageFlags
 from circumspect.ros.node_settings import NodeSettings
+
+if TYPE_CHECKING:
+    from circumspect.cli.watched_node import NodeWatch
 
 
 @dataclass(frozen=True)
@@ -20,6 +25,7 @@ class Ros2:
     $ circumspect ros2 --driver realsense --odometry /odom
     $ circumspect ros2 --depth /camera/depth/image_rect_raw --mount 0.1 0 0.9 0 30
     $ circumspect ros2 --params-file robot.yaml --json
+    $ circumspect ros2 --driver realsense --viewer
 
     Topics, frames and faults: docs/ros2.md. Ctrl-C ends it.
     """
@@ -32,6 +38,10 @@ class Ros2:
     """End after this time."""
     json: bool = False
     """One JSON line on standard output at each change of the answer, nothing else there."""
+    viewer: bool = False
+    """Show in the browser what the node sees and says, and start and stop it there."""
+    page: Annotated[PageFlags, tyro.conf.arg(name="")] = field(default_factory=PageFlags)
+    """Where the dashboard is shown."""
     node: Annotated[NodeSettings, tyro.conf.arg(name="")] = field(default_factory=NodeSettings)
     """Parameters of the node."""
 
@@ -49,8 +59,17 @@ class Ros2:
             dds = replace(dds, reach="LOCALHOST")
         where = "this machine" if dds.reach == "LOCALHOST" else "the network"
         where = f"on {where}, domain {dds.domain}"
-        run_node(DdsMiddleware(dds), self.node, where, self.json, self.duration)
+        with contextlib.ExitStack() as pages:
+            watch = self._watch(pages) if self.viewer else None
+            run_node(DdsMiddleware(dds), self.node, where, self.json, self.duration, watch)
         return 0
+
+    def _watch(self, pages: contextlib.ExitStack) -> NodeWatch:
+        from circumspect.classification import Classifier
+        from circumspect.cli.watched_node import NodeWatch
+
+        classifier = Classifier.load(self.node.weights or None)
+        return NodeWatch(pages.enter_context(self.page.opened(classifier)))
 
 
 def preset(words: Sequence[str]) -> Ros2:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from circumspect.cli.page_flags import PageFlags
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
@@ -76,10 +77,8 @@ class Scan:
     `circumspect replay`, Foxglove and ROS 2 can play it."""
     viewer: bool = False
     """Show the run in the browser, where it can be steered; the page stays when the run is over."""
-    viewer_port: int = 8080
-    """The dashboard's port; 0 for any that is free."""
-    viewer_host: str = "127.0.0.1"
-    """The dashboard's address; another than this lets others see and steer the robot."""
+    page: Annotated[PageFlags, tyro.conf.arg(name="")] = field(default_factory=PageFlags)
+    """Where the dashboard is shown."""
     json: bool = False
     """One JSON line on standard output and nothing else there."""
 

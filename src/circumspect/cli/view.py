@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
+
+from circumspect.cli.page_flags import PageFlags
 
 if TYPE_CHECKING:
     from circumspect.viewer import PlayedRun
@@ -27,15 +29,13 @@ class View:
     """Write one HTML file that plays the run without a network or this program, and end."""
     weights: Path | None = None
     """The classifier that names the turned object; without it the shipped one."""
-    viewer_port: int = 8080
-    """The dashboard's port; 0 for any that is free."""
-    viewer_host: str = "127.0.0.1"
-    """The dashboard's address; another than this lets others see and steer it."""
+    page: Annotated[PageFlags, tyro.conf.arg(name="")] = field(default_factory=PageFlags)
+    """Where the dashboard is shown."""
 
     def run(self) -> int:
         """Show until Ctrl-C."""
         from circumspect.classification import Classifier
-        from circumspect.cli.dashboard_page import opened, say, stay
+        from circumspect.cli.dashboard_page import say, stay
         from circumspect.errors import InputError
         from circumspect.viewer import PlayedRun, Player, SavedRun
 
@@ -49,7 +49,7 @@ class View:
             return self._exported(played, self.export)
         classifier = Classifier.load(self.weights)
         try:
-            with opened(classifier, self.viewer_host, self.viewer_port) as dashboard:
+            with self.page.opened(classifier) as dashboard:
                 player = Player(played, dashboard)
                 try:
                     stay()

@@ -6,7 +6,7 @@ import queue
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from circumspect.cli.dashboard_page import opened, say
+from circumspect.cli.dashboard_page import say
 
 if TYPE_CHECKING:
     from circumspect.cli.scan import Scan
@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from circumspect.pipeline.simulated_scan import SimulatedScan
     from circumspect.robot import Operator
     from circumspect.viewer import Dashboard
-    from circumspect.viewer.run_controls import RunControls, RunRequest
+    from circumspect.viewer.next_run import NextRun, RunRequest
+    from circumspect.viewer.run_controls import RunControls
 
 
 class ScanWatch:
@@ -53,13 +54,15 @@ def watched_scans(scan: Scan, command: str) -> int:
     from circumspect.classification import Classifier
     from circumspect.furniture import CATEGORIES
     from circumspect.robot import RunStopped
-    from circumspect.viewer.run_controls import RunControls, RunRequest
+    from circumspect.viewer.next_run import NextRun, RunRequest
+    from circumspect.viewer.run_controls import RunControls
 
     parts = scan.prepared(command)
     first = RunRequest(scan.object, float(parts.config["start_deg"]), str(parts.config["planner"]))
     ended = False
-    with opened(Classifier.load(scan.weights), scan.viewer_host, scan.viewer_port) as dashboard:
-        controls = RunControls(dashboard, tuple(CATEGORIES), first)
+    with scan.page.opened(Classifier.load(scan.weights)) as dashboard:
+        controls = RunControls(dashboard)
+        following = NextRun(dashboard, controls, tuple(CATEGORIES), first)
         watch = ScanWatch(dashboard, controls)
         try:
             while True:
@@ -69,7 +72,7 @@ def watched_scans(scan: Scan, command: str) -> int:
                     say("stopped; another run was asked for")
                 ended = True
                 controls.release()
-                scan, parts = _following(scan, command, controls)
+                scan, parts = _following(scan, command, following)
                 ended = False
         except KeyboardInterrupt:
             if not ended:
@@ -78,13 +81,13 @@ def watched_scans(scan: Scan, command: str) -> int:
     return 0
 
 
-def _following(scan: Scan, command: str, controls: RunControls) -> tuple[Scan, SimulatedScan]:
+def _following(scan: Scan, command: str, following: NextRun) -> tuple[Scan, SimulatedScan]:
     """The next run that somebody asks for; waits for it."""
     from circumspect.errors import CircumspectError
 
     say("the page stays open: start another run there, or end with Ctrl-C")
     while True:
-        request = _latest(controls.requests)
+        request = _latest(following.requests)
         # What was named or recorded for the first run is not for the next one.
         wanted = replace(
             scan, object=request.thing, start=request.start_deg, planner=request.planner,

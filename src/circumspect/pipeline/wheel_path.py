@@ -35,3 +35,11 @@ class WheelPath:
             T_map_odom = self._T_map_odom = step.pose.T_map_camera * T_odom_camera.inv()
         self.frames.append(step.index)
         self.places_xyz.append((T_map_odom * T_odom_camera).translation)
+
+    def forget(self, kept: int) -> None:
+        """Keep the newest places only; where the path began stays known.
+
+        Args:
+            kept: So many.
+        """
+        self.frames, self.places_xyz = self.frames[-kept:], self.places_xyz[-kept:]

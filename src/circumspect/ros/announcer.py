@@ -43,7 +43,11 @@ NOTHING = np.empty((0, 3))
 
 
 class Announcer:
-    """Topics below the node's name: model, detections, path, next_view; /diagnostics and /tf."""
+    """Topics below the node's name: model, detections, path, next_view; /diagnostics and /tf.
+
+    Attributes:
+        advised: The next view that was told last.
+    """
 
     def __init__(
         self,
@@ -80,6 +84,7 @@ class Announcer:
 
     def _begin(self) -> None:
         self._path, self._views = PathLog(), NextViews()
+        self.advised: NextView | None = None
         self._told_at = -float("inf")
 
     def step(self, step: RecognitionStep, frame: RgbdFrame, poses: PoseEstimator) -> None:
@@ -143,6 +148,7 @@ class Announcer:
 
     def _next_view(self, step: RecognitionStep, frame: RgbdFrame) -> None:
         view = self._views.advice(step, frame)
+        self.advised = view if isinstance(view, NextView) else None
         if isinstance(view, NextView):
             place: RigidTransform = view.T_map_base.as_transform()
             self._tell_view(stamped_pose(place, self._stamp, self._frame))

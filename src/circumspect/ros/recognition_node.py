@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from circumspect.classification import Classifier, Prediction
-from circumspect.errors import CircumspectError
+from circumspect.errors import CircumspectError, InputError
 from circumspect.mapping import KnownPoses, RegisteredPoses
 from circumspect.pipeline import (
     CLASSIFIED,
@@ -18,6 +18,7 @@ from circumspect.pipeline import (
     RecognitionPipeline,
     RecognitionStep,
 )
+from circumspect.planning import NextView
 from circumspect.ros.announcer import Announcer
 from circumspect.ros.health import Health, Status
 from circumspect.ros.live_frames import LiveFrames
@@ -52,7 +53,14 @@ class NodeObserver(Protocol):
 
 
 class RecognitionNode:
-    """Turns the messages of a robot into answers; works in the thread that calls `work`."""
+    """Turns the messages of a robot into answers; works in the thread that calls `work`.
+
+    Attributes:
+        settings: Parameters.
+        observers: Are told what happens.
+        health: What came, what was left out.
+        frame: The latest one that was worked on.
+    """
 
     def __init__(
         self,
@@ -74,6 +82,7 @@ class RecognitionNode:
         """
         self.settings, self.observers = settings, observers
         self.health = Health()
+        self.frame: RgbdFrame | None = None
         self._middleware, self._classifier = middleware, classifier
         self._pipeline = self._new_pipeline()
         self._announcer = Announcer(middleware, settings)
@@ -93,6 +102,26 @@ class RecognitionNode:
     def running(self) -> bool:
         """Whether frames are taken."""
         return self._frames.taking
+
+    @property
+    def target(self) -> NextView | None:
+        """The view that was advised last."""
+        return self._announcer.advised
+
+    @property
+    def ended(self) -> str | None:
+        """Why no frames are taken; None while they are."""
+        return None if self.running else "the node is stopped"
+
+    def command(self, command: str) -> None:
+        """Have the node start, stop or reset, soon; may be called from any thread.
+
+        Raises:
+            InputError: It knows no such command.
+        """
+        if command not in (START, STOP, RESET):
+            raise InputError(f"no command {command!r}; known: {START}, {STOP}, {RESET}")
+        self._commands.append(command)
 
     def spin(self, going_on: Callable[[], bool] = lambda: True) -> None:
         """Work as long as that is wanted."""
@@ -132,6 +161,7 @@ class RecognitionNode:
 
     def _step(self, frame: RgbdFrame) -> RecognitionStep | None:
         start = time.perf_counter()
+        self.frame = frame
         try:
             step = self._pipeline.step(frame)
             self._announcer.step(step, frame, self._pipeline.poses)
@@ -158,7 +188,7 @@ class RecognitionNode:
 
     def _commander(self, command: str) -> Callable[[bytes], None]:
         def heard(_: bytes) -> None:
-            self._commands.append(command)
+            self.command(command)
 
         return heard
 

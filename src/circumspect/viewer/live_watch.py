@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import GeometryError
-from circumspect.pipeline import ObjectScan, PlannedView, RecognitionResult, RecognitionStep
+from circumspect.pipeline import PlannedView, RecognitionResult, RecognitionStep
 from circumspect.pipeline.surroundings import Surroundings
 from circumspect.pipeline.wheel_path import WheelPath
 from circumspect.sensing import RgbdFrame
@@ -18,49 +18,78 @@ from circumspect.simulation import Scene, Witness
 from circumspect.viewer.dashboard import Dashboard
 from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
 
+_Moment = tuple[RecognitionStep, RgbdFrame | None, PlannedView | None]
+
+MOST_FRAMES = 20_000
+"""So many are remembered, more than an hour at five a second; then the older half is forgotten."""
+
+
+class Watchable(Protocol):
+    """A run that can be watched: an `ObjectScan`, `OperatedFrames`, a node."""
+
+    @property
+    def frame(self) -> RgbdFrame | None:
+        """The frame that is worked on."""
+        ...
+
+    @property
+    def target(self) -> PlannedView | None:
+        """The view that the robot drives to, or should."""
+        ...
+
+    @property
+    def ended(self) -> str | None:
+        """Why the run ended; None while it goes on."""
+        ...
+
 
 class LiveWatch:
     """Puts the newest state where the dashboard's thread takes it; a `PipelineObserver`.
 
     In the run's own thread only references and a few numbers are kept; points, colours and
     pictures are made by the dashboard's.
+
+    Attributes:
+        news: A line about the run as a whole, shown until it ends.
     """
 
     def __init__(
         self,
-        scan: ObjectScan,
+        run: Watchable,
         dashboard: Dashboard,
         scene: Scene | None = None,
         witness: Witness | None = None,
         truth: str | None = None,
     ) -> None:
-        """Watch a scan.
+        """Watch a run.
 
         Args:
-            scan: Not yet begun.
+            run: Not yet begun.
             dashboard: Shows it.
             scene: What stands around, where that is known.
             witness: Knows how the scene lies in the robot's map.
             truth: The object's true class, where that is known.
         """
-        self._scan, self._dashboard = scan, dashboard
+        self.news = ""
+        self._run, self._dashboard = run, dashboard
         self._scene, self._witness, self._truth = scene, witness, truth
         self._rows: list[Mapping[str, Any]] = []
         self._path: list[NDArray[np.float64]] = []
         self._wheels = WheelPath()
         self._surroundings: Surroundings | None = None
-        self._last: tuple[RecognitionStep, RgbdFrame | None, PlannedView | None] | None = None
+        self._last: _Moment | None = None
 
     def on_step(self, step: RecognitionStep) -> None:
         """Put the step into the slot."""
-        frame, target = self._scan.frame, self._scan.target
+        frame, target = self._run.frame, self._run.target
         self._rows.append(step.summary())
         if step.pose is not None:
             self._look_round(step.pose.T_map_camera)
             self._path.append(step.pose.T_map_camera.translation)
         self._wheels.follow(step, frame)
+        self._forget()
         self._last = (step, frame, target)
-        self._put("")
+        self._put(self.news)
 
     def on_end(self, result: RecognitionResult) -> None:
         """Show how it ended, with what was corrected in the end."""
@@ -71,29 +100,34 @@ class LiveWatch:
         self._last = (result.last, frame, target)
         if self._rows:
             self._rows[-1] = result.last.summary()
-        self._put(f"the run is over: {self._scan.ended or 'no more frames'}")
+        self._put(f"the run is over: {self._run.ended or 'no more frames'}")
 
     def _look_round(self, T_map_camera: RigidTransform) -> None:
         """With the first pose it is known how the scene lies in the robot's map."""
         if self._surroundings is None and self._scene is not None and self._witness is not None:
             self._surroundings = Surroundings.witnessed(self._scene, self._witness, T_map_camera)
 
+    def _forget(self) -> None:
+        """A robot may drive for days. Lists are replaced: what was put may still need the old."""
+        if len(self._rows) > MOST_FRAMES:
+            self._rows = self._rows[MOST_FRAMES // 2 :]
+            self._path = self._path[-len(self._rows) :]
+            self._wheels.forget(MOST_FRAMES // 2)
+
     def _put(self, news: str) -> None:
         assert self._last is not None
-        last, count = self._last, len(self._rows)
-        self._dashboard.put(lambda: self._shown(last, count, news))
+        last, rows = self._last, self._rows
+        count = len(rows)
+        self._dashboard.put(lambda: self._shown(last, rows, count, news))
 
     def _shown(
-        self,
-        last: tuple[RecognitionStep, RgbdFrame | None, PlannedView | None],
-        count: int,
-        news: str,
+        self, last: _Moment, rows: Sequence[Mapping[str, Any]], count: int, news: str
     ) -> Shown:
         """Made by the dashboard's thread, while the run goes on."""
         step, frame, target = last
         pose = None if step.pose is None else step.pose.T_map_camera
         return Shown(
-            rows=self._rows,
+            rows=rows,
             count=count,
             thing=_thing(step),
             images=None if frame is None else ShownImages(frame.depth, frame.colour, step.index),
