@@ -46,9 +46,13 @@ def test_the_table_stands_beside_the_papers_and_is_made_once(tmp_path):
             (out / f"{row['grid']}-{row['pool']}" / "angles" / "metrics.json").read_text()
         )
         assert metrics["accuracy"] == row["accuracy"]
+        assert row["training"]["epoch"] in (1, 2)
+        assert 0 <= row["training"]["validation_accuracy"] <= 1
+        assert 0 < row["training"]["minutes"] < 10
     text = (out / "table2.md").read_text()
     assert "(0.87) |" in text
-    assert text.count("| cylindrical") == 2
+    assert text.count("| cylindrical") == 4
+    assert "was kept" in text
     for figure in ("accuracy_over_yaw.png", "confusion_cylindrical_rwmp.png"):
         assert np.ptp(imread(out / figure)[..., :3]) > 0.5
     assert not list(out.rglob("state.safetensors"))

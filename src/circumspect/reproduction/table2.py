@@ -18,6 +18,7 @@ from circumspect.reproduction.comparison_figures import draw_accuracies_over_yaw
 from circumspect.reproduction.experiment import Experiment
 from circumspect.reproduction.published import ANGLES_DEG, MODELNET10
 from circumspect.reproduction.stages import measured, trained
+from circumspect.reproduction.training_record import training_record, training_table
 from circumspect.reproduction.watched import Watched
 from circumspect.storage import atomic_open, write_json
 
@@ -63,13 +64,14 @@ def reproduce_table2(
         InputError: The folder holds results of another experiment.
         OutputError: It can not be written.
     """
-    angles, around = {}, {}
+    angles, around, records = {}, {}, {}
     for kind, pool in MODELNET10:
         name = f"{kind}-{pool}"
         settings = how.settings(NETS[pool])
         with watched.training(name, settings.epochs) as observer:
             recipe = GridRecipe(kind, how.shape)
             weights = trained(train, settings, recipe, folder / name / "training", observer, cache)
+        records[kind, pool] = training_record(weights)
         with watched.measuring(f"{name} at the paper's angles") as progress:
             at = folder / name / "angles"
             angles[kind, pool] = measured(weights, test, list(ANGLES_DEG), at, progress)
@@ -80,7 +82,7 @@ def reproduce_table2(
         save_figure(draw_confusion(sweep), folder / f"confusion_{kind}_{pool}.png")
     sweeps = {f"{kind}, {pool}": sweep for (kind, pool), sweep in around.items()}
     save_figure(draw_accuracies_over_yaw(sweeps), folder / "accuracy_over_yaw.png")
-    document = _document(angles, around, how)
+    document = _document(angles, around, records, how)
     write_json(folder / "table2.json", document)
     with atomic_open(folder / "table2.md") as stream:
         stream.write(_markdown(document))
@@ -88,7 +90,10 @@ def reproduce_table2(
 
 
 def _document(
-    angles: dict[tuple[str, str], YawSweep], around: dict[tuple[str, str], YawSweep], how: Table2
+    angles: dict[tuple[str, str], YawSweep],
+    around: dict[tuple[str, str], YawSweep],
+    records: dict[tuple[str, str], dict[str, float]],
+    how: Table2,
 ) -> dict[str, Any]:
     rows = []
     for (kind, pool), published in MODELNET10.items():
@@ -107,6 +112,7 @@ def _document(
                     "spread": float(np.ptp(whole.accuracy)),
                     "flip_rate": whole.flip_rate,
                 },
+                "training": records[kind, pool],
             }
         )
     first = next(iter(angles.values()))
@@ -138,5 +144,8 @@ def _markdown(document: dict[str, Any]) -> str:
         f"Accuracy on {document['objects']} test objects, in brackets that of the paper. "
         f"{document['epochs']} epochs at 0° alone, {document['precision']}, seed "
         f"{document['seed']}. Mean, worst and the share of objects whose label changes are over "
-        f"{yaws} yaws, each at another fraction of a cell.\n\n" + table(head, rows) + "\n"
+        f"{yaws} yaws, each at another fraction of a cell.\n\n"
+        + table(head, rows)
+        + "\n\n"
+        + training_table([row[0] for row in rows], [row["training"] for row in document["rows"]])
     )

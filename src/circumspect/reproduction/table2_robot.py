@@ -19,6 +19,7 @@ from circumspect.nets.registry import net_spec
 from circumspect.reproduction.published import ANGLES_DEG, ROBOT
 from circumspect.reproduction.stages import measured, trained
 from circumspect.reproduction.table2 import NETS, Table2
+from circumspect.reproduction.training_record import training_record, training_table
 from circumspect.reproduction.watched import Watched
 from circumspect.storage import atomic_open, write_json
 
@@ -60,14 +61,16 @@ def reproduce_robot(
     for kind, pool in ROBOT:
         recipe = GridRecipe(kind, how.shape)
         name = f"robot-{kind}-{pool}"
-        sweeps = _tested(name, NETS[pool], train, tests, how, folder, watched, cache, recipe)
+        sweeps, record = _tested(
+            name, NETS[pool], train, tests, how, folder, watched, cache, recipe
+        )
         figure = draw_confusion(_joined(sweeps), PAPERS_STARTS)
         save_figure(figure, folder / f"confusion_robot_{kind}_{pool}.png")
-        rows.append(_row(f"{kind}, {pool}", sweeps, ROBOT[kind, pool]))
-    sweeps = _tested(f"robot-{OURS}", OURS, train, tests, how, folder, watched, cache)
+        rows.append(_row(f"{kind}, {pool}", sweeps, record, ROBOT[kind, pool]))
+    sweeps, record = _tested(f"robot-{OURS}", OURS, train, tests, how, folder, watched, cache)
     figure = draw_confusion(_joined(sweeps), PAPERS_STARTS)
     save_figure(figure, folder / f"confusion_robot_{OURS}.png")
-    rows.append(_row(f"ours ({OURS})", sweeps, None))
+    rows.append(_row(f"ours ({OURS})", sweeps, record, None))
     document = {
         "circumspect": __version__,
         "classes": list(train.classes),
@@ -94,8 +97,8 @@ def _tested(
     watched: Watched,
     cache: GridCache | None,
     recipe: GridRecipe | None = None,
-) -> dict[float, YawSweep]:
-    """A network's answers to the scans from every start."""
+) -> tuple[dict[float, YawSweep], dict[str, float]]:
+    """A network's answers to the scans from every start, and how it was trained."""
     settings = how.settings(net)
     with watched.training(name, settings.epochs) as observer:
         weights = trained(
@@ -107,7 +110,7 @@ def _tested(
         with watched.measuring(f"{name} from {start:g}°") as progress:
             at = folder / name / f"start_{start:g}"
             sweeps[start] = measured(weights, objects, [0.0], at, progress)
-    return sweeps
+    return sweeps, training_record(weights)
 
 
 def _joined(sweeps: dict[float, YawSweep]) -> YawSweep:
@@ -123,7 +126,10 @@ def _joined(sweeps: dict[float, YawSweep]) -> YawSweep:
 
 
 def _row(
-    name: str, sweeps: dict[float, YawSweep], published: tuple[float, ...] | None
+    name: str,
+    sweeps: dict[float, YawSweep],
+    record: dict[str, float],
+    published: tuple[float, ...] | None,
 ) -> dict[str, Any]:
     accuracy = {f"{start:g}": float(sweep.accuracy[0]) for start, sweep in sweeps.items()}
     return {
@@ -131,6 +137,7 @@ def _row(
         "accuracy": accuracy,
         "paper": None if published is None else list(published),
         "worst": min(accuracy.values()),
+        "training": record,
     }
 
 
@@ -157,5 +164,6 @@ def _markdown(document: dict[str, Any]) -> str:
         f"the paper's network, {document['precision']}, seed {document['seed']}. Each robot starts "
         "up to 10° askew, so that no start is a whole number of cells from another.\n\n"
         + table(head, rows)
-        + "\n"
+        + "\n\n"
+        + training_table([row[0] for row in rows], [row["training"] for row in document["rows"]])
     )
