@@ -100,7 +100,8 @@ def train(
     for epoch in range(len(history), end):
         row = _train_epoch(run, epoch, observer)
         if examiner:
-            row |= examiner.examine(run.averaged)
+            with _precise(run):
+                row |= examiner.examine(run.averaged)
         if log:
             if _is_best(row, log.history):
                 _checkpoint(run, objects, recipe, row).save(folder / BEST)
@@ -134,7 +135,7 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         )
         for group in run.optimizer.param_groups:
             group["lr"] = rate
-        with torch.autocast(accelerator.device.type, torch.bfloat16, settings.precision == "bf16"):
+        with _precise(run):
             answer = run.net(inputs)
         logits, loss = _judged(answer, targets, settings)
         accelerator.backward(loss)
@@ -154,6 +155,12 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         "training_accuracy": hits / seen,
         "seconds": time.perf_counter() - start,
     }
+
+
+def _precise(run: _Run) -> torch.autocast:
+    """The precision that the settings ask for."""
+    wanted = run.settings.precision == "bf16"
+    return torch.autocast(run.accelerator.device.type, torch.bfloat16, wanted)
 
 
 def _judged(
