@@ -38,24 +38,26 @@ def page(results: Path) -> str:
     """The page's text."""
     parts = [HEAD]
     for name in SECTIONS:
-        if (results / f"{name}.md").is_file():
-            parts.append(_section((results / f"{name}.md").read_text(encoding="utf-8")))
+        # An experiment's whole folder is kept, its table among the figures that it names.
+        found = next(iter([*results.glob(f"{name}.md"), *results.glob(f"*/{name}.md")]), None)
+        if found is not None:
+            parts.append(_section(found))
         elif (results / name / "metrics.json").is_file():
             parts.append(_shipped(results / name))
     return "\n".join(parts)
 
 
-def _section(text: str) -> str:
+def _section(found: Path) -> str:
     """A result a level further down, its links seen from the docs."""
+
+    def from_docs(link: re.Match[str]) -> str:
+        return f"]({os.path.relpath(found.parent / link[1], PAGE.parent)})"
+
     lines, fenced = [], False
-    for line in text.splitlines():
+    for line in found.read_text(encoding="utf-8").splitlines():
         fenced ^= line.startswith("```")
         lines.append(f"#{line}" if line.startswith("#") and not fenced else line)
-    return LINK.sub(_from_docs, "\n".join(lines).strip()) + "\n"
-
-
-def _from_docs(link: re.Match[str]) -> str:
-    return f"]({os.path.relpath(RESULTS / link[1], PAGE.parent)})"
+    return LINK.sub(from_docs, "\n".join(lines).strip()) + "\n"
 
 
 def _shipped(folder: Path) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -53,6 +54,10 @@ def test_the_table_stands_beside_the_papers_and_is_made_once(tmp_path):
     assert "(0.87) |" in text
     assert text.count("| cylindrical") == 4
     assert "was kept" in text
+    assert "`circumspect reproduce table2 --data modelnet10 --epochs 2 --yaw-count 5" in text
+    figures = re.findall(r"!\[[^]]*\]\(([^)]*)\)", text)
+    assert len(figures) == 5
+    assert all((out / figure).is_file() for figure in figures)
     for figure in ("accuracy_over_yaw.png", "confusion_cylindrical_rwmp.png"):
         assert np.ptp(imread(out / figure)[..., :3]) > 0.5
     assert not list(out.rglob("state.safetensors"))

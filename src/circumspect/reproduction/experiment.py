@@ -30,3 +30,13 @@ class Experiment:
         meant = TrainingSettings(**{**net_spec(net).training, "net": net})
         epochs = self.epochs or meant.epochs
         return replace(meant, epochs=epochs, precision=self.precision, seed=self.seed)
+
+    def command(self, what: str) -> str:
+        """What does the same again, as Markdown code.
+
+        Args:
+            what: The command's words after `circumspect reproduce`.
+        """
+        epochs = [] if self.epochs is None else ["--epochs", str(self.epochs)]
+        words = [what, *epochs, "--yaw-count", str(self.yaw_count), "--precision", self.precision]
+        return f"`circumspect reproduce {' '.join([*words, '--seed', str(self.seed)])}`"

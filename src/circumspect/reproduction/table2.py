@@ -118,6 +118,7 @@ def _document(
     first = next(iter(angles.values()))
     return {
         "circumspect": __version__,
+        "command": how.command("table2 --data modelnet10"),
         "objects": len(first.labels),
         "epochs": how.settings(NETS["rwmp"]).epochs,
         "precision": how.precision,
@@ -140,7 +141,7 @@ def _markdown(document: dict[str, Any]) -> str:
         rows.append([f"{row['grid']}, {row['pool']}", *cells])
     yaws = document["rows"][0]["around"]["yaws"]
     return (
-        "# Table 2: ModelNet10\n\n"
+        f"# Table 2: ModelNet10\n\n{document['command']}\n\n"
         f"Accuracy on {document['objects']} test objects, in brackets that of the paper. "
         f"{document['epochs']} epochs at 0° alone, {document['precision']}, seed "
         f"{document['seed']}. Mean, worst and the share of objects whose label changes are over "
@@ -148,4 +149,11 @@ def _markdown(document: dict[str, Any]) -> str:
         + table(head, rows)
         + "\n\n"
         + training_table([row[0] for row in rows], [row["training"] for row in document["rows"]])
+        + "\n![Accuracy over all yaws](accuracy_over_yaw.png)\n"
+        + "".join(f"\n![Confusions, {title}]({name})\n" for title, name in _confusions())
     )
+
+
+def _confusions() -> list[tuple[str, str]]:
+    """Titles and files of the figures of all four networks."""
+    return [(f"{kind}, {pool}", f"confusion_{kind}_{pool}.png") for kind, pool in MODELNET10]

@@ -73,6 +73,7 @@ def reproduce_robot(
     rows.append(_row(f"ours ({OURS})", sweeps, record, None))
     document = {
         "circumspect": __version__,
+        "command": how.command("table2 --data modelnet10 --robot gathered"),
         "classes": list(train.classes),
         "train_scans": len(train),
         "test_scans": {f"{start:g}": len(objects) for start, objects in tests.items()},
@@ -156,7 +157,7 @@ def _markdown(document: dict[str, Any]) -> str:
         rows.append([row["network"], *cells, f"{row['worst']:.3f}"])
     head = ["network", *(f"{start}°" for start in [*paper, *others]), "worst"]
     return (
-        "# Table 2: the robot's own set\n\n"
+        f"# Table 2: the robot's own set\n\n{document['command']}\n\n"
         f"Accuracy on scans of test objects by the azimuth of their start, in brackets that of the "
         f"paper on its own set. {document['train_scans']} scans from the first start train, of "
         f"{len(document['classes'])} classes ({', '.join(document['classes'])}); "
