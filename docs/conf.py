@@ -31,7 +31,7 @@ python_maximum_signature_line_length = 88
 suppress_warnings = ["ref.python"]
 
 DOCS = Path(__file__).resolve().parent
-RESULT = re.compile(r"\]\(\.\./(benchmarks/results/\w+\.md)\)")
+RESULT = re.compile(r"\]\(\.\./(benchmarks/results/(?:\w+/)?\w+\.md)\)")
 MARKUP = re.compile(r"(?<!\\)[*|]")
 GLUED = re.compile(r"^(?=\w)")
 ARRAY = re.compile(
