@@ -33,6 +33,8 @@ def test_what_a_node_knows_is_put_before_the_onlooker() -> None:
         node = RecognitionNode(bus, SETTINGS, classifier, (watch,))
         watch.begin(node)
         assert put.pop()().count == 0
+        watch.on_status(node.health.status(True, "nobody publishes", 0))
+        assert "nobody publishes" in put.pop()().news
         robot = OrbitingRobot(bus)
         robot.stand()
         for number in range(8):

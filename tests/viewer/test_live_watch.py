@@ -105,3 +105,12 @@ def test_every_colouring_gives_a_colour_a_point(dashboard):
     assert len(pictures) == 4
     assert "nearest training objects" in dashboard.why.html()
     assert "speak for" in dashboard.why.html()
+
+
+def test_a_watch_that_lasts_long_forgets_its_older_half(dashboard, monkeypatch):
+    monkeypatch.setattr("circumspect.viewer.live_watch.MOST_FRAMES", 2)
+    _, put = run(dashboard)
+    assert [make().count for make in put[:4]] == [1, 2, 2, 2]
+    first, last = put[0](), put[3]()
+    assert first.row["frame"] == 0
+    assert last.row["frame"] == 3

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from circumspect.ros.recognition_node import RESET, START, STOP
+
 if TYPE_CHECKING:
     from circumspect.classification import Prediction
     from circumspect.pipeline import RecognitionStep
     from circumspect.ros.health import Status
     from circumspect.ros.recognition_node import RecognitionNode
     from circumspect.viewer import Dashboard, LiveWatch
-
-ANEW = "reset"
 
 
 class NodeWatch:
@@ -29,7 +29,7 @@ class NodeWatch:
         self._watch_anew()
         gui = self._dashboard.server.gui
         with gui.add_folder("Node", order=-1.0):
-            for label, command in (("Start", "start"), ("Stop", "stop"), ("Model anew", ANEW)):
+            for label, command in (("Start", START), ("Stop", STOP), ("Model anew", RESET)):
                 button = gui.add_button(label)
 
                 @button.on_click
@@ -45,13 +45,13 @@ class NodeWatch:
         """Nothing: the last step showed it but for the last correction."""
 
     def on_status(self, status: Status) -> None:
-        """Show the state with the next frame."""
-        if self._watch is not None:
-            self._watch.news = status.text
+        """Show the state where it changed: it may be why no frame comes."""
+        if self._watch is not None and self._watch.news != status.text:
+            self._watch.tell(status.text)
 
     def on_command(self, command: str) -> None:
         """What is modelled anew begins with an empty page."""
-        if command == ANEW:
+        if command == RESET:
             self._watch_anew()
 
     def _watch_anew(self) -> None:

@@ -91,6 +91,14 @@ class LiveWatch:
         self._last = (step, frame, target)
         self._put(self.news)
 
+    def tell(self, news: str) -> None:
+        """Show a line about the run, from now until it ends; may be called from any thread."""
+        self.news = news
+        if self._last is None:
+            self._dashboard.put(lambda: Shown((), 0, news=news))
+        else:
+            self._put(news)
+
     def on_end(self, result: RecognitionResult) -> None:
         """Show how it ended, with what was corrected in the end."""
         if self._last is None or result.last is None:
