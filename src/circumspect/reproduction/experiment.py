@@ -32,11 +32,11 @@ class Experiment:
         return replace(meant, epochs=epochs, precision=self.precision, seed=self.seed)
 
     def command(self, what: str) -> str:
-        """What does the same again, as Markdown code.
+        """What does the same again.
 
         Args:
             what: The command's words after `circumspect reproduce`.
         """
         epochs = [] if self.epochs is None else ["--epochs", str(self.epochs)]
         words = [what, *epochs, "--yaw-count", str(self.yaw_count), "--precision", self.precision]
-        return f"`circumspect reproduce {' '.join([*words, '--seed', str(self.seed)])}`"
+        return f"circumspect reproduce {' '.join([*words, '--seed', str(self.seed)])}"

@@ -141,7 +141,7 @@ def _markdown(document: dict[str, Any]) -> str:
         rows.append([f"{row['grid']}, {row['pool']}", *cells])
     yaws = document["rows"][0]["around"]["yaws"]
     return (
-        f"# Table 2: ModelNet10\n\n{document['command']}\n\n"
+        f"# Table 2: ModelNet10\n\n`{document['command']}`\n\n"
         f"Accuracy on {document['objects']} test objects, in brackets that of the paper. "
         f"{document['epochs']} epochs at 0° alone, {document['precision']}, seed "
         f"{document['seed']}. Mean, worst and the share of objects whose label changes are over "

@@ -157,7 +157,7 @@ def _markdown(document: dict[str, Any]) -> str:
         rows.append([row["network"], *cells, f"{row['worst']:.3f}"])
     head = ["network", *(f"{start}°" for start in [*paper, *others]), "worst"]
     return (
-        f"# Table 2: the robot's own set\n\n{document['command']}\n\n"
+        f"# Table 2: the robot's own set\n\n`{document['command']}`\n\n"
         f"Accuracy on scans of test objects by the azimuth of their start, in brackets that of the "
         f"paper on its own set. {document['train_scans']} scans from the first start train, of "
         f"{len(document['classes'])} classes ({', '.join(document['classes'])}); "
