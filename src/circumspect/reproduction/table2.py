@@ -79,7 +79,7 @@ def reproduce_table2(
             yaws, at = spread_yaws(how.yaw_count), folder / name / "around"
             around[kind, pool] = measured(weights, test, yaws, at, progress)
     for (kind, pool), sweep in angles.items():
-        save_figure(draw_confusion(sweep), folder / f"confusion_{kind}_{pool}.png")
+        save_figure(draw_confusion(sweep), folder / _confusions(kind, pool))
     sweeps = {f"{kind}, {pool}": sweep for (kind, pool), sweep in around.items()}
     save_figure(draw_accuracies_over_yaw(sweeps), folder / "accuracy_over_yaw.png")
     document = _document(angles, around, records, how)
@@ -150,10 +150,13 @@ def _markdown(document: dict[str, Any]) -> str:
         + "\n\n"
         + training_table([row[0] for row in rows], [row["training"] for row in document["rows"]])
         + "\n![Accuracy over all yaws](accuracy_over_yaw.png)\n"
-        + "".join(f"\n![Confusions, {title}]({name})\n" for title, name in _confusions())
+        + "".join(
+            f"\n![Confusions, {kind}, {pool}]({_confusions(kind, pool)})\n"
+            for kind, pool in MODELNET10
+        )
     )
 
 
-def _confusions() -> list[tuple[str, str]]:
-    """Titles and files of the figures of all four networks."""
-    return [(f"{kind}, {pool}", f"confusion_{kind}_{pool}.png") for kind, pool in MODELNET10]
+def _confusions(kind: str, pool: str) -> str:
+    """The figure's file."""
+    return f"confusion_{kind}_{pool}.png"

@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from circumspect.evaluation.markdown import table
+from circumspect.training.examiner import YAWS
 
 
 def training_record(weights: Path) -> dict[str, float]:
@@ -41,9 +44,10 @@ def training_table(names: Sequence[str], records: Sequence[dict[str, Any]]) -> s
         [name, str(r["epoch"]), f"{r['validation_accuracy']:.3f}", f"{r['minutes']:.0f}"]
         for name, r in zip(names, records, strict=True)
     ]
+    *yaws, last = (f"{yaw:.0f}°" for yaw in np.rad2deg(YAWS))
     return (
-        "The epoch with the best mean-class accuracy on held-back training objects, at 0°, 3°, 7° "
-        "and 131°, was kept:\n\n"
+        "The epoch with the best mean-class accuracy on held-back training objects, at "
+        f"{', '.join(yaws)} and {last}, was kept:\n\n"
         + table(["network", "epoch", "accuracy on held-back", "minutes"], rows)
         + "\n"
     )
