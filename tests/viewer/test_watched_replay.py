@@ -12,7 +12,7 @@ pytest.importorskip("embreex", reason="the simulation is not installed")
 from test_dashboard_page import LONG, command, frame_shown, opened, press, until, wait_for_line
 
 from circumspect.classification import Classifier
-from circumspect.cli.page_flags import PageFlags
+from circumspect.cli.dashboard_page import PageFlags
 from circumspect.cli.replay import Replay
 from circumspect.cli.scan import Scan
 from circumspect.cli.watched_replay import ReplayWatch

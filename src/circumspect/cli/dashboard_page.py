@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -13,22 +14,32 @@ if TYPE_CHECKING:
     from circumspect.viewer import Dashboard
 
 
-@contextmanager
-def opened(classifier: Classifier, host: str, port: int) -> Iterator[Dashboard]:
-    """A dashboard whose address is told on standard error.
+@dataclass(frozen=True)
+class PageFlags:
+    """Part of every command that has a dashboard."""
 
-    Raises:
-        InputError: The port is taken.
-        MissingExtraError: viser is not installed.
-    """
-    from circumspect.viewer import Dashboard
-    from circumspect.viewer.guarded_server import LOOPBACK
+    viewer_port: int = 8080
+    """The dashboard's port; 0 for any that is free."""
+    viewer_host: str = "127.0.0.1"
+    """The dashboard's address; another than this lets others see and steer the robot."""
 
-    with Dashboard(classifier, host, port) as dashboard:
-        if host not in LOOPBACK:
-            say(f"warning: whoever reaches {host} can see this dashboard and steer the robot")
-        say(f"the dashboard is at {dashboard.url}; Ctrl-C ends it")
-        yield dashboard
+    @contextmanager
+    def opened(self, classifier: Classifier) -> Iterator[Dashboard]:
+        """A dashboard whose address is told on standard error.
+
+        Raises:
+            InputError: The port is taken.
+            MissingExtraError: viser is not installed.
+        """
+        from circumspect.viewer import Dashboard
+        from circumspect.viewer.guarded_server import LOOPBACK
+
+        host = self.viewer_host
+        with Dashboard(classifier, host, self.viewer_port) as dashboard:
+            if host not in LOOPBACK:
+                say(f"warning: whoever reaches {host} can see this dashboard and steer the robot")
+            say(f"the dashboard is at {dashboard.url}; Ctrl-C ends it")
+            yield dashboard
 
 
 def stay() -> None:

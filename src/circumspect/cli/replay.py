@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.cli.page_flags import PageFlags
+from circumspect.cli.dashboard_page import PageFlags
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

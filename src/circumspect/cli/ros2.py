@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from circumspect.cli.page_flags import PageFlags
+from circumspect.cli.dashboard_page import PageFlags
 from circumspect.ros.node_settings import NodeSettings
 
 if TYPE_CHECKING:

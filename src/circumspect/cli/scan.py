@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from circumspect.cli.page_flags import PageFlags
+from circumspect.cli.dashboard_page import PageFlags
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from circumspect.cli.page_flags import PageFlags
+from circumspect.cli.dashboard_page import PageFlags
 
 if TYPE_CHECKING:
     from circumspect.viewer import PlayedRun
