@@ -151,3 +151,18 @@ def test_data_that_is_not_there(tmp_path, capsys):
     assert run("train", "--data", tmp_path / "none", "--out", tmp_path / "run") == 2
     assert "none" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("epochs", ["many", "0", "moon2018=", "=3", "moon=3", "٣"])
+def test_experiments_of_no_number_of_epochs(data, tmp_path, capsys, epochs):
+    words = ("reproduce", "rivals", "--data", data, "--out", tmp_path / "out", "--epochs", epochs)
+    assert run(*words) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("what", ["rivals", "unknown"])
+def test_experiments_on_other_classes_are_refused_before_the_training(data, tmp_path, capsys, what):
+    assert run("reproduce", what, "--data", data, "--out", tmp_path / "out") == 2
+    assert "a set of the same classes" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

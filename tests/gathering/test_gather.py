@@ -237,6 +237,15 @@ def test_what_is_missing_foreign_and_broken_is_named(gathered: Path, tmp_path: P
     assert json.loads(json.dumps(found.to_dict()))["counts"] == {"train/bed": 2, "train/chair": 2}
 
 
+def test_a_split_needs_only_its_own_starts(gathered: Path, tmp_path: Path) -> None:
+    """To train on scans from 0° alone is the protocol, not a gap."""
+    lines = [scan(f"{name}@{start:03.0f}", object=name, split=split, start_deg=start, files={})
+             for name, split, starts in (("a", "train", (0.0,)), ("b", "test", (0.0, 45.0)))
+             for start in starts]  # fmt: skip
+    (tmp_path / MANIFEST).write_text("".join(line.line() for line in lines))
+    assert verify_gathered(tmp_path).missing == ()
+
+
 def test_the_contact_sheet_shows_every_scan(gathered: Path, tmp_path: Path) -> None:
     from PIL import Image
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
@@ -13,6 +14,7 @@ from tracking_world import drive, true_camera
 from circumspect.mapping import TrackingSettings, se3
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.keyframe_pairs import (
+    along,
     joined,
     pair_edge,
     showing_the_same,
@@ -116,6 +118,18 @@ def test_where_the_camera_leapt_the_wheels_link_keyframes_but_may_be_let_go() ->
     assert edge is not None
     assert edge.robust, "it may have been carried"
     assert error_of(edge, first, second) < 0.01
+
+
+@pytest.mark.parametrize(("turned", "believed"), [(15.0, True), (90.0, False)])
+def test_found_again_where_the_wheels_may_lead_is_believed(turned: float, believed: bool) -> None:
+    """After long blind turns the wheels are 15° off, and know that they may be; 90° is a leap."""
+    unsure = np.diag([np.radians(8.0)] * 3 + [0.1] * 3) ** 2
+    off = se3.exp(np.array([0, np.radians(turned), 0, 0, 0, 0]))
+    passage = Passage(1, Belief(off, unsure), broken=True)
+    T, information = along(passage, RigidTransform.identity(), SETTINGS.gate)
+    assert np.degrees(T.rotation.magnitude()) == pytest.approx(0.0 if believed else turned)
+    wheels_alone = np.linalg.inv(unsure)
+    assert np.allclose(information, wheels_alone) != believed
 
 
 def rotations_and_ways():

@@ -170,6 +170,15 @@ def test_news_speaks_for_a_pose_only_where_it_is_known_already() -> None:
     assert not lost.certain
 
 
+def test_after_a_vague_pose_most_of_a_frame_must_be_known() -> None:
+    """Two blind frames without odometry; what comes then shows little of what was seen before."""
+    frames = drive(np.concatenate([SHORT, np.radians([60.0, 62.5, 120.0])]))
+    mute = with_odometry(frames[16:], lambda *_: None)
+    told = follow([*frames[:16], blind(mute[0]), blind(mute[1]), mute[2]])
+    assert "70% are needed" in told[-1].gate
+    assert not told[-1].certain
+
+
 def test_dropped_frames_are_bridged() -> None:
     kept = [0, 1, 2, 4, 5, 8, 9, 12, 15]
     told = follow([short_drive()[n] for n in kept])

@@ -130,7 +130,7 @@ def test_the_order_of_points_does_not_matter():
 
 def test_a_fresh_transform_leaves_points_as_they_are():
     transform = Transform(3).eval()
-    points = torch.rand(2, 3, 50)
+    points = torch.rand(2, 50, 3)
     torch.testing.assert_close(transform(points), points)
     assert sum(p.numel() for p in PointNet(40).parameters()) == pytest.approx(3.5e6, rel=0.02)
 

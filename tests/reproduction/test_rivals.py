@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from experiment_watcher import Watched
 from matplotlib.image import imread
 
 from circumspect.datasets import GridCache, ObjectSet
+from circumspect.datasets.corruption import CORRUPTIONS
 from circumspect.errors import InputError
 from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.nets import NETS
-from circumspect.reproduction import Rivals, reproduce_rivals
-from circumspect.reproduction.rivals import BETWEEN_DEG, RIVALS, WHOLE_DEG
+from circumspect.reproduction import Comparison, reproduce_rivals, reproduce_robustness
+from circumspect.reproduction.contenders import RIVALS
+from circumspect.reproduction.rivals import BETWEEN_DEG, WHOLE_DEG
 from circumspect.reproduction.stages import done_once
 
-QUICK = Rivals(nets=("voxnet", "pointnet"), epochs=1, yaw_count=3)
+QUICK = Comparison(nets=("voxnet", "pointnet"), epochs=1, yaw_count=3)
 
 
 def furniture(each, first):
@@ -47,13 +51,33 @@ def test_rivals_and_ours_in_one_table(tmp_path):
     ours = document["nets"]["circumspect"]
     assert ours["mean"] > 0.6
     assert ours["stood_up"] >= ours["tumbled"]
-    assert (out / "rivals.md").read_text().count("\n| ") == 5
+    assert "training" not in ours
+    assert document["nets"]["pointnet"]["training"]["epochs"] == 1
+    text = (out / "rivals.md").read_text()
+    assert text.count("\n| ") == 9
+    assert "`circumspect reproduce rivals --data modelnet10 --epochs 1 --yaw-count 3" in text
     assert np.ptp(imread(out / "rivals_over_yaw.png")[..., :3]) > 0.5
+    check_robustness(out)
     again = Watched()
     assert run(tmp_path, again) == document
     assert not any("any way up" in step for step in again.steps)
     with pytest.raises(InputError, match="other settings"):
-        run(tmp_path, how=Rivals(nets=("voxnet",), epochs=2, yaw_count=3))
+        run(tmp_path, how=Comparison(nets=("voxnet",), epochs=2, yaw_count=3))
+
+
+def check_robustness(out):
+    """Networks that are there already are not trained again."""
+    watched = Watched()
+    how = replace(QUICK, nets=("voxnet",))
+    document = reproduce_robustness(furniture(9, 0), furniture(1, 500), how, out, watched)
+    assert watched.steps == ["circumspect, corrupted", "voxnet, corrupted"]
+    ours = document["nets"]["circumspect"]
+    assert set(ours["accuracy"]) == set(CORRUPTIONS)
+    assert ours["mean"] < ours["clean"]
+    assert all(len(row) == 5 and max(row) <= 1 for row in ours["accuracy"].values())
+    text = (out / "robustness.md").read_text()
+    assert text.count("\n| ") == 2 + 1 + len(CORRUPTIONS) + 1 + 1 + 1 + len(CORRUPTIONS)
+    assert "`circumspect reproduce robustness --data modelnet10 --epochs 1 " in text
 
 
 def test_angles_between_cells_are_half_a_cell_off():
@@ -67,8 +91,15 @@ def test_every_rival_says_where_it_is_from():
     for name in RIVALS[1:]:
         assert NETS[name].source[-4:].isdigit()
         assert NETS[name].departures
-    assert Rivals().settings("moon2018").optimizer == "sgd"
-    assert Rivals(epochs=3).settings("pointnet").epochs == 3
+    assert Comparison().settings("moon2018").optimizer == "sgd"
+
+
+def test_epochs_of_all_and_of_one():
+    how = Comparison(epochs=3, epochs_of={"moon2018": 2})
+    assert how.settings("pointnet").epochs == 3
+    assert how.settings("moon2018").epochs == 2
+    assert " --epochs 3 moon2018=2 --yaw-count 64 " in how.command("rivals")
+    assert Comparison(epochs_of={"moon2018": 2}).settings("pointnet").epochs == 30
 
 
 def test_a_result_is_made_once(tmp_path):

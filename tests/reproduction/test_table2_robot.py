@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
 from circumspect.reproduction import Table2, reproduce_robot
 from circumspect.reproduction.published import ROBOT
+from circumspect.reproduction.table2_robot import PASSES, for_few
 
 QUICK = Table2(epochs=1, shape=(14, 14, 14))
 STARTS = (0.0, 22.5, 45.0, 90.0, 135.0)
@@ -66,6 +68,14 @@ def test_every_network_is_tested_on_scans_from_every_start(gathered: Path, tmp_p
     assert np.ptp(imread(out / "confusion_robot_cylindrical_rwmp.png")[..., :3]) > 0.5
     again = Watched()
     assert reproduce_robot(gathered, QUICK, out, again, cache) == document
+
+
+def test_few_scans_are_shown_more_often_and_in_small_batches() -> None:
+    meant = QUICK.settings("moon2018")
+    few = for_few(meant)
+    assert few.epochs == PASSES * meant.epochs
+    assert few.learning_rate / few.batch_size == meant.learning_rate / meant.batch_size
+    assert replace(few, epochs=1, batch_size=32, learning_rate=meant.learning_rate) == meant
 
 
 def test_a_set_without_the_papers_starts_is_refused(gathered: Path, tmp_path: Path) -> None:

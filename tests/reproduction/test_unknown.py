@@ -61,6 +61,7 @@ def test_every_class_is_left_out_once(tmp_path, monkeypatch):
         )  # fmt: skip
 
     shown = []
+    monkeypatch.setattr("circumspect.reproduction.unknown.check_classes", lambda *given: None)
     monkeypatch.setattr(
         "circumspect.reproduction.unknown._of_shipped",
         lambda *given: (

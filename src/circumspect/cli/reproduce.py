@@ -27,21 +27,24 @@ class Reproduce:
 
     $ circumspect reproduce table2 --data modelnet10 --out table2
     $ circumspect reproduce table2 --data modelnet10 --robot gathered
-    $ circumspect reproduce rivals --data modelnet10 --epochs 24
+    $ circumspect reproduce rivals --data modelnet10 --epochs 24 moon2018=6
+    $ circumspect reproduce robustness --data modelnet10 --epochs 24 moon2018=6
     $ circumspect reproduce unknown --data modelnet10 --yaw-count 8
     """
 
-    what: tyro.conf.Positional[Literal["table2", "rivals", "unknown"]]
+    what: tyro.conf.Positional[Literal["table2", "rivals", "robustness", "unknown"]]
     """table2: the paper's network on both grids, with both poolings; rivals: it, six others and
-    ours, at all yaws and any way up; unknown: ours without each class in turn."""
+    ours, at all yaws and any way up; robustness: the same, on corrupted objects; unknown: ours
+    without each class in turn."""
     data: Path
     """Folder with point packs, or ModelNet10's folder of OFF files."""
     robot: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Of table2: a set that `circumspect gather` made; the table's other half, on scans."""
     out: Path | None = None
-    """Folder for runs, tables and figures; runs/WHAT by default."""
-    epochs: int | None = None
-    """Of every network; without it those that each is meant for."""
+    """Folder for runs, tables and figures; runs/WHAT by default, and of robustness runs/rivals,
+    whose trainings it shares."""
+    epochs: Annotated[tuple[str, ...], tyro.conf.arg(metavar="INT|NET=INT")] = ()
+    """Of every network, of one by its name, or both; without it those that each is meant for."""
     yaw_count: int = 64
     """Yaws over the turn, each at another fraction of a cell."""
     precision: Literal["fp32", "bf16"] = "fp32"
@@ -63,16 +66,19 @@ class Reproduce:
             raise MissingExtraError(error.name or "torch", "train") from error
         from circumspect.datasets import GridCache, open_data_set
 
-        out = self.out or Path("runs") / self.what
+        flags: dict[str, Any] = {
+            name: getattr(self, name) for name in ("yaw_count", "precision", "seed")
+        }
+        flags["epochs"], flags["epochs_of"] = _epochs(self.epochs)
+        shared = "rivals" if self.what == "robustness" else self.what
+        out = self.out or Path("runs") / shared
         with progress_bar("sampling meshes") as progress:
             train, test = (open_data_set(self.data, split, progress) for split in ("train", "test"))
         rest = (out, Shown(), GridCache(self.cache))
-        flags: dict[str, Any] = {
-            name: getattr(self, name) for name in ("epochs", "yaw_count", "precision", "seed")
-        }
         kinds: dict[str, tuple[Callable[..., Any], Callable[..., dict[str, Any]]]] = {
             "table2": (experiments.Table2, experiments.reproduce_table2),
-            "rivals": (experiments.Rivals, experiments.reproduce_rivals),
+            "rivals": (experiments.Comparison, experiments.reproduce_rivals),
+            "robustness": (experiments.Comparison, experiments.reproduce_robustness),
             "unknown": (experiments.Unknown, experiments.reproduce_unknown),
         }
         how, reproduce = kinds[self.what]
@@ -84,6 +90,22 @@ class Reproduce:
             text += "\n" + (out / "table2_robot.md").read_text(encoding="utf-8")
         print(json.dumps(document) if self.json else text)  # noqa: T201
         return 0
+
+
+def _epochs(words: tuple[str, ...]) -> tuple[int | None, dict[str, int]]:
+    """Those of every network, and those of single ones."""
+    from circumspect.nets.registry import net_spec
+
+    every, single = None, {}
+    for word in words:
+        net, equals, count = word.rpartition("=")
+        if not (count.isascii() and count.isdigit() and int(count) > 0):
+            raise InputError(f"--epochs {word}: not a number of epochs; try 24 or moon2018=6")
+        if equals:
+            single[net_spec(net).name] = int(count)
+        else:
+            every = int(count)
+    return every, single
 
 
 class Shown:

@@ -20,7 +20,7 @@ class GatheredVerification:
 
     Attributes:
         counts: Split and class to scans with a cloud.
-        missing: Scans that other objects have and one has not: "object from start".
+        missing: Scans that other objects of the split have and one has not: "object from start".
         without_cloud: Scans that never saw their object.
         foreign: Files that the manifest does not name.
         broken: Path and fault of what can not be read.
@@ -106,12 +106,16 @@ def _split_objects(scans: list[GatheredScan]) -> list[str]:
 
 
 def _missing(scans: list[GatheredScan]) -> list[str]:
-    starts = sorted({scan.start_deg for scan in scans if scan.start_deg is not None})
-    there = {(scan.object, scan.start_deg) for scan in scans}
-    simulated = sorted({scan.object for scan in scans if scan.start_deg is not None})
+    starts: dict[str, set[float]] = {}
+    objects: dict[str, dict[str, set[float]]] = {}
+    for scan in scans:
+        if scan.start_deg is not None:
+            starts.setdefault(scan.split, set()).add(scan.start_deg)
+            there = objects.setdefault(scan.split, {}).setdefault(scan.object, set())
+            there.add(scan.start_deg)
     return [
         f"{name} from {start:g}°"
-        for name in simulated
-        for start in starts
-        if (name, start) not in there
+        for split, named in sorted(objects.items())
+        for name, there in sorted(named.items())
+        for start in sorted(starts[split] - there)
     ]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification import Classifier, InputRecipe
+from circumspect.datasets import ObjectSet
 from circumspect.errors import MissingExtraError, WeightsError
 
 CHECKPOINT_SUFFIX = ".safetensors"
@@ -37,6 +38,19 @@ class Predictor(Protocol):
     def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
         """(n, views, *input_shape) inputs to (n, c) probabilities."""
         ...
+
+
+def check_classes(predictor: Predictor, objects: ObjectSet) -> None:
+    """That weights and a data set speak of the same.
+
+    Raises:
+        WeightsError: The weights know other classes than the set.
+    """
+    if predictor.classes != objects.classes:
+        raise WeightsError(
+            f"the weights know {', '.join(predictor.classes)}, but the data set has "
+            f"{', '.join(objects.classes)}; evaluate on a set of the same classes"
+        )
 
 
 def checkpoint_path(weights: Path) -> Path:

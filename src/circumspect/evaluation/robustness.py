@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.corruption import CORRUPTIONS, SEVERITIES, corrupted
-from circumspect.errors import GeometryError, WeightsError
-from circumspect.evaluation.predictor import Predictor
+from circumspect.errors import GeometryError
+from circumspect.evaluation.predictor import Predictor, check_classes
 
 BATCH = 16
 
@@ -62,11 +62,7 @@ def measure_robustness(
     Raises:
         WeightsError: The weights know other classes than the set.
     """
-    if predictor.classes != objects.classes:
-        raise WeightsError(
-            f"the weights know {', '.join(predictor.classes)}, but the data set has "
-            f"{', '.join(objects.classes)}; evaluate on a set of the same classes"
-        )
+    check_classes(predictor, objects)
     passes = [(kind, severity) for kind in CORRUPTIONS for severity in SEVERITIES]
     clean = _accuracy(predictor, objects, None, seed)
     accuracy = {kind: np.zeros(len(SEVERITIES)) for kind in CORRUPTIONS}

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from circumspect.classification import InputRecipe
 from circumspect.datasets import ObjectSet
-from circumspect.errors import GeometryError, InputError, WeightsError
+from circumspect.errors import GeometryError, InputError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
 from circumspect.evaluation.calibration import reliability
-from circumspect.evaluation.predictor import Predictor
+from circumspect.evaluation.predictor import Predictor, check_classes
 from circumspect.storage import atomic_open
 
 
@@ -156,11 +156,7 @@ def sweep_yaw(
         WeightsError: The weights know other classes than the set.
         InputError: No objects or no yaws.
     """
-    if predictor.classes != objects.classes:
-        raise WeightsError(
-            f"the weights know {', '.join(predictor.classes)}, but the data set has "
-            f"{', '.join(objects.classes)}; evaluate on a set of the same classes"
-        )
+    check_classes(predictor, objects)
     if not len(objects) or not len(yaw_deg):
         raise InputError("nothing to evaluate: no objects or no yaws")
     probabilities = np.empty((len(yaw_deg), len(objects), len(objects.classes)))

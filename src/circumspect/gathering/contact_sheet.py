@@ -41,7 +41,8 @@ def draw_contact_sheet(
     if len(objects) > most_rows:
         picked = np.linspace(0, len(objects) - 1, most_rows).round().astype(int)
         objects = [objects[number] for number in picked]
-    columns = sorted({_start(scan) for scan in with_cloud}, key=lambda s: (s == "", len(s), s))
+    by_angle = sorted(with_cloud, key=lambda scan: (scan.start_deg is None, scan.start_deg or 0.0))
+    columns = list(dict.fromkeys(map(_start, by_angle)))
     size = (MARGIN + SIDE * max(1, len(columns)), HEAD + SIDE * max(1, len(objects)))
     sheet = Image.new("RGB", size, "white")
     pen = ImageDraw.Draw(sheet)

@@ -102,7 +102,7 @@ def pair_edge(
     broken = consecutive and other.passage.broken
     guesses = [(expected, np.diag((TRACKED_SIGMAS if tracked else BELIEVED_SIGMAS) ** -2.0))]
     if consecutive and not tracked:
-        guesses = [_along(other.passage, expected), *(guesses if broken else [])]
+        guesses = [along(other.passage, expected, gate), *(guesses if broken else [])]
     target = SceneMap(voxel).with_surface(one.surface, RigidTransform.identity())
     thinned = other.surface.scan.thinned(PAIR_THINNED)
     fits = [register(thinned, target, T, known, registration) for T, known in guesses]
@@ -122,12 +122,22 @@ def pair_edge(
     return Edge(one.number, other.number, measured, worth, robust=broken or not consecutive)
 
 
-def _along(passage: Passage, T_live: RigidTransform) -> tuple[RigidTransform, NDArray[np.floating]]:
-    """What a passage on which the scene did not hold tells of its end, with its information."""
+def along(
+    passage: Passage, T_live: RigidTransform, gate: GateSettings
+) -> tuple[RigidTransform, NDArray[np.floating]]:
+    """What a passage on which the scene did not hold tells of its end, with its information.
+
+    After a broken one the camera was found again, perhaps elsewhere. It was not where the wheels,
+    with all that they may be off, lead there, too.
+    """
+    believed = T_live, np.diag(BELIEVED_SIGMAS**-2.0)
     wheels, by_scene = passage.by_wheels, passage.by_scene
     if wheels is None:
-        return T_live, np.diag(BELIEVED_SIGMAS**-2.0)
+        return believed
     T, information = wheels.T_map_camera, np.linalg.inv(wheels.covariance)
+    off = se3.log(T.inv() * T_live)
+    if passage.broken and off @ information @ off < gate.farthest:
+        return believed
     return (T, information) if by_scene is None else joined(T, information, T_live, by_scene)
 
 

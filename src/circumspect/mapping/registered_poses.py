@@ -14,6 +14,7 @@ from circumspect.mapping import motion, se3
 from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.keyframes import Keyframes
+from circumspect.mapping.leap import BETTER, is_hasty
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.news import is_out_of_place, rest_is_news
 from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
@@ -28,8 +29,6 @@ from circumspect.mapping.wheels import Wheels
 from circumspect.sensing import RgbdFrame
 
 RECOGNISED, STEADY = "a place seen before", motion.CONSTANT_VELOCITY
-BETTER = 0.9
-"""At this share of the mean distance to the map a frame fits clearly better."""
 UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
 """A frame that is this many times further from the map than the last ones, and than this [m], may
 have been fitted from a wrong prediction."""
@@ -37,6 +36,9 @@ have been fitted from a wrong prediction."""
 KNOWN = 0.5
 """A pose whose standard deviation is less than this share of the reach of correspondences finds
 the right ones; a turn counts by what it moves at 1 m."""
+VAGUE, REGAINED = 5.0, 0.7
+"""After a pose that was known to so many reaches only the next one is believed where this share of
+the frame lies on what is known."""
 
 FADING = 0.99
 """A frame: how soon it is forgotten how many inliers a good frame has."""
@@ -78,7 +80,7 @@ class RegisteredPoses(PoseEstimator):
         self._recognition = Recognition(s.relocalisation, s.gate.farthest)
         self._overlap = 0.0
         self._inliers = 0.0
-        self._distance = 0.0
+        self._distance = np.inf
         self._source = ""
         self._doubts = 0
         self._loops = 0
@@ -142,7 +144,7 @@ class RegisteredPoses(PoseEstimator):
         if wheels is None:
             return self._attempt(frame, scan, self._by_steady_motion(frame), STEADY)
         first = self._attempt(frame, scan, wheels, motion.ODOMETRY)
-        usual = first.distance < UNUSUAL * max(self._distance, LEAST_DISTANCE)
+        usual = first.distance < self._most_usual
         steady = self._by_steady_motion(frame)
         agree = motion.agree(self._belief, wheels, steady)
         if agree and usual and not first.verdict.contradicts:
@@ -164,6 +166,10 @@ class RegisteredPoses(PoseEstimator):
         through = seen_through(frame, self.scene, found.T_map_camera)
         least = self._least_overlap(scan, found, believed)
         verdict = self.settings.gate.verdict(found, information, through, least)
+        if verdict.is_open and is_hasty(
+            scan, self.scene, found, believed, self._most_usual, self.settings.registration
+        ):
+            return Attempt(believed, Verdict("far from where it was expected"), source)
         says = found.converged and found.points >= self.settings.gate.fewest_points
         if verdict.contradicts or not says:
             return Attempt(believed, verdict, source, found)
@@ -176,10 +182,17 @@ class RegisteredPoses(PoseEstimator):
         s = self.settings
         usual = max(s.gate.least_overlap, s.keeps_overlap * self._overlap)
         reach = s.registration.reach
+        if self._belief is not None and max(self._belief.sigmas) > VAGUE * reach:
+            return max(usual, REGAINED)
         # What is new fits anywhere; it says something only where the pose is known already.
         if found.overlap >= usual or max(expected.sigmas) > KNOWN * reach:
             return usual
         return 0.0 if rest_is_news(scan, found, self.scene, self.keyframes, reach) else usual
+
+    @property
+    def _most_usual(self) -> float:
+        """A frame that fits has at most this mean distance to the map [m]."""
+        return UNUSUAL * max(self._distance, LEAST_DISTANCE)
 
     def _recognised(self, frame: RgbdFrame, scan: Scan, expected: Belief) -> Attempt | None:
         """The frame among all keyframes, where it fits one place beyond doubt."""
@@ -228,7 +241,8 @@ class RegisteredPoses(PoseEstimator):
             self._motion, self._motion_time = RigidTransform.identity(), 0.0
         if held and attempt.found is not None:
             self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
-            self._distance = 0.5 * (self._distance + attempt.found.distance)
+            before = self._distance if np.isfinite(self._distance) else attempt.found.distance
+            self._distance = 0.5 * (before + attempt.found.distance)
             self._inliers = max(FADING * self._inliers, attempt.found.inliers)
         self._source = attempt.source
         self._belief, self._stamp = attempt.belief, frame.stamp

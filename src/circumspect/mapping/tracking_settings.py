@@ -27,8 +27,8 @@ class TrackingSettings:
         gate: What is believed.
         keyframes: What the scene map is made of.
         relocalisation: How a lost camera is found again.
-        certain: Largest standard deviations of a pose to build on [rad, m]: either moves what is
-            seen a metre away by as much.
+        certain: Largest standard deviations of a pose to build on [rad, m]; the second is what
+            wheels leave along the back of a sofa, where nothing else holds the camera.
         keeps_overlap: Share of the last frames' overlap that a frame must have.
         doubt: Standard deviations that a frame which contradicts its pose adds [rad, m].
         lost_after: So many such frames in a row, and the camera is lost.
@@ -40,7 +40,7 @@ class TrackingSettings:
     gate: GateSettings = field(default_factory=GateSettings)
     keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
     relocalisation: RelocalisationSettings = field(default_factory=RelocalisationSettings)
-    certain: tuple[float, float] = (0.02, 0.02)
+    certain: tuple[float, float] = (0.02, 0.035)
     keeps_overlap: float = 0.6
     doubt: tuple[float, float] = (float(np.radians(1.0)), 0.02)
     lost_after: int = 3

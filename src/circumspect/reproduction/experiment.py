@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from circumspect.nets.registry import net_spec
@@ -15,12 +16,14 @@ class Experiment:
 
     Attributes:
         epochs: Of every network; None means those it is meant for.
+        epochs_of: Of single networks, by name, in their place.
         yaw_count: Yaws over the turn, each at another fraction of a cell.
         precision: "fp32" or "bf16".
         seed: Of all chance.
     """
 
     epochs: int | None = None
+    epochs_of: Mapping[str, int] = field(default_factory=dict)
     yaw_count: int = 64
     precision: Literal["fp32", "bf16"] = "fp32"
     seed: int = 0
@@ -28,7 +31,7 @@ class Experiment:
     def settings(self, net: str) -> TrainingSettings:
         """As a network is meant to be trained, but for what the experiment asks for."""
         meant = TrainingSettings(**{**net_spec(net).training, "net": net})
-        epochs = self.epochs or meant.epochs
+        epochs = self.epochs_of.get(net) or self.epochs or meant.epochs
         return replace(meant, epochs=epochs, precision=self.precision, seed=self.seed)
 
     def command(self, what: str) -> str:
@@ -37,6 +40,9 @@ class Experiment:
         Args:
             what: The command's words after `circumspect reproduce`.
         """
-        epochs = [] if self.epochs is None else ["--epochs", str(self.epochs)]
+        epochs = [] if self.epochs is None else [str(self.epochs)]
+        epochs += [f"{net}={count}" for net, count in self.epochs_of.items()]
+        if epochs:
+            epochs.insert(0, "--epochs")
         words = [what, *epochs, "--yaw-count", str(self.yaw_count), "--precision", self.precision]
         return f"circumspect reproduce {' '.join([*words, '--seed', str(self.seed)])}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 from circumspect import __version__
 from circumspect.classification import Classifier, OnnxClassifier
-from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.classification.upright import stood
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.evaluation.figures import save_figure
@@ -26,19 +24,16 @@ from circumspect.geometry.resting_poses import resting_poses
 from circumspect.nets import Checkpoint, build_net, cost_of
 from circumspect.nets.registry import net_spec
 from circumspect.reproduction.comparison_figures import draw_accuracies_over_yaw
-from circumspect.reproduction.experiment import Experiment
+from circumspect.reproduction.contenders import OURS, Comparison, trained_contenders
 from circumspect.reproduction.stages import (
     done_once,
     file_digest,
     measured,
-    trained,
+    write_report,
 )
+from circumspect.reproduction.training_record import training_table
 from circumspect.reproduction.watched import Watched
-from circumspect.storage import atomic_open, write_json
 
-OURS = "circumspect"
-"""The shipped classifier."""
-RIVALS = ("moon2018", "voxnet", "3dshapenets", "deeppano", "mvcnn", "pointnet", "voxelnet")
 WHOLE_DEG = (45.0, 90.0, 135.0)
 """Whole cells of a 32nd of a turn, which flatter whatever wraps …"""
 BETWEEN_DEG = tuple(angle + 360 / 64 for angle in WHOLE_DEG)
@@ -46,21 +41,10 @@ BETWEEN_DEG = tuple(angle + 360 / 64 for angle in WHOLE_DEG)
 ROUNDS = 15
 
 
-@dataclass(frozen=True, kw_only=True)
-class Rivals(Experiment):
-    """How the comparison is done; see `Experiment`.
-
-    Attributes:
-        nets: Beside ours.
-    """
-
-    nets: tuple[str, ...] = RIVALS
-
-
 def reproduce_rivals(
     train: ObjectSet,
     test: ObjectSet,
-    how: Rivals,
+    how: Comparison,
     folder: Path,
     watched: Watched,
     cache: GridCache | None = None,
@@ -81,15 +65,11 @@ def reproduce_rivals(
         What `rivals.json` holds.
 
     Raises:
+        WeightsError: The shipped classifier knows other classes than the set.
         InputError: The folder holds results of another experiment.
         OutputError: It can not be written.
     """
-    weights = {OURS: shipped_path()}
-    for net in how.nets:
-        settings = how.settings(net)
-        with watched.training(net, settings.epochs) as observer:
-            at = folder / net / "training"
-            weights[net] = trained(train, settings, net_spec(net).recipe, at, observer, cache)
+    weights, records = trained_contenders(train, test, how, folder, watched, cache)
     rows, around = {}, {}
     for net, path in weights.items():
         row, around[net] = _measured(net, path, test, how, folder / net, watched)
@@ -97,19 +77,20 @@ def reproduce_rivals(
     times = _timed(weights, test, folder)
     for net, row in rows.items():
         row["milliseconds"] = times[net]
+        if net in records:
+            row["training"] = records[net]
     save_figure(draw_accuracies_over_yaw(around), folder / "rivals_over_yaw.png")
     document = {
-        "circumspect": __version__, "objects": len(test), "yaws": how.yaw_count,
-        "precision": how.precision, "seed": how.seed, "nets": rows,
+        "circumspect": __version__, "command": how.command("rivals --data modelnet10"),
+        "objects": len(test), "yaws": how.yaw_count, "precision": how.precision,
+        "seed": how.seed, "nets": rows,
     }  # fmt: skip
-    write_json(folder / "rivals.json", document)
-    with atomic_open(folder / "rivals.md") as stream:
-        stream.write(_markdown(document))
+    write_report(document, _markdown(document), folder, "rivals")
     return document
 
 
 def _measured(
-    net: str, weights: Path, test: ObjectSet, how: Rivals, folder: Path, watched: Watched
+    net: str, weights: Path, test: ObjectSet, how: Comparison, folder: Path, watched: Watched
 ) -> tuple[dict[str, Any], YawSweep]:
     """The row of a network, without its time."""
     sweeps = {}
@@ -219,12 +200,18 @@ def _markdown(document: dict[str, Any]) -> str:
         ]
         for net, row in document["nets"].items()
     ]
+    records = {net: row["training"] for net, row in document["nets"].items() if "training" in row}
     return (
         "# Networks on ModelNet10, trained at 0° alone\n\n"
+        f"`{document['command']}`\n\n"
         f"{document['objects']} test objects; mean, worst, spread and the share of objects whose "
         f"label changes are over {document['yaws']} yaws, each at another fraction of a cell. "
         "Whole cells: 45°, 90° and 135°; between cells: half a cell of 32 on. Tumbled: turned at "
         "random about all axes; stood up: the same, `--up auto`. Milliseconds: the network alone "
         "on one object (ours: all its views) in ONNX Runtime on one thread, median, all in one "
-        f"run. `{OURS}` is the shipped classifier in eight bits.\n\n" + table(head, rows) + "\n"
+        f"run. `{OURS}` is the shipped classifier in eight bits.\n\n"
+        + table(head, rows)
+        + "\n\n"
+        + training_table(list(records), list(records.values()))
+        + "\n![Accuracy over all yaws](rivals_over_yaw.png)\n"
     )

@@ -14,7 +14,7 @@ from circumspect.datasets import GridCache, ObjectSet
 from circumspect.errors import InputError
 from circumspect.evaluation.predictor import load_predictor
 from circumspect.evaluation.yaw_sweep import YawSweep, sweep_yaw
-from circumspect.storage import write_json
+from circumspect.storage import atomic_open, write_json
 from circumspect.training import TrainingSettings, train
 from circumspect.training.run_config import run_config
 from circumspect.training.train import BEST, STATE, TrainingObserver
@@ -92,6 +92,17 @@ def done_once(folder: Path, made_of: dict[str, Any], make: Callable[[], Any]) ->
         return json.loads((folder / RESULT).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise InputError(f"{folder / RESULT}: can not be read; choose another --out") from error
+
+
+def write_report(document: dict[str, Any], text: str, folder: Path, name: str) -> None:
+    """What came out: `NAME.json` for programs and `NAME.md` for readers.
+
+    Raises:
+        OutputError: They can not be written.
+    """
+    write_json(folder / f"{name}.json", document)
+    with atomic_open(folder / f"{name}.md") as stream:
+        stream.write(text)
 
 
 def file_digest(path: Path) -> str:

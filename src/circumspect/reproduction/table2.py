@@ -17,10 +17,9 @@ from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws
 from circumspect.reproduction.comparison_figures import draw_accuracies_over_yaw
 from circumspect.reproduction.experiment import Experiment
 from circumspect.reproduction.published import ANGLES_DEG, MODELNET10
-from circumspect.reproduction.stages import measured, trained
+from circumspect.reproduction.stages import measured, trained, write_report
 from circumspect.reproduction.training_record import training_record, training_table
 from circumspect.reproduction.watched import Watched
-from circumspect.storage import atomic_open, write_json
 
 NETS = {"rwmp": "moon2018", "max": "moon2018-max"}
 
@@ -83,9 +82,7 @@ def reproduce_table2(
     sweeps = {f"{kind}, {pool}": sweep for (kind, pool), sweep in around.items()}
     save_figure(draw_accuracies_over_yaw(sweeps), folder / "accuracy_over_yaw.png")
     document = _document(angles, around, records, how)
-    write_json(folder / "table2.json", document)
-    with atomic_open(folder / "table2.md") as stream:
-        stream.write(_markdown(document))
+    write_report(document, _markdown(document), folder, "table2")
     return document
 
 

@@ -20,14 +20,15 @@ def training_record(weights: Path) -> dict[str, float]:
         weights: The checkpoint in a run's folder, beside its `epochs.csv`.
 
     Returns:
-        `epoch` that was kept, its `validation_accuracy`, and `minutes` of all epochs, without
-        their measurement on held-back objects.
+        `epoch` that was kept, of how many `epochs`, its `validation_accuracy`, and `minutes` of
+        all epochs, without their measurement on held-back objects.
     """
     with (weights.parent / "epochs.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     best = max(rows, key=lambda row: float(row["validation_accuracy"]))
     return {
         "epoch": int(best["epoch"]),
+        "epochs": len(rows),
         "validation_accuracy": float(best["validation_accuracy"]),
         "minutes": sum(float(row["seconds"]) for row in rows) / 60,
     }
@@ -41,7 +42,12 @@ def training_table(names: Sequence[str], records: Sequence[dict[str, Any]]) -> s
         records: From `training_record`.
     """
     rows = [
-        [name, str(r["epoch"]), f"{r['validation_accuracy']:.3f}", f"{r['minutes']:.0f}"]
+        [
+            name,
+            f"{r['epoch']} of {r['epochs']}",
+            f"{r['validation_accuracy']:.3f}",
+            f"{r['minutes']:.0f}",
+        ]
         for name, r in zip(names, records, strict=True)
     ]
     *yaws, last = (f"{yaw:.0f}°" for yaw in np.rad2deg(YAWS))

@@ -16,13 +16,13 @@ from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.datasets import GridCache, ObjectSet, validation_split
 from circumspect.evaluation.calibration import fitted_temperature, least_known, tempered
 from circumspect.evaluation.markdown import table
+from circumspect.evaluation.predictor import check_classes, load_predictor
 from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws
 from circumspect.furniture.other_things import OTHER_THINGS, make_other_thing
 from circumspect.nets.registry import net_spec
 from circumspect.reproduction.experiment import Experiment
-from circumspect.reproduction.stages import measured, trained
+from circumspect.reproduction.stages import measured, trained, write_report
 from circumspect.reproduction.watched import Watched
-from circumspect.storage import atomic_open, write_json
 
 Scores = NDArray[np.float64]
 
@@ -65,9 +65,11 @@ def reproduce_unknown(
         What `unknown.json` holds.
 
     Raises:
+        WeightsError: The shipped classifier knows other classes than the set.
         InputError: The folder holds results of another experiment.
         OutputError: It can not be written.
     """
+    check_classes(load_predictor(shipped_path()), test)
     settings = how.settings(how.net)
     recipe = net_spec(how.net).recipe
     rows: dict[str, Any] = {}
@@ -82,9 +84,7 @@ def reproduce_unknown(
         "yaws": how.yaw_count, "precision": how.precision, "seed": how.seed,
         "left_out": rows, "other_things": _of_shipped(test.classes, how, folder, watched),
     }  # fmt: skip
-    write_json(folder / "unknown.json", document)
-    with atomic_open(folder / "unknown.md") as stream:
-        stream.write(_markdown(document))
+    write_report(document, _markdown(document), folder, "unknown")
     return document
 
 

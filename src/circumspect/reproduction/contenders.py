@@ -1,0 +1,68 @@
+"""The networks that are compared: the shipped classifier, and those that are trained for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from circumspect.classification.onnx_classifier import shipped_path
+from circumspect.datasets import GridCache, ObjectSet
+from circumspect.evaluation.predictor import check_classes, load_predictor
+from circumspect.nets.registry import net_spec
+from circumspect.reproduction.experiment import Experiment
+from circumspect.reproduction.stages import trained
+from circumspect.reproduction.training_record import training_record
+from circumspect.reproduction.watched import Watched
+
+OURS = "circumspect"
+"""The shipped classifier."""
+RIVALS = ("moon2018", "voxnet", "3dshapenets", "deeppano", "mvcnn", "pointnet", "voxelnet")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison(Experiment):
+    """How networks are compared; see `Experiment`.
+
+    Attributes:
+        nets: Beside ours.
+    """
+
+    nets: tuple[str, ...] = RIVALS
+
+
+def trained_contenders(
+    train: ObjectSet,
+    test: ObjectSet,
+    how: Comparison,
+    folder: Path,
+    watched: Watched,
+    cache: GridCache | None = None,
+) -> tuple[dict[str, Path], dict[str, dict[str, Any]]]:
+    """Train what is not trained yet; experiments in one folder share the trainings.
+
+    Args:
+        train: ModelNet10's training split; part of it is held back to choose the best epoch.
+        test: Its test split, which the shipped classifier must know.
+        how: Settings.
+        folder: A run of each network goes to `NET/training`.
+        watched: Told of the progress.
+        cache: Where grids are kept.
+
+    Returns:
+        Weights by name, ours first, and records of the trainings.
+
+    Raises:
+        WeightsError: The shipped classifier knows other classes than the set.
+        InputError: The folder holds results of another experiment.
+        OutputError: It can not be written.
+    """
+    check_classes(load_predictor(shipped_path()), test)
+    weights, records = {OURS: shipped_path()}, {}
+    for net in how.nets:
+        settings = how.settings(net)
+        with watched.training(net, settings.epochs) as observer:
+            at = folder / net / "training"
+            weights[net] = trained(train, settings, net_spec(net).recipe, at, observer, cache)
+        records[net] = training_record(weights[net])
+    return weights, records

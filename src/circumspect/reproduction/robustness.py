@@ -1,0 +1,99 @@
+"""What corrupted clouds do to the networks that are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from circumspect import __version__
+from circumspect.datasets import GridCache, ObjectSet
+from circumspect.datasets.corruption import CORRUPTIONS, SEVERITIES
+from circumspect.evaluation.markdown import table
+from circumspect.evaluation.predictor import load_predictor
+from circumspect.evaluation.robustness import measure_robustness
+from circumspect.reproduction.contenders import OURS, Comparison, trained_contenders
+from circumspect.reproduction.stages import done_once, file_digest, write_report
+from circumspect.reproduction.watched import Watched
+
+
+def reproduce_robustness(
+    train: ObjectSet,
+    test: ObjectSet,
+    how: Comparison,
+    folder: Path,
+    watched: Watched,
+    cache: GridCache | None = None,
+) -> dict[str, Any]:
+    """Name test objects at 0° after each corruption in each severity, with every network.
+
+    Every stage whose result is in the folder is left as it is; the trainings are those of
+    `reproduce_rivals`.
+
+    Args:
+        train: ModelNet10's training split; part of it is held back to choose the best epoch.
+        test: Its test split.
+        how: Settings; the yaws do not count.
+        folder: For the runs, `robustness.md` and `robustness.json`.
+        watched: Told of the progress.
+        cache: Where grids are kept.
+
+    Returns:
+        What `robustness.json` holds.
+
+    Raises:
+        WeightsError: The shipped classifier knows other classes than the set.
+        InputError: The folder holds results of another experiment.
+        OutputError: It can not be written.
+    """
+    weights, records = trained_contenders(train, test, how, folder, watched, cache)
+    rows = {}
+    for net, path in weights.items():
+        with watched.measuring(f"{net}, corrupted") as progress:
+            rows[net] = _measured(path, test, how.seed, folder / net / "corrupted", progress)
+    document = {
+        "circumspect": __version__, "command": how.command("robustness --data modelnet10"),
+        "objects": len(test), "precision": how.precision, "seed": how.seed, "nets": rows,
+        "training": records,
+    }  # fmt: skip
+    write_report(document, _markdown(document), folder, "robustness")
+    return document
+
+
+def _measured(
+    weights: Path, test: ObjectSet, seed: int, folder: Path, progress: Callable[[int, int], None]
+) -> dict[str, Any]:
+    made_of = {"weights": file_digest(weights), "data": test.digest, "seed": seed}
+
+    def run() -> dict[str, Any]:
+        return measure_robustness(load_predictor(weights), test, seed, progress).to_dict()
+
+    return done_once(folder, made_of, run)
+
+
+def _markdown(document: dict[str, Any]) -> str:
+    nets = document["nets"]
+    head = ["corruption", *nets]
+    over = {kind: [_mean(row["accuracy"][kind]) for row in nets.values()] for kind in CORRUPTIONS}
+    rows = [
+        ["none", *(f"{row['clean']:.3f}" for row in nets.values())],
+        *([kind, *(f"{value:.3f}" for value in values)] for kind, values in over.items()),
+        ["mean of all", *(f"{row['mean']:.3f}" for row in nets.values())],
+    ]
+    ours = nets[OURS]["accuracy"]
+    by_severity = [[kind, *(f"{value:.3f}" for value in ours[kind])] for kind in CORRUPTIONS]
+    return (
+        "# Networks on corrupted objects\n\n"
+        f"`{document['command']}`\n\n"
+        f"Accuracy on {document['objects']} test objects at 0°, mean of five severities; all "
+        "networks meet the same clouds. The docs' page on networks tells what each corruption does."
+        "\n\n"
+        + table(head, rows)
+        + f"\n\n`{OURS}`, the shipped classifier, by severity:\n\n"
+        + table(["corruption", *(str(severity) for severity in SEVERITIES)], by_severity)
+        + "\n"
+    )
+
+
+def _mean(values: list[float]) -> float:
+    return sum(values) / len(values)
