@@ -46,8 +46,9 @@ def watched_replay(replay: Replay) -> int:
 
     with replay.page.opened(Classifier.load(replay.weights)) as dashboard:
         replay.replay(ReplayWatch(dashboard))
-        say("the page stays open until Ctrl-C")
         try:
+            # Within: whoever reads the line may press Ctrl-C at once.
+            say("the page stays open until Ctrl-C")
             stay()
         except KeyboardInterrupt:
             say("the dashboard is closed")
