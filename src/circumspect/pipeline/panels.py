@@ -131,7 +131,7 @@ def draw_probabilities(
     if doubted:
         axes.plot(along[doubted], np.full(len(doubted), -0.05), "|", color="#b91c1c", ms=7)
         axes.text(
-            0.02, 0.93, "| frame not used or believed", color="#b91c1c",
+            0.0, 1.015, "| frame not used or believed", color="#b91c1c",
             transform=axes.transAxes, fontsize=9.5,
         )  # fmt: skip
     spare = 0.01 * float(np.ptp(along)) or 0.5
@@ -141,7 +141,8 @@ def draw_probabilities(
     )  # fmt: skip
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(axis="y", color="0.9")
-    axes.set_title("Answer on the way", loc="left", color=INK)
+    # Above the note, which would hide curves within the axes.
+    axes.set_title("Answer on the way", loc="left", color=INK, pad=20 if doubted else None)
 
 
 def _progress(result: RecognitionResult, journey: Journey) -> tuple[NDArray[np.float64], str]:
