@@ -6,7 +6,7 @@ PINS := $(abspath constraints.txt)
 PIP := PIP_CONSTRAINT=$(PINS) PIP_BUILD_CONSTRAINT=$(PINS) $(BIN)/python -m pip install \
 	--quiet --disable-pip-version-check
 # Gigabytes come over the network: a second try keeps what the first has fetched.
-INSTALL = $(PIP) $(1) || { sleep 20; $(PIP) $(1); }
+INSTALL = $(PIP) '.[$(EXTRAS)]' || { sleep 20; $(PIP) '.[$(EXTRAS)]'; }
 SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') \
 	CMakeLists.txt pyproject.toml constraints.txt README.md
 
@@ -18,16 +18,19 @@ $(VENV)/created:
 	$(PIP) pip
 	touch $@
 
+$(VENV)/installed-demo: EXTRAS = sim
 $(VENV)/installed-demo: $(VENV)/created $(SOURCES)
-	$(call INSTALL,'.[sim]')
+	$(INSTALL)
 	touch $@
 
+$(VENV)/installed-viewer: EXTRAS = sim,viewer
 $(VENV)/installed-viewer: $(VENV)/created $(SOURCES)
-	$(call INSTALL,'.[sim,viewer]')
+	$(INSTALL)
 	touch $@ $(VENV)/installed-demo
 
+$(VENV)/installed-test: EXTRAS = test
 $(VENV)/installed-test: $(VENV)/created $(SOURCES)
-	$(call INSTALL,'.[test]')
+	$(INSTALL)
 	touch $@ $(VENV)/installed-demo $(VENV)/installed-viewer
 
 demo: $(VENV)/installed-demo  ## a simulated camera circles an object and names it
