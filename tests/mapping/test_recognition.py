@@ -50,6 +50,18 @@ def test_a_place_near_by_counts_at_once(recognition: Recognition) -> None:
     assert recognition.believed(far_too, HERE, STILL, USUAL, lost=False, out_of_place=False) is near
 
 
+def test_a_place_where_the_camera_is_hardly_counts_when_several_frames_tell_of_it(
+    recognition: Recognition,
+) -> None:
+    told = [
+        recognition.believed(
+            [fit(0.9 + 0.05 * n)], HERE, STEP, USUAL, lost=True, out_of_place=False
+        )
+        for n in range(4)
+    ]
+    assert [found is not None for found in told] == [False, False, True, True]
+
+
 def test_a_few_points_tell_of_no_place(recognition: Recognition) -> None:
     assert (
         recognition.believed(

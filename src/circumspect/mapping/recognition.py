@@ -15,6 +15,10 @@ from circumspect.mapping.relocalisation import (
     within,
 )
 
+LIKELY = 16.8
+"""Squared Mahalanobis distance that is passed by chance once in a hundred frames (six degrees of
+freedom)."""
+
 
 class Recognition:
     """Believes in a place near by at once, in one far off only on good evidence.
@@ -61,9 +65,9 @@ class Recognition:
                 that the camera was carried off.
 
         Returns:
-            Of those with enough inliers the only one near by; else, once the camera is lost and
-            can not be where it should be, the only one at all, when several frames in a row told
-            of it.
+            Of those with enough inliers the only one near by, at once where the camera is likely
+            to be there; else, once the camera is lost and can not be where it should be, the only
+            one at all. What is not believed at once is when several frames in a row told of it.
         """
         enough = self._settings.least_inliers * usual_inliers
         fits = [fit for fit in fits if fit.inliers >= enough]
@@ -71,13 +75,16 @@ class Recognition:
         errors = [se3.log(expected.T_map_camera.inv() * fit.T_map_camera) for fit in fits]
         distances = [float(error @ information @ error) for error in errors]
         near = [f for f, d in zip(fits, distances, strict=True) if d < self._farthest]
-        if near:
+        if len(near) == 1 and min(distances) < LIKELY:
             self.forget()
-            return near[0] if len(near) == 1 else None
-        if not (lost and out_of_place) or len(fits) != 1:
+            return near[0]
+        if not near and not (lost and out_of_place):
+            fits = []
+        if len(near or fits) != 1:
             self.forget()
             return None
-        return fits[0] if self._confirms(fits[0].T_map_camera, T_before_now) else None
+        (only,) = near or fits
+        return only if self._confirms(only.T_map_camera, T_before_now) else None
 
     def _confirms(self, T_map_camera: RigidTransform, T_before_now: RigidTransform) -> bool:
         supposed = self._supposed
