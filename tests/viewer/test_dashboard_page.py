@@ -81,6 +81,7 @@ def frame_shown(page) -> int:
 
 def press(page, control) -> None:
     """By keyboard: the panel may move while a run goes on."""
+    until(page, control.is_enabled)
     control.focus()
     page.keyboard.press("Enter")
 

@@ -48,3 +48,12 @@ def test_a_paused_run_goes_on_when_nobody_is_left(controls):
     assert not operator.covered
     controls.release()
     controls.let_go()
+
+
+def test_without_a_run_there_is_nothing_to_pause(controls):
+    controls.take(Operator())
+    assert not controls.pause.disabled
+    assert not controls.step.disabled
+    controls.release()
+    assert controls.pause.disabled
+    assert controls.step.disabled

@@ -48,11 +48,14 @@ class RunControls:
         """Steer a run that begins; what was set before stays set."""
         self.operator = operator
         self.pause.label = PAUSE
+        self.pause.disabled = self.step.disabled = False
         self._apply()
 
     def release(self) -> None:
         """The run is over; there is nothing to steer until the next one."""
         self.operator = None
+        self.pause.label = PAUSE
+        self.pause.disabled = self.step.disabled = True
 
     def let_go(self) -> None:
         """Nobody is there any more: a run that was paused goes on, the camera is uncovered."""
