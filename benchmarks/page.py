@@ -28,7 +28,7 @@ told in [scans](scans.md), how the networks differ in [networks](networks.md).
 SECTIONS = (
     "grid_speed", "classifier_speed", "modelnet10_test", "deletion", "table2", "table2_robot",
     "rivals", "robustness", "unknown", "scans", "faults", "scan_memory", "redkitchen_registration",
-    "redkitchen", "recording", "ros_wire", "dashboard", "intelligent_space",
+    "redkitchen", "recording", "large_bags", "ros_wire", "dashboard", "intelligent_space",
 )  # fmt: skip
 """Results in the order of the page; those that are not there yet are left out."""
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")
