@@ -154,7 +154,8 @@ def main() -> int:
             print(rows[-1], file=sys.stderr)
     cells = [
         [
-            f".{row['kind']}, {row['times']} x", f"{row['gigabytes']:.1f}", f"{row['peak_mb']:.0f}", f"{row['label']} {row['probability']:.4f}",
+            f".{row['kind']}, {row['times']} x", f"{row['gigabytes']:.1f}",
+            f"{row['peak_mb']:.0f}", f"{row['label']} {row['probability']:.4f}",
         ]
         for row in rows
     ]  # fmt: skip
