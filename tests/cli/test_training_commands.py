@@ -166,3 +166,16 @@ def test_experiments_on_other_classes_are_refused_before_the_training(data, tmp_
     assert run("reproduce", what, "--data", data, "--out", tmp_path / "out") == 2
     assert "a set of the same classes" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("rivals", "--nets", "voxne"), "did you mean voxnet?"),
+        (("table2", "--nets", "voxnet"), "--nets goes with rivals and robustness"),
+    ],
+)
+def test_experiments_with_networks_that_are_none(data, tmp_path, capsys, words, why):
+    assert run("reproduce", *words, "--data", data, "--out", tmp_path / "out") == 2
+    assert why in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from circumspect.training.train import TrainingObserver
 
 
+COMPARISONS = ("rivals", "robustness")
+
+
 @dataclass(frozen=True)
 class Reproduce:
     """An experiment of the paper from data to table; the same command goes on.
@@ -29,6 +32,7 @@ class Reproduce:
     $ circumspect reproduce table2 --data modelnet10 --robot gathered
     $ circumspect reproduce rivals --data modelnet10 --epochs 24 moon2018=6
     $ circumspect reproduce robustness --data modelnet10 --epochs 24 moon2018=6
+    $ circumspect reproduce rivals --data modelnet10 --nets voxnet pointnet
     $ circumspect reproduce unknown --data modelnet10 --yaw-count 8
     """
 
@@ -43,6 +47,9 @@ class Reproduce:
     out: Path | None = None
     """Folder for runs, tables and figures; runs/WHAT by default, and of robustness runs/rivals,
     whose trainings it shares."""
+    nets: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NET")] = ()
+    """Of rivals and robustness: these networks beside ours; without it the paper's and its six
+    rivals."""
     epochs: Annotated[tuple[str, ...], tyro.conf.arg(metavar="INT|NET=INT")] = ()
     """Of every network, of one by its name, or both; without it those that each is meant for."""
     yaw_count: int = 64
@@ -60,16 +67,22 @@ class Reproduce:
         """Do what is not yet done, and print the table."""
         if self.robot is not None and self.what != "table2":
             raise InputError("--robot goes with table2")
+        if self.nets and self.what not in COMPARISONS:
+            raise InputError(f"--nets goes with {' and '.join(COMPARISONS)}")
         try:
             from circumspect import reproduction as experiments
         except ImportError as error:
             raise MissingExtraError(error.name or "torch", "train") from error
         from circumspect.datasets import GridCache, open_data_set
+        from circumspect.nets.registry import net_spec
 
         flags: dict[str, Any] = {
             name: getattr(self, name) for name in ("yaw_count", "precision", "seed")
         }
         flags["epochs"], flags["epochs_of"] = _epochs(self.epochs)
+        if self.nets:
+            # Twice the same name is the same network.
+            flags["nets"] = tuple(dict.fromkeys(net_spec(name).name for name in self.nets))
         shared = "rivals" if self.what == "robustness" else self.what
         out = self.out or Path("runs") / shared
         with progress_bar("sampling meshes") as progress:

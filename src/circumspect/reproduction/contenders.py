@@ -30,6 +30,11 @@ class Comparison(Experiment):
 
     nets: tuple[str, ...] = RIVALS
 
+    def command(self, what: str) -> str:
+        """See `Experiment.command`."""
+        some = [] if self.nets == RIVALS else ["--nets", *self.nets]
+        return super().command(" ".join([what, *some]))
+
 
 def trained_contenders(
     train: ObjectSet,
