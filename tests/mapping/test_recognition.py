@@ -62,6 +62,20 @@ def test_a_place_where_the_camera_is_hardly_counts_when_several_frames_tell_of_i
     assert [found is not None for found in told] == [False, False, True, True]
 
 
+def test_a_lost_camera_before_news_is_found_near_by_when_several_frames_tell_of_it(
+    recognition: Recognition,
+) -> None:
+    def found(*places: float) -> bool:
+        fits = [fit(x) for x in places]
+        return (
+            recognition.believed(fits, HERE, STILL, USUAL, lost=True, out_of_place=False)
+            is not None
+        )
+
+    assert [found(0.1) for _ in range(3)] == [False, False, True]
+    assert [found(0.1, 3.0) for _ in range(4)] == 4 * [False]
+
+
 def test_a_few_points_tell_of_no_place(recognition: Recognition) -> None:
     assert (
         recognition.believed(

@@ -5,10 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
 from tracking_world import SHORT, T_BASE_CAMERA, short_drive, true_camera
 
+from circumspect.geometry import PlanarPose
 from circumspect.mapping.motion import MotionSettings
+from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.mapping.wheels import Wheels
+from circumspect.sensing import Odometry
+
+LOOKING_AHEAD = RigidTransform.identity()
+"""A camera whose axes are the robot's."""
 
 
 def true_motion(number: int):
@@ -37,6 +45,34 @@ def test_nothing_is_learnt_where_it_does_not() -> None:
     assert listened(set())[0].grip.shares == (1.0, 1.0)
     # One frame that is held says nothing without the one before it.
     assert listened({3, 6, 9})[0].grip.shares == (1.0, 1.0)
+
+
+def along(steps: int, held: bool, grip: WheelGrip) -> float:
+    """Standard deviation [m] of the way, after a metre straight ahead in so many steps."""
+    wheels, covariance = Wheels(MotionSettings()), np.zeros((6, 6))
+    wheels.grip = grip
+    for number in range(steps + 1):
+        odometry = Odometry(float(number), PlanarPose(number / steps, 0.0, 0.0))
+        frame = replace(short_drive()[0], odometry=odometry, T_base_camera=LOOKING_AHEAD)
+        if number > 0:
+            covariance = covariance + wheels.step(frame)[1]
+        step = RigidTransform.from_translation([1 / steps, 0.0, 0.0])
+        wheels.heard(frame, step if held else None)
+    return float(np.sqrt(covariance[3, 3]))
+
+
+@pytest.mark.parametrize("steps", [1, 4, 40])
+def test_steady_slip_costs_the_same_in_long_and_short_steps(steps: int) -> None:
+    # A twentieth of the metre, and up to a millimetre a step.
+    assert 0.05 <= along(steps, held=False, grip=WheelGrip()) < 0.053
+
+
+def test_slip_is_steady_only_where_it_was_never_compared() -> None:
+    unknown = along(40, held=False, grip=WheelGrip())
+    known = along(40, held=False, grip=WheelGrip((6.0, 6.0), (5.8, 5.8)))
+    held = along(40, held=True, grip=WheelGrip())
+    assert known < 0.35 * unknown
+    assert held < 0.35 * unknown
 
 
 def test_a_passage_is_the_way_since_the_last_keyframe() -> None:

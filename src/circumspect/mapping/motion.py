@@ -26,7 +26,8 @@ class MotionSettings:
     Attributes:
         bump_turn, bump_height: Roll and pitch [rad], height [m] of a robot that should stand
             level at z = 0: standard deviations of a floor that is not quite even.
-        slip: Odometry is trusted to this share of the motion at best.
+        slip: Odometry is trusted to this share of the motion at best, and wheels whose grip is
+            not known yet may lose this share steadily.
         least_shift, least_turn: … and never more than to this [m], [rad] a step.
         speed, spin: Standard deviation [m/s], [rad/s] about a motion that just goes on.
         longest: A motion is taken to go on for at most this time [s].
@@ -102,8 +103,12 @@ def wheel_motion(
     grip: WheelGrip,
     T_base_camera: RigidTransform,
     settings: MotionSettings,
+    unheld: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[RigidTransform, NDArray[np.float64]]:
     """The camera's motion by the wheels, with its covariance.
+
+    What a steady slip s costs grows with the whole way L since the scene held the camera: of its
+    variance (s L)² a step d adds s² ((L + d)² - L²).
 
     Args:
         before: Odometry at the last frame.
@@ -111,6 +116,7 @@ def wheel_motion(
         grip: How much of it becomes motion.
         T_base_camera: The mount.
         settings: Bounds of the trust.
+        unheld: Way [m] and turn [rad] by the wheels alone before this step.
 
     Returns:
         Camera in its frame before, and (6, 6) of changes after the motion.
@@ -126,10 +132,13 @@ def wheel_motion(
     planar = turn.T @ grown @ turn
     values, vectors = np.linalg.eigh((planar + planar.T) / 2)
     planar = vectors * np.clip(values, 0, None) @ vectors.T
-    shift = settings.least_shift + settings.slip * float(np.hypot(D.x, D.y))
-    spin = settings.least_turn + settings.slip * abs(D.yaw)
+    way, turned = float(np.hypot(D.x, D.y)), abs(D.yaw)
+    shift = settings.least_shift + settings.slip * way
+    spin = settings.least_turn + settings.slip * turned
+    steady = settings.slip * np.array(grip.novelty)
     base = np.zeros((6, 6))
     base[np.ix_([3, 4, 2], [3, 4, 2])] = planar + np.diag([shift, shift, spin]) ** 2
+    base[[3, 2], [3, 2]] += 2 * steady**2 * np.array(unheld) * [way, turned]
     base[[0, 1, 5], [0, 1, 5]] = (
         settings.bump_turn**2,
         settings.bump_turn**2,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import se3
@@ -18,6 +19,8 @@ from circumspect.mapping.relocalisation import (
 LIKELY = 16.8
 """Squared Mahalanobis distance that is passed by chance once in a hundred frames (six degrees of
 freedom)."""
+EXACT = np.array([np.radians(3.0)] * 3 + [0.05] * 3)
+"""How exactly a place is recognised [rad, m]."""
 
 
 class Recognition:
@@ -67,24 +70,26 @@ class Recognition:
         Returns:
             Of those with enough inliers the only one near by, at once where the camera is likely
             to be there; else, once the camera is lost and can not be where it should be, the only
-            one at all. What is not believed at once is when several frames in a row told of it.
+            one at all. What is not believed at once is when several frames in a row told of it. A
+            lost camera that may be where it should be is believed to be near by only so, and only
+            if nothing else looks like its frame.
         """
         enough = self._settings.least_inliers * usual_inliers
         fits = [fit for fit in fits if fit.inliers >= enough]
-        information = np.linalg.inv(expected.covariance + np.diag(SIGMAS**2))
-        errors = [se3.log(expected.T_map_camera.inv() * fit.T_map_camera) for fit in fits]
-        distances = [float(error @ information @ error) for error in errors]
-        near = [f for f, d in zip(fits, distances, strict=True) if d < self._farthest]
-        if len(near) == 1 and min(distances) < LIKELY:
+        near = [fit for fit in fits if _distance(fit, expected, SIGMAS) < self._farthest]
+        # A lost camera that nothing speaks against may well be where it should be, before news.
+        doubtful = lost and not out_of_place
+        if len(near) == 1 and not doubtful and _distance(near[0], expected, EXACT) < LIKELY:
             self.forget()
             return near[0]
-        if not near and not (lost and out_of_place):
+        if near and not doubtful:
+            fits = near
+        elif not near and not (lost and out_of_place):
             fits = []
-        if len(near or fits) != 1:
+        if len(fits) != 1:
             self.forget()
             return None
-        (only,) = near or fits
-        return only if self._confirms(only.T_map_camera, T_before_now) else None
+        return fits[0] if self._confirms(fits[0].T_map_camera, T_before_now) else None
 
     def _confirms(self, T_map_camera: RigidTransform, T_before_now: RigidTransform) -> bool:
         supposed = self._supposed
@@ -93,3 +98,15 @@ class Recognition:
         self._supposed = T_map_camera
         self._times += 1
         return self._times >= self._settings.confirmed
+
+
+def _distance(fit: Registration, expected: Belief, sigmas: NDArray[np.float64]) -> float:
+    """Squared Mahalanobis distance between a fit and where the camera should be.
+
+    Args:
+        fit: The fit.
+        expected: Where the camera should be.
+        sigmas: Standard deviations [rad, m] beside those of the belief.
+    """
+    error = se3.log(expected.T_map_camera.inv() * fit.T_map_camera)
+    return float(error @ np.linalg.inv(expected.covariance + np.diag(sigmas**2)) @ error)

@@ -38,6 +38,12 @@ class WheelGrip:
         way, turn = (np.array(self.found) + DOUBT) / (np.array(self.told) + DOUBT)
         return float(way), float(turn)
 
+    @property
+    def novelty(self) -> tuple[float, float]:
+        """How little of the way and of the turn was compared so far: 1 is nothing, 0 very much."""
+        way, turn = DOUBT / (np.array(self.told) + DOUBT)
+        return float(way), float(turn)
+
     def applied(self, told: PlanarPose) -> PlanarPose:
         """The motion behind what the wheels tell.
 

@@ -51,6 +51,7 @@ class Wheels:
         self._stamp = 0.0
         self._misled = False
         self._held = False
+        self._unheld = (0.0, 0.0)
         self._stretch = 0
         self._since_key: Belief | None = None
         self._broken = False
@@ -63,7 +64,9 @@ class Wheels:
         mount, before, now = frame.T_base_camera, self._last, frame.odometry
         if mount is None or before is None or now is None:
             return None
-        moved, covariance = wheel_motion(before, now, self.grip, mount, self._settings)
+        moved, covariance = wheel_motion(
+            before, now, self.grip, mount, self._settings, self._unheld
+        )
         if self._misled:
             covariance = covariance + guessed(frame.stamp - self._stamp, self._settings)
         return moved, covariance
@@ -86,7 +89,16 @@ class Wheels:
             self._learn(frame, T_before_now)
         self._held = T_before_now is not None
         self._stretch += int(not self._held)
+        self._unheld = (0.0, 0.0) if self._held else self._further(frame.odometry)
         self._last, self._stamp = frame.odometry, frame.stamp
+
+    def _further(self, now: Odometry | None) -> tuple[float, float]:
+        """Way [m] and turn [rad] by the wheels alone, up to now."""
+        way, turn = self._unheld
+        if self._last is None or now is None:
+            return way, turn
+        told = self._last.T_odom_base.inverse() @ now.T_odom_base
+        return way + float(np.hypot(told.x, told.y)), turn + abs(told.yaw)
 
     def _learn(self, frame: RgbdFrame, T_before_now: RigidTransform) -> None:
         mount, before, now = frame.T_base_camera, self._last, frame.odometry
