@@ -2,6 +2,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+DRIVER ?= realsense
 PINS := $(abspath constraints.txt)
 PIP := PIP_CONSTRAINT=$(PINS) PIP_BUILD_CONSTRAINT=$(PINS) $(BIN)/python -m pip install \
 	--quiet --disable-pip-version-check
@@ -10,7 +11,7 @@ INSTALL = $(PIP) '.[$(EXTRAS)]' || { sleep 20; $(PIP) '.[$(EXTRAS)]'; }
 SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') \
 	CMakeLists.txt pyproject.toml constraints.txt README.md
 
-.PHONY: demo viewer test lint audit docs bench constraints clean
+.PHONY: demo viewer ros2 test lint audit docs bench constraints clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/created:
@@ -28,16 +29,24 @@ $(VENV)/installed-viewer: $(VENV)/created $(SOURCES)
 	$(INSTALL)
 	touch $@ $(VENV)/installed-demo
 
+$(VENV)/installed-ros2: EXTRAS = ros2
+$(VENV)/installed-ros2: $(VENV)/created $(SOURCES)
+	$(INSTALL)
+	touch $@
+
 $(VENV)/installed-test: EXTRAS = test
 $(VENV)/installed-test: $(VENV)/created $(SOURCES)
 	$(INSTALL)
-	touch $@ $(VENV)/installed-demo $(VENV)/installed-viewer
+	touch $@ $(VENV)/installed-demo $(VENV)/installed-viewer $(VENV)/installed-ros2
 
 demo: $(VENV)/installed-demo  ## a simulated camera circles an object and names it
 	$(BIN)/circumspect demo
 
 viewer: $(VENV)/installed-viewer  ## the same, shown and steered in the browser
 	$(BIN)/circumspect demo --viewer
+
+ros2: $(VENV)/installed-ros2  ## names what a ROS 2 robot's depth camera sees
+	$(BIN)/circumspect ros2 --driver $(DRIVER)
 
 test: $(VENV)/installed-test  ## all tests
 	$(BIN)/python -m pytest -n auto

@@ -14,7 +14,13 @@ REPOSITORY = Path(__file__).parents[2]
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 @pytest.mark.parametrize(
     ("target", "extras"),
-    [("demo", "sim"), ("viewer", "sim,viewer"), ("test", "test"), ("docs", "test")],
+    [
+        ("demo", "sim"),
+        ("viewer", "sim,viewer"),
+        ("ros2", "ros2"),
+        ("test", "test"),
+        ("docs", "test"),
+    ],
 )
 def test_a_target_installs_what_it_needs(target: str, extras: str, tmp_path: Path) -> None:
     make = ["make", "--dry-run", "--always-make", f"VENV={tmp_path}/.venv", target]
