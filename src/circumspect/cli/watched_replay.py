@@ -35,11 +35,6 @@ class ReplayWatch:
         operated = OperatedFrames(frames, operator)
         return operated, (LiveWatch(operated, self._dashboard),)
 
-    def over(self) -> None:
-        """Nothing is left to steer."""
-        self._controls.release()
-
-
 def watched_replay(replay: Replay) -> int:
     """Replay with the dashboard, which then stays until Ctrl-C.
 
@@ -49,9 +44,7 @@ def watched_replay(replay: Replay) -> int:
     from circumspect.classification import Classifier
 
     with replay.page.opened(Classifier.load(replay.weights)) as dashboard:
-        watch = ReplayWatch(dashboard)
-        replay.replay(watch)
-        watch.over()
+        replay.replay(ReplayWatch(dashboard))
         try:
             # Within: whoever reads the line may press Ctrl-C at once.
             say("the page stays open until Ctrl-C")
