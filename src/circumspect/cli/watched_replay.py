@@ -35,6 +35,7 @@ class ReplayWatch:
         operated = OperatedFrames(frames, operator)
         return operated, (LiveWatch(operated, self._dashboard),)
 
+
 def watched_replay(replay: Replay) -> int:
     """Replay with the dashboard, which then stays until Ctrl-C.
 
