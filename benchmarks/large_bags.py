@@ -2,7 +2,7 @@
 
 A robot's recording is written again as a camera of many frames a second would have filled it: each
 depth image many times over, and a colour image of 1280 x 720 beside each. The replay takes the
-robot's own frames out of it, so that it must find what the small recording gives.
+robot's own frames out of it, so that it must give the same answer for every size.
 """
 
 from __future__ import annotations

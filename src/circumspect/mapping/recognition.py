@@ -82,14 +82,15 @@ class Recognition:
         if len(near) == 1 and not doubtful and _distance(near[0], expected, EXACT) < LIKELY:
             self.forget()
             return near[0]
-        if near and not doubtful:
-            fits = near
-        elif not near and not (lost and out_of_place):
-            fits = []
-        if len(fits) != 1:
+        if near:
+            possible = fits if doubtful else near
+        else:
+            possible = fits if lost and out_of_place else []
+        if len(possible) != 1:
             self.forget()
             return None
-        return fits[0] if self._confirms(fits[0].T_map_camera, T_before_now) else None
+        (only,) = possible
+        return only if self._confirms(only.T_map_camera, T_before_now) else None
 
     def _confirms(self, T_map_camera: RigidTransform, T_before_now: RigidTransform) -> bool:
         supposed = self._supposed
