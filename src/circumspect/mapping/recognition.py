@@ -82,10 +82,8 @@ class Recognition:
         if len(near) == 1 and not doubtful and _distance(near[0], expected, EXACT) < LIKELY:
             self.forget()
             return near[0]
-        if near:
-            possible = fits if doubtful else near
-        else:
-            possible = fits if lost and out_of_place else []
+        carried_off = not near and lost and out_of_place
+        possible = fits if carried_off or (near and doubtful) else near
         if len(possible) != 1:
             self.forget()
             return None
