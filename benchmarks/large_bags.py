@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,11 +24,10 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from benchmarks.report import RESULTS, machine
+from benchmarks.report import RESULTS, write_page
 from circumspect.evaluation.markdown import table
 from circumspect.recording.image_messages import colour_message
 from circumspect.recording.ros_types import IMAGE, typestore
-from circumspect.storage import atomic_open, write_json
 
 DEPTH, COLOUR = "/camera/depth/image_raw", "/camera/aux/image_raw"
 COLOUR_SHAPE = (720, 1280, 3)
@@ -73,11 +73,15 @@ def grown(small: Path, gigabytes: float, kind: str, folder: Path) -> tuple[Path,
         depth = next(link for link in reader.connections if link.topic == DEPTH)
         each = noise.nbytes + 2 * 640 * 480
         times = max(1, round(gigabytes * 1e9 / depth.msgcount / each))
-        waiting: list[tuple[int, Any, Any]] = []
-        for link, stamp, data in reader.messages():
+        waiting: deque[tuple[int, Any, Any]] = deque()
+
+        def write_before(stamp: float) -> None:
             while waiting and waiting[0][0] < stamp:
-                when, topic, message = waiting.pop(0)
+                when, topic, message = waiting.popleft()
                 writer.write(topic, when, store.serialize_cdr(message, IMAGE))
+
+        for link, stamp, data in reader.messages():
+            write_before(stamp)
             writer.write(topics[link.topic], stamp, data)
             if link.topic != DEPTH:
                 continue
@@ -89,6 +93,7 @@ def grown(small: Path, gigabytes: float, kind: str, folder: Path) -> tuple[Path,
                 beside = colour_message(noise, 0.0, "camera_aux")
                 beside.header.stamp = delayed(image, later).header.stamp
                 waiting.append((stamp + later, colour, beside))
+        write_before(np.inf)
     return next(at.glob(f"*.{kind}")), times
 
 
@@ -159,18 +164,13 @@ def main() -> int:
         ]
         for row in rows
     ]  # fmt: skip
-    facts, line = machine(), f"python -m benchmarks.large_bags --gigabytes {arguments.gigabytes:g}"
     text = (
         "A robot's recording, each depth image so many times and with it a colour image of "
         "1280 x 720; the whole command, which takes each frame once.\n\n"
         + table(["bag", "GB", "most memory [MB]", "answer"], cells)
-        + "\n\n"
-        + "".join(f"- {key}: {value}\n" for key, value in facts.items())
     )
-    with atomic_open(arguments.out / "large_bags.md") as stream:
-        stream.write(f"# Large bags\n\n`{line}`\n\n{text}")
-    write_json(arguments.out / "large_bags.json", {"command": line, "machine": facts, "rows": rows})
-    print(text)
+    line = f"python -m benchmarks.large_bags --gigabytes {arguments.gigabytes:g}"
+    write_page("large_bags", "Large bags", line, text, {"rows": rows}, arguments.out)
     return 0
 
 

@@ -22,7 +22,7 @@ import zstandard
 from numpy.typing import NDArray
 from PIL import Image
 
-from benchmarks.report import RESULTS, machine
+from benchmarks.report import RESULTS, write_page
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.evaluation.markdown import table
 from circumspect.pipeline import RecognitionResult, RecognitionStep
@@ -30,7 +30,6 @@ from circumspect.pipeline.scan import ObjectScan
 from circumspect.recording import RunRecorder, open_recording
 from circumspect.sensing import RgbdFrame
 from circumspect.sensing.millimetres import millimetres
-from circumspect.storage import atomic_open, write_json
 
 FRAMES = 40
 
@@ -119,19 +118,16 @@ def main() -> int:
         ["depth of a frame", "kB, median", "ms, median"],
         ["kB a frame", "ms to record", "ms to read"],
     )
-    facts = machine()
     text = (
         f"{len(frames)} frames of 640 x 480 with the Xtion's noise, one thread.\n\n"
         f"{table(heads[0], packed)}\n\n"
         "A whole recording: depth, camera info, odometry, transforms.\n\n"
-        f"{table(heads[1], run)}\n\n"
-        + "".join(f"- {key}: {value}\n" for key, value in facts.items())
+        f"{table(heads[1], run)}"
     )
-    with atomic_open(arguments.out / "recording.md") as stream:
-        stream.write(f"# What recording costs\n\n`python -m benchmarks.recording`\n\n{text}")
-    document = {"machine": facts, "packing": packed, "recording": run}
-    write_json(arguments.out / "recording.json", document)
-    print(text)
+    write_page(
+        "recording", "What recording costs", "python -m benchmarks.recording", text,
+        {"packing": packed, "recording": run}, arguments.out,
+    )  # fmt: skip
     return 0
 
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from benchmarks.report import RESULTS, machine
+from benchmarks.report import RESULTS, write_page
 from circumspect.evaluation.markdown import table
 from circumspect.evaluation.trajectory_error import (
     Alignment,
@@ -31,7 +31,6 @@ from circumspect.evaluation.trajectory_error import (
 from circumspect.geometry import Trajectory
 from circumspect.mapping import PoseEstimate, RegisteredPoses
 from circumspect.recording import open_recording
-from circumspect.storage import atomic_open, write_json
 
 FOLDER = Path(__file__).resolve().parents[2] / "shared" / "data" / "redkitchen"
 NAME = "redkitchen_registration"
@@ -136,14 +135,10 @@ def main() -> int:
     text = (
         f"{table(head, rows(measured))}\n\n{measured['frames']} frames; gate {gates}; "
         f"{took['median']:.0f} ms a frame (95 %: {took['p95']:.0f} ms), load "
-        f"{os.getloadavg()[0]:.1f}.\n"
+        f"{os.getloadavg()[0]:.1f}."
     )
-    print(text)
-    facts = machine()
-    with atomic_open(arguments.out / f"{NAME}.md") as stream:
-        stream.write("# RedKitchen with hidden poses\n\n`python -m benchmarks.redkitchen`\n\n")
-        stream.write(f"{text}\n" + "".join(f"- {key}: {value}\n" for key, value in facts.items()))
-    write_json(arguments.out / f"{NAME}.json", {"machine": facts, **measured})
+    title = "RedKitchen with hidden poses"
+    write_page(NAME, title, "python -m benchmarks.redkitchen", text, measured, arguments.out)
     return 0
 
 

@@ -6,10 +6,11 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -91,6 +92,24 @@ def write_report(
         stream.write("".join(f"- {key}: {value}\n" for key, value in facts.items()))
     document = {"command": command, "machine": facts, "rows": [asdict(row) for row in rows]}
     write_json(folder / f"{name}.json", document)
+
+
+def write_page(
+    name: str,
+    title: str,
+    command: str,
+    text: str,
+    measured: Mapping[str, Any],
+    folder: Path = RESULTS,
+    more_facts: Mapping[str, str | int] | None = None,
+) -> None:
+    """Print a text and write it, with the machine, to `NAME.md`; the figures to `NAME.json`."""
+    facts = {**machine(), **(more_facts or {})}
+    page = f"{text}\n\n" + "".join(f"- {key}: {value}\n" for key, value in facts.items())
+    print(page)
+    with atomic_open(folder / f"{name}.md") as stream:
+        stream.write(f"# {title}\n\n`{command}`\n\n{page}")
+    write_json(folder / f"{name}.json", {"command": command, "machine": facts, **measured})
 
 
 def table(rows: Sequence[Row]) -> str:

@@ -25,7 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.report import RESULTS, machine
+from benchmarks.report import RESULTS, write_page
 from circumspect.classification import Classifier
 from circumspect.evaluation.markdown import table
 from circumspect.furniture import make_furniture
@@ -40,7 +40,6 @@ from circumspect.ros.wire_messages import unpacked
 from circumspect.sensing import DepthNoise
 from circumspect.sensing.millimetres import millimetres
 from circumspect.simulation import CameraMount, Orbit, Scene, SimulatedCamera
-from circumspect.storage import atomic_open, write_json
 
 ROOT = Path(__file__).resolve().parent.parent
 PEER, TARGET = ROOT / "tests" / "ros" / "peer", ROOT / "build" / "ros2-peer"
@@ -167,21 +166,18 @@ def main() -> int:
                 rows.append(measured(program, held, manner, asks, arguments.seconds, node))
                 print(rows[-1], file=sys.stderr)
     limit = Path("/proc/sys/net/core/rmem_max")
-    facts = machine()
-    if limit.exists():
-        facts["net.core.rmem_max"] = limit.read_text().strip()
+    more = {"net.core.rmem_max": limit.read_text().strip()} if limit.exists() else {}
     text = (
         f"640 x 480, 16UC1, {RATE:.0f} Hz for {arguments.seconds:.0f} s over loopback, from "
         "RustDDS to Cyclone DDS. Lost: on the wire. "
         "Dropped: frames that were taken for the pipeline and gave way to newer ones. Gap: the "
         "largest between two images. Cores: of the node's process. Other work was going on on "
-        f"the machine (load {os.getloadavg()[0]:.0f}).\n\n{table(HEADS, rows)}\n\n"
-        + "".join(f"- {key}: {value}\n" for key, value in facts.items())
+        f"the machine (load {os.getloadavg()[0]:.0f}).\n\n{table(HEADS, rows)}"
     )
-    with atomic_open(arguments.out / "ros_wire.md") as stream:
-        stream.write(f"# Depth over the wire of ROS 2\n\n`python -m benchmarks.ros_wire`\n\n{text}")
-    write_json(arguments.out / "ros_wire.json", {"machine": facts, "heads": HEADS, "rows": rows})
-    print(text)
+    write_page(
+        "ros_wire", "Depth over the wire of ROS 2", "python -m benchmarks.ros_wire", text,
+        {"heads": HEADS, "rows": rows}, arguments.out, more,
+    )  # fmt: skip
     return 0
 
 
