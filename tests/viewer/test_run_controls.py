@@ -51,6 +51,10 @@ def test_a_paused_run_goes_on_when_nobody_is_left(controls):
 
 
 def test_without_a_run_there_is_nothing_to_pause(controls):
+    with Dashboard(Classifier.load(), port=0) as fresh:
+        before = RunControls(fresh)
+        assert before.pause.disabled
+        assert before.step.disabled
     controls.take(Operator())
     assert not controls.pause.disabled
     assert not controls.step.disabled

@@ -36,8 +36,9 @@ class RunControls:
         self.operator: Operator | None = None
         gui = dashboard.server.gui
         with gui.add_folder("Run", order=-1.0):
-            self.pause = gui.add_button(PAUSE)
-            self.step = gui.add_button("One frame")
+            # Without a run there is nothing to steer: a click would be lost.
+            self.pause = gui.add_button(PAUSE, disabled=True)
+            self.step = gui.add_button("One frame", disabled=True)
             self.pace = gui.add_dropdown("speed", tuple(PACES), hint="frames let through")
             self.cover = gui.add_checkbox("cover the camera", initial_value=False)
             self.lose = gui.add_dropdown("drop frames", tuple(LOST_SHARES))
