@@ -50,12 +50,13 @@ def test_a_place_near_by_counts_at_once(recognition: Recognition) -> None:
     assert recognition.believed(far_too, HERE, STILL, USUAL, lost=False, out_of_place=False) is near
 
 
+@pytest.mark.parametrize(("lost", "contrary"), [(False, False), (True, False), (True, True)])
 def test_a_place_where_the_camera_is_hardly_counts_when_several_frames_tell_of_it(
-    recognition: Recognition,
+    recognition: Recognition, lost: bool, contrary: bool
 ) -> None:
     told = [
         recognition.believed(
-            [fit(0.9 + 0.05 * n)], HERE, STEP, USUAL, lost=True, out_of_place=False
+            [fit(0.9 + 0.05 * n)], HERE, STEP, USUAL, lost=lost, out_of_place=contrary
         )
         for n in range(4)
     ]
