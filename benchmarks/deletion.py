@@ -14,7 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.report import RESULTS, machine
-from circumspect.classification import Classifier, OnnxClassifier, cell_evidence, nearest_examples
+from circumspect.classification import (
+    Classifier,
+    GridRecipe,
+    OnnxClassifier,
+    cell_evidence,
+    nearest_examples,
+)
 from circumspect.datasets import open_data_set
 from circumspect.evaluation.markdown import table
 from circumspect.grid import OccupancyGrid
@@ -30,6 +36,8 @@ ORDERS = ("most evidence first", "random", "least evidence first")
 def main(data: Path) -> None:
     objects = open_data_set(data, "test")
     classifier = Classifier.load(threads=1)
+    recipe = classifier.recipe
+    assert isinstance(recipe, GridRecipe), "the shipped classifier is shown grids"
     chosen = [
         index
         for label in range(len(objects.classes))
@@ -43,7 +51,7 @@ def main(data: Path) -> None:
     agreeing: list[float] = []
     for number, index in enumerate(chosen):
         cloud = objects.cloud(int(index))
-        grid = classifier.recipe.bounds(cloud).hits(classifier.recipe.surface(cloud).points_xyz)
+        grid = recipe.bounds(cloud).hits(recipe.surface(cloud).points_xyz)
         found = cell_evidence(classifier, grid)
         asked.append(found.asked)
         near = nearest_examples(classifier, cloud)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from benchmarks.report import RESULTS, machine
@@ -157,7 +158,7 @@ def _blank(image: CeilingImage) -> CeilingImage:
     return replace(image, grey=np.full_like(image.grey, 90))
 
 
-def _rms(values: list[float]) -> float:
+def _rms(values: ArrayLike) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
@@ -204,7 +205,8 @@ def sizes() -> list[list[str]]:
         rig = CeilingRig([camera], scene, seed=1)
         rng, reach = np.random.default_rng(0), min(1.2, 500 / focal)
         poses = [
-            PlanarPose(*rng.uniform(-reach, reach, 2), rng.uniform(-3, 3)) for _ in range(IMAGES)
+            PlanarPose(rng.uniform(-reach, reach), rng.uniform(-reach, reach), rng.uniform(-3, 3))
+            for _ in range(IMAGES)
         ]
         # Minutes lie between the images, so that nothing is blurred by motion.
         truths = [Truth(1e3 * n, p.as_transform(), p.as_transform()) for n, p in enumerate(poses)]
