@@ -64,7 +64,7 @@ docs: $(VENV)/installed-test  ## the documentation as pages: build/docs/index.ht
 	$(BIN)/python -m sphinx -q -W --keep-going -E docs build/docs
 	@echo 'build/docs/index.html is the first page'
 
-bench: $(VENV)/installed-test  ## the benchmark suite; writes benchmarks/results/
+bench: $(VENV)/installed-test  ## speed of grids and classifier, into benchmarks/results/
 	$(BIN)/python -m benchmarks.run
 
 constraints:  ## newest versions of everything, written to constraints.txt

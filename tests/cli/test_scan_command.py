@@ -22,7 +22,7 @@ FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
     "object", "true_label", "start_deg", "label", "probability", "frames", "distance_m",
     "ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness",
-    "milliseconds", "run", "ended",
+    "milliseconds", "run", "ended", "known",
 ]  # fmt: skip
 
 

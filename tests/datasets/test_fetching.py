@@ -17,9 +17,12 @@ from circumspect.errors import CircumspectError
 OFF = b"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n"
 
 
-def archive(names=("ModelNet10/chair/train/chair_0001.off", "ModelNet10/bed/test/bed_0516.off")):
+def archive(
+    names=("ModelNet10/chair/train/chair_0001.off", "ModelNet10/bed/test/bed_0516.off"),
+    compression=zipfile.ZIP_STORED,
+):
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as members:
+    with zipfile.ZipFile(stream, "w", compression) as members:
         for name in (*names, "__MACOSX/ModelNet10/._chair", "../outside.off"):
             members.writestr(name, OFF * 4000)
     return stream.getvalue()
@@ -135,6 +138,13 @@ def test_garbage_is_refused_and_not_kept(server, tmp_path):
     assert list(tmp_path.iterdir()) == []
     broken = bytearray(archive())
     broken[len(broken) // 4] ^= 0xFF
+    server.content = bytes(broken)
+    with pytest.raises(CircumspectError, match="no sound archive"):
+        fetch(server, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    broken = bytearray(archive(compression=zipfile.ZIP_DEFLATED))
+    first = 30 + len("ModelNet10/chair/train/chair_0001.off")
+    broken[first] = 0xFF  # No such kind of block.
     server.content = bytes(broken)
     with pytest.raises(CircumspectError, match="no sound archive"):
         fetch(server, tmp_path)

@@ -156,6 +156,17 @@ def test_eight_bits_keep_the_circle_closed(in_eight_bits):
     assert np.ptp(logits, axis=0).max() < 1e-4
 
 
+def test_networks_of_points_go_into_eight_bits_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(onnx_export, "AGREEMENT", 0.0)
+    original, path = checkpoint("deeppano"), tmp_path / "fast.onnx"
+    export_onnx([original], path, calibration=some_inputs(original.recipe, 8).numpy())
+    kinds = {node.op_type for node in onnx.load(path).graph.node}
+    assert {"QuantizeLinear", "DequantizeLinear", "Conv"} <= kinds
+    assert np.isfinite(
+        Classifier.load(path).probabilities(some_inputs(original.recipe, 1).numpy())
+    ).all()
+
+
 def test_eight_bits_that_change_labels_are_not_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(onnx_export, "AGREEMENT", 1.1)
     with pytest.raises(CircumspectError, match="keep their label"):

@@ -206,6 +206,7 @@ def test_a_long_run_keeps_few_moments(tmp_path, monkeypatch):
 
 def test_moments_of_an_earlier_run_are_removed_and_nothing_else(tmp_path):
     folder = tmp_path / "playback"
+    RunFolder(tmp_path, {})
     folder.mkdir()
     for name in ("000003.npz", "odometry.npz", "mine.txt"):
         (folder / name).write_text("old")

@@ -122,6 +122,23 @@ def test_files_of_an_earlier_run_are_replaced(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "result.json").read_text())["frames"] == 1
 
 
+@pytest.mark.parametrize("name", ["calibration.json", "model.ply", "config.json", "playback"])
+def test_a_file_of_somebody_else_is_not_replaced(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("mine")
+    (tmp_path / "chair.obj").write_text("mine")
+    with pytest.raises(OutputError, match=rf"{name}: is of no run"):
+        RunFolder(tmp_path, CONFIG)
+    assert (tmp_path / name).read_text() == "mine"
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted([name, "chair.obj"])
+
+
+def test_other_files_in_the_folder_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "chair.obj").write_text("mine")
+    for _ in range(2):
+        RunFolder(tmp_path, CONFIG)
+    assert (tmp_path / "chair.obj").read_text() == "mine"
+
+
 def test_a_place_that_can_not_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match="file"):

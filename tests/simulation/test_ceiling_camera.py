@@ -233,6 +233,23 @@ def test_a_clock_that_leaps_once_does_not_make_the_rest_late(rig, pair):
     assert [at(100.0 + n / 10).state for n in range(5)][-2:] == [TRACKED, TRACKED]
 
 
+def test_a_clock_that_is_set_back_does_not_keep_the_robot_where_it_was(rig, pair):
+    space = IntelligentSpace(pair[:2], MOUNT)
+
+    def at(stamp, x):
+        images = rig.images(truth(x, stamp=stamp))[:2]
+        return space.locate([replace(image, stamp=stamp) for image in images])
+
+    assert at(100.0, 0.0).state == TRACKED
+    assert at(99.9, 0.0).state == BRIDGED
+    assert not space.reports
+    fixes = [at(40.0 + n / 10, 0.4) for n in range(4)]
+    assert [fix.state for fix in fixes] == [BRIDGED, BRIDGED, TRACKED, TRACKED]
+    assert fixes[-1].T_map_base.x == pytest.approx(0.4, abs=0.01)
+    assert fixes[-1].stamp == 40.3
+    assert space.reports == ("the cameras' clock was set back by 59.8 s at 40.200 s",)
+
+
 def test_a_camera_that_was_knocked_is_found_out(pair):
     after = (knocked(pair[0], ASIDE), *pair[1:])
     rig = CeilingRig(after, Scene.with_object(FAR), MOUNT, seed=2)

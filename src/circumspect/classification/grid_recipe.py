@@ -34,6 +34,9 @@ class GridRecipe(InputRecipe):
         fill_below: Clouds of fewer points have holes at this resolution; their surface is
             filled between near neighbours.
         fill_samples: Points added to fill a surface.
+
+    Raises:
+        InputError: Another kind, no shape of a grid, or counts out of range.
     """
 
     kind: str = "cylindrical"

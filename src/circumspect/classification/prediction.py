@@ -29,6 +29,11 @@ class Prediction:
     milliseconds: Mapping[str, float] = field(default_factory=dict)
     known: bool = True
 
+    @property
+    def doubt(self) -> str:
+        """What a sentence about the answer ends with: nothing where it is `known`."""
+        return "" if self.known else ", not sure to be of any class"
+
     @classmethod
     def from_probabilities(
         cls,
@@ -44,6 +49,9 @@ class Prediction:
             probabilities: (c,) that sum to 1.
             milliseconds: Stage to time spent [ms].
             unknown_below: Less probable answers are not `known`.
+
+        Raises:
+            ValueError: There are not as many probabilities as classes, or none.
         """
         best = int(np.argmax(probabilities))
         named = {name: float(p) for name, p in zip(classes, probabilities, strict=True)}

@@ -31,8 +31,9 @@ class Classify:
     files: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="FILE...")]
     """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, NPY, NPZ, or a grid saved by `circumspect grid`."""
     up: Literal["x", "y", "z", "auto"] = "z"
-    """The axis that points up in the files; auto stands each object on every face that it can
-    stand on and believes the surest answer."""
+    """The axis that points up in the files; glTF/GLB files usually need y; nothing is turned by
+    itself. auto stands each object on every face that it can stand on and believes the surest
+    answer."""
     json: bool = False
     """One JSON object a line on standard output and nothing else there."""
     weights: Path | None = None

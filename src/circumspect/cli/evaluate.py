@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 class Evaluate:
     """Accuracy at many yaws: the points are turned and gridded anew at each.
 
-    $ circumspect evaluate --data modelnet10 --split test --yaw-count 64 --out eval
-    $ circumspect evaluate --weights runs/train-planes --data modelnet10 --yaw 0,45
-    $ circumspect evaluate --data modelnet10 --corrupt --out robustness
+    $ circumspect evaluate --data ModelNet10 --split test --yaw-count 64 --out eval
+    $ circumspect evaluate --weights runs/train-planes --data ModelNet10 --yaw 0,45
+    $ circumspect evaluate --data ModelNet10 --corrupt --out robustness
     """
 
     data: Path

@@ -24,9 +24,9 @@ class Export:
     """Turn trained networks into one ONNX file for the robot.
 
     $ circumspect export runs/train-planes planes.onnx
-    $ circumspect export runs/a fast.onnx --int8 modelnet10
+    $ circumspect export runs/a fast.onnx --int8 ModelNet10
     $ circumspect export runs/a committee.onnx --committee runs/b runs/c
-    $ circumspect export runs/a planes.onnx --examples modelnet10
+    $ circumspect export runs/a planes.onnx --examples ModelNet10
     """
 
     weights: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]

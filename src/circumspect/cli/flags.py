@@ -32,9 +32,13 @@ def parse(command: Any, program: str, words: Sequence[str], preset: Any = None) 
     Raises:
         SystemExit: The flags are wrong (2), or ask for help (0); it has been told.
     """
+    return _cli(command, program, words, described(command), preset=preset)
+
+
+def described(command: Any) -> str:
+    """A command's docstring, its lines to copy below a heading."""
     # tyro sets a line that begins with no letter off by a line of its own.
-    told = inspect.cleandoc(command.__doc__ or "").replace("\n\n$ ", "\n\nto copy:\n$ ", 1)
-    return _cli(command, program, words, told, preset=preset)
+    return inspect.cleandoc(command.__doc__ or "").replace("\n\n$ ", "\n\nto copy:\n$ ", 1)
 
 
 def parse_any(commands: Mapping[str, tuple[Any, str]], program: str, words: Sequence[str]) -> Any:
@@ -91,16 +95,17 @@ def _explained(info: StructTypeInfo) -> StructConstructorSpec | None:
     }
     hinted = tyro.conf.arg(help_behavior_hint=_hint)
     kinds: dict[str, Any] = {name: Annotated[hint, hinted] for name, hint in hints.items()}
-    fields = [
-        StructFieldSpec(
-            name=field.name,
-            type=kinds[field.name],
-            default=_default(field, info.default),
-            helptext=told.get(field.name),
-        )
-        for field in dataclasses.fields(info.type)
-    ]
+    fields = []
+    for field in dataclasses.fields(info.type):
+        name, default = field.name, _default(field, info.default)
+        text = _helptext(field, default, told.get(name))
+        fields.append(StructFieldSpec(name=name, type=kinds[name], default=default, helptext=text))
     return StructConstructorSpec(instantiate=info.type, fields=tuple(fields))
+
+
+def _helptext(field: dataclasses.Field[Any], default: Any, told: str | None) -> str | None:
+    """What its docstring says, or of a flag --no-NAME what the field's metadata says of that."""
+    return field.metadata.get("off", told) if default is True else told
 
 
 def _default(field: dataclasses.Field[Any], preset: Any) -> Any:

@@ -12,10 +12,11 @@ import tyro
 
 @dataclass(frozen=True)
 class Extrinsics:
-    """Find one camera's place from tags that lie at surveyed places on the floor.
+    r"""Find one camera's place from tags that lie at surveyed places on the floor.
 
-    $ circumspect locate extrinsics floor/ceiling_0 --survey survey.json
-          --intrinsics calibration.json --out calibration.json
+    $ circumspect locate extrinsics floor/ceiling_0 \
+          --survey survey.json --intrinsics calibration.json \
+          --out calibration.json
     """
 
     images: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="IMAGES")]

@@ -70,15 +70,13 @@ class NodeScreen:
             return
         self._answer = now
         if self._json:
-            self._print(json.dumps({**step.summary(), "known": told.known}))
+            self._print(json.dumps(step.summary()))
             return
-        sure = "" if told.known else "  not sure to be of any class"
-        self._print(f"{told.label} {told.probability:.2f}  seen {step.seen:4.0%}{sure}")
+        self._print(f"{told.label} {told.probability:.2f}  seen {step.seen:4.0%}{told.doubt}")
 
     def on_settled(self, prediction: Prediction) -> None:
         """Tell the last answer."""
-        sure = "" if prediction.known else ", not sure to be of any class"
-        self._say(f"the answer: {prediction.label} {prediction.probability:.2f}{sure}")
+        self._say(f"the answer: {prediction.label} {prediction.probability:.2f}{prediction.doubt}")
 
     def on_status(self, status: Status) -> None:
         """Tell the state where it changed."""

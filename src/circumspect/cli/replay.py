@@ -44,7 +44,7 @@ class Replay:
     """Frame of the corners: world, that of the recorded poses, or map, the same turned so that z
     is up. The edges of the box are along the map's axes in both cases."""
     poses: Literal["given", "hidden"] | None = None
-    """given: the recorded poses are taken as true (folders, without this flag). hidden: only the
+    """given: the recorded poses are taken as true (the default for folders). hidden: only the
     first one is; the others are found by registration, from the odometry where there is any, and
     compared with the recorded ones at the end. Of a bag, without this flag, none is used."""
     every: int = 1

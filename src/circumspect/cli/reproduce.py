@@ -28,12 +28,12 @@ COMPARISONS = ("rivals", "robustness")
 class Reproduce:
     """An experiment of the paper from data to table; the same command goes on.
 
-    $ circumspect reproduce table2 --data modelnet10 --out table2
-    $ circumspect reproduce table2 --data modelnet10 --robot gathered
-    $ circumspect reproduce rivals --data modelnet10 --epochs 24 moon2018=6
-    $ circumspect reproduce robustness --data modelnet10 --epochs 24 moon2018=6
-    $ circumspect reproduce rivals --data modelnet10 --nets voxnet pointnet
-    $ circumspect reproduce unknown --data modelnet10 --yaw-count 8
+    $ circumspect reproduce table2 --data ModelNet10 --out table2
+    $ circumspect reproduce table2 --data ModelNet10 --robot gathered
+    $ circumspect reproduce rivals --data ModelNet10 --epochs 24 moon2018=6
+    $ circumspect reproduce robustness --data ModelNet10 --epochs 24 moon2018=6
+    $ circumspect reproduce rivals --data ModelNet10 --nets voxnet pointnet
+    $ circumspect reproduce unknown --data ModelNet10 --yaw-count 8
     """
 
     what: tyro.conf.Positional[Literal["table2", "rivals", "robustness", "unknown"]]

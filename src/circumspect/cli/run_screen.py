@@ -125,6 +125,7 @@ def verdict(result: RecognitionResult, truth: str | None) -> str:
     answer = (
         f"{prediction.label} with probability {prediction.probability:.2f} after "
         f"{len(result.steps)} frames, seen from {last.seen:.0%} of the directions"
+        f"{prediction.doubt}"
     )
     if truth is None:
         return f"It is named {answer}."

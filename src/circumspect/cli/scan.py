@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from circumspect.cli.dashboard_page import PageFlags
-from circumspect.errors import InputError
+from circumspect.errors import CircumspectError, InputError
 
 if TYPE_CHECKING:
+    from circumspect.cli.scan_report import ScanReport
     from circumspect.cli.scan_space import ScanSpace
     from circumspect.cli.watched_scan import ScanWatch
     from circumspect.pipeline.scan_settings import ScanSettings
@@ -103,15 +104,16 @@ class Scan:
             command: What the run's folder is named after.
             watch: Shows and steers it, where wanted.
         """
-        from circumspect.cli.run_screen import RunScreen, new_run_folder
-        from circumspect.cli.scan_report import ScanReport
+        from circumspect.cli.run_screen import RunScreen
         from circumspect.pipeline.step_recorder import StepRecorder
 
         scan, recorder = self._recorded(parts if watch is None else watch.operated(parts))
-        space = self._watched(scan)
-        if space is not None and recorder is not None:
-            space.record(recorder)
-        report = ScanReport(scan, self.out or new_run_folder(command), space)
+        try:
+            report = self._reported(scan, recorder, command)
+        except CircumspectError:
+            if recorder is not None:
+                recorder.discard()
+            raise
         with RunScreen("round the object [°]", 360, report.round_deg) as screen:
             screen.say(report.opening)
             writers = () if recorder is None else (StepRecorder(recorder),)
@@ -125,6 +127,18 @@ class Scan:
         report.tell(result, self.json)
         if recorder is not None and recorder.failure is not None:
             raise recorder.failure
+
+    def _reported(
+        self, scan: SimulatedScan, recorder: RunRecorder | None, command: str
+    ) -> ScanReport:
+        """The run's folder, and the ceiling cameras where they are asked for."""
+        from circumspect.cli.run_screen import new_run_folder
+        from circumspect.cli.scan_report import ScanReport
+
+        space = self._watched(scan)
+        if space is not None and recorder is not None:
+            space.record(recorder)
+        return ScanReport(scan, self.out or new_run_folder(command), space)
 
     def _recorded(self, scan: SimulatedScan) -> tuple[SimulatedScan, RunRecorder | None]:
         """The scan, with a recorder where one is asked for."""

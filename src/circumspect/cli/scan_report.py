@@ -124,6 +124,7 @@ class ScanReport:
             "milliseconds": stage_times(result.steps, self._parts.scan.plan_milliseconds),
             "run": str(self.folder.path),
             "ended": self._parts.scan.ended,
+            "known": None if prediction is None else prediction.known,
         }
 
 

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 class Train:
     """Train a network; the same command goes on after an interruption.
 
-    $ circumspect train --net planes --data modelnet10
-    $ circumspect train --net moon2018 --grid rectangular --data modelnet10
-    $ torchrun --nproc-per-node 2 -m circumspect.cli.main train --data modelnet10
+    $ circumspect train --net planes --data ModelNet10
+    $ circumspect train --net moon2018 --grid rectangular --data ModelNet10
+    $ torchrun --nproc-per-node 2 -m circumspect.cli.main train --data ModelNet10
     """
 
     data: Path

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import tempfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -53,7 +54,7 @@ def fetch_modelnet10(
         _download(url, archive, sha256, downloader or ResumedDownload(part, progress=progress))
     try:
         _unpack(archive, target)
-    except (BadZipFile, OSError, EOFError) as error:
+    except (BadZipFile, zlib.error, OSError, EOFError) as error:
         archive.unlink(missing_ok=True)
         raise CircumspectError(
             f"{url}: what came is no sound archive ({error}); fetch it again, or from elsewhere"

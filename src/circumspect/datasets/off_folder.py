@@ -45,7 +45,8 @@ def read_off_folder(
     objects = _sample(files, progress)
     write_point_pack(cached, objects)
     log.info("%s: %d meshes sampled, kept as %s", folder, len(objects), cached)
-    return objects
+    # Quantised like every later read: else what was made of this one would not fit to those.
+    return read_point_pack(cached)
 
 
 def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> ObjectSet:

@@ -42,12 +42,10 @@ def open_evaluation_set(
     Raises:
         InputError: The data set can not be read.
     """
-    if split == "test":
-        return EvaluationSet(open_data_set(data, "test", progress), seen=False)
-    objects = open_data_set(data, "train", progress)
+    objects = open_data_set(data, "test" if split == "test" else "train", progress)
     settings = predictor.training.get("settings", {})
     trained_on_these = predictor.training.get("data") == objects.digest
-    if split == "train":
+    if split != "validation":
         return EvaluationSet(objects, seen=trained_on_these)
     held_back = validation_split(objects, settings.get("validation_salt", ""))
     seen = trained_on_these and not settings.get("validation", True)

@@ -23,15 +23,15 @@ from onnxruntime.quantization.shape_inference import quant_pre_process
 BATCH = 16
 
 
-def in_eight_bits(network: onnx.ModelProto, grids: NDArray[np.uint8]) -> onnx.ModelProto:
+def in_eight_bits(network: onnx.ModelProto, inputs: NDArray[Any]) -> onnx.ModelProto:
     """Quantise the convolutions of a network.
 
     Weights get seven bits, each output channel a scale of its own, so that CPUs without VNNI do
-    not saturate; activations get eight, over the range that the given grids lead to.
+    not saturate; activations get eight, over the range that the given inputs lead to.
 
     Args:
-        network: In floating point, with the input `grid`.
-        grids: (n, 1, *shape) uint8 of training objects: what the ranges are measured on.
+        network: In floating point, with one input.
+        inputs: (n, *shape) of training objects: what the ranges are measured on.
 
     Returns:
         The network; its metadata are not kept.
@@ -44,7 +44,7 @@ def in_eight_bits(network: onnx.ModelProto, grids: NDArray[np.uint8]) -> onnx.Mo
         quantize_static(
             plain,
             quantised,
-            _Batches(grids),
+            _Batches(network.graph.input[0].name, inputs),
             quant_format=QuantFormat.QDQ,
             op_types_to_quantize=["Conv"],
             per_channel=True,
@@ -56,15 +56,14 @@ def in_eight_bits(network: onnx.ModelProto, grids: NDArray[np.uint8]) -> onnx.Mo
 
 
 class _Batches(CalibrationDataReader):
-    def __init__(self, grids: NDArray[np.uint8]) -> None:
-        self._parts: Iterator[NDArray[np.uint8]] = iter(
-            np.array_split(grids, -(-len(grids) // BATCH))
-        )
+    def __init__(self, name: str, inputs: NDArray[Any]) -> None:
+        self._name = name
+        self._parts: Iterator[NDArray[Any]] = iter(np.array_split(inputs, -(-len(inputs) // BATCH)))
 
     def get_next(self) -> Any:
         """The next batch; None after the last."""
         part = next(self._parts, None)
-        return None if part is None else {"grid": part}
+        return None if part is None else {self._name: part}
 
 
 @contextmanager

@@ -88,6 +88,9 @@ class PinholeCamera:
         Returns:
             (n, 2) [px]: u to the right, v down, not limited to the image; NaN for points that are
             not in front of the camera.
+
+        Raises:
+            ValueError: The points are not (n, 3).
         """
         x, y, z = np.asarray(points_xyz, dtype=np.float64).T
         depth = np.where(z > 0, z, np.nan)

@@ -67,7 +67,7 @@ def read_cloud(
         path: A file of one of the formats in `READERS`.
         up: The axis that points up in the file: "x", "y" or "z". The points are turned by the
             smallest rotation that brings it to z: "y" gives (x, -z, y), "x" gives (-z, y, x).
-            glTF files have y up by definition.
+            glTF and GLB files usually need "y"; nothing is turned by itself.
         samples: How many points to draw from a mesh, evenly by area. Mere points are all kept.
         seed: Of the draw.
 

@@ -105,6 +105,9 @@ class CylindricalGrid(Grid):
         """The grid turned counter-clockwise by azimuth cells, whole or fractions.
 
         Occupancy of the same points is rolled by `-k_cells` along `AZIMUTH_AXIS`.
+
+        Raises:
+            InputError: `k_cells` is not finite.
         """
         turn = checked_number(k_cells, "k_cells") * math.tau / self.shape[AZIMUTH_AXIS]
         return replace(self, azimuth_offset=self.azimuth_offset + turn)

@@ -18,8 +18,9 @@ from circumspect.localization.space_tracker import SpaceTracker
 from circumspect.localization.tag_mount import TagMount
 from circumspect.localization.tag_watch import TagWatch
 
-LEAP, CONFIRMED = 10.0, 3
-"""A stamp so far ahead of the last one [s] is believed once so many times were that in a row."""
+LEAP, BEHIND, CONFIRMED = 10.0, 1.0, 3
+"""Stamps so far ahead of the latest fix, or behind it [s], are believed once so many times in a row
+were that."""
 
 
 class IntelligentSpace:
@@ -48,13 +49,14 @@ class IntelligentSpace:
         self.mount, self.settings = mount or TagMount(), settings or SpaceSettings()
         self._watches = {c.name: TagWatch(c, self.mount, self.settings) for c in cameras}
         self._tracker = SpaceTracker(self.settings)
-        self._leaps = 0
+        self._leaps = self._behind = 0
+        self._set_back: list[str] = []
         self._pool = ThreadPoolExecutor(min(self.settings.workers, len(names)))
 
     @property
     def reports(self) -> tuple[str, ...]:
-        """Sentences about cameras that moved since calibration."""
-        return self._tracker.watch.reports
+        """Sentences about cameras that moved since calibration, and clocks that were set back."""
+        return (*self._tracker.watch.reports, *self._set_back)
 
     def track(self, images: Iterable[CeilingImage]) -> Iterator[SpaceFix]:
         """A fix for the images of each time.
@@ -77,6 +79,7 @@ class IntelligentSpace:
         """
         if not images:
             raise InputError("there is no image to see the robot in")
+        self._begin_anew_if_set_back(max(image.stamp for image in images))
         after = self._tracker.stamp
         # A clock that leaps once must not make everything after it late.
         patient = np.isfinite(after) and self._leaps < CONFIRMED
@@ -86,6 +89,18 @@ class IntelligentSpace:
         self._leaps = self._leaps + 1 if any(s.stamp > until for s in sightings) else 0
         stamp = float(np.median(fresh)) if fresh else float(np.nextafter(after, np.inf))
         return self._tracker.take(stamp, sightings)
+
+    def _begin_anew_if_set_back(self, newest: float) -> None:
+        """Else every image would come too late, and the robot stay where it was last seen."""
+        back = self._tracker.stamp - newest
+        self._behind = self._behind + 1 if back > BEHIND else 0
+        if self._behind < CONFIRMED:
+            return
+        self._behind = 0
+        self._set_back.append(f"the cameras' clock was set back by {back:.1f} s at {newest:.3f} s")
+        self._tracker.begin_anew()
+        for watch in self._watches.values():
+            watch.begin_anew()
 
     def _look(self, image: CeilingImage, after: float, until: float) -> Sighting:
         if image.stamp > until:

@@ -45,6 +45,10 @@ class SpaceTracker:
         """Begin with a robot that nobody has seen."""
         self.settings = settings or SpaceSettings()
         self.watch = CameraWatch(self.settings.watched, self.settings.fewest)
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget where the robot was and when; doubts about cameras stay."""
         self._motion: MotionFilter | None = None
         self._bias = np.zeros((3, 3))
         self._measured = -np.inf

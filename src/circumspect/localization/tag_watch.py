@@ -73,6 +73,10 @@ class TagWatch:
             return Sighting(*head, reason=reason, others=others)
         return Sighting(*head, pose=pose, others=others)
 
+    def begin_anew(self) -> None:
+        """Forget the image before: its stamp is of another time."""
+        self._last = None
+
     def _unfit(self, image: CeilingImage, after: float) -> str | None:
         """Why an image can not be used at all."""
         size = (image.grey.shape[1], image.grey.shape[0])

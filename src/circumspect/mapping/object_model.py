@@ -92,6 +92,9 @@ class ObjectModel:
 
         Returns:
             A new model; this one where the mask shows no surface.
+
+        Raises:
+            ValueError: The mask is not as large as the frame.
         """
         return self.with_surface(FrameSurface.of(frame, object_mask, T_map_camera))
 

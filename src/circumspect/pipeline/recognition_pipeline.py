@@ -82,6 +82,13 @@ class RecognitionPipeline:
 
         Args:
             frames: In the order in which they were taken.
+
+        Returns:
+            Every step with its pose as it is known at the end; the last one holds model, grid and
+            prediction.
+
+        Raises:
+            InputError: A frame has no pose and the pose estimator needs one.
         """
         steps: list[RecognitionStep] = []
         complete = False

@@ -67,6 +67,7 @@ class RecognitionStep:
             "stamp": self.stamp,
             "outcome": self.outcome,
             "label": None if self.prediction is None else self.prediction.label,
+            "known": None if self.prediction is None else self.prediction.known,
             "probability": None if self.prediction is None else self.prediction.probability,
             "probabilities": None
             if self.prediction is None

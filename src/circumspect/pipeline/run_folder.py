@@ -21,6 +21,8 @@ RESULTS = (
     "calibration.json", "space.txt", "space.jsonl", "space.png",
 )  # fmt: skip
 """Written when a run ends; those of an earlier run are removed when one begins."""
+CONFIG, LOG = "config.json", "log.jsonl"
+"""Written when a run begins: what makes a folder that of a run."""
 PLAYBACK = "playback"
 """Folder of what `circumspect view` plays back; files of an earlier run are removed, too."""
 
@@ -44,20 +46,23 @@ class RunFolder:
         """Make the folder and write the config.
 
         Args:
-            path: The folder; made where missing. Files of an earlier run in it are replaced.
+            path: The folder; made where missing. Files of an earlier run in it are replaced,
+                others are left alone.
             config: What the run was started with, JSON types. "truth" and "start_deg", where
                 given, appear in the picture.
 
         Raises:
-            OutputError: The folder can not be written.
+            OutputError: The folder can not be written, or holds a file that is of no run and
+                would be replaced.
         """
         self.path = Path(path)
+        _require_no_strangers(self.path)
         self.config = dict(config)
         self.journey = Journey()
         """Where the robot went, for the picture; set by whoever knows before the run ends."""
         self.picture_missing: str | None = None
         """Why there is no picture; None where there is one."""
-        write_json(self.path / "config.json", self.config)
+        write_json(self.path / CONFIG, self.config)
         self._log("", "w")
         for name in RESULTS:
             (self.path / name).unlink(missing_ok=True)
@@ -95,13 +100,22 @@ class RunFolder:
             self.picture_missing = str(error)
 
     def _log(self, text: str, mode: str) -> None:
-        path = self.path / "log.jsonl"
+        path = self.path / LOG
         try:
             with path.open(mode, encoding="utf-8") as stream:
                 stream.write(text)
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise OutputError(f"{path}: can not be written ({reason}); free space") from error
+
+
+def _require_no_strangers(folder: Path) -> None:
+    """A file that only has the name of one of ours must not be lost."""
+    there = [name for name in (CONFIG, LOG, *RESULTS, PLAYBACK) if os.path.lexists(folder / name)]
+    if there and not {CONFIG, LOG} <= set(there):
+        raise OutputError(
+            f"{folder / there[0]}: is of no run and would be replaced; take another folder"
+        )
 
 
 def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dict[str, Any]:
@@ -112,6 +126,7 @@ def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dic
         outcomes[step.outcome] = outcomes.get(step.outcome, 0) + 1
     return {
         "label": None if prediction is None else prediction.label,
+        "known": None if prediction is None else prediction.known,
         "probability": None if prediction is None else prediction.probability,
         "probabilities": None if prediction is None else dict(prediction.probabilities),
         "truth": config.get("truth"),

@@ -112,6 +112,11 @@ class McapWriter:
             self._kept(self._writer.finish)
             self._file.close()
 
+    def discard(self) -> None:
+        """Remove the file: what it was meant for does not begin."""
+        self._file.close()
+        self.path.unlink(missing_ok=True)
+
     def _kept(self, step: Callable[[], object]) -> None:
         """Do something to the file; what was whole stays whole."""
         if self._file.closed:

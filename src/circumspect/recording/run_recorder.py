@@ -179,6 +179,10 @@ class RunRecorder:
         with self._going_on("the index"):
             self._writer.close()
 
+    def discard(self) -> None:
+        """Remove the recording of a run that could not begin."""
+        self._writer.discard()
+
     @contextmanager
     def _going_on(self, what: str) -> Iterator[None]:
         """Whatever happens to the recording, the run goes on."""

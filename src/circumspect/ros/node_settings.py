@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal, get_type_hints
 
 from circumspect.errors import InputError
@@ -26,6 +26,8 @@ ROS_OWN = ("use_sim_time",)
 @dataclass(frozen=True)
 class NodeSettings:
     """Parameters of the node; each is a flag and an entry of a parameter file as well.
+
+    The metadata "off" of a field is the help of its flag where that switches something off.
 
     Attributes:
         name: Of the node; its own topics are below it.
@@ -69,7 +71,9 @@ class NodeSettings:
     poses: Literal["found", "given"] = "found"
     map_frame: str = "map"
     frame: str = "circumspect_map"
-    transforms: bool = True
+    transforms: bool = field(
+        default=True, metadata={"off": "Do not tell on /tf where that frame lies."}
+    )
     mount: tuple[float, ...] = ()
     intrinsics: tuple[float, ...] = ()
     size: tuple[float, ...] = (640.0, 480.0)
@@ -77,7 +81,7 @@ class NodeSettings:
     rate: float = 5.0
     queue: int = 4
     reliable: bool = False
-    autostart: bool = True
+    autostart: bool = field(default=True, metadata={"off": "Wait until told to begin, on ~/start."})
     weights: str = ""
 
     def __post_init__(self) -> None:

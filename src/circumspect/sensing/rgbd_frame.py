@@ -74,11 +74,14 @@ class RgbdFrame:
         """Build from a depth image as cameras and files have it (16UC1, REP 118).
 
         Args:
-            depth: (height, width) uint16 [mm]; 0 and 65535 are invalid.
+            depth: (height, width) uint16 or float32 [mm]; 0, 65535 and NaN are invalid.
             camera: The camera that took it.
             stamp: Time [s].
             T_map_camera: See the class.
             colour: See the class.
+
+        Raises:
+            InputError: See the class.
         """
         return cls(metres(np.asarray(depth)), camera, stamp, T_map_camera, colour)
 

@@ -100,7 +100,7 @@ class Panel:
         else:
             p = turned.prediction
             text = answer_html(
-                {"label": p.label, "probability": p.probability},
+                {"label": p.label, "probability": p.probability, "known": p.known},
                 news=f"turned by {np.degrees(turned.yaw):.0f}°: "
                 + ("the answer stays" if p.label == label else f"it was {label}"),
             ).replace("circumspect-label", "circumspect-turned")

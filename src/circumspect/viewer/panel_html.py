@@ -30,6 +30,8 @@ def answer_html(row: Mapping[str, Any], truth: str | None = None, news: str = ""
             f"<b id='circumspect-label' style='font-size:1.7em'>{_text(label)}</b> "
             f"<span style='font-size:1.3em'>{probability:.2f}</span>"
         )
+        if row.get("known") is False:
+            head += f" <span style='{QUIET}'>not sure to be of any class</span>"
         if truth is not None:
             right = truth == label
             head += (

@@ -18,7 +18,7 @@ from circumspect.geometry import Trajectory, read_cloud, read_tum
 from circumspect.geometry.npy_stream import read_arrays
 from circumspect.grid import OccupancyGrid
 from circumspect.pipeline.playback_moment import PlaybackMoment
-from circumspect.pipeline.run_folder import PLAYBACK
+from circumspect.pipeline.run_folder import CONFIG, LOG, PLAYBACK
 from circumspect.pipeline.surroundings import Surroundings
 
 MOST_FRAMES = 100_000
@@ -72,16 +72,16 @@ class SavedRun:
         folder = Path(path)
         if not folder.is_dir():
             raise InputError(f"{folder}: no such folder; give the folder of a run")
-        if not (folder / "config.json").is_file() or not (folder / "log.jsonl").is_file():
+        if not (folder / CONFIG).is_file() or not (folder / LOG).is_file():
             raise InputError(
-                f"{folder}: not the folder of a run (no config.json or log.jsonl); "
+                f"{folder}: not the folder of a run (no {CONFIG} or {LOG}); "
                 "circumspect scan, demo and replay make such folders"
             )
         run = cls(
             folder,
-            _document(folder / "config.json"),
+            _document(folder / CONFIG),
             _document(folder / "result.json") if (folder / "result.json").is_file() else {},
-            _rows(folder / "log.jsonl"),
+            _rows(folder / LOG),
             _moments(folder / PLAYBACK),
         )
         return _with_the_rest(run)
