@@ -78,6 +78,52 @@ def write_json(path: str | os.PathLike[str], document: Any) -> None:
         stream.write("\n")
 
 
+def append_line(path: str | os.PathLike[str], line: str, durable: bool = False) -> None:
+    """Add a line to a file of lines, whole or not at all.
+
+    A last line that an earlier interruption cut is dropped first.
+
+    Args:
+        path: The file; made where missing.
+        line: Without its end.
+        durable: Wait until the disk has it.
+
+    Raises:
+        OutputError: It can not be written; the file is as it was.
+    """
+    try:
+        with Path(path).open("a+b", buffering=0) as stream:
+            end = _drop_cut_line(stream)
+            try:
+                _write_all(stream, line.encode() + b"\n")
+                if durable:
+                    os.fsync(stream.fileno())
+            except OSError:
+                stream.truncate(end)
+                raise
+    except OSError as error:
+        raise OutputError(_explain(Path(path), error)) from error
+
+
+def _drop_cut_line(stream: Any) -> int:
+    """Where the last whole line ends; what is behind it is cut off."""
+    end = stream.seek(0, os.SEEK_END)
+    if end:
+        stream.seek(end - 1)
+        if stream.read(1) != b"\n":
+            stream.seek(0)
+            end = stream.readall().rfind(b"\n") + 1
+            stream.truncate(end)
+    return end
+
+
+def _write_all(stream: Any, data: bytes) -> None:
+    """A raw file takes what fits, and only the next write says why no more does."""
+    view = memoryview(data)
+    while view:
+        view = view[stream.write(view) :]
+
+
 def _resolved(path: Path) -> Path:
     try:
         return path.resolve()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import shutil
 import signal
 import sys
 import time
@@ -28,7 +29,8 @@ from circumspect.datasets.gathered_verification import verify_gathered
 from circumspect.errors import InputError, OutputError
 from circumspect.gathering import GatherSettings, gather
 from circumspect.gathering.contact_sheet import draw_contact_sheet, drawn
-from circumspect.gathering.gather import append
+from circumspect.gathering.gather import append, begin
+from circumspect.gathering.recorded_scan import RecordedObject
 from circumspect.geometry import PointCloud
 
 QUICK = GatherSettings(("chair", "bed"), 1, (0.0, 90.0), frame_interval=2.0, frames=3)
@@ -42,6 +44,10 @@ def gathered(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert told[0] == (0, 4, "")
     assert told[-1][:2] == (4, 4)
     return folder
+
+
+def copied(gathered: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(gathered, tmp_path / "copy"))
 
 
 def test_a_set_holds_each_object_from_each_start(gathered: Path) -> None:
@@ -59,18 +65,55 @@ def test_a_set_holds_each_object_from_each_start(gathered: Path) -> None:
 
 
 def test_what_is_there_is_not_made_again_and_the_set_grows(
-    gathered: Path, monkeypatch: pytest.MonkeyPatch
+    gathered: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    folder = copied(gathered, tmp_path)
     asked: list[str] = []
     monkeypatch.setattr(
         sys.modules["circumspect.gathering.gather"],
         "outcomes",
         lambda jobs, work, workers: asked.extend(job.key for job in jobs) or iter(()),
     )
-    gather(gathered, QUICK, 1)
+    gather(folder, QUICK, 1)
     assert asked == []
-    gather(gathered, GatherSettings(("chair", "sofa"), 1, (0.0, 22.5), 0, 0.05, 2.0, 3), 1)
+    assert verify_gathered(folder).complete
+    gather(folder, GatherSettings(("chair", "sofa"), 1, (0.0, 22.5), 0, 0.05, 2.0, 3), 1)
     assert asked == ["sofa-200000@000", "chair-200000@022.5", "sofa-200000@022.5"]
+    found = verify_gathered(folder)
+    assert not found.complete
+    assert found.missing == (
+        "chair-200000 from 22.5°",
+        "sofa-200000 from 0°",
+        "sofa-200000 from 22.5°",
+    )
+
+
+def test_an_empty_set_is_not_complete(tmp_path: Path) -> None:
+    begin(tmp_path / "set", {"source": "recordings"})
+    assert not verify_gathered(tmp_path / "set").complete
+
+
+def test_a_set_that_was_killed_at_its_very_beginning_goes_on(tmp_path: Path) -> None:
+    begin(tmp_path, {"source": "recordings"})
+    (tmp_path / MANIFEST).unlink()
+    begin(tmp_path, {"source": "recordings"})
+    assert read_manifest(tmp_path) == []
+    (tmp_path / MANIFEST).unlink()
+    (tmp_path / "settings.json").write_text('{"editor.fontSize": 12}')
+    with pytest.raises(InputError, match="holds something else"):
+        begin(tmp_path, {"source": "recordings"})
+
+
+def test_a_scan_is_added_behind_a_line_that_was_cut(tmp_path: Path) -> None:
+    (tmp_path / MANIFEST).write_text(scan().line() + scan("cut").line()[:30])
+    append(tmp_path, scan("next"))
+    assert [s.scan for s in read_manifest(tmp_path)] == ["chair-1@0", "next"]
+
+
+@pytest.mark.parametrize("start", [float("nan"), 400.0, -1.0, float("inf")])
+def test_a_start_that_is_no_azimuth_is_refused(start: float) -> None:
+    with pytest.raises(InputError, match="from 0 up to 360"):
+        RecordedObject("chair", "mine", "train", start)
 
 
 def test_a_set_gathered_otherwise_is_not_mixed(gathered: Path, tmp_path: Path) -> None:
@@ -97,7 +140,8 @@ def test_a_line_that_an_interruption_cut_is_made_again(
     )
     assert len(gather(tmp_path, QUICK, 1)) == 3
     assert asked == ["bed-200000@090"]
-    assert (tmp_path / MANIFEST).read_text() == "".join(text.splitlines(keepends=True)[:3])
+    append(tmp_path, read_manifest(gathered)[3])
+    assert (tmp_path / MANIFEST).read_text() == text
 
 
 def test_scans_that_fail_are_told_and_tried_again(
@@ -208,7 +252,8 @@ def scan(name: str = "chair-1@0", **changed: object) -> GatheredScan:
         "no json\n", "[]\n", '{"scan": 3}\n', "{}\n",
         scan(split="both").line(), scan(files={"cloud": "../../secret.npz"}).line(),
         scan(files={"cloud": "/etc/passwd"}).line(), scan(files={"virus": "x"}).line(),
-        scan(label=3).line(),
+        scan(label=3).line(), scan(start_deg="45").line(), scan(start_deg=float("nan")).line(),
+        scan(quality=[]).line(),
     ],
 )  # fmt: skip
 def test_a_broken_manifest_is_told(tmp_path: Path, line: str) -> None:
@@ -218,8 +263,6 @@ def test_a_broken_manifest_is_told(tmp_path: Path, line: str) -> None:
 
 
 def test_what_is_missing_foreign_and_broken_is_named(gathered: Path, tmp_path: Path) -> None:
-    import shutil
-
     folder = tmp_path / "set"
     shutil.copytree(gathered, folder)
     (folder / "clouds" / "bed-200000@000.npz").write_bytes(b"broken")

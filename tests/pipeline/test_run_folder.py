@@ -115,6 +115,14 @@ def test_without_matplotlib_everything_but_the_picture_is_there(
     assert (tmp_path / "grid.npz").exists()
 
 
+def test_half_a_line_that_a_kill_left_is_not_joined_with_the_next(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path, CONFIG)
+    (tmp_path / "log.jsonl").write_text('{"frame": 0}\n{"fra')
+    pipeline(folder).run(frames(1))
+    lines = (tmp_path / "log.jsonl").read_text().splitlines()
+    assert [json.loads(line)["frame"] for line in lines] == [0, 0]
+
+
 def test_files_of_an_earlier_run_are_replaced(tmp_path: Path) -> None:
     for count in (3, 1):
         pipeline(RunFolder(tmp_path, CONFIG)).run(frames(count))

@@ -8,13 +8,28 @@ import os
 import resource
 import signal
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from circumspect.errors import OutputError
-from circumspect.storage import atomic_open, atomic_path, write_json
+from circumspect.storage import append_line, atomic_open, atomic_path, write_json
+
+
+@contextmanager
+def largest_file(count: int) -> Iterator[None]:
+    """The kernel refuses to let files grow further, as on a full disk or over quota."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (count, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, handler)
 
 
 @pytest.fixture
@@ -88,30 +103,15 @@ def test_disk_full_while_writing(old: Path):
 
 
 def test_disk_full_in_truth(old: Path):
-    """The kernel refuses to let the file grow, as on a full disk or over quota."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    try:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
-        with pytest.raises(OutputError) as error, atomic_open(old, "wb") as stream:
-            stream.write(bytes(1_000_000))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, handler)
+    with largest_file(4096), pytest.raises(OutputError) as error, atomic_open(old, "wb") as stream:
+        stream.write(bytes(1_000_000))
     assert "file too large" in one_line(error, old)
     assert_untouched(old)
 
 
 def test_disk_full_when_the_rest_is_flushed(old: Path):
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    try:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (0, limits[1]))
-        with pytest.raises(OutputError), atomic_open(old) as stream:
-            stream.write("buffered, written when the file is closed")
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, handler)
+    with largest_file(0), pytest.raises(OutputError), atomic_open(old) as stream:
+        stream.write("buffered, written when the file is closed")
     assert_untouched(old)
 
 
@@ -212,3 +212,24 @@ def test_what_json_can_not_hold_leaves_no_file(tmp_path: Path):
     with pytest.raises(TypeError):
         write_json(tmp_path / "x.json", {"x": object()})
     assert not list(tmp_path.iterdir())
+
+
+def test_lines_are_added_whole_or_not_at_all(tmp_path: Path):
+    path = tmp_path / "log.jsonl"
+    append_line(path, "one")
+    path.write_bytes(path.read_bytes() + b"tw")
+    append_line(path, "zwei €", durable=True)
+    assert path.read_text(encoding="utf-8") == "one\nzwei €\n"
+    path.write_text("nothing whole")
+    append_line(path, "one")
+    assert path.read_text() == "one\n"
+    with pytest.raises(OutputError, match="can not be written"):
+        append_line(tmp_path / "nowhere" / "log.jsonl", "one")
+
+
+def test_a_line_that_does_not_fit_leaves_the_file_as_it_was(tmp_path: Path):
+    path = tmp_path / "log.jsonl"
+    append_line(path, "kept")
+    with largest_file(100), pytest.raises(OutputError, match=r"log\.jsonl: can not be written"):
+        append_line(path, "x" * 200)
+    assert path.read_text() == "kept\n"

@@ -29,6 +29,8 @@ from circumspect.geometry.npy_stream import read_arrays
 from circumspect.storage import atomic_open
 
 MANIFEST, SETTINGS = "manifest.jsonl", "settings.json"
+ASKED = "scans"
+"""Of the settings: the names of all scans that were asked for."""
 FOLDERS = {"cloud": "clouds", "grid": "grids", "poses": "poses", "odometry": "odometry"}
 """Kinds of files to their folders."""
 POINTS = 4096
@@ -91,6 +93,22 @@ def read_manifest(path: Path) -> list[GatheredScan]:
     return list(found.values())
 
 
+def read_settings(path: Path) -> dict[str, Any]:
+    """How a set was gathered.
+
+    Raises:
+        InputError: It can not be read.
+    """
+    file = path / SETTINGS
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{file}: can not be read ({error})") from error
+    if not isinstance(found, dict):
+        raise InputError(f"{file}: holds no settings of a gathered set")
+    return found
+
+
 def _scan(line: str, place: str) -> GatheredScan:
     try:
         if len(line) > LARGEST_LINE:
@@ -98,11 +116,13 @@ def _scan(line: str, place: str) -> GatheredScan:
         scan = GatheredScan(**json.loads(line))
         named = all(isinstance(text, str) for text in (scan.scan, scan.object, scan.label))
         files = all(isinstance(name, str) for name in scan.files.values())
-        start = scan.start_deg is None or np.isfinite(float(scan.start_deg))
+        start = scan.start_deg is None or (
+            isinstance(scan.start_deg, int | float) and 0 <= scan.start_deg < 360
+        )
         known = scan.split in ("train", "test") and set(scan.files) <= set(FOLDERS)
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{place}: is no scan") from error
-    if not (named and files and start and known):
+    if not (named and files and start and known and isinstance(scan.quality, dict)):
         raise InputError(f"{place}: is no scan")
     for name in scan.files.values():
         if Path(name).is_absolute() or ".." in Path(name).parts:

@@ -8,7 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from circumspect.datasets.gathered_set import FOLDERS, GatheredScan, read_manifest, read_points
+from circumspect.datasets.gathered_set import (
+    ASKED,
+    FOLDERS,
+    SETTINGS,
+    GatheredScan,
+    read_manifest,
+    read_points,
+    read_settings,
+)
 from circumspect.errors import CircumspectError
 from circumspect.geometry import read_tum
 from circumspect.grid import OccupancyGrid
@@ -20,7 +28,8 @@ class GatheredVerification:
 
     Attributes:
         counts: Split and class to scans with a cloud.
-        missing: Scans that other objects of the split have and one has not: "object from start".
+        missing: "object from start" of scans that were asked for, or that other objects of the
+            split have.
         without_cloud: Scans that never saw their object.
         foreign: Files that the manifest does not name.
         broken: Path and fault of what can not be read.
@@ -35,7 +44,7 @@ class GatheredVerification:
     @property
     def complete(self) -> bool:
         """Everything is there and can be read."""
-        return not self.missing and not self.broken
+        return not self.missing and not self.broken and any(self.counts.values())
 
     def to_dict(self) -> dict[str, Any]:
         """JSON types."""
@@ -73,7 +82,7 @@ def verify_gathered(
     with_cloud = [scan for scan in scans if "cloud" in scan.files]
     return GatheredVerification(
         dict(Counter((scan.split, scan.label) for scan in with_cloud)),
-        tuple(_missing(scans)),
+        tuple(sorted({*_missing(scans), *_not_made(path, scans)})),
         tuple(scan.scan for scan in scans if "cloud" not in scan.files),
         tuple(sorted(str(file.relative_to(path)) for file in there - named)),
         tuple(broken),
@@ -103,6 +112,16 @@ def _split_objects(scans: list[GatheredScan]) -> list[str]:
         if known.setdefault(scan.object, (scan.split, scan.label)) != (scan.split, scan.label):
             faults.append(f"{scan.object} is of two splits or classes")
     return sorted(set(faults))
+
+
+def _not_made(path: Path, scans: list[GatheredScan]) -> list[str]:
+    """Asked for and not there."""
+    asked = read_settings(path).get(ASKED) if (path / SETTINGS).is_file() else None
+    if not isinstance(asked, list):
+        return []
+    there = {scan.scan for scan in scans}
+    parts = [str(name).partition("@") for name in asked if name not in there]
+    return [f"{thing} from {start.lstrip('0') or '0'}°" for thing, _, start in parts]
 
 
 def _missing(scans: list[GatheredScan]) -> list[str]:

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from circumspect import __version__
 from circumspect.datasets.gathered_set import (
+    ASKED,
     MANIFEST,
     SETTINGS,
     GatheredScan,
     is_gathered,
     read_manifest,
+    read_settings,
 )
 from circumspect.errors import InputError, OutputError
 from circumspect.gathering.gather_settings import GatherSettings
 from circumspect.gathering.job_pool import outcomes
 from circumspect.gathering.simulated_task import Measure, SimulatedTask, scanned
-from circumspect.storage import atomic_open, write_json
+from circumspect.storage import append_line, atomic_open, write_json
 
 Told = Callable[[int, int, str], None]
 """Called with (done, all, the scan that ended) after each scan."""
@@ -81,15 +81,7 @@ def append(folder: Path, scan: GatheredScan) -> None:
     Raises:
         OutputError: It can not be written.
     """
-    file = folder / MANIFEST
-    try:
-        with file.open("a", encoding="utf-8") as stream:
-            stream.write(scan.line())
-            stream.flush()
-            os.fsync(stream.fileno())
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"{file}: can not be written ({reason})") from error
+    append_line(folder / MANIFEST, scan.line().rstrip("\n"), durable=True)
 
 
 def begin(folder: Path, settings: Mapping[str, object]) -> None:
@@ -99,35 +91,39 @@ def begin(folder: Path, settings: Mapping[str, object]) -> None:
         InputError: The folder holds something else.
         OutputError: It can not be written.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    if folder.exists() and not _is_free(folder):
         raise InputError(f"{folder}: holds something else; give an empty or a new folder")
     write_json(folder / SETTINGS, dict(settings))
     with atomic_open(folder / MANIFEST) as stream:
         stream.write("")
 
 
+def _is_free(folder: Path) -> bool:
+    """Whether it is empty, or holds only the settings of a set that was interrupted at once."""
+    if not folder.is_dir():
+        return False
+    names = [file.name for file in folder.iterdir()]
+    if names == [SETTINGS]:
+        return bool(read_settings(folder).keys() & {"version", "source"})
+    return not names
+
+
 def _prepare(folder: Path, settings: GatherSettings) -> None:
-    """Begin a set, or see that this one goes on with it."""
+    """Begin a set, or see that this one goes on with it, and write down what is asked for."""
     wanted = {**settings.lasting(), "version": __version__}
+    asked = [task.key for task in settings.tasks]
     if not is_gathered(folder):
-        begin(folder, wanted)
+        begin(folder, {**wanted, ASKED: asked})
         return
-    try:
-        there = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{folder / SETTINGS}: can not be read ({error})") from error
+    there = read_settings(folder)
     other = [name for name, value in wanted.items() if there.get(name) != value]
     if other:
         raise InputError(
             f"{folder}: was gathered with {other[0]} {there.get(other[0])}, not "
             f"{wanted[other[0]]}; take another folder"
         )
-    _mend(folder)
-
-
-def _mend(folder: Path) -> None:
-    """Drop a last line that an interruption cut."""
-    text = (folder / MANIFEST).read_text(encoding="utf-8")
-    if text and not text.endswith("\n"):
-        with atomic_open(folder / MANIFEST) as stream:
-            stream.write(text[: text.rfind("\n") + 1])
+    before = there.get(ASKED)
+    known = before if isinstance(before, list) else []
+    both = list(dict.fromkeys([*known, *asked]))
+    if both != known:
+        write_json(folder / SETTINGS, {**there, ASKED: both})

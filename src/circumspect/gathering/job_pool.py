@@ -12,6 +12,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from circumspect.storage import append_line
+
 Record = dict[str, Any]
 EACH = 8
 """Jobs after which a process is renewed."""
@@ -75,8 +77,7 @@ def run_all(
         if isinstance(outcome, BaseException):
             _log.warning("%s failed: %r", job.key, outcome)
         else:
-            with path.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(outcome, default=float) + "\n")
+            append_line(path, json.dumps(outcome, default=float))
         told(count, len(jobs), job.key)
     keys = {job.key for job in jobs}
     return [record for record in records(path) if record["key"] in keys]

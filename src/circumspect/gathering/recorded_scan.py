@@ -8,6 +8,7 @@ from typing import Literal
 
 from scipy.spatial.transform import RigidTransform
 
+from circumspect import __version__
 from circumspect.classification import Classifier
 from circumspect.datasets.gathered_set import (
     GatheredScan,
@@ -43,6 +44,8 @@ class RecordedObject:
         for text in (self.label, self.name):
             if not text or not all(c.isalnum() or c in "_-." for c in text) or text[0] == ".":
                 raise InputError(f"{text!r}: a name is made of letters, digits, _, - and .")
+        if self.start_deg is not None and not 0 <= self.start_deg < 360:
+            raise InputError(f"--start {self.start_deg:g}: give degrees from 0 up to 360")
 
 
 def gather_recording(folder: Path, recording: Path, shown: RecordedObject) -> GatheredScan:
@@ -74,7 +77,8 @@ def gather_recording(folder: Path, recording: Path, shown: RecordedObject) -> Ga
     result = pipeline.run(wheels.heard(frame) for frame in frames)
     if not is_gathered(folder):
         begin(folder, {"source": "recordings"})
-    quality = {**told_quality(result), "recording": recording.name}
+    # Recordings are added over years: each says which version replayed it.
+    quality = {**told_quality(result), "recording": recording.name, "version": __version__}
     files = write_scan(folder, name, result, increasing(wheels.told))
     scan = GatheredScan(name, shown.name, shown.label, shown.split, shown.start_deg, files, quality)
     append(folder, scan)

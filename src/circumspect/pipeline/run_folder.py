@@ -14,7 +14,7 @@ from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.pipeline.stage_times import stage_times
-from circumspect.storage import write_json
+from circumspect.storage import append_line, atomic_open, write_json
 
 RESULTS = (
     "result.json", "scan.json", "model.ply", "grid.npz", "trajectory.txt", "picture.png",
@@ -63,7 +63,8 @@ class RunFolder:
         self.picture_missing: str | None = None
         """Why there is no picture; None where there is one."""
         write_json(self.path / CONFIG, self.config)
-        self._log("", "w")
+        with atomic_open(self.path / LOG):
+            pass
         for name in RESULTS:
             (self.path / name).unlink(missing_ok=True)
         for file in (self.path / PLAYBACK).glob("*.npz"):
@@ -75,7 +76,7 @@ class RunFolder:
         Raises:
             OutputError: The file can not be written.
         """
-        self._log(json.dumps(step.summary()) + "\n", "a")
+        append_line(self.path / LOG, json.dumps(step.summary()))
 
     def on_end(self, result: RecognitionResult) -> None:
         """Write everything else.
@@ -98,15 +99,6 @@ class RunFolder:
             draw_run(self.path / "picture.png", result, self.config, self.journey)
         except MissingExtraError as error:
             self.picture_missing = str(error)
-
-    def _log(self, text: str, mode: str) -> None:
-        path = self.path / LOG
-        try:
-            with path.open(mode, encoding="utf-8") as stream:
-                stream.write(text)
-        except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise OutputError(f"{path}: can not be written ({reason}); free space") from error
 
 
 def _require_no_strangers(folder: Path) -> None:
