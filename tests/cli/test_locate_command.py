@@ -141,6 +141,27 @@ def test_boards_and_tags_are_printed(tmp_path, capsys):
              "--intrinsics", "lens.json", "--out", "x.json"),
             "sees 0 surveyed tags",
         ),
+        (
+            ("extrinsics", "IMAGES/floor/ceiling_0", "IMAGES/floor/ceiling_1", "--survey",
+             "IMAGES/survey.json", "--intrinsics", "lens.json", "--out", "x.json"),
+            "images from 2 folders, ceiling_0 and ceiling_1",
+        ),
+        (
+            ("extrinsics", "IMAGES/floor/ceiling_0", "IMAGES/floor/ceiling_1", "--camera",
+             "ceiling_0", "--survey", "IMAGES/survey.json", "--intrinsics", "lens.json",
+             "--out", "x.json"),
+            "do not fit the survey",
+        ),
+        (
+            ("extrinsics", "half.png", "--camera", "ceiling_0", "--survey", "IMAGES/survey.json",
+             "--intrinsics", "lens.json", "--out", "x.json"),
+            "half.png: has 400x300 pixels, the lens was calibrated at 800x600",
+        ),
+        (
+            ("track", "unreadable", "--calibration", "IMAGES/calibration.json"),
+            "unreadable: no image can be read; the first: unreadable/ceiling_0/1.0.png: ",
+        ),
+        (("simulate", "--images", "IMAGES"), "holds board already"),
         (("board", "--tags", "587"), "0 to 586"),
         (("board", "--square", "0"), "squares are from"),
         (("simulate", "--cameras", "0"), "--cameras 0"),
@@ -157,12 +178,28 @@ def test_bad_input_is_one_line(room, tmp_path, monkeypatch, capsys, words, compl
     for camera in room_file["cameras"].values():
         del camera["extrinsics"]
     (tmp_path / "lens.json").write_text(json.dumps(room_file))
+    Image.open(room / "images/floor/ceiling_0/00.png").resize((400, 300)).save("half.png")
+    (tmp_path / "unreadable" / "ceiling_0").mkdir(parents=True)
+    (tmp_path / "unreadable" / "ceiling_0" / "1.0.png").write_bytes(b"no picture")
     assert run(*(word.replace("IMAGES", str(room / "images")) for word in words)) == 2
     out, err = capsys.readouterr()
     assert complaint in err
     assert err.count("\n") == err.count("circumspect: ")
     assert out == ""
     assert not (tmp_path / "x.json").exists()
+
+
+def test_a_track_that_finds_nobody_says_why_and_keeps_nothing_old(room, tmp_path, capsys):
+    words = ("track", room / "images" / "track", "--calibration", room / "images/calibration.json")
+    assert run(*words, "--out", tmp_path / "run") == 0
+    assert (tmp_path / "run" / "trajectory.txt").exists()
+    capsys.readouterr()
+    assert run(*words, "--out", tmp_path / "run", "--tag", 7, 0.2, 0.3) == 0
+    out, err = capsys.readouterr()
+    assert "Located 0 of 8 times" in out
+    assert "8 times ceiling_0: the tag is not in view, unknown tags are: 0" in out
+    assert "Warning" not in err
+    assert not (tmp_path / "run" / "trajectory.txt").exists()
 
 
 @pytest.mark.parametrize("name", ["simulate", "board", "intrinsics", "extrinsics", "track"])

@@ -1,8 +1,10 @@
 """Fetching from a server that breaks off, sends garbage, or is not there; on loopback only."""
 
+import errno
 import hashlib
 import io
 import threading
+import time
 import zipfile
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
@@ -154,12 +156,70 @@ def test_garbage_is_refused_and_not_kept(server, tmp_path):
         fetch(server, tmp_path)
 
 
+def marked(first, second, value):
+    """The archive with two bytes changed in the headers of every member."""
+    content = bytearray(archive(compression=zipfile.ZIP_DEFLATED))
+    for sign, place in ((b"PK\x03\x04", first), (b"PK\x01\x02", second)):
+        at = content.find(sign)
+        while at >= 0:
+            content[at + place] = value
+            at = content.find(sign, at + 1)
+    return bytes(content)
+
+
+def spoilt(compression):
+    content = bytearray(archive(compression=compression))
+    content[90:130] = bytes(40)
+    return bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (marked(6, 8, 1), "encrypted"),
+        (marked(8, 10, 99), "compression"),
+        (spoilt(zipfile.ZIP_LZMA), "Corrupt"),
+        (spoilt(zipfile.ZIP_BZIP2), "Invalid data"),
+    ],
+    ids=["encrypted", "unknown", "lzma", "bzip2"],
+)
+def test_archives_that_can_not_be_unpacked_are_not_kept(server, tmp_path, content, told):
+    server.content = content
+    with pytest.raises(CircumspectError, match=rf"no sound archive \(.*{told}"):
+        fetch(server, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_disk_that_fails_costs_no_download(server, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(fetching.ZipFile, "extract", full)
+        with pytest.raises(CircumspectError, match="the disk failed .*no space left.* stays"):
+            fetch(server, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10.zip"]
+    assert unpacked(fetch(server, tmp_path))
+    assert len(server.asked) == 1
+
+
 def test_a_checksum_that_is_given_must_agree(server, tmp_path):
     right = hashlib.sha256(server.content).hexdigest()
     with pytest.raises(CircumspectError, match="checksum"):
         fetch(server, tmp_path, sha256="0" * 64)
     assert not (tmp_path / "ModelNet10").exists()
     assert fetch(server, tmp_path, sha256=right).is_dir()
+
+
+def test_the_checksum_of_an_archive_that_is_there_already_must_agree(server, tmp_path):
+    left = tmp_path / "ModelNet10.zip"
+    left.write_bytes(server.content)
+    with pytest.raises(CircumspectError, match=r"ModelNet10\.zip: .*checksum 0+; remove it"):
+        fetch(server, tmp_path, sha256="0" * 64)
+    assert left.read_bytes() == server.content
+    right = hashlib.sha256(server.content).hexdigest().upper()
+    assert fetch(server, tmp_path, sha256=right).is_dir()
+    assert server.asked == []
 
 
 def test_refusals_and_absence_are_one_line(server, tmp_path, capsys):
@@ -171,6 +231,17 @@ def test_refusals_and_absence_are_one_line(server, tmp_path, capsys):
         fetch_modelnet10(tmp_path, nowhere, downloader=quick(tmp_path))
     assert main(["data", "fetch", "imagenet"]) == 2
     assert "known: modelnet10" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("url", ["garbage", "ftp://host/ModelNet10.zip", "http://", "http://["])
+def test_what_is_no_address_is_told_at_once(url, tmp_path, capsys):
+    start = time.monotonic()
+    assert main(["data", "fetch", "modelnet10", "--url", url, "--out", str(tmp_path)]) == 2
+    assert time.monotonic() - start < 5, "the usual downloader tries for half a minute"
+    told = capsys.readouterr().err
+    assert told.startswith(f"circumspect: {url}: is no address")
+    assert told.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_too_little_disk_is_told_before_it_is_full(server, tmp_path, monkeypatch):

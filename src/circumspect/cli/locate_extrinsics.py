@@ -5,9 +5,17 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
+
+from circumspect.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from circumspect.localization import LensCamera
 
 
 @dataclass(frozen=True)
@@ -51,9 +59,9 @@ class Extrinsics:
 
         survey, known = read_survey(self.survey), read_calibration(self.intrinsics)
         files = image_files(list(self.images))
-        name = self.camera or files[0].absolute().parent.name
+        name = self.camera or _folder(files)
         lens, detector = known.lens(name), TagDetector(1.0)
-        images = [detector.detect(read_grey(file)) for file in files]
+        images = [detector.detect(_of_size(read_grey(file), lens, file)) for file in files]
         found = calibrate_place(name, lens, images, survey)
         after = known.with_place(found.camera)
         if self.tag is not None:
@@ -85,3 +93,22 @@ class Extrinsics:
         if after.unplaced:
             print(f"Still without a place: {', '.join(after.unplaced)}")  # noqa: T201
         return 0
+
+
+def _folder(files: list[Path]) -> str:
+    """The camera's name, where only the images' folder tells it."""
+    names = sorted({file.absolute().parent.name for file in files})
+    if len(names) > 1:
+        raise InputError(
+            f"images from {len(names)} folders, {' and '.join(names[:2])}: a camera at a time; if "
+            "they are all of one, name it by --camera"
+        )
+    return names[0]
+
+
+def _of_size(grey: NDArray[np.uint8], lens: LensCamera, file: Path) -> NDArray[np.uint8]:
+    """The image, if the lens was calibrated for such."""
+    (height, width), (w, h) = grey.shape, lens.size
+    if (width, height) != (w, h):
+        raise InputError(f"{file}: has {width}x{height} pixels, the lens was calibrated at {w}x{h}")
+    return grey

@@ -58,12 +58,12 @@ class Simulate:
             self.cameras, self.ceiling, self.speed, self.seconds, self.rate, self.slip,
             self.calibrate, self.moved, drawn_seed(self.seed), self.size,
         )  # fmt: skip
+        views = None if self.images is None else SimulatedViews(self.images)
         space = SimulatedSpace.prepared(setup)
         _say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
-        if self.images is None:
+        if views is None:
             space.drive(_say)
         else:
-            views = SimulatedViews(self.images)
             views.calibration(space)
             space.drive(_say, views.save)
         record = space.save(self.out or new_run_folder("locate"))

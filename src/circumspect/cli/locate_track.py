@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from circumspect.recording import CeilingBag
 
 
+REASONS = 3
+"""So many of the commonest reasons why the robot was not seen are told."""
+
+
 @dataclass(frozen=True)
 class Track:
     """Follow the robot through recorded images of ceiling cameras.
@@ -89,6 +93,9 @@ class Track:
 
             fixes.extend(space.track(counted()))
         spent = time.perf_counter() - began
+        if images.skipped and not fixes:
+            name, reason = next(iter(images.skipped.items()))
+            raise InputError(f"{self.images}: no image can be read; the first: {name}: {reason}")
         track = SpaceTrack.of(fixes, space.reports)
         record: dict[str, Any] = {
             **track.summary(),
@@ -144,6 +151,9 @@ def _told(record: dict[str, Any]) -> str:
         f"Located {states.get('tracked', 0)} of {record['times']} times, "
         f"{states.get('bridged', 0)} bridged, {states.get('lost', 0)} lost."
     ]
+    if states.get("lost", 0):
+        reasons = list(record["rejected"].items())[:REASONS]
+        lines += [f"{count} times {reason}" for reason, count in reasons]
     if record["space_error_m"] is not None:
         lines.append(
             f"Stated error: {1e3 * record['space_error_m']:.2f} mm, "

@@ -15,6 +15,10 @@ from circumspect.localization import Calibration, SpaceTrack, TagMount
 from circumspect.storage import atomic_open, write_json
 
 
+RESULTS = ("space.jsonl", "trajectory.txt", "space.png", "result.json")
+"""Those of an earlier track, which the first one tells, are removed from its folder first."""
+
+
 def save_track(
     folder: Path,
     track: SpaceTrack,
@@ -46,6 +50,9 @@ def save_track(
         OutputError: A file can not be written.
     """
     told: dict[str, Any] = {**record, "run": str(folder)}
+    if (folder / RESULTS[0]).exists():
+        for name in RESULTS:
+            (folder / name).unlink(missing_ok=True)
     if (trajectory := track.trajectory()) is not None:
         write_tum(folder / "trajectory.txt", trajectory)
     with atomic_open(folder / "space.jsonl") as stream:

@@ -52,11 +52,13 @@ class Record:
 
 def facts(bag: Bag) -> dict[str, Any]:
     """What a bag holds, in JSON types."""
-    from circumspect.recording.topic_choice import TopicNames, chosen
+    from circumspect.recording.topic_choice import TopicNames, chosen, require_info
 
     replayed: dict[str, Any] | str
     try:
-        replayed = asdict(chosen(bag, TopicNames()))
+        topics = chosen(bag, TopicNames())
+        require_info(bag, topics)
+        replayed = asdict(topics)
     except InputError as error:
         replayed = str(error)
     notes: dict[str, Any] = dict(bag.notes)

@@ -113,7 +113,7 @@ class Replay:
         recorded = RecordedPoses()
         config = self._config(box, pipeline, hidden)
         folder = RunFolder(self.out or new_run_folder("replay"), config)
-        given: Iterable[RgbdFrame] = recorded.hidden(frames) if hidden else frames
+        given: Iterable[RgbdFrame] = recorded.hidden(frames) if hidden else _posed(frames)
         given, shown = (given, ()) if watch is None else watch.watched(given)
         with RunScreen("replaying frames", len(frames)) as screen:
             pipeline.observers = (screen, *shown, folder)
@@ -186,3 +186,10 @@ class Replay:
             ],
             "segmentation": {"kind": "box", "noise": asdict(box.noise)},
         }
+
+
+def _posed(frames: Recording) -> Iterable[RgbdFrame]:
+    """Frames whose recorded poses are taken as true; a bag may lack them."""
+    from circumspect.recording import BagRecording
+
+    return frames.with_poses() if isinstance(frames, BagRecording) else frames

@@ -83,7 +83,8 @@ class RunScreen:
     def say(self, text: str) -> None:
         """Print a line on standard error above the progress."""
         line = f"circumspect: {printable(text)}"
-        self._progress.console.print(line, highlight=False, markup=False)
+        # A terminal wraps by words; a file gets one line for one thing that is said.
+        self._progress.console.print(line, highlight=False, markup=False, soft_wrap=not self._live)
 
     def on_end(self, result: RecognitionResult) -> None:
         """Nothing: the command tells the end."""

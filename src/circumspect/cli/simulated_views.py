@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.cli.simulated_space import SimulatedSpace
+from circumspect.errors import InputError
 from circumspect.localization import CeilingImage, CharucoBoard, write_calibration, write_survey
 from circumspect.simulation import board_images
 from circumspect.storage import atomic_path
@@ -29,6 +30,17 @@ class SimulatedViews:
     """
 
     def __init__(self, folder: Path) -> None:
+        """Write nothing yet.
+
+        Args:
+            folder: Made where missing.
+
+        Raises:
+            InputError: It holds images of another simulation, which would be mixed with these.
+        """
+        held = [name for name in ("board", "floor", "track") if (folder / name).exists()]
+        if held:
+            raise InputError(f"{folder}: holds {held[0]} already; give an empty or a new folder")
         self.folder = folder
 
     def calibration(self, space: SimulatedSpace) -> None:

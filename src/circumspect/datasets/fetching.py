@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import lzma
 import re
 import shutil
 import tempfile
@@ -18,6 +20,8 @@ URL = "http://3dvision.princeton.edu/projects/2014/3DShapeNets/ModelNet10.zip"
 ARCHIVE = "ModelNet10.zip"
 MEMBER = re.compile(r"ModelNet10/(\w+)/(train|test)/(\w+)\.off")
 """What is unpacked; archives hold notes of the machine that made them as well."""
+UNSOUND = (BadZipFile, zlib.error, lzma.LZMAError, EOFError, RuntimeError)
+"""What broken archives raise, encrypted ones, and those that are packed in an unknown way."""
 
 
 def fetch_modelnet10(
@@ -27,7 +31,7 @@ def fetch_modelnet10(
     downloader: ResumedDownload | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
-    """Download and unpack; what is there is left as it is.
+    """Download and unpack; what is there is left as it is, and an archive is not fetched again.
 
     An interrupted download goes on where it was. The archive has no published checksum; each file
     in it has one, and is checked when it is unpacked.
@@ -52,15 +56,46 @@ def fetch_modelnet10(
     if not archive.exists():
         part = folder / f"{ARCHIVE}.part"
         _download(url, archive, sha256, downloader or ResumedDownload(part, progress=progress))
+    elif sha256 is not None:
+        _require_sum(archive, sha256)
     try:
         _unpack(archive, target)
-    except (BadZipFile, zlib.error, OSError, EOFError) as error:
-        archive.unlink(missing_ok=True)
+    except UNSOUND as error:
+        raise _refused(archive, url, error) from error
+    except OSError as error:
+        # Packed by bzip2 they are broken without a number of the system's.
+        if error.errno is None:
+            raise _refused(archive, url, error) from error
+        reason = (error.strerror or str(error)).lower()
         raise CircumspectError(
-            f"{url}: what came is no sound archive ({error}); fetch it again, or from elsewhere"
+            f"{folder}: the disk failed while {ARCHIVE} was unpacked ({reason}); the archive "
+            "stays for the next attempt"
         ) from error
     archive.unlink()
     return target
+
+
+def _refused(archive: Path, url: str, error: Exception) -> CircumspectError:
+    """Nobody needs it any more."""
+    archive.unlink(missing_ok=True)
+    return CircumspectError(
+        f"{url}: what came is no sound archive ({error}); fetch it again, or from elsewhere"
+    )
+
+
+def _require_sum(archive: Path, sha256: str) -> None:
+    """Of an archive that an earlier attempt left."""
+    try:
+        with archive.open("rb") as stream:
+            found = hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise CircumspectError(f"{archive}: can not be read ({reason})") from error
+    if found != sha256.lower():
+        raise CircumspectError(
+            f"{archive}: is there already, but does not have the checksum {sha256}; remove it to "
+            "fetch it anew"
+        )
 
 
 def _download(url: str, archive: Path, sha256: str | None, downloader: ResumedDownload) -> None:

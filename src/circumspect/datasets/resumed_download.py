@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from circumspect.errors import CircumspectError
+from circumspect.errors import CircumspectError, InputError
 
 CHUNK = 1 << 16
 TIMEOUT = 30.0
@@ -41,9 +41,11 @@ class ResumedDownload:
         """Download; the signature is pooch's.
 
         Raises:
+            InputError: It is no address of a file.
             CircumspectError: The server can not be reached, refuses, or breaks off too often.
         """
         import requests
+        from requests.exceptions import InvalidSchema, InvalidURL, MissingSchema
 
         failures, reason = 0, ""
         while failures < self.attempts:
@@ -55,6 +57,10 @@ class ResumedDownload:
             except requests.HTTPError as error:
                 status = "nothing" if error.response is None else error.response.status_code
                 raise CircumspectError(f"{url}: the server answers {status}") from error
+            except (MissingSchema, InvalidSchema, InvalidURL) as error:
+                raise InputError(
+                    f"{url}: is no address to fetch from; give one like https://HOST/ModelNet10.zip"
+                ) from error
             except requests.RequestException as error:
                 reason = type(error).__name__
             failures = 1 if self._there() > before else failures + 1

@@ -71,7 +71,8 @@ def draw_space(
     _draw_track(plan, track)
     plan.set(aspect="equal", xlabel="x [m], map", ylabel="y [m], map")
     plan.set_title(title, loc="left", color=INK)
-    plan.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=2, frameon=False)
+    if plan.get_legend_handles_labels()[0]:
+        plan.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=2, frameon=False)
     _draw_share(side, cameras, track)
     save_figure(figure, path)
 

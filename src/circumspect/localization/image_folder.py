@@ -74,7 +74,7 @@ class ImageFolder:
             try:
                 yield CeilingImage(entry.camera, entry.stamp, read_grey(entry.path))
             except InputError as error:
-                self.skipped[str(entry.path)] = str(error)
+                self.skipped[str(entry.path)] = str(error).removeprefix(f"{entry.path}: ")
 
 
 def read_grey(path: str | os.PathLike[str]) -> NDArray[np.uint8]:

@@ -74,6 +74,9 @@ class IntelligentSpace:
             images: At least one, at most one a camera. Cameras that are not calibrated, images
                 that come late and tags that can not be are left out, with the reason.
 
+        Returns:
+            The fix; where all images come late, that of the time before, with the reasons.
+
         Raises:
             InputError: No image.
         """
@@ -87,8 +90,7 @@ class IntelligentSpace:
         sightings = list(self._pool.map(lambda image: self._look(image, after, until), images))
         fresh = [s.stamp for s in sightings if after < s.stamp <= until]
         self._leaps = self._leaps + 1 if any(s.stamp > until for s in sightings) else 0
-        stamp = float(np.median(fresh)) if fresh else float(np.nextafter(after, np.inf))
-        return self._tracker.take(stamp, sightings)
+        return self._tracker.take(float(np.median(fresh)) if fresh else after, sightings)
 
     def _begin_anew_if_set_back(self, newest: float) -> None:
         """Else every image would come too late, and the robot stay where it was last seen."""

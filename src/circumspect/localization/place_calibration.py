@@ -27,7 +27,8 @@ HIDDEN, LEAST_RMS = 4.0, 0.1
 """A tag whose corners fit so many times worse than the median's, and that is not below this [px],
 is left out."""
 OUTLYING = 5.0
-"""A tag so many standard deviations from where the survey has it is left out."""
+"""A tag so many standard deviations from where the survey has it is left out. More than half of the
+tags must fit: else any few of them would do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +73,13 @@ def calibrate_place(
     corners = _averaged(images)
     left_out = {tag: "it is not in the survey" for tag in corners if tag not in survey.tags}
     corners = {tag: uv for tag, uv in corners.items() if tag in survey.tags}
+    wanted = len(corners) / 2
     while True:
         _require(name, corners, left_out)
         start = _first(name, lens, corners, survey)
         fit = _fitted(start, corners, survey, corner_sigma)
         wrong = fit.misfit(survey)
-        if wrong is None or len(corners) <= FEWEST_TAGS:
+        if wrong is None or len(corners) <= max(FEWEST_TAGS, wanted + 1):
             break
         left_out[wrong[0]] = wrong[1]
         del corners[wrong[0]]

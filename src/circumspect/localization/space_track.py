@@ -20,20 +20,25 @@ class SpaceTrack:
 
     Attributes:
         fixes: One for each time that there were images of.
-        reports: What was noticed about cameras.
+        reports: What was noticed about cameras and clocks.
+        late: Fixes that are not later than one before: of images that came late, or of a clock
+            that was set back. They are part of no path.
     """
 
     fixes: tuple[SpaceFix, ...]
     reports: tuple[str, ...] = ()
+    late: tuple[SpaceFix, ...] = ()
 
     @classmethod
     def of(cls, fixes: Iterable[SpaceFix], reports: Iterable[str] = ()) -> SpaceTrack:
-        """Those whose stamp is later than all before."""
+        """Those whose stamp is later than all before, and the others apart."""
         kept: list[SpaceFix] = []
+        late: list[SpaceFix] = []
         for fix in fixes:
-            if not kept or fix.stamp > kept[-1].stamp:
-                kept.append(fix)
-        return cls(tuple(kept), tuple(reports))
+            in_time = not kept or fix.stamp > kept[-1].stamp
+            (kept if in_time else late).append(fix)
+        told = [f"{len(late)} times came late and are part of no path"] if late else []
+        return cls(tuple(kept), (*reports, *told), tuple(late))
 
     def known(self, bridged: bool = True) -> tuple[SpaceFix, ...]:
         """Fixes that have a pose.
@@ -68,10 +73,14 @@ class SpaceTrack:
         states = Counter(fix.state for fix in self.fixes)
         views: Counter[str] = Counter(name for fix in self.fixes for name in fix.cameras)
         reasons: Counter[str] = Counter(
-            f"{s.camera}: {s.reason}" for fix in self.fixes for s in fix.sightings if s.reason
+            f"{s.camera}: {s.reason}"
+            for fix in (*self.fixes, *self.late)
+            for s in fix.sightings
+            if s.reason
         )
         return {
             "times": len(self.fixes),
+            "late": len(self.late),
             "states": dict(states),
             "cameras": dict(sorted(views.items())),
             "rejected": dict(reasons.most_common(20)),

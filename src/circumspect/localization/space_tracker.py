@@ -63,7 +63,7 @@ class SpaceTracker:
         """The sightings of one time.
 
         Args:
-            stamp: That time [s], later than that of the fix before.
+            stamp: That time [s], not before that of the fix before.
             sightings: At most one a camera.
         """
         self._stamp = stamp

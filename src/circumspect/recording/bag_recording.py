@@ -14,8 +14,11 @@ from circumspect.recording.bag import Bag
 from circumspect.recording.frame_assembly import AssemblySettings, ClockError, FrameAssembly
 from circumspect.recording.recording import GivenPoses, Recording
 from circumspect.recording.run_recorder import MAP, SYNCHRONOUS
-from circumspect.recording.topic_choice import TopicNames, chosen
+from circumspect.recording.topic_choice import TopicNames, chosen, require_info
 from circumspect.sensing import RgbdFrame
+
+SHOWN = 12
+"""Of the names of frames that a complaint lists."""
 
 _log = logging.getLogger(__name__)
 
@@ -59,7 +62,8 @@ class BagRecording(Recording):
             settings: How the bag is to be understood.
 
         Raises:
-            InputError: No topic holds depth images, or several may; `every` is below 1.
+            InputError: No topic holds depth images, or several may; nothing tells of the camera;
+                `every` is below 1.
         """
         super().__init__(bag.path)
         if every < 1:
@@ -67,11 +71,8 @@ class BagRecording(Recording):
         self.bag, self.every, self.poses = bag, every, poses
         self.settings = settings or BagSettings()
         self.topics = chosen(bag, self.settings.topics)
-        if self.topics.info is None and self.settings.camera is None:
-            raise InputError(
-                f"{bag.path}: no CameraInfo belongs to {self.topics.depth}; name its topic by "
-                "--info-topic or give --intrinsics FX FY CX CY"
-            )
+        if self.settings.camera is None:
+            require_info(bag, self.topics)
 
     def __len__(self) -> int:
         """See `Recording.__len__`."""
@@ -79,8 +80,28 @@ class BagRecording(Recording):
 
     def __iter__(self) -> Iterator[RgbdFrame]:
         """See `Recording.__iter__`; of a bag that breaks off the frames before are given."""
-        given = 0
+        return self._given(self._assembly())
+
+    def with_poses(self) -> Iterator[RgbdFrame]:
+        """The frames, each with its recorded pose.
+
+        Raises:
+            InputError: Transforms do not tell one; see `__iter__` for what else.
+        """
         assembly = self._assembly()
+        for frame in self._given(assembly):
+            if frame.T_map_camera is None:
+                names = sorted(assembly.known_frames)
+                told = ", ".join(names[:SHOWN]) + (", …" if len(names) > SHOWN else "")
+                raise InputError(
+                    f"{self.path}: no transforms tell where the camera is in the frame "
+                    f"'{self.settings.map_frame}' at {frame.stamp:.3f} s; they told so far of: "
+                    f"{told or 'none'}; name another by --map-frame, or leave --poses out"
+                )
+            yield frame
+
+    def _given(self, assembly: FrameAssembly) -> Iterator[RgbdFrame]:
+        given = 0
         for number, frame in enumerate(self._frames(assembly)):
             if number % self.every:
                 continue

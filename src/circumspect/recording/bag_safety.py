@@ -38,7 +38,7 @@ def require_plain_bag(path: Path) -> None:
     for file in files:
         if file.exists() and not file.is_file() and not file.is_dir():
             raise InputError(f"{file}: is not a regular file")
-        if file.suffix == ".db3" and file.is_file():
+        if file.is_file():
             _require_stored_rows(file)
 
 
@@ -51,7 +51,7 @@ def _require_no_aliases(index: Path) -> None:
 def _require_stored_rows(file: Path) -> None:
     with file.open("rb") as stream:
         if stream.read(len(_SQLITE)) != _SQLITE:
-            return  # Packed or broken: the library tells.
+            return  # Of another kind, packed or broken: the library tells.
     try:
         base = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         base.text_factory = lambda text: text.decode("latin-1")

@@ -108,6 +108,11 @@ class FrameAssembly:
         self._clock: tuple[float, float] | None = None
         self._count = 0
 
+    @property
+    def known_frames(self) -> set[str]:
+        """The names of all frames that transforms told of so far."""
+        return self._tree.frames
+
     def heard(self, message: BagMessage) -> Iterator[RgbdFrame]:
         """Take a message in; give the frames that are complete with it.
 

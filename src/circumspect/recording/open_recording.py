@@ -15,7 +15,8 @@ from circumspect.recording.seven_scenes import DEPTH_NAME, SevenScenesFolder
 from circumspect.recording.tum_rgbd import DEPTH_LIST, TumRgbdFolder
 
 BAG_INDEX = "metadata.yaml"
-BAG_SUFFIXES = (".mcap", ".db3", ".bag")
+MCAP_SUFFIX = ".mcap"
+BAG_SUFFIXES = (MCAP_SUFFIX, ".db3", ".bag")
 
 
 def open_recording(
@@ -60,7 +61,7 @@ def is_bag(path: str | os.PathLike[str]) -> bool:
     place = Path(path)
     if place.is_dir():
         return (place / BAG_INDEX).exists() or _only_mcap(place) is not None
-    return place.suffix in BAG_SUFFIXES
+    return place.suffix.lower() in BAG_SUFFIXES
 
 
 def open_bag(path: str | os.PathLike[str]) -> Bag:
@@ -74,12 +75,12 @@ def open_bag(path: str | os.PathLike[str]) -> Bag:
     if place.is_dir():
         only = _only_mcap(place)
         return RosBag(place) if only is None else McapBag(only)
-    if place.suffix == ".mcap":
+    if place.suffix.lower() == MCAP_SUFFIX:
         return McapBag(place)
     return RosBag(place)
 
 
 def _only_mcap(folder: Path) -> Path | None:
     """The MCAP file of a folder with just one; it may lack the index of a bag that was killed."""
-    files = list(folder.glob("*.mcap"))
+    files = [file for file in folder.iterdir() if file.suffix.lower() == MCAP_SUFFIX]
     return files[0] if len(files) == 1 else None

@@ -19,6 +19,14 @@ if TYPE_CHECKING:
     from rosbags.interfaces import Connection
 
 
+class _PlainSuffix(type(Path())):
+    """A path by whose suffix rosbags knows the format, even if that is in capitals."""
+
+    @property
+    def suffix(self) -> str:
+        return super().suffix.lower()
+
+
 class RosBag(Bag):
     """A ROS 1 bag, a db3 file or a rosbag2 folder."""
 
@@ -30,7 +38,7 @@ class RosBag(Bag):
             MissingExtraError: rosbags is not installed.
         """
         self.path, self.notes, self.fault = Path(path), {}, None
-        self.kind = "ROS 1 bag" if self.path.suffix == ".bag" else "ROS 2 bag"
+        self.kind = "ROS 1 bag" if self.path.suffix.lower() == ".bag" else "ROS 2 bag"
         if not self.path.exists():
             raise InputError(f"{path}: no such file or folder")
         require_plain_bag(self.path)
@@ -51,7 +59,7 @@ class RosBag(Bag):
             from rosbags.highlevel import AnyReader
 
             bound_rosbags()
-            reader = AnyReader([self.path], default_typestore=types)
+            reader = AnyReader([_PlainSuffix(self.path)], default_typestore=types)
             reader.open()
             try:
                 require_bounded_messages(reader.typestore.fielddefs)

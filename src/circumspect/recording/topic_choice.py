@@ -67,29 +67,55 @@ def chosen(bag: Bag, wanted: TopicNames) -> ChosenTopics:
 
     Raises:
         InputError: The bag does not hold what is asked for, no depth, or several topics that are
-            as likely.
+            as likely; or a topic that is asked for holds something else.
     """
-    depth = _named(bag, wanted.depth, "--depth-topic") or _only_likeliest(bag)
+    images = (IMAGE, COMPRESSED_IMAGE)
+    depth = _named(bag, wanted.depth, "--depth-topic", *images) or _only_likeliest(bag)
     space = depth.removesuffix(COMPRESSED).rsplit("/", 1)[0]
     beside = f"{space}/camera_info"
     infos = _of_kind(bag.topics, CAMERA_INFO)
-    info = _named(bag, wanted.info, "--info-topic") or (beside if beside in infos else None)
+    info = _named(bag, wanted.info, "--info-topic", CAMERA_INFO)
+    info = info or (beside if beside in infos else None)
     odometry = None
     if wanted.odometry != "":
-        odometry = _named(bag, wanted.odometry, "--odometry-topic") or _odometry(bag)
+        odometry = _named(bag, wanted.odometry, "--odometry-topic", ODOMETRY)
+        odometry = odometry or _odometry(bag)
     transforms = tuple(_of_kind(bag.topics, TRANSFORMS, "tf/tfMessage", "tf/msg/tfMessage"))
-    colour = _named(bag, wanted.colour, "--colour-topic") or _colour(bag, depth)
+    colour = _named(bag, wanted.colour, "--colour-topic", IMAGE, but=depth) or _colour(bag, depth)
     return ChosenTopics(depth, info, colour, odometry, transforms)
+
+
+def require_info(bag: Bag, topics: ChosenTopics) -> None:
+    """Check that something tells of the camera.
+
+    Raises:
+        InputError: No topic does.
+    """
+    if topics.info is None:
+        raise InputError(
+            f"{bag.path}: no CameraInfo belongs to {topics.depth}; name its topic by "
+            "--info-topic or give --intrinsics FX FY CX CY"
+        )
 
 
 def _of_kind(topics: Mapping[str, Topic], *kinds: str) -> list[str]:
     return sorted(name for name, topic in topics.items() if topic.kind in kinds)
 
 
-def _named(bag: Bag, name: str | None, flag: str) -> str | None:
-    if name is not None and name not in bag.topics:
+def _named(bag: Bag, name: str | None, flag: str, *kinds: str, but: str = "") -> str | None:
+    """The topic that is asked for, if it is there and holds what can be used."""
+    if name is None:
+        return None
+    if name not in bag.topics:
         raise InputError(
             f"{bag.path}: holds no {name} ({flag}) but {', '.join(sorted(bag.topics))}"
+        )
+    held = bag.topics[name].kind
+    if held not in kinds:
+        fitting = [topic for topic in _of_kind(bag.topics, *kinds) if topic != but]
+        raise InputError(
+            f"{bag.path}: {name} ({flag}) holds {held or 'several types'}, not "
+            f"{' or '.join(kinds)}; {', '.join(fitting) or 'no topic'} would fit"
         )
     return name
 

@@ -34,6 +34,11 @@ class TransformTree:
                 raise InputError(f"transforms of more than {MOST} frames")
             self._parents[child] = (parent, T)
 
+    @property
+    def frames(self) -> set[str]:
+        """The names of all of them."""
+        return {*self._parents, *(parent for parent, _ in self._parents.values())}
+
     def between(self, target: str, source: str) -> RigidTransform | None:
         """`T_target_source`; None where nothing links them."""
         up_source, up_target = self._upwards(plain(source)), self._upwards(plain(target))
