@@ -80,6 +80,42 @@ def test_record_info(live: Path, capsys: pytest.CaptureFixture) -> None:
     assert max(map(len, text.splitlines()[1:])) <= 80
 
 
+@pytest.fixture
+def blind(live: Path, tmp_path: Path) -> Path:
+    """The live run's bag, whose CameraInfo is another topic's."""
+    whole = (live / "run.mcap").read_bytes()
+    path = tmp_path / "blind.mcap"
+    path.write_bytes(whole.replace(b"/camera/depth/camera_info", b"/camera/other/camera_info"))
+    return path
+
+
+def test_record_info_says_what_a_replay_would_lack(
+    blind: Path, capsys: pytest.CaptureFixture
+) -> None:
+    assert main(["replay", str(blind)]) == 2
+    refused = capsys.readouterr().err
+    assert main(["record", "info", str(blind), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["replay"]
+    assert f"circumspect: {told}\n" == refused
+    assert "--info-topic" in told
+    assert main(["record", "info", str(blind)]) == 0
+    text = capsys.readouterr().out
+    assert "A replay needs help" in text
+    assert "Replayed are" not in text
+
+
+def test_an_unknown_map_frame_is_told(
+    live: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    flags = ["--poses", "given", "--map-frame", "nowhere", "--out", str(tmp_path / "run")]
+    assert main(["replay", str(live / "run.mcap"), *flags]) == 2
+    error = capsys.readouterr().err
+    assert "'nowhere'" in error
+    assert "base_link" in error
+    assert "--map-frame" in error
+    assert error.count("\n") == 1
+
+
 def test_notes_of_a_stranger_are_only_text(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     recorder = RunRecorder(tmp_path / "odd.mcap", {"config": "{no json"})
     recorder.frame(RgbdFrame(np.ones((2, 3)), PinholeCamera(3, 2, 1.0, 1.0, 1.0, 0.5), 1.0))
@@ -93,6 +129,7 @@ def test_notes_of_a_stranger_are_only_text(tmp_path: Path, capsys: pytest.Captur
     [
         (["replay", "nowhere.mcap"], "nowhere.mcap: can not be read"),
         (["replay", "run.mcap", "--depth-topic", "/x"], "holds no /x"),
+        (["replay", "run.mcap", "--info-topic", "/odom"], "/camera/depth/camera_info would fit"),
         (["replay", "run.mcap", "--mount", "0", "0", "1", "0", "90"], "a tilt within 90"),
         (["replay", "run.mcap", "--intrinsics", "0", "1", "2", "3"], "focal lengths"),
         (["record", "info", "nowhere"], "is no bag"),

@@ -20,7 +20,17 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera, PlanarPose
-from circumspect.recording import BagSettings, GivenPoses, TopicNames, open_recording
+from circumspect.recording import (
+    BagRecording,
+    BagSettings,
+    GivenPoses,
+    TopicNames,
+    is_bag,
+    open_bag,
+    open_recording,
+)
+from circumspect.recording.bag import BagMessage
+from circumspect.recording.frame_assembly import AssemblySettings, ClockError, FrameAssembly
 from circumspect.recording.image_messages import camera_info, depth_message
 from circumspect.recording.pose_messages import (
     odometry_message,
@@ -29,6 +39,7 @@ from circumspect.recording.pose_messages import (
     transforms_message,
 )
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS, typestore
+from circumspect.recording.topic_choice import ChosenTopics
 from circumspect.sensing import Odometry
 
 COUNT = 6
@@ -141,6 +152,20 @@ def test_a_foreign_bag_is_read(tmp_path: Path, write: Write) -> None:
         assert one.T_map_camera is None
 
 
+@pytest.mark.parametrize("write", [db3_file, mcap, ros1])
+def test_a_suffix_may_be_in_capitals(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path, robots_messages())
+    shouted = tmp_path / "shouted" / f"GOOD{path.suffix.upper()}"
+    shouted.parent.mkdir()
+    path.rename(shouted)
+    assert is_bag(shouted)
+    assert open_bag(shouted).kind == {".BAG": "ROS 1 bag", ".DB3": "ROS 2 bag"}.get(
+        shouted.suffix, "MCAP"
+    )
+    assert len(list(open_recording(shouted))) == COUNT
+    assert is_bag(shouted.parent) == (write is mcap), "a folder of one MCAP file"
+
+
 def parts(T: RigidTransform) -> tuple[Any, Any]:
     told = transform_message(T, 0.0, "a", "b").transform
     return told.translation, told.rotation
@@ -169,6 +194,19 @@ def test_the_map_frame_gives_poses_if_asked_for(tmp_path: Path) -> None:
     first = [one.T_map_camera is None for one in open_recording(path, poses=GivenPoses.FIRST)]
     assert first == [False, *[True] * (COUNT - 1)]
     assert all(one.T_map_camera is None for one in open_recording(path, poses=GivenPoses.NONE))
+
+
+def test_a_map_frame_that_nobody_knows_is_told_with_the_known_ones(tmp_path: Path) -> None:
+    recording = open_recording(mcap(tmp_path, robots_messages()))
+    assert isinstance(recording, BagRecording)
+    with pytest.raises(
+        InputError, match=r"'map' at 0\.000 s.* of: base_footprint, mast, xtion;.* --map-frame"
+    ):
+        next(recording.with_poses())
+    known = BagSettings(map_frame="base_footprint")
+    recording = open_recording(recording.path, settings=known)
+    assert isinstance(recording, BagRecording)
+    assert len(list(recording.with_poses())) == COUNT
 
 
 def without(told: list[Told], topic: str) -> list[Told]:
@@ -216,6 +254,33 @@ def test_odometry_can_be_left_out(tmp_path: Path) -> None:
     assert all(one.odometry is None for one in found)
 
 
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ({"info": "/odom"}, "/odom (--info-topic) holds nav_msgs/msg/Odometry, not "
+         "sensor_msgs/msg/CameraInfo; /camera/depth/camera_info would fit"),
+        ({"depth": "/odom", "info": "/camera/depth/camera_info"},
+         "/odom (--depth-topic) holds nav_msgs/msg/Odometry, not sensor_msgs/msg/Image or "
+         "sensor_msgs/msg/CompressedImage; /camera/depth/image_raw would fit"),
+        ({"odometry": "/camera/depth/image_raw"}, "/camera/depth/image_raw (--odometry-topic) "
+         "holds sensor_msgs/msg/Image, not nav_msgs/msg/Odometry; /odom would fit"),
+        ({"odometry": "/tf_static"}, "/tf_static (--odometry-topic) holds tf2_msgs/msg/TFMessage, "
+         "not nav_msgs/msg/Odometry; /odom would fit"),
+        ({"colour": "/odom"}, "/odom (--colour-topic) holds nav_msgs/msg/Odometry, not "
+         "sensor_msgs/msg/Image; no topic would fit"),
+    ],
+    ids=["info", "depth", "odometry", "transforms", "colour"],
+)  # fmt: skip
+@pytest.mark.parametrize("write", [mcap, ros1])
+def test_a_topic_that_holds_something_else_is_told_with_those_that_fit(
+    tmp_path: Path, write: Write, names: dict[str, str], told: str
+) -> None:
+    path = write(tmp_path, robots_messages())
+    with pytest.raises(InputError) as error:
+        open_recording(path, settings=BagSettings(TopicNames(**names)))
+    assert str(error.value) == f"{path}: {told}"
+
+
 def test_several_likely_topics_are_asked_for(tmp_path: Path) -> None:
     told = [*robots_messages("/left/depth/image_raw"), *robots_messages("/right/depth/image_raw")]
     path = mcap(tmp_path, sorted(told, key=lambda one: one[2]))
@@ -261,6 +326,42 @@ def test_after_a_leap_of_the_clock_the_rest_is_left_out(tmp_path: Path) -> None:
     recording = open_recording(mcap(tmp_path, told))
     assert len(list(recording)) == 4
     assert recording.skipped["the rest"].startswith("the clock leapt by +3600.0 s")
+
+
+def test_clocks_that_are_set_back_together_are_told_and_nothing_piles_up() -> None:
+    """Nothing may wait for a time that comes only after a minute."""
+    topics = ChosenTopics("/depth", "/camera_info", None, "/odom", ())
+    assembly = FrameAssembly(topics, AssemblySettings())
+    leaps, frames = [], 0
+    for number in range(400):
+        stamp = 100.0 + 0.1 * number - (60 if number >= 200 else 0)
+        image = depth_message(frame(0).depth, stamp, "xtion")
+        info = camera_info(CAMERA, stamp, "xtion")
+        for topic, message in ((topics.info, info), (topics.depth, image)):
+            try:
+                told = BagMessage(topic, round(1e9 * stamp), message)
+                frames += len(list(assembly.heard(told)))
+            except ClockError as error:
+                leaps.append(round(error.leap, 3))
+                assembly.restart()
+    assert leaps == [-59.9]
+    assert frames > 380
+
+
+def test_given_poses_are_those_of_the_image_not_of_the_last_transform(tmp_path: Path) -> None:
+    """Frames wait for odometry; the robot drives on meanwhile."""
+    told = [one for one in robots_messages() if one[0] != "/odom" or one[2] > 0.3]
+    for k in range(100):
+        T = driven(0.01 * k).as_transform()
+        moved = transforms_message([transform_message(T, 0.01 * k, "map", "base_footprint")])
+        told.append(("/tf", TRANSFORMS, 0.01 * k, moved))
+    path = mcap(tmp_path, sorted(told, key=lambda one: one[2]))
+    found = list(open_recording(path, poses=GivenPoses.ALL))
+    assert len(found) == COUNT
+    for one in found:
+        assert one.T_map_camera is not None
+        expected = driven(one.stamp).as_transform() * MOUNT
+        np.testing.assert_allclose(one.T_map_camera.as_matrix(), expected.as_matrix(), atol=1e-6)
 
 
 def test_messages_that_make_no_sense_are_told_and_left_out(

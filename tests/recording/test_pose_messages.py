@@ -24,6 +24,7 @@ from circumspect.sensing import Odometry
 
 PLACES = st.floats(-100, 100)
 STAMPS = st.floats(0, 2e9)
+MOUNT = RigidTransform.from_components([0.1, 0.2, 1.0], Rotation.from_rotvec([0.4, -1.2, 0.3]))
 
 
 @given(PLACES, PLACES, st.floats(-3.1, 3.1), STAMPS, st.integers(0, 2**31))
@@ -77,11 +78,11 @@ def test_transforms_are_found_along_the_tree() -> None:
     tree = TransformTree()
     tree.heard(transforms_message([transform_message(T, 0.0, *n) for n, T in links.items()]))
     expected = links["base", "laser"].inv() * links["base", "mast"] * links["mast", "camera"]
-    found = tree.between("/laser", "camera")
+    found = tree.between("/laser", "camera", 0.0)
     assert found is not None
     np.testing.assert_allclose(found.as_matrix(), expected.as_matrix(), atol=1e-12)
-    assert tree.between("laser", "elsewhere") is None
-    direct, link = tree.between("base", "mast"), links["base", "mast"]
+    assert tree.between("laser", "elsewhere", 0.0) is None
+    direct, link = tree.between("base", "mast", 0.0), links["base", "mast"]
     assert direct is not None
     told = transform_message(link, 0.0, "base", "mast").transform
     as_told = transform_of(told.translation, told.rotation)
@@ -92,8 +93,53 @@ def test_a_loop_of_transforms_ends() -> None:
     tree, T = TransformTree(), RigidTransform.identity()
     names = [("a", "b"), ("b", "c"), ("c", "a")]
     tree.heard(transforms_message([transform_message(T, 0.0, *n) for n in names]))
-    assert tree.between("x", "a") is None
-    assert tree.between("a", "c") is not None
+    assert tree.between("x", "a", 0.0) is None
+    assert tree.between("a", "c", 0.0) is not None
+
+
+def moving(stamp: float) -> RigidTransform:
+    """An even arc."""
+    turn = Rotation.from_rotvec([0.0, 0.0, 0.6 * stamp])
+    centre = RigidTransform.from_translation([1.0, 2.0, 0.0])
+    return centre * RigidTransform.from_rotation(turn) * centre.inv()
+
+
+def test_transforms_are_those_of_the_time_that_is_asked_for() -> None:
+    tree = TransformTree()
+    mount = transform_message(MOUNT, 0.0, "base", "camera")
+    tree.heard(transforms_message([mount]))
+    for k in range(31):
+        one = transform_message(moving(0.05 * k), 0.05 * k, "map", "base")
+        tree.heard(transforms_message([one]))
+    for stamp in (0.72, 1.0, 1.26, 1.5):
+        found = tree.between("map", "camera", stamp)
+        assert found is not None
+        np.testing.assert_allclose(
+            found.as_matrix(), (moving(stamp) * MOUNT).as_matrix(), atol=1e-9
+        )
+    last = tree.between("map", "camera", 9.0)
+    assert last is not None
+    np.testing.assert_allclose(last.as_matrix(), (moving(1.5) * MOUNT).as_matrix(), atol=1e-9)
+    assert tree.awaits("map", "camera", 1.51)
+    assert not tree.awaits("map", "camera", 1.5)
+    assert not tree.awaits("base", "camera", 1.51), "a mount does not move"
+    late = transform_message(MOUNT, 1.2, "map", "base")
+    tree.heard(transforms_message([late]))
+    assert tree.awaits("map", "camera", 1.51), "what comes late changes nothing"
+
+
+def test_after_a_leap_of_the_clock_the_last_transforms_hold_until_others_come() -> None:
+    tree = TransformTree()
+    for stamp in (100.0, 100.1):
+        tree.heard(transforms_message([transform_message(moving(stamp), stamp, "map", "base")]))
+    tree.begin_anew()
+    found = tree.between("map", "base", 3.0)
+    assert found is not None
+    np.testing.assert_allclose(found.as_matrix(), moving(100.1).as_matrix(), atol=1e-9)
+    tree.heard(transforms_message([transform_message(moving(3.0), 3.0, "map", "base")]))
+    found = tree.between("map", "base", 3.0)
+    assert found is not None
+    np.testing.assert_allclose(found.as_matrix(), moving(3.0).as_matrix(), atol=1e-9)
 
 
 def odometry(stamp: float) -> Odometry:

@@ -189,6 +189,9 @@ def test_data_bases_that_compute_are_refused(statements, tmp_path):
     shutil.move(tmp_path / "plain.db3", path)
     with pytest.raises(InputError, match="computes its rows"):
         open_bag(path)
+    shouted = path.rename(tmp_path / "A.DB3")
+    with pytest.raises(InputError, match="computes its rows"):
+        open_bag(shouted)
 
 
 def test_a_data_base_whose_words_are_no_text(tmp_path):

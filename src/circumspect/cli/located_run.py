@@ -14,7 +14,6 @@ from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import Calibration, SpaceTrack, TagMount
 from circumspect.storage import atomic_open, write_json
 
-
 RESULTS = ("space.jsonl", "trajectory.txt", "space.png", "result.json")
 """Those of an earlier track, which the first one tells, are removed from its folder first."""
 

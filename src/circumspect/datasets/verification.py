@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.errors import CircumspectError, InputError
 from circumspect.geometry import read_mesh
@@ -29,6 +31,8 @@ MODELNET10 = MappingProxyType(
 )
 """Training and test models of each class; those of a class are numbered through, training first."""
 SPLITS = ("train", "test")
+NAME = re.compile(r"(\w+)_\d{4}")
+"""Of a model: its class and its number."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Verification:
         counts: Split and class to models found.
         missing: Split and name of each model that is not there.
         foreign: What does not belong to ModelNet10.
-        broken: Path and fault of what can not be read.
+        broken: Path and fault of what can not be read, or says two things at once.
     """
 
     counts: dict[tuple[str, str], int]
@@ -99,12 +103,33 @@ def _of_packs(path: Path) -> Verification:
     found: list[tuple[str, str]] = []
     broken = []
     for split in SPLITS:
+        pack = path / f"{split}.npz"
         try:
-            names = read_point_pack(path / f"{split}.npz").names
-            found += [(split, str(name)) for name in names]
+            objects = read_point_pack(pack)
         except InputError as error:
-            broken.append((f"{split}.npz", str(error)))
+            broken.append((pack.name, str(error)))
+            continue
+        found += [(split, str(name)) for name in objects.names]
+        if (fault := _mislabelled(objects)) is not None:
+            broken.append((pack.name, f"{pack}: {fault}"))
     return _compared(found, [], broken)
+
+
+def _mislabelled(objects: ObjectSet) -> str | None:
+    """How many labels say otherwise than the names of their objects; None where all agree."""
+    labels = [objects.classes[label] for label in objects.labels]
+    wrong = [
+        (str(name), label)
+        for name, label in zip(objects.names, labels, strict=True)
+        if (named := NAME.fullmatch(str(name))) and named[1] in MODELNET10 and named[1] != label
+    ]
+    if not wrong:
+        return None
+    name, label = wrong[0]
+    return (
+        f"{len(wrong)} of {len(labels)} labels disagree with the names, as that of {name}, which "
+        f"is {label}; fetch or make the pack anew"
+    )
 
 
 def _of_files(

@@ -76,6 +76,9 @@ def read_grid(path: str | os.PathLike[str]) -> OccupancyGrid:
 def holds_grid(path: str | os.PathLike[str]) -> bool:
     """Whether a file is an archive with the keys of a grid, sound or not."""
     try:
+        # A pipe would be waited for.
+        if not Path(path).is_file():
+            return False
         with Path(path).open("rb") as stream, zipfile.ZipFile(stream) as archive:
             return {"occupied.npy", "free.npy", "shape.npy"} <= set(archive.namelist())
     # Broken archives raise many things, see `read_grid`.

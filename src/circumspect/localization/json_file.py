@@ -86,15 +86,21 @@ def numbers(document: Mapping[str, Any], name: str, count: int) -> list[float]:
     """
     found = document.get(name)
     listed = found if isinstance(found, list) and count > 1 else [found]
-    good = [
-        float(value)
-        for value in listed
-        if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    ]
+    good = [value for value in map(_finite, listed) if value is not None]
     if len(good) != len(listed) or len(good) != count:
         what = "a finite number" if count == 1 else f"{count} finite numbers"
         raise InputError(f"needs {what} '{name}'{_instead(document, name)}")
     return good
+
+
+def _finite(value: Any) -> float | None:
+    """A number as such; None for anything else, and for what is too large."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return None
+    try:
+        return float(value) if math.isfinite(value) else None
+    except OverflowError:
+        return None
 
 
 def _instead(document: Mapping[str, Any], name: str) -> str:

@@ -31,8 +31,11 @@ COLOURS = 8
 """So many of the last colour images are kept."""
 WITHOUT_CAMERA = 30
 """So many depth images wait for the first CameraInfo."""
-LEAP = 5.0
-"""Between two images stamps and the bag's own clock advance alike, up to this [s]."""
+LEAP, BACK = 5.0, 1.0
+"""Between two images stamps and the bag's own clock advance alike, up to this [s], and stamps fall
+by no more than this."""
+MOST_WAITING = 100
+"""So many depth images wait at most, whatever the clocks say."""
 
 _log = logging.getLogger(__name__)
 
@@ -142,10 +145,11 @@ class FrameAssembly:
         yield from self._complete(message.log_time)
 
     def restart(self) -> None:
-        """Forget what belongs to the time before a leap; camera and transforms stay."""
+        """Forget what belongs to the time before a leap; camera and last transforms stay."""
         self._buffer, self._since_image, self._clock = OdometryBuffer(), None, None
         self._colours.clear()
         self._waiting.clear()
+        self._tree.begin_anew()
 
     def rest(self) -> Iterator[RgbdFrame]:
         """The frames that still wait when no more messages come."""
@@ -176,6 +180,8 @@ class FrameAssembly:
             leap = (stamp - self._clock[0]) - (clock - self._clock[1])
             if abs(leap) > LEAP:
                 raise ClockError(leap, stamp)
+            if stamp < self._clock[0] - BACK:
+                raise ClockError(stamp - self._clock[0], stamp)
         self._clock = stamp, clock
         self._waiting.append((message, self._since_image))
         self._since_image = None
@@ -189,15 +195,20 @@ class FrameAssembly:
     def _complete(self, log_time: int) -> Iterator[RgbdFrame]:
         while self._waiting and self._camera is not None:
             message = self._waiting[0][0]
-            patient = log_time - message.log_time < PATIENCE * NANOSECONDS
-            if patient and self._more_to_come(seconds(message.told)):
+            waited = log_time - message.log_time
+            patient = 0 <= waited < PATIENCE * NANOSECONDS and len(self._waiting) < MOST_WAITING
+            if patient and self._more_to_come(message.told):
                 return
             yield from self._next()
 
-    def _more_to_come(self, stamp: float) -> bool:
-        """Whether odometry or colour of that time may still be on the way."""
+    def _more_to_come(self, image: Any) -> bool:
+        """Whether poses, odometry or colour of an image's time may still be on the way."""
         if self._settings.synchronous:
             return False
+        stamp = seconds(image)
+        target = self._settings.map_frame or self._base
+        if self._tree.awaits(target, image.header.frame_id, stamp):
+            return True
         expected = self._topics.odometry is not None or self._settings.odom_frame is not None
         if expected and not self._buffer.reaches(stamp):
             return True
@@ -228,10 +239,10 @@ class FrameAssembly:
         optical = image.header.frame_id
         mount = settings.T_base_camera
         if mount is None:
-            mount = self._tree.between(self._base, optical)
+            mount = self._tree.between(self._base, optical, stamp)
         pose = None
         if settings.map_frame is not None:
-            pose = self._tree.between(settings.map_frame, optical)
+            pose = self._tree.between(settings.map_frame, optical, stamp)
         odometry = own if settings.synchronous else self._buffer.at(stamp)
         colour = self._colour_at(stamp, depth)
         return RgbdFrame(depth, camera, stamp, pose, colour, odometry, mount)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import takewhile
 from typing import Any
 
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.recording.pose_messages import transform_of
+from circumspect.recording.ros_time import seconds
+from circumspect.recording.transform_history import TransformHistory
 
 DEEPEST = 64
 """A chain of more frames is a loop."""
@@ -16,10 +19,10 @@ MOST = 5000
 
 
 class TransformTree:
-    """The latest transform of each frame in its parent."""
+    """The transforms of each frame in its parent over the last second."""
 
     def __init__(self) -> None:
-        self._parents: dict[str, tuple[str, RigidTransform]] = {}
+        self._frames: dict[str, TransformHistory] = {}
 
     def heard(self, told: Any) -> None:
         """Take a `tf2_msgs/TFMessage` in.
@@ -30,30 +33,44 @@ class TransformTree:
         for stamped in told.transforms:
             T = transform_of(stamped.transform.translation, stamped.transform.rotation)
             parent, child = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
-            if len(self._parents) >= MOST and child not in self._parents:
+            if len(self._frames) >= MOST and child not in self._frames:
                 raise InputError(f"transforms of more than {MOST} frames")
-            self._parents[child] = (parent, T)
+            if child not in self._frames or self._frames[child].parent != parent:
+                self._frames[child] = TransformHistory(parent)
+            self._frames[child].heard(seconds(stamped), T)
+
+    def begin_anew(self) -> None:
+        """Go on with another clock."""
+        for history in self._frames.values():
+            history.begin_anew()
 
     @property
     def frames(self) -> set[str]:
         """The names of all of them."""
-        return {*self._parents, *(parent for parent, _ in self._parents.values())}
+        return {*self._frames, *(history.parent for history in self._frames.values())}
 
-    def between(self, target: str, source: str) -> RigidTransform | None:
-        """`T_target_source`; None where nothing links them."""
-        up_source, up_target = self._upwards(plain(source)), self._upwards(plain(target))
-        for frame, T_frame_source in up_source.items():
+    def between(self, target: str, source: str, stamp: float) -> RigidTransform | None:
+        """`T_target_source` at a time [s]; None where nothing links them."""
+        up_target = self._upwards(plain(target), stamp)
+        for frame, T_frame_source in self._upwards(plain(source), stamp).items():
             if frame in up_target:
                 return up_target[frame].inv() * T_frame_source
         return None
 
-    def _upwards(self, frame: str) -> dict[str, RigidTransform]:
+    def awaits(self, target: str, source: str, stamp: float) -> bool:
+        """Whether source moves below target, and it is still to be told how at a time [s]."""
+        below = takewhile(lambda name: name != plain(target), self._upwards(plain(source), stamp))
+        return any(self._frames[name].awaits(stamp) for name in below if name in self._frames)
+
+    def _upwards(self, frame: str, stamp: float) -> dict[str, RigidTransform]:
         """T_ancestor_frame of a frame and of all its ancestors, the nearest first."""
         chain = {frame: RigidTransform.identity()}
-        while frame in self._parents and len(chain) < DEEPEST:
-            parent, T_parent_frame = self._parents[frame]
+        while frame in self._frames and len(chain) < DEEPEST:
+            history = self._frames[frame]
+            parent = history.parent
             if parent in chain:
                 break
+            T_parent_frame = history.at(stamp)
             # The mount of a camera that hangs directly on the base stays exactly as it was told.
             below = chain[frame]
             chain[parent] = T_parent_frame if len(chain) == 1 else T_parent_frame * below

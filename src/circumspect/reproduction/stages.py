@@ -123,6 +123,11 @@ def is_done(folder: Path, made_of: dict[str, Any]) -> bool:
         return False
     except (OSError, ValueError) as error:
         raise InputError(f"{folder / MADE_OF}: can not be read; choose another --out") from error
+    if not isinstance(found, dict):
+        raise InputError(
+            f"{folder / MADE_OF}: tells of no result, but holds a {type(found).__name__}; choose "
+            "another --out"
+        )
     if found != json.loads(json.dumps(made_of)):
         differing = sorted(k for k in {*found, *made_of} if found.get(k) != made_of.get(k))
         raise InputError(
