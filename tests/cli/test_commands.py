@@ -48,7 +48,8 @@ class TestClassify:
     def test_a_bad_file_does_not_stop_the_others(self, chair, tmp_path, capsys):
         (tmp_path / "empty.off").write_bytes(b"")
         np.save(tmp_path / "line.npy", np.linspace(0, 1, 40)[:, None] * [1.0, 2, 3])
-        bad = [tmp_path / "empty.off", tmp_path / "line.npy", tmp_path, tmp_path / "gone.ply"]
+        os.mkfifo(tmp_path / "pipe.npz")  # Nobody ever writes into it.
+        bad = [tmp_path / name for name in ("empty.off", "line.npy", "", "gone.ply", "pipe.npz")]
         assert run("classify", bad[0], chair, *bad[1:]) == 2
         out, err = capsys.readouterr()
         assert len(out.splitlines()) == 1

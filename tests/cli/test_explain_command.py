@@ -1,4 +1,5 @@
 import json
+import os
 
 import numpy as np
 import pytest
@@ -102,7 +103,8 @@ def test_files_that_can_not_be_read(tmp_path, capsys):
     (tmp_path / "empty.off").write_bytes(b"")
     np.save(tmp_path / "line.npy", np.linspace(0, 1, 40)[:, None] * [1.0, 2, 3])
     RectangularGrid().hits(np.zeros((1, 3))).save(tmp_path / "box.npz")
-    for name in ("empty.off", "line.npy", "gone.ply", "box.npz"):
+    os.mkfifo(tmp_path / "pipe.npz")  # Nobody ever writes into it.
+    for name in ("empty.off", "line.npy", "gone.ply", "box.npz", "pipe.npz"):
         assert run("explain", tmp_path / name, "--out", tmp_path / "why") == 2
         err = capsys.readouterr().err
         assert err.count("\n") == 1

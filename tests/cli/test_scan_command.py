@@ -13,10 +13,12 @@ import pytest
 from circumspect.cli.main import main
 from circumspect.cli.scan import Scan
 from circumspect.datasets import ObjectSet
+from circumspect.datasets.off_folder import read_off_folder
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.errors import CircumspectError, InputError
 from circumspect.furniture import make_furniture
 from circumspect.gathering.scanned_object import scanned_object
+from circumspect.geometry import TriangleMesh
 
 FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
@@ -31,6 +33,13 @@ def write_obj(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
     lines += [f"f {a} {b} {c}" for a, b, c in faces + 1]
     path.write_text("\n".join(lines))
     return path
+
+
+def write_off(path: Path, mesh: TriangleMesh) -> None:
+    lines = ["OFF", f"{len(mesh.vertices_xyz)} {len(mesh.faces)} 0"]
+    lines += [f"{x} {y} {z}" for x, y, z in mesh.vertices_xyz]
+    lines += [f"3 {a} {b} {c}" for a, b, c in mesh.faces]
+    path.write_text("\n".join(lines))
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +92,28 @@ class TestObjects:
         assert (thing.name, thing.label) == (name, "chair")
         assert np.ptp(thing.mesh.vertices_xyz, axis=0).max() == pytest.approx(0.9, abs=0.02)
 
+    def test_an_object_of_the_off_folder_is_that_of_a_pack_of_it(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+        for number, split in ((1, "train"), (2, "test")):
+            folder = tmp_path / "off" / "chair" / split
+            folder.mkdir(parents=True)
+            write_off(folder / f"chair_000{number}.off", make_furniture("chair", number))
+        (tmp_path / "off" / "chair" / "train" / "chair_0003.off").write_text("broken")
+        thing = scanned_object("chair_0002", 0, data=tmp_path / "off")
+        assert (thing.name, thing.label) == ("chair_0002", "chair")
+        assert not (tmp_path / "cache").exists(), "other files are not read"
+        write_point_pack(tmp_path / "test.npz", read_off_folder(tmp_path / "off", "test"))
+        packed = scanned_object("chair_0002", 0, data=tmp_path / "test.npz")
+        size = np.ptp(packed.mesh.vertices_xyz, axis=0)
+        np.testing.assert_allclose(np.ptp(thing.mesh.vertices_xyz, axis=0), size, atol=1e-4)
+        assert len(thing.mesh.vertices_xyz) == len(packed.mesh.vertices_xyz) == 1024
+        with pytest.raises(InputError, match="no object 'chair_0004'"):
+            scanned_object("chair_0004", 0, data=tmp_path / "off")
+        with pytest.raises(CircumspectError, match=r"chair_0003\.off"):
+            scanned_object("chair_0003", 0, data=tmp_path / "off")
+
     @pytest.mark.parametrize(
         ("words", "told"),
         [
@@ -113,7 +144,7 @@ class TestObjects:
     def test_packs_that_are_missing_or_lack_the_object(self, packs: Path, tmp_path: Path) -> None:
         with pytest.raises(InputError, match="chair_9999"):
             scanned_object("chair_9999", 0, data=packs)
-        with pytest.raises(InputError, match="no point packs"):
+        with pytest.raises(InputError, match=r"no point packs .* nor <class>"):
             scanned_object("chair_0001", 0, data=tmp_path)
 
 

@@ -196,7 +196,7 @@ def test_a_disk_that_fails_costs_no_download(server, tmp_path, monkeypatch):
 
     with monkeypatch.context() as patched:
         patched.setattr(fetching.ZipFile, "extract", full)
-        with pytest.raises(CircumspectError, match="the disk failed .*no space left.* stays"):
+        with pytest.raises(CircumspectError, match=r"the disk failed .*no space left.* stays"):
             fetch(server, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10.zip"]
     assert unpacked(fetch(server, tmp_path))

@@ -82,6 +82,23 @@ def test_packs_are_compared_by_their_names(tmp_path, capsys):
     assert len(found.missing) == 908
 
 
+def test_labels_that_disagree_with_names_are_a_fault(tmp_path, capsys):
+    classes = (*MODELNET10, "stool")
+    for split, names in expected_names().items():
+        labels = np.array([classes.index(name.rpartition("_")[0]) for name in names])
+        if split == "test":
+            labels[:50] += 1
+        points = np.random.default_rng(0).random((len(names) + 1, 4, 3)).astype(np.float32)
+        more = np.array([*names, "bar_stool"]), np.array([*labels, 10])
+        write_point_pack(tmp_path / f"{split}.npz", ObjectSet(points, more[1], more[0], classes))
+    assert main(["data", "verify", str(tmp_path)]) == 1
+    text = capsys.readouterr().out
+    assert "50 of 909 labels disagree with the names, as that of bathtub_0107, which is bed" in text
+    found = verify(tmp_path)
+    assert [file for file, _ in found.broken] == ["test.npz"]
+    assert not found.missing
+
+
 def test_neither_packs_nor_meshes(tmp_path):
     with pytest.raises(InputError, match="no such folder"):
         verify(tmp_path / "nowhere")

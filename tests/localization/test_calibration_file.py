@@ -85,6 +85,9 @@ NORTH = ("cameras", "north")
         ((*NORTH, "extrinsics", "covariance"), (-np.eye(6)).tolist(), "covariance"),
         (("tag", "id"), 0.5, "whole number"),
         (("tag", "id"), 600, "587|586"),
+        (("tag", "id"), 10**400, "finite number 'id', has 1000"),
+        ((*NORTH, "width"), 10**400, "finite number 'width'"),
+        ((*NORTH, "distortion"), [10**400, 0, 0, 0, 0], "5 finite numbers 'distortion'"),
         (("tag", "size_m"), [0.1], "size_m"),
     ],
 )  # fmt: skip
@@ -125,6 +128,17 @@ def test_surveys_come_back_and_broken_ones_are_named(tmp_path):
         path.write_text(json.dumps({"tag_size_m": 0.16, "tags": tags}))
         with pytest.raises(InputError, match=told):
             read_survey(path)
+    huge = "9" * 5000
+    for tags, told in (
+        ({huge: {"x": 1, "y": 2}}, "numbers, not '9{20}'$"),
+        ({"7": {"x": 1, "y": 10**400}}, "finite number 'y'"),
+        ({"7": {"x": 1, "y": 2e200}}, r"tag 7 lies at \(1, 2e\+200, 0\) m: nowhere on earth"),
+        ({"7": {"x": 1, "y": 2, "z": -1e9}}, "nowhere on earth"),
+    ):
+        path.write_text(json.dumps({"tag_size_m": 0.16, "tags": tags}))
+        with pytest.raises(InputError, match=told) as error:
+            read_survey(path)
+        assert str(error.value).startswith(f"{path}: ")
     path.write_text(json.dumps({"tag_size_m": 0, "tags": {"7": {"x": 1, "y": 2}}}))
     with pytest.raises(InputError, match="size"):
         read_survey(path)

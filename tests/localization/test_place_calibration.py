@@ -95,6 +95,13 @@ def test_too_little_to_go_by():
         calibrate_place("c", true.lens, [tags], other)
 
 
+def test_a_size_that_no_tag_has_is_told_in_a_line():
+    survey, places = laid()
+    true = camera()
+    with pytest.raises(InputError, match="no place explains where the tags are seen; check"):
+        calibrate_place("c", true.lens, [seen(true, places)], Survey(1e200, survey.tags))
+
+
 def test_lenses_need_images_of_the_board():
     grey = np.full((480, 640), 128, np.uint8)
     with pytest.raises(InputError, match="0 of 3 images show enough"):

@@ -81,3 +81,10 @@ def test_a_broken_note_of_what_a_result_is_made_of_is_named(tmp_path):
     with pytest.raises(InputError, match=r"made_of\.json"):
         is_done(tmp_path, {"data": 1})
     assert not is_done(tmp_path / "nowhere", {"data": 1})
+
+
+@pytest.mark.parametrize("text", ["[]", "null", "3", '["data"]'])
+def test_a_note_that_is_no_object_is_that_of_something_else(tmp_path, text):
+    (tmp_path / "made_of.json").write_text(text)
+    with pytest.raises(InputError, match=r"made_of\.json: tells of no result.* --out"):
+        is_done(tmp_path, {"data": 1})

@@ -1,4 +1,4 @@
-"""The other end of the wire: RustDDS by ros2-client, built once."""
+"""Nodes over a bus in memory, and the other end of the wire: RustDDS by ros2-client."""
 
 from __future__ import annotations
 
@@ -8,16 +8,50 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from node_world import SETTINGS
+from orbiting_robot import MemoryBus
 
+from circumspect.classification import Classifier
 from circumspect.ros.dds_settings import DdsSettings
+from circumspect.ros.recognition_node import RecognitionNode
 
 HERE = Path(__file__).resolve().parent
 TARGET = HERE.parents[1] / "build" / "ros2-peer"
 OFFLINE = ("failed to download", "failed to get", "Could not resolve", "download of")
+
+
+@pytest.fixture(scope="module")
+def classifier() -> Classifier:
+    return Classifier.load(threads=1)
+
+
+@pytest.fixture
+def bus() -> MemoryBus:
+    return MemoryBus()
+
+
+@pytest.fixture
+def made(bus: MemoryBus, classifier: Classifier) -> Iterator[Any]:
+    """Makes nodes with other settings than usual."""
+    nodes: list[RecognitionNode] = []
+
+    def make(**changed: Any) -> RecognitionNode:
+        nodes.append(RecognitionNode(bus, replace(SETTINGS, **changed), classifier))
+        return nodes[-1]
+
+    yield make
+    for node in nodes:
+        node.close()
+
+
+@pytest.fixture
+def node(made: Any) -> RecognitionNode:
+    return made()
 
 
 @pytest.fixture(scope="session")

@@ -64,7 +64,8 @@ class Scan:
     """Four ceiling cameras see a tag on the robot, too, and the run is compared with what they
     say; the robot hears nothing of it."""
     data: Path | None = None
-    """ModelNet10's folder of point packs; OBJECT is the name of an object in it."""
+    """ModelNet10's folder of point packs, or that of OFF files, which `circumspect data fetch`
+    makes; OBJECT is the name of an object in it."""
     up: Literal["x", "y", "z"] = "z"
     """The axis that points up in a mesh file."""
     height: float | None = None

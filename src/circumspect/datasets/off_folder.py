@@ -53,7 +53,7 @@ def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> O
     classes = tuple(sorted({file.parent.parent.name for file in files}))
     points = np.empty((len(files), POINTS, 3), np.float32)
     with ThreadPoolExecutor() as pool:
-        for done, sample in enumerate(pool.map(_sampled, files), start=1):
+        for done, sample in enumerate(pool.map(sampled_file, files), start=1):
             points[done - 1] = sample
             if progress:
                 progress(done, len(files))
@@ -61,7 +61,12 @@ def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> O
     return ObjectSet(points, labels, np.array([file.stem for file in files]), classes)
 
 
-def _sampled(file: Path) -> NDArray[np.float32]:
+def sampled_file(file: Path) -> NDArray[np.float32]:
+    """(1024, 3) evenly spread points of one mesh, in units of its longest side.
+
+    Raises:
+        InputError: It can not be read.
+    """
     return evenly_sampled(read_mesh(file))
 
 

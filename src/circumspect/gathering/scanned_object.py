@@ -1,4 +1,4 @@
-"""What `scan` puts into its room: furniture, a mesh file, or an object of a point pack."""
+"""What `scan` puts into its room: furniture, a mesh file, or an object of a data set."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from circumspect.geometry import TriangleMesh
 
 
@@ -44,7 +47,7 @@ def scanned_object(
         variant: Of the furniture where `words` name none.
         up: The axis that points up in a mesh file.
         height: To which a mesh file is scaled [m]; None takes its unit for a metre.
-        data: ModelNet10's folder of point packs.
+        data: ModelNet10's folder of point packs, or that of OFF files.
 
     Raises:
         InputError: There is no such object, or a flag does not go with it.
@@ -52,7 +55,7 @@ def scanned_object(
     from circumspect.furniture import CATEGORIES, make_furniture
 
     if data is not None:
-        return _from_pack(words, data)
+        return _from_points(words, data)
     named = re.fullmatch(r"([a-z_]+)(?:-(\d+))?", words)
     if named is not None and named[1] in CATEGORIES:
         if height is not None or up != "z":
@@ -63,7 +66,7 @@ def scanned_object(
         return _from_file(Path(words), up, height)
     if Path(words).suffix or Path(words).name != words:
         raise InputError(f"{words}: no such file")
-    hint = "; --data says where the point packs are" if re.search(r"_\d+$", words) else ""
+    hint = "; --data says where ModelNet10 is" if re.search(r"_\d+$", words) else ""
     near = difflib.get_close_matches(words.partition("-")[0], CATEGORIES, 1)
     meant = f"did you mean {near[0]}? " if near else ""
     raise InputError(
@@ -94,20 +97,41 @@ def _standing(mesh: TriangleMesh, height: float | None) -> TriangleMesh:
     return TriangleMesh((mesh.vertices_xyz - foot) * scale, mesh.faces)
 
 
-def _from_pack(name: str, data: Path) -> ScannedObject:
+def _from_points(name: str, data: Path) -> ScannedObject:
     """An object of ModelNet10 from its points, in metres by the typical size of its class."""
-    from circumspect.datasets.point_pack import read_point_pack
     from circumspect.errors import blamed_on
     from circumspect.simulation import surface_from_points
 
     packs = sorted(data.glob("*.npz")) if data.is_dir() else [data]
-    if not packs:
-        raise InputError(f"{data}: no point packs there (test.npz, train.npz)")
+    found = _in_packs(name, packs) if packs else _in_off_folder(name, data)
+    if found is None:
+        raise InputError(f"{data}: no object {name!r} there; names are like chair_0890")
+    label, points = found
+    with blamed_on(data / name):
+        return ScannedObject(name, label, surface_from_points(points, label))
+
+
+def _in_packs(name: str, packs: list[Path]) -> tuple[str, NDArray[np.float32]] | None:
+    """Class and points of an object."""
+    from circumspect.datasets.point_pack import read_point_pack
+
     for pack in packs:
         objects = read_point_pack(pack)
         for index in (objects.names == name).nonzero()[0]:
-            label = objects.classes[int(objects.labels[index])]
-            with blamed_on(data / name):
-                surface = surface_from_points(objects.points_xyz[index], label)
-            return ScannedObject(name, label, surface)
-    raise InputError(f"{data}: no object {name!r} there; names are like chair_0890")
+            return objects.classes[int(objects.labels[index])], objects.points_xyz[index]
+    return None
+
+
+def _in_off_folder(name: str, data: Path) -> tuple[str, NDArray[np.float32]] | None:
+    """The same, of its mesh alone: to sample all of them takes minutes."""
+    from circumspect.datasets.off_folder import sampled_file
+
+    files = sorted(file for split in ("train", "test") for file in data.glob(f"*/{split}/*.off"))
+    if not files:
+        raise InputError(
+            f"{data}: no point packs there (test.npz, train.npz), nor <class>/{{train,test}}/*.off"
+        )
+    for file in files:
+        if file.stem == name:
+            return file.parent.parent.name, sampled_file(file)
+    return None

@@ -159,11 +159,19 @@ def _first(
         )
     cv2 = opencv()
     rays = lens.rays_xy(seen)
-    good, turn, shift = cv2.solvePnP(
-        ground.reshape(-1, 1, 3), rays.reshape(-1, 1, 2), np.eye(3), None, flags=cv2.SOLVEPNP_SQPNP
+    nowhere = InputError(
+        f"camera '{name}': no place explains where the tags are seen; check the survey and the "
+        "intrinsics"
     )
+    try:
+        good, turn, shift = cv2.solvePnP(
+            ground.reshape(-1, 1, 3), rays.reshape(-1, 1, 2), np.eye(3), None,
+            flags=cv2.SOLVEPNP_SQPNP,
+        )  # fmt: skip
+    except cv2.error as error:  # Sizes or focal lengths that nothing has.
+        raise nowhere from error
     if not good:
-        raise InputError(f"camera '{name}': no place explains where the tags are seen")
+        raise nowhere
     T_camera_map = RigidTransform.from_components(shift.ravel(), Rotation.from_rotvec(turn.ravel()))
     return FixedCamera(name, lens, T_camera_map.inv())
 

@@ -16,6 +16,10 @@ from circumspect.storage import write_json
 
 POSITION_SIGMA = 0.001
 YAW_SIGMA = float(np.radians(0.5))
+FARTHEST = 1e8
+"""No place on earth is so far from a map's origin, wherever that may be [m]."""
+LONGEST_NUMBER = 9
+"""Of a tag [digits]."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,7 @@ class Survey:
         yaw_sigma: Of a measured direction [rad].
 
     Raises:
-        InputError: No tag, or a size or sigma that is not positive.
+        InputError: No tag, one that is nowhere on earth, or a size or sigma that is not positive.
     """
 
     size: float
@@ -55,8 +59,13 @@ class Survey:
     def __post_init__(self) -> None:
         if not self.tags:
             raise InputError("the survey holds no tag")
-        for tag_id in self.tags:
+        for tag_id, tag in self.tags.items():
             require_tag_id(tag_id)
+            if not max(abs(tag.x), abs(tag.y), abs(tag.z)) < FARTHEST:
+                raise InputError(
+                    f"tag {tag_id} lies at ({tag.x:g}, {tag.y:g}, {tag.z:g}) m: nowhere on earth; "
+                    "give metres"
+                )
         for name in ("size", "position_sigma", "yaw_sigma"):
             if not 0 < getattr(self, name) < np.inf:
                 raise InputError(f"the survey's {name} must be positive")
@@ -92,8 +101,8 @@ def read_survey(path: str | os.PathLike[str]) -> Survey:
     with read_document(path) as document:
         tags = {}
         for name in section(document, "tags"):
-            if not name.isdecimal():
-                raise InputError(f"tags are named by their numbers, not '{name}'")
+            if not name.isdecimal() or len(name) > LONGEST_NUMBER:
+                raise InputError(f"tags are named by their numbers, not '{name[:20]}'")
             entry = section(section(document, "tags"), name)
             yaw = entry.get("yaw_deg")
             tags[int(name)] = SurveyedTag(

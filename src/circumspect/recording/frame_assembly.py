@@ -148,8 +148,12 @@ class FrameAssembly:
         """Forget what belongs to the time before a leap; camera and last transforms stay."""
         self._buffer, self._since_image, self._clock = OdometryBuffer(), None, None
         self._colours.clear()
-        self._waiting.clear()
+        self.let_go()
         self._tree.begin_anew()
+
+    def let_go(self) -> None:
+        """Drop the images that wait: nobody wants their frames any more."""
+        self._waiting.clear()
 
     def rest(self) -> Iterator[RgbdFrame]:
         """The frames that still wait when no more messages come."""

@@ -64,7 +64,7 @@ class LiveFrames:
         """How often the stamps leapt back: what was seen before belongs to another time."""
         self._settings, self._health, self._clock = settings, health, clock
         self._condition = threading.Condition()
-        self._hearing = threading.Lock()
+        self._hearing = threading.RLock()
         self._queue: deque[RgbdFrame] = deque()
         self._due = -float("inf")
         self._mounted = True
@@ -100,9 +100,11 @@ class LiveFrames:
             return self._queue.popleft() if self._queue else None
 
     def clear(self) -> None:
-        """Let go of the frames that wait."""
-        with self._condition:
-            self._queue.clear()
+        """Let go of the frames that wait, for their turn or for their odometry."""
+        with self._hearing:
+            self._assembly.let_go()
+            with self._condition:
+                self._queue.clear()
 
     def missing(self) -> str | None:
         """What the frames lack, in words with the remedy; None where all is there."""

@@ -140,6 +140,7 @@ class RecognitionNode:
             self._leaps_back = self._frames.leaps_back
             _log.warning("the clock was set back: the object is modelled anew")
             self._begin_anew()
+            self._tell(RESET)
         frame = self._frames.take(timeout)
         return None if frame is None else self._step(frame)
 
@@ -202,6 +203,9 @@ class RecognitionNode:
         else:
             self._frames.clear()
             self._begin_anew()
+        self._tell(command)
+
+    def _tell(self, command: str) -> None:
         for observer in self.observers:
             observer.on_command(command)
 
