@@ -25,6 +25,7 @@ from circumspect.grid import hits_batch
 from circumspect.nets.registry import net_spec
 from circumspect.training import TrainingSettings, train
 from circumspect.training.draws import class_chances, draw_epoch, learning_rate_at
+from circumspect.training.train import _is_best
 
 QUICK = TrainingSettings(epochs=3, batch_size=8, replicas=2, seed=1)
 
@@ -66,6 +67,18 @@ def assert_same_state(one, other):
     assert any(name.startswith("optimizer/") for name in states[0])
     for name, value in states[0].items():
         torch.testing.assert_close(states[1][name], value, rtol=0, atol=0)
+
+
+def test_of_epochs_that_are_equally_right_the_surest_is_kept():
+    def row(accuracy, loss):
+        return {"validation_accuracy": accuracy, "validation_loss": loss}
+
+    before = [row(0.5, 0.69), row(0.5, 0.60)]
+    assert _is_best(row(0.5, 0.55), before)
+    assert not _is_best(row(0.5, 0.65), before)
+    assert _is_best(row(0.6, 0.90), before)
+    assert not _is_best(row(0.4, 0.10), before)
+    assert _is_best({"loss": 1.0}, [{"loss": 0.5}])
 
 
 def test_resumed_run_equals_an_uninterrupted_one(tmp_path):

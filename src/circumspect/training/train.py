@@ -115,9 +115,17 @@ def train(
 
 
 def _is_best(row: dict[str, float], history: list[dict[str, float]]) -> bool:
-    """Better on validation than all epochs before; without validation the last is the best."""
-    accuracy = row.get("validation_accuracy", 1.0)
-    return all(accuracy > before.get("validation_accuracy", 0.0) for before in history)
+    """Better on validation than all epochs before; without validation the last is the best.
+
+    Few objects are named equally well by many epochs: of those the smallest loss counts.
+    """
+    if "validation_accuracy" not in row:
+        return True
+    return all(_merit(row) > _merit(before) for before in history)
+
+
+def _merit(row: dict[str, float]) -> tuple[float, float]:
+    return row["validation_accuracy"], -row["validation_loss"]
 
 
 def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str, float]:
