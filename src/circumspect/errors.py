@@ -36,6 +36,11 @@ class MissingExtraError(CircumspectError):
         )
 
 
+def reason_of(error: OSError) -> str:
+    """Why, in the system's own words, for the middle of a sentence."""
+    return (error.strerror or str(error)).lower()
+
+
 def printable(text: str) -> str:
     """Text of a stranger without anything that breaks a line or commands a terminal."""
     return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from circumspect.errors import OutputError
+from circumspect.errors import OutputError, reason_of
 
 
 @contextmanager
@@ -153,8 +153,7 @@ def _is_about(error: OSError, target: Path, aside: Path | None) -> bool:
 
 
 def _explain(path: Path, error: OSError) -> str:
-    reason = (error.strerror or str(error)).lower()
-    return f"{path}: can not be written ({reason}); free space or choose another place"
+    return f"{path}: can not be written ({reason_of(error)}); free space or choose another place"
 
 
 def _plain(document: Any) -> Any:

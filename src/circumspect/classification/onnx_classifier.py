@@ -22,7 +22,7 @@ from circumspect.classification.onnx_inspection import (
 )
 from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
-from circumspect.errors import CircumspectError, InputError, WeightsError
+from circumspect.errors import CircumspectError, InputError, WeightsError, reason_of
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
 
@@ -201,8 +201,7 @@ def _read(path: Path) -> bytes:
             f"{path}: no such file; leave the weights out for those shipped"
         ) from error
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise WeightsError(f"{path}: can not be read ({reason})") from error
+        raise WeightsError(f"{path}: can not be read ({reason_of(error)})") from error
 
 
 def checked_threshold(value: Any) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.errors import CircumspectError, blamed_on, printable
+from circumspect.cli.say import say
+from circumspect.errors import CircumspectError, blamed_on
 
 if TYPE_CHECKING:
     from circumspect.classification import Classifier, Prediction
@@ -59,7 +59,7 @@ class Classify:
                     record = _named(file, classifier, self.up, self.samples)
             except CircumspectError as error:
                 failed = True
-                print(f"circumspect: {printable(str(error))}", file=sys.stderr)  # noqa: T201
+                say(str(error))
             else:
                 self._tell(record)
         return 2 if failed else 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,6 +11,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from circumspect.classification import Classifier
     from circumspect.viewer import Dashboard
+
+from circumspect.cli.say import say
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,3 @@ class PageFlags:
 def stay() -> None:
     """Wait for Ctrl-C."""
     threading.Event().wait()
-
-
-def say(text: str) -> None:
-    """A line on standard error."""
-    print(f"circumspect: {text}", file=sys.stderr, flush=True)  # noqa: T201

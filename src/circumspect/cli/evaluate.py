@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect import __version__
+from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class Evaluate:
         try:
             draw_all(sweep, objects, self.out)
         except MissingExtraError as error:
-            print(f"circumspect: no figures: {error}", file=sys.stderr)  # noqa: T201
+            say(f"no figures: {error}")
 
 
 def _parsed(text: str) -> list[float]:

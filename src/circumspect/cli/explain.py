@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect.cli.classify import prediction_record, saved_grid
+from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, blamed_on
 
 if TYPE_CHECKING:
@@ -140,7 +141,7 @@ class Explain:
 
             save_figure(draw_evidence(found.evidence, found.surface, near), files["png"])
         except MissingExtraError as error:
-            print(f"circumspect: no picture: {error}", file=sys.stderr)  # noqa: T201
+            say(f"no picture: {error}")
             del files["png"]
         return {kind: str(path) for kind, path in files.items()}
 

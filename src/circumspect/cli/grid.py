@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, blamed_on
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class Grid:
         try:
             figure = draw_grid(grid)
         except MissingExtraError as error:
-            print(f"circumspect: no picture: {error}", file=sys.stderr)  # noqa: T201
+            say(f"no picture: {error}")
             return
         with atomic_path(picture) as aside:
             figure.savefig(aside, dpi=130, facecolor="white")

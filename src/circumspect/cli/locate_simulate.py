@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
+
+from circumspect.cli.say import say
 
 
 @dataclass(frozen=True)
@@ -60,19 +61,15 @@ class Simulate:
         )  # fmt: skip
         views = None if self.images is None else SimulatedViews(self.images)
         space = SimulatedSpace.prepared(setup)
-        _say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
+        say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
         if views is None:
-            space.drive(_say)
+            space.drive(say)
         else:
             views.calibration(space)
-            space.drive(_say, views.save)
+            space.drive(say, views.save)
         record = space.save(self.out or new_run_folder("locate"))
         print(json.dumps(record) if self.json else _told(record))  # noqa: T201
         return 0
-
-
-def _say(text: str) -> None:
-    print(f"circumspect: {text}", file=sys.stderr, flush=True)  # noqa: T201
 
 
 def _told(record: dict[str, Any]) -> str:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from circumspect.errors import InputError, printable
+from circumspect.cli.say import say
+from circumspect.errors import InputError
 
 if TYPE_CHECKING:
     from circumspect.localization.image_folder import ImageFolder
@@ -107,7 +107,7 @@ class Track:
         folder = self.out or new_run_folder("track")
         record = save_track(folder, track, calibration, mount, paths, record, truth)
         for name, reason in images.skipped.items():
-            print(f"circumspect: left out: {printable(f'{name}: {reason}')}", file=sys.stderr)  # noqa: T201
+            say(f"left out: {name}: {reason}")
         print(json.dumps(record) if self.json else _told(record))  # noqa: T201
         return 0
 

@@ -10,7 +10,8 @@ from importlib import import_module
 from typing import Any
 
 from circumspect import __version__
-from circumspect.errors import CircumspectError, printable
+from circumspect.cli.say import say
+from circumspect.errors import CircumspectError, reason_of
 
 COMMANDS = {
     "demo": ("demo:Demo", "a simulated robot drives round an object and names it"),
@@ -64,10 +65,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = _dispatch(words)
         sys.stdout.flush()
     except CircumspectError as error:
-        _complain(str(error))
+        say(str(error))
         return 2
     except KeyboardInterrupt:
-        _complain("interrupted; the same command starts or goes on again")
+        say("interrupted; the same command starts or goes on again")
         return 130
     except BrokenPipeError:
         # The reader of our output went away (`| head`); nothing is left to tell it.
@@ -77,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # A path that the system refuses, or a full disk behind standard output.
         if error.filename is None:
             _close_output()
-        _complain(f"{error.filename or 'standard output'}: {(error.strerror or '').lower()}")
+        say(f"{error.filename or 'standard output'}: {reason_of(error)}")
         return 2
     return code
 
@@ -142,10 +143,6 @@ def help_text() -> str:
     """What `circumspect --help` prints."""
     lines = (f"  {name:10} {summary}" for name, (_, summary) in COMMANDS.items())
     return HELP.format(commands="\n".join(lines))
-
-
-def _complain(message: str) -> None:
-    sys.stderr.write(f"circumspect: {printable(message)}\n")
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from circumspect.cli.say import say
 from circumspect.ros.log_throttle import LogThrottle
 
 if TYPE_CHECKING:
@@ -53,8 +54,8 @@ class NodeScreen:
             where: How others are reached, in words.
         """
         odometry = settings.odometry_topic or f"transforms {settings.odom_frame} to the base"
-        self._say(f"{settings.node} listens to {settings.depth_topic}")
-        self._say(f"and {odometry}, {where}; Ctrl-C ends it")
+        say(f"{settings.node} listens to {settings.depth_topic}")
+        say(f"and {odometry}, {where}; Ctrl-C ends it")
 
     def end(self) -> None:
         """Give the log back."""
@@ -76,27 +77,23 @@ class NodeScreen:
 
     def on_settled(self, prediction: Prediction) -> None:
         """Tell the last answer."""
-        self._say(f"the answer: {prediction.label} {prediction.probability:.2f}{prediction.doubt}")
+        say(f"the answer: {prediction.label} {prediction.probability:.2f}{prediction.doubt}")
 
     def on_status(self, status: Status) -> None:
         """Tell the state where it changed."""
         if status.text != self._state:
             self._state = status.text
-            self._say(status.text)
+            say(status.text)
 
     def on_command(self, command: str) -> None:
         """Tell that the node was told something."""
         if command == "reset":
             self._answer = None
-        self._say(command)
+        say(command)
 
     @staticmethod
     def _print(line: str) -> None:
         print(line, flush=True)  # noqa: T201
-
-    @staticmethod
-    def _say(line: str) -> None:
-        print(f"circumspect: {line}", file=sys.stderr, flush=True)  # noqa: T201
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from circumspect.cli.located_run import save_track
 from circumspect.errors import CircumspectError, InputError
 from circumspect.evaluation.space_error import SpaceError, space_error
 from circumspect.furniture import make_furniture
-from circumspect.geometry import PlanarPose, Trajectory, write_tum
+from circumspect.geometry import PlanarPose, Trajectory, wrapped, write_tum
 from circumspect.localization import (
     Calibration,
     CeilingImage,
@@ -174,7 +174,7 @@ class SimulatedSpace:
             else:
                 azimuth = self._azimuth(fix.T_map_base)
                 if last is not None:
-                    turned += (azimuth - last + np.pi) % (2 * np.pi) - np.pi
+                    turned += wrapped(azimuth - last)
                 last = azimuth
                 self.robot.drive(self._steered(follower, fix.T_map_base, azimuth))
             if self.robot.now >= told + TELL_EVERY:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -35,7 +34,8 @@ class View:
     def run(self) -> int:
         """Show until Ctrl-C."""
         from circumspect.classification import Classifier
-        from circumspect.cli.dashboard_page import say, stay
+        from circumspect.cli.dashboard_page import stay
+        from circumspect.cli.say import say
         from circumspect.errors import InputError
         from circumspect.viewer import PlayedRun, Player, SavedRun
 
@@ -43,7 +43,7 @@ class View:
         if not saved.rows:
             raise InputError(f"{self.run_folder}: the run has no frames; nothing can be shown")
         for reason in saved.missing:
-            print(f"circumspect: {reason}", file=sys.stderr)  # noqa: T201
+            say(reason)
         played = PlayedRun(saved)
         if self.export is not None:
             return self._exported(played, self.export)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from circumspect.cli.dashboard_page import say, stay
+from circumspect.cli.dashboard_page import stay
+from circumspect.cli.say import say
 
 if TYPE_CHECKING:
     from circumspect.cli.replay import Replay

@@ -6,7 +6,7 @@ import queue
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from circumspect.cli.dashboard_page import say
+from circumspect.cli.say import say
 
 if TYPE_CHECKING:
     from circumspect.cli.scan import Scan

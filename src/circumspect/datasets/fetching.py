@@ -14,7 +14,7 @@ from typing import Any
 from zipfile import BadZipFile, ZipFile
 
 from circumspect.datasets.resumed_download import ResumedDownload
-from circumspect.errors import CircumspectError, MissingExtraError
+from circumspect.errors import CircumspectError, MissingExtraError, reason_of
 
 URL = "http://3dvision.princeton.edu/projects/2014/3DShapeNets/ModelNet10.zip"
 ARCHIVE = "ModelNet10.zip"
@@ -66,10 +66,9 @@ def fetch_modelnet10(
         # Packed by bzip2 they are broken without a number of the system's.
         if error.errno is None:
             raise _refused(archive, url, error) from error
-        reason = (error.strerror or str(error)).lower()
         raise CircumspectError(
-            f"{folder}: the disk failed while {ARCHIVE} was unpacked ({reason}); the archive "
-            "stays for the next attempt"
+            f"{folder}: the disk failed while {ARCHIVE} was unpacked ({reason_of(error)}); the "
+            "archive stays for the next attempt"
         ) from error
     archive.unlink()
     return target
@@ -89,8 +88,7 @@ def _require_sum(archive: Path, sha256: str) -> None:
         with archive.open("rb") as stream:
             found = hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise CircumspectError(f"{archive}: can not be read ({reason})") from error
+        raise CircumspectError(f"{archive}: can not be read ({reason_of(error)})") from error
     if found != sha256.lower():
         raise CircumspectError(
             f"{archive}: is there already, but does not have the checksum {sha256}; remove it to "
@@ -113,8 +111,9 @@ def _download(url: str, archive: Path, sha256: str | None, downloader: ResumedDo
             f"{url}: what came does not have the checksum {sha256}; fetch it from elsewhere"
         ) from error
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise CircumspectError(f"{archive.parent}: can not be written ({reason})") from error
+        raise CircumspectError(
+            f"{archive.parent}: can not be written ({reason_of(error)})"
+        ) from error
 
 
 def _unpack(archive: Path, target: Path) -> None:

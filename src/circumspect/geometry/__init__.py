@@ -1,5 +1,6 @@
 """Shapes and poses: point clouds, meshes, files of both, the pinhole camera, trajectories."""
 
+from circumspect.geometry.angles import wrapped
 from circumspect.geometry.camera import PinholeCamera
 from circumspect.geometry.cloud_files import read_cloud, read_mesh
 from circumspect.geometry.extent import require_extent
@@ -23,6 +24,7 @@ __all__ = [
     "read_tum",
     "require_extent",
     "short_edge_triangles",
+    "wrapped",
     "write_ply",
     "write_tum",
 ]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from circumspect.errors import InputError, printable
+from circumspect.errors import InputError, printable, reason_of
 
 LARGEST_FILE = 4 << 30
 """Of one object or trajectory [bytes]; more would fill the memory of a robot."""
@@ -38,8 +38,7 @@ def blamed_on(path: str | os.PathLike[str]) -> Iterator[Path]:
     except InputError as error:
         raise type(error)(_one_line(f"{file}: {error}")) from error
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(_one_line(f"{file}: can not be read ({reason})")) from error
+        raise InputError(_one_line(f"{file}: can not be read ({reason_of(error)})")) from error
     except MemoryError as error:
         raise InputError(
             _one_line(f"{file}: does not fit into memory; thin it out first")

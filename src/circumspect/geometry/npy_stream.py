@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, reason_of
 
 NUMBERS = "fiu"
 NPZ_FAULTS = (
@@ -69,8 +69,7 @@ def read_arrays(
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{path}: can not be read ({reason})") from error
+        raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
     except NPZ_FAULTS as error:
         raise InputError(f"{path}: no readable NPZ file ({told(error)})") from error
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.errors import CircumspectError, InputError
+from circumspect.errors import CircumspectError, InputError, reason_of
 from circumspect.grid.cylindrical_grid import CylindricalGrid
 from circumspect.grid.grid_arguments import checked_shape
 from circumspect.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -66,8 +66,7 @@ def read_grid(path: str | os.PathLike[str]) -> OccupancyGrid:
     except CircumspectError as error:
         raise InputError(f"{path}: {error}") from error
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{path}: can not be read ({reason})") from error
+        raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
     # Broken archives raise many things: zlib.error, EOFError, NotImplementedError, struct.error …
     except Exception as error:
         raise InputError(f"{path}: a broken grid file; save the grid anew") from error

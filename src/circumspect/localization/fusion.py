@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
-from circumspect.geometry import PlanarPose
+from circumspect.geometry import PlanarPose, wrapped
 from circumspect.localization.tag_pose import TagPose
 
 MOST_COMPARED = 12
@@ -18,7 +18,7 @@ MOST_COMPARED = 12
 
 def difference(pose: PlanarPose, other: PlanarPose) -> NDArray[np.float64]:
     """(3,) x, y [m] and yaw [rad] of the first minus those of the second, the shorter way round."""
-    turn = (pose.yaw - other.yaw + np.pi) % (2 * np.pi) - np.pi
+    turn = wrapped(pose.yaw - other.yaw)
     return np.array([pose.x - other.x, pose.y - other.y, turn])
 
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, reason_of
 
 MOST_BYTES = 16 << 20
 
@@ -31,9 +31,7 @@ def read_document(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:
                 raise InputError("is too large to be meant")
             document = json.loads(file.read_text(encoding="utf-8"))
         except OSError as error:
-            raise InputError(
-                f"can not be read ({(error.strerror or str(error)).lower()})"
-            ) from error
+            raise InputError(f"can not be read ({reason_of(error)})") from error
         except (ValueError, RecursionError) as error:
             raise InputError(f"is no JSON ({str(error).splitlines()[0]})") from error
         if not isinstance(document, dict):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry import wrapped
 from circumspect.grid import OccupancyGrid
 
 HALF_VIEW = float(np.radians(45.0))
@@ -27,5 +28,5 @@ def share_seen(views_xyz: NDArray[np.floating], grid: OccupancyGrid) -> float:
     offset = views_xyz[:, :2] - np.asarray(grid.grid.centre_xyz[:2])
     bearings = np.arctan2(offset[:, 1], offset[:, 0])
     sectors = (np.arange(SECTORS) + 0.5) * (2 * np.pi / SECTORS)
-    apart = np.abs((sectors[:, None] - bearings[None, :] + np.pi) % (2 * np.pi) - np.pi)
+    apart = np.abs(wrapped(sectors[:, None] - bearings[None, :]))
     return float((apart.min(axis=1) <= HALF_VIEW).mean())

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry import wrapped
+
 BIN = float(np.radians(1.0))
 """One place of the outline for each bearing of this width, as seen from the eye [rad]."""
 PATCH = 0.15
@@ -55,7 +57,7 @@ def _nearest_by_bearing(
     distance = np.linalg.norm(offset, axis=1)
     ahead = offset.mean(axis=0)
     bearing = np.arctan2(offset[:, 1], offset[:, 0]) - np.arctan2(ahead[1], ahead[0])
-    to_the_right = -((bearing + np.pi) % (2 * np.pi) - np.pi)
+    to_the_right = -wrapped(bearing)
     bins = np.round(to_the_right / BIN).astype(np.int64)
     order = np.lexsort((distance, bins))
     first = np.flatnonzero(np.diff(bins[order], prepend=bins[order[0]] - 1))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from circumspect.geometry import PlanarPose
+from circumspect.geometry import PlanarPose, wrapped
 from circumspect.planning.situation import Situation
 
 SECTORS = 72
@@ -76,7 +76,7 @@ def _near(situation: Situation, poses: Sequence[PlanarPose], within: float) -> N
     places = np.array([pose.xy for pose in poses])
     bearings = bearings_of(places, situation.centre_xy)
     apart = (np.arange(SECTORS) + 0.5)[:, None] * SECTOR - bearings[None, :]
-    return np.any(np.abs((apart + np.pi) % (2 * np.pi) - np.pi) <= within, axis=1)
+    return np.any(np.abs(wrapped(apart)) <= within, axis=1)
 
 
 def bearings_of(places_xy: ArrayLike, centre_xy: NDArray[np.float64]) -> NDArray[np.float64]:

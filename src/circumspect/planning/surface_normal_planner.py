@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.geometry import PlanarPose
+from circumspect.geometry import PlanarPose, wrapped
 from circumspect.planning.circle_planner import NOTHING_KNOWN, beyond, circle_view
 from circumspect.planning.next_view import Finished, NextView
 from circumspect.planning.outline import Outline
@@ -115,7 +115,7 @@ class SurfaceNormalPlanner(ViewPlanner):
         mounting = situation.T_base_camera
         places = [camera_place(p, mounting).xy for p in (situation.T_map_base, view.T_map_base)]
         here, there = bearings_of(places, centre)
-        turn = np.degrees((there - here + np.pi) % (2 * np.pi) - np.pi)
+        turn = np.degrees(wrapped(there - here))
         return bool(self.least_deg <= turn <= self.most_deg)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, reason_of
 from circumspect.sensing.regular_file import require_regular
 
 LARGEST_FILE = 10_000
@@ -31,8 +31,7 @@ def read_numbers(path: Path, *shape: int) -> NDArray[np.float64]:
             words = stream.read(LARGEST_FILE).decode("ascii").split()
         numbers = np.array([float(word) for word in words])
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{path}: can not be read ({reason})") from error
+        raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
     except ValueError as error:
         raise InputError(f"{path}: holds something else than numbers") from error
     count = int(np.prod(shape))

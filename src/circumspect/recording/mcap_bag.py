@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from circumspect.errors import InputError, MissingExtraError
+from circumspect.errors import InputError, MissingExtraError, reason_of
 from circumspect.recording.bag import Bag, BagMessage, Topic
 from circumspect.recording.bounded_unpacking import LARGEST, unpacked
 from circumspect.recording.mcap_writer import NOTES
@@ -51,8 +51,7 @@ class McapBag(Bag):
                 if stream.read(len(MAGIC)) != MAGIC:
                     raise InputError(f"{path}: is no MCAP file, or holds nothing")
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise InputError(f"{path}: can not be read ({reason})") from error
+            raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
         if not self._by_index():
             self._by_reading()
         if not self.topics:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
-from circumspect.errors import MissingExtraError, OutputError
+from circumspect.errors import MissingExtraError, OutputError, reason_of
 from circumspect.recording.ros_types import typestore
 from circumspect.recording.whole_file import WholeFile
 
@@ -129,7 +129,7 @@ class McapWriter:
 
     def _fault(self, error: OSError) -> OutputError:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-        reason = "the disk is full" if full else (error.strerror or str(error)).lower()
+        reason = "the disk is full" if full else reason_of(error)
         return OutputError(
             f"{self.path}: recording has ended ({reason}); what was recorded before is kept"
         )

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-import numpy as np
-
-from circumspect.geometry import PlanarPose
+from circumspect.geometry import PlanarPose, wrapped
 from circumspect.sensing import Odometry
 
 NEAR = 0.2
@@ -57,7 +55,7 @@ def between(one: Odometry, other: Odometry, stamp: float) -> Odometry:
     """The odometry between two messages, as if the robot had driven an even arc."""
     share = (stamp - one.stamp) / (other.stamp - one.stamp)
     a, b = one.T_odom_base, other.T_odom_base
-    turned = float(np.mod(b.yaw - a.yaw + np.pi, 2 * np.pi) - np.pi)
+    turned = wrapped(b.yaw - a.yaw)
     x, y = (1 - share) * a.xy + share * b.xy
     return Odometry(
         stamp,

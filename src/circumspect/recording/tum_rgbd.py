@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Slerp
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, reason_of
 from circumspect.geometry import PinholeCamera, Trajectory, read_tum
 from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder
 from circumspect.recording.image_files import read_colour, read_depth
@@ -154,8 +154,7 @@ def read_list(path: Path) -> list[StampedFile]:
         with path.open("rb") as stream:
             lines = stream.read(LARGEST_LIST).decode("utf-8").splitlines()
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{path}: can not be read ({reason})") from error
+        raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: is no text; lines 'stamp file' are expected") from error
     files: list[StampedFile] = []

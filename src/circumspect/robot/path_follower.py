@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.geometry import PlanarPose
+from circumspect.geometry import PlanarPose, wrapped
 from circumspect.robot.velocity import Velocity
 
 CREEP = 0.02
@@ -70,7 +70,7 @@ class PathFollower:
         return Velocity(forward, forward * float(curvature)).clipped(speed, self.max_turn)
 
     def _turned_to(self, angle: float) -> Velocity | None:
-        angle = (angle + np.pi) % (2 * np.pi) - np.pi
+        angle = wrapped(angle)
         return None if abs(angle) <= self.arrive_yaw else self._turning(angle)
 
     def _turning(self, angle: float) -> Velocity:

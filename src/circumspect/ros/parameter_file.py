@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from circumspect.errors import InputError, MissingExtraError
+from circumspect.errors import InputError, MissingExtraError, reason_of
 
 LARGEST = 2**18
 """Bytes of a parameter file; larger ones are something else."""
@@ -50,7 +50,7 @@ def _document(path: Path) -> Any:
         with path.open("rb") as stream:
             data = stream.read(LARGEST + 1)
     except OSError as error:
-        raise InputError(f"{path}: can not be read ({(error.strerror or '').lower()})") from error
+        raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
     if len(data) > LARGEST:
         raise InputError(f"{path}: has more than {LARGEST} bytes; is it a parameter file?")
     try:

@@ -9,7 +9,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from circumspect.errors import InputError, MissingExtraError
+from circumspect.errors import InputError, MissingExtraError, reason_of
 
 if TYPE_CHECKING:
     import viser
@@ -99,7 +99,6 @@ def _require_free(host: str, port: int) -> None:
             trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             trial.bind((host, port))
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
         raise InputError(
-            f"{host}:{port}: no dashboard there ({reason}); give another port, 0 for any"
+            f"{host}:{port}: no dashboard there ({reason_of(error)}); give another port, 0 for any"
         ) from error

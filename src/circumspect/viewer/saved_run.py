@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.errors import CircumspectError, InputError
+from circumspect.errors import CircumspectError, InputError, reason_of
 from circumspect.geometry import Trajectory, read_cloud, read_tum
 from circumspect.geometry.npy_stream import read_arrays
 from circumspect.grid import OccupancyGrid
@@ -137,7 +137,7 @@ def _document(path: Path) -> Mapping[str, Any]:
             raise InputError(f"{path}: larger than {LARGEST_JSON >> 20} MB; not a run's file")
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or str(error)).lower()}") from error
+        raise InputError(f"{path}: {reason_of(error)}") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: broken JSON; the run can not be shown") from error
     if not isinstance(document, dict):
