@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -16,10 +17,15 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from circumspect.cli.say import say
+
+TELL_EVERY = 60.0
+"""Time between two lines of a log [s]."""
+
 
 @contextmanager
 def progress_bar(what: str, of_bytes: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar while the block runs.
+    """Show a bar while the block runs, or a line now and then where nobody watches.
 
     Args:
         what: What is being done.
@@ -29,9 +35,44 @@ def progress_bar(what: str, of_bytes: bool = False) -> Iterator[Callable[[int, i
         A function to call with (done, all).
     """
     with bars(of_bytes) as shown:
+        if shown.disable:
+            yield _Lines(what, of_bytes) if speaks() else _silent
+            return
         # What turns out to be there already shows no bar at all.
         task = shown.add_task(what, total=None, note="", visible=False)
         yield lambda done, total: shown.update(task, completed=done, total=total, visible=True)
+
+
+class _Lines:
+    """Lines for a log."""
+
+    def __init__(self, what: str, of_bytes: bool) -> None:
+        self._what, self._of_bytes = what, of_bytes
+        self._begin: tuple[float, int] | None = None
+        self._told = 0.0
+
+    def __call__(self, done: int, total: int) -> None:
+        now = time.monotonic()
+        if self._begin is None:
+            self._begin, self._told = (now, done), now
+        begin, before = self._begin
+        if now - self._told < TELL_EVERY or done == before:
+            return
+        self._told = now
+        left = (now - begin) * (total - done) / (done - before)
+        count = (
+            f"{done / 1e6:.0f} of {total / 1e6:.0f} MB" if self._of_bytes else f"{done} of {total}"
+        )
+        say(f"{self._what}: {count}, {_told(left)} left")
+
+
+def _told(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min"
+
+
+def _silent(done: int, total: int) -> None:
+    """Another process tells."""
 
 
 def speaks() -> bool:
