@@ -96,3 +96,16 @@ def test_a_domain_that_is_none(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "many")
     assert main(["ros2"]) == 2
     assert "ROS_DOMAIN_ID is 'many'" in capsys.readouterr().err
+
+
+def test_a_flag_that_switches_off_says_so(tmp_path: Path, capsys) -> None:
+    def helped(*words: str) -> str:
+        with pytest.raises(SystemExit):
+            main(["ros2", *words, "--help"])
+        return " ".join(capsys.readouterr().out.replace("│", " ").split())
+
+    assert "--no-transforms Do not tell on /tf" in helped()
+    assert "--no-autostart Wait until told to begin" in helped()
+    waits = tmp_path / "waits.yaml"
+    waits.write_text("circumspect:\n  ros__parameters:\n    autostart: false\n")
+    assert "--autostart Whether to begin at once" in helped("--params-file", str(waits))
