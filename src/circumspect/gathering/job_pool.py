@@ -6,6 +6,7 @@ import json
 import logging
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -121,7 +122,12 @@ def _of_one_pool(
 
 
 def _end_with_parent() -> None:
-    """A worker whose parent was killed would otherwise go on with its job."""
+    """A worker whose parent was killed would otherwise go on with its job.
+
+    Ctrl-C is the parent's to obey: a worker that took it for a fault of its job would begin the
+    next one.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None
 
