@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from circumspect.cli.say import say
+
 if TYPE_CHECKING:
     from circumspect.classification import Classifier
     from circumspect.viewer import Dashboard
-
-from circumspect.cli.say import say
 
 
 @dataclass(frozen=True)

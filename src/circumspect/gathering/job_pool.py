@@ -108,7 +108,7 @@ def _of_one_pool(
     """
     context = multiprocessing.get_context("spawn")
     others = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_follow_parent) as pool:
         pending = {pool.submit(work, job): job for job in jobs}
         try:
             for future in as_completed(pending):
@@ -121,7 +121,7 @@ def _of_one_pool(
             raise
 
 
-def _end_with_parent() -> None:
+def _follow_parent() -> None:
     """A worker whose parent was killed would otherwise go on with its job.
 
     Ctrl-C is the parent's to obey: a worker that took it for a fault of its job would begin the
