@@ -104,17 +104,23 @@ class Peer:
     def go(self) -> None:
         """Let a talker begin that waits for those who hear it."""
         assert self._process.stdin is not None
+        self._process.stdin.write("\n")
+        self._process.stdin.flush()
+
+    def let_go(self) -> None:
+        """Nothing more is said to it: it need not wait for anything."""
+        assert self._process.stdin is not None
         self._process.stdin.close()
 
     def ended(self, seconds: float = 90.0) -> list[dict[str, Any]]:
         """Wait for its end; all of its lines."""
-        self.go()
+        self.let_go()
         code = self._process.wait(seconds)
         assert code == 0, self._log.read_text()[-2000:]
         return self.lines()
 
     def kill(self) -> None:
-        self.go()
+        self.let_go()
         self._process.kill()
         self._process.wait()
 

@@ -91,10 +91,12 @@ def talked(peer: Any, nodes: list[RunningNode], *words: Any) -> int:
     talker = peer("talk", *words)
     for node in nodes:
         talker.wait_for(lambda node=node: talker.lines("ready") and node.knows_talker(), "talker")
-    sent = talker.ended()[-1]["sent"]
+    talker.go()
+    sent = talker.wait_for(lambda: talker.lines("end"), "end")[-1]["sent"]
     until = time.monotonic() + 3
     while any(node.heard < sent for node in nodes) and time.monotonic() < until:
         time.sleep(0.05)
+    talker.ended()
     return sent
 
 

@@ -51,7 +51,9 @@ pub fn talk(node: &mut Node, scene: &Scene, manner: &Manner) {
         tell(&robot, scene, &scene.frames[at], &images[at], round * length);
     }
     let spent = start.elapsed().as_secs_f64();
-    println!("{{\"sent\": {}, \"seconds\": {spent:.3}}}", span as usize);
+    println!("{{\"topic\": \"end\", \"sent\": {}, \"seconds\": {spent:.3}}}", span as usize);
+    // What got lost is asked for a heartbeat later, and only a talker that is still there has it.
+    std::io::stdin().read_line(&mut String::new()).unwrap();
 }
 
 fn wait_for_reader(node: &Node, patience: Duration) {
