@@ -86,7 +86,7 @@ def test_a_saved_grid_and_another_label(chair, tmp_path, capsys):
     [
         (("--label", "stool"), "no class 'stool'"),
         (("--near", "-1"), "--near -1"),
-        (("--examples", "none.npz"), "none.npz: no such file"),
+        (("--examples", "none.npz"), "none.npz: does not exist"),
         (("--weights", "none.onnx"), "no such file"),
     ],
 )

@@ -202,6 +202,16 @@ def test_a_track_that_finds_nobody_says_why_and_keeps_nothing_old(room, tmp_path
     assert not (tmp_path / "run" / "trajectory.txt").exists()
 
 
+def test_a_folder_that_can_not_be_written_is_found_out_before_any_image(room, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "track" / "ceiling_0").mkdir(parents=True)
+    (tmp_path / "track" / "ceiling_0" / "1.0.png").write_bytes(b"no picture")
+    words = ("track", tmp_path / "track", "--calibration", room / "images/calibration.json")
+    assert run(*words, "--out", tmp_path / "file" / "x") == 2
+    assert "file" in (complaint := capsys.readouterr().err)
+    assert "image" not in complaint
+
+
 @pytest.mark.parametrize("name", ["simulate", "board", "intrinsics", "extrinsics", "track"])
 def test_every_subcommand_explains_itself(name, capsys):
     with pytest.raises(SystemExit) as stop:

@@ -10,6 +10,8 @@ from circumspect.datasets import ObjectSet
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.furniture import make_furniture
 
+BRIEF = ("--epochs", 2, "--passes", 1, "--batch-size", 8, "--replicas", 1)
+
 
 def run(*words):
     return main([str(word) for word in words])
@@ -34,17 +36,24 @@ def data(tmp_path_factory):
 def trained(data, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     words = ("train", "--data", data, "--out", folder / "run", "--cache", folder / "grids")
-    settings = ("--epochs", 2, "--batch-size", 8, "--replicas", 1)
-    assert run(*words, *settings) == 0
+    assert run(*words, *BRIEF) == 0
     return folder / "run"
 
 
 def test_training_says_what_it_kept(trained, data, capsys):
     again = ("train", "--data", data, "--out", trained, "--cache", trained.parent / "grids")
-    assert run(*again, "--epochs", 2, "--batch-size", 8, "--replicas", 1) == 0
+    assert run(*again, *BRIEF) == 0
     assert "mean-class accuracy" in capsys.readouterr().out
-    assert run(*again, "--epochs", 3, "--batch-size", 8, "--replicas", 1) == 2
+    assert run(*again, *BRIEF, "--epochs", 3) == 2
     assert "other settings" in capsys.readouterr().err
+
+
+def test_few_objects_are_shown_more_often(data, tmp_path):
+    """As a user would who gathered a handful: without flags for it."""
+    words = ("train", "--data", data, "--out", tmp_path / "run", "--cache", tmp_path / "grids")
+    assert run(*words, "--epochs", 1, "--replicas", 1) == 0
+    settings = json.loads((tmp_path / "run" / "config.json").read_text())["settings"]
+    assert settings["passes"] == 13  # times 40 objects make 500 draws
 
 
 def test_corruption_is_measured_instead(trained, data, tmp_path, capsys):

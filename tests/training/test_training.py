@@ -24,7 +24,13 @@ from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.grid import hits_batch
 from circumspect.nets.registry import net_spec
 from circumspect.training import TrainingSettings, train
-from circumspect.training.draws import class_chances, draw_epoch, learning_rate_at
+from circumspect.training.draws import (
+    FEWEST_DRAWS,
+    class_chances,
+    draw_epoch,
+    learning_rate_at,
+    passes_for,
+)
 from circumspect.training.train import _is_best
 
 QUICK = TrainingSettings(epochs=3, batch_size=8, replicas=2, seed=1)
@@ -273,6 +279,25 @@ def test_learning_rate_warms_up_peaks_and_decays():
     assert rates.index(max(rates)) == 30
     assert all(a >= b for a, b in pairwise(rates[30:]))
     assert rates[-1] < 2e-6
+
+
+@given(st.integers(1, 5000))
+def test_few_objects_are_shown_until_an_epoch_is_long_enough(count):
+    passes = passes_for(count)
+    assert passes * count >= FEWEST_DRAWS
+    assert passes == 1 or (passes - 1) * count < FEWEST_DRAWS
+
+
+def test_an_epoch_of_several_passes_takes_as_many_steps(tmp_path):
+    steps = []
+
+    class Counting(Silent):
+        def stepped(self, epoch, step, of, loss):
+            steps.append((step, of))
+
+    settings = replace(QUICK, epochs=1, passes=3, validation=False)
+    train(two_kinds(32), settings, tmp_path / "run", Counting(), GridCache(tmp_path / "grids"))
+    assert steps == [(number, 12) for number in range(1, 13)]
 
 
 def test_furniture_takes_its_share_of_the_draws(tmp_path, monkeypatch):

@@ -50,6 +50,7 @@ class Simulate:
 
     def run(self) -> int:
         """Drive, track, compare, draw."""
+        from circumspect.cli.located_run import claim_track
         from circumspect.cli.run_screen import new_run_folder
         from circumspect.cli.scan import drawn_seed
         from circumspect.cli.simulated_space import SimulatedSpace, SpaceSetup
@@ -60,6 +61,8 @@ class Simulate:
             self.calibrate, self.moved, drawn_seed(self.seed), self.size,
         )  # fmt: skip
         views = None if self.images is None else SimulatedViews(self.images)
+        folder = self.out or new_run_folder("locate")
+        claim_track(folder)
         space = SimulatedSpace.prepared(setup)
         say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
         if views is None:
@@ -67,7 +70,7 @@ class Simulate:
         else:
             views.calibration(space)
             space.drive(say, views.save)
-        record = space.save(self.out or new_run_folder("locate"))
+        record = space.save(folder)
         print(json.dumps(record) if self.json else _told(record))  # noqa: T201
         return 0
 

@@ -53,7 +53,7 @@ class Track:
         """Detect, fuse, write down, draw."""
         import time
 
-        from circumspect.cli.located_run import save_track
+        from circumspect.cli.located_run import claim_track, save_track
         from circumspect.cli.progress import progress_bar
         from circumspect.cli.run_screen import new_run_folder
         from circumspect.evaluation.space_error import space_error
@@ -77,6 +77,8 @@ class Track:
             )
         truth = None if self.truth is None else read_tum(self.truth)
         paths = {} if self.odometry is None else {"odometry alone": read_tum(self.odometry)}
+        folder = self.out or new_run_folder("track")
+        claim_track(folder)
         space = IntelligentSpace(calibration.cameras, mount)
         began = time.perf_counter()
         fixes: list[SpaceFix] = []
@@ -104,7 +106,6 @@ class Track:
             "images_per_second": len(images) / spent,
             "error": None if truth is None else space_error(track, truth).to_dict(),
         }
-        folder = self.out or new_run_folder("track")
         record = save_track(folder, track, calibration, mount, paths, record, truth)
         for name, reason in images.skipped.items():
             say(f"left out: {name}: {reason}")

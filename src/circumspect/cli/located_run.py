@@ -15,7 +15,26 @@ from circumspect.localization import Calibration, SpaceTrack, TagMount
 from circumspect.storage import atomic_open, write_json
 
 RESULTS = ("space.jsonl", "trajectory.txt", "space.png", "result.json")
-"""Those of an earlier track, which the first one tells, are removed from its folder first."""
+"""Those of an earlier track are removed from its folder first."""
+
+
+def claim_track(folder: Path) -> None:
+    """Begin a track in a folder, before the work that would be lost if nothing could be written.
+
+    Args:
+        folder: Made where missing. What an earlier track left there, which its space.jsonl tells,
+            is removed.
+
+    Raises:
+        OutputError: The folder can not be written.
+    """
+    first = folder / RESULTS[0]
+    earlier = first.exists()
+    with atomic_open(first):
+        pass
+    if earlier:
+        for name in RESULTS[1:]:
+            (folder / name).unlink(missing_ok=True)
 
 
 def save_track(
@@ -32,7 +51,7 @@ def save_track(
     """Write trajectory.txt, space.jsonl, result.json and space.png.
 
     Args:
-        folder: Made where missing.
+        folder: From `claim_track`.
         track: What the intelligent space said.
         calibration: Of its cameras.
         mount: The tag.
@@ -49,9 +68,6 @@ def save_track(
         OutputError: A file can not be written.
     """
     told: dict[str, Any] = {**record, "run": str(folder)}
-    if (folder / RESULTS[0]).exists():
-        for name in RESULTS:
-            (folder / name).unlink(missing_ok=True)
     if (trajectory := track.trajectory()) is not None:
         write_tum(folder / "trajectory.txt", trajectory)
     with atomic_open(folder / "space.jsonl") as stream:

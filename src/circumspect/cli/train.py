@@ -37,7 +37,10 @@ class Train:
     pool: Literal["rwmp", "max"] | None = None
     """Of moon2018: row-wise max pooling, or the paper's comparison with it."""
     epochs: int | None = None
-    """Passes over as many objects as the set holds."""
+    """After each the held-back objects are named, and progress is saved."""
+    passes: int | None = None
+    """An epoch shows as many objects as the set holds so many times; without it once, or as often
+    as makes 500 of them."""
     batch_size: int | None = None
     """Objects a step."""
     learning_rate: float | None = None
@@ -67,6 +70,7 @@ class Train:
         """Train, and say what was reached."""
         try:
             from circumspect.training import train
+            from circumspect.training.draws import passes_for
         except ImportError as error:
             raise MissingExtraError(error.name or "torch", "train") from error
         from circumspect.cli.progress import progress_bar, speaks
@@ -74,9 +78,12 @@ class Train:
         from circumspect.datasets import GridCache, open_data_set
 
         net = pooled_net(self.net, self.pool)
+        # What is wrong with the flags is told before meshes are sampled.
         settings, recipe = self._settings(net), self._recipe(net)
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(self.data, "train", progress)
+        if self.passes is None:
+            settings = replace(settings, passes=passes_for(len(objects)))
         out = self.out or Path("runs") / f"train-{net}"
         with TrainingProgress(settings.epochs) as observer:
             cache = GridCache(self.cache)

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
-from circumspect.errors import InputError, reason_of
+from circumspect.errors import InputError
+from circumspect.geometry.file_faults import blamed_on
 
 NUMBERS = "fiu"
 NPZ_FAULTS = (
@@ -53,7 +54,11 @@ def read_arrays(
             more than is meant to be.
     """
     try:
-        with path.open("rb") as stream, zipfile.ZipFile(stream) as archive:
+        with (
+            blamed_on(path) as file,
+            file.open("rb") as stream,
+            zipfile.ZipFile(stream) as archive,
+        ):
             members = {item.filename: item for item in archive.infolist()}
             if missing := [name for name in kinds if f"{name}.npy" not in members]:
                 raise InputError(f"lacks {', '.join(missing)}")
@@ -64,12 +69,6 @@ def read_arrays(
             return {
                 name: array_in_member(archive, item, kinds[name]) for name, item in wanted.items()
             }
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file") from error
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    except OSError as error:
-        raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
     except NPZ_FAULTS as error:
         raise InputError(f"{path}: no readable NPZ file ({told(error)})") from error
 

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.errors import CircumspectError, InputError, reason_of
+from circumspect.errors import CircumspectError, InputError
+from circumspect.geometry.file_faults import blamed_on
 from circumspect.grid.cylindrical_grid import CylindricalGrid
 from circumspect.grid.grid_arguments import checked_shape
 from circumspect.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -56,20 +57,19 @@ def write_grid(path: str | os.PathLike[str], grid: OccupancyGrid) -> None:
 
 def read_grid(path: str | os.PathLike[str]) -> OccupancyGrid:
     """Read a grid; see `OccupancyGrid.load`."""
-    try:
-        with Path(path).open("rb") as stream, zipfile.ZipFile(stream) as archive:
-            return _unpacked(archive)
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file") from error
-    except zipfile.BadZipFile as error:
-        raise InputError(f"{path}: not a grid file or truncated; save the grid anew") from error
-    except CircumspectError as error:
-        raise InputError(f"{path}: {error}") from error
-    except OSError as error:
-        raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
-    # Broken archives raise many things: zlib.error, EOFError, NotImplementedError, struct.error …
-    except Exception as error:
-        raise InputError(f"{path}: a broken grid file; save the grid anew") from error
+    with blamed_on(path) as file, file.open("rb") as stream:
+        try:
+            with zipfile.ZipFile(stream) as archive:
+                return _unpacked(archive)
+        except zipfile.BadZipFile as error:
+            raise InputError("not a grid file or truncated; save the grid anew") from error
+        except CircumspectError as error:
+            raise InputError(str(error)) from error
+        except OSError:
+            raise
+        # Broken archives raise many things: zlib.error, EOFError, NotImplementedError …
+        except Exception as error:
+            raise InputError("a broken grid file; save the grid anew") from error
 
 
 def holds_grid(path: str | os.PathLike[str]) -> bool:

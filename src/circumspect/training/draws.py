@@ -2,8 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
+
+FEWEST_DRAWS = 500
+"""A network that saw less in each of its epochs would have learnt little at the end."""
+
+
+def passes_for(count: int) -> int:
+    """How often an epoch is to show each object of a set, so that few objects suffice for one.
+
+    Args:
+        count: Objects in the set.
+    """
+    return math.ceil(FEWEST_DRAWS / max(1, count))
 
 
 def class_chances(labels: NDArray[np.int64], balance: float) -> NDArray[np.float64]:

@@ -46,7 +46,7 @@ class TrainingSamples:
         sources = [(fit, 1.0 - settings.furniture)]
         if settings.furniture:
             sources.append((_furniture_of(fit.classes, settings), settings.furniture))
-        self.epoch = len(fit)
+        self.epoch = settings.passes * len(fit)
         """Draws an epoch."""
         self.chances = np.concatenate(
             [share * class_chances(source.labels, settings.balance) for source, share in sources]

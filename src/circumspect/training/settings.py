@@ -16,7 +16,9 @@ class TrainingSettings:
 
     Attributes:
         net: Name of the network.
-        epochs: Passes over as many objects as the set holds.
+        epochs: After each the held-back objects are named, and progress is saved.
+        passes: So many times as many objects as the set holds are drawn in an epoch; more than one
+            lets small sets learn in as many epochs as large ones.
         batch_size: Objects a step, over all processes.
         learning_rate: Its peak; it warms up linearly and decays as a cosine.
         warm_up: Share of the run until the peak.
@@ -43,6 +45,7 @@ class TrainingSettings:
 
     net: str = "planes"
     epochs: int = 24
+    passes: int = 1
     batch_size: int = 32
     learning_rate: float = 2e-3
     warm_up: float = 0.15
@@ -65,7 +68,7 @@ class TrainingSettings:
     augmentation: Augmentation = field(default_factory=Augmentation)
 
     def __post_init__(self) -> None:
-        for name in ("epochs", "batch_size", "replicas"):
+        for name in ("epochs", "passes", "batch_size", "replicas"):
             if getattr(self, name) < 1:
                 raise CircumspectError(f"{name} must be at least 1, not {getattr(self, name)}")
         for name in ("learning_rate", "gradient_norm"):

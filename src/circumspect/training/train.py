@@ -236,7 +236,7 @@ def _prepare(
         avg_fn=forgetful_average(settings.averaging),
         use_buffers=True,
     )
-    steps = max(1, len(fit) // settings.batch_size)
+    steps = max(1, samples.epoch // settings.batch_size)
     return _Run(settings, accelerator, net, averaged, optimizer, samples, steps)
 
 

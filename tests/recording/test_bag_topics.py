@@ -1,0 +1,89 @@
+"""The topics of a bag: found, chosen by name, missing, or holding something else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from foreign_bags import COUNT, Write, mcap, robots_messages, ros1, without
+
+from circumspect.errors import InputError
+from circumspect.geometry import PinholeCamera
+from circumspect.recording import BagSettings, TopicNames, open_recording
+from circumspect.recording.ros_types import CAMERA_INFO
+
+
+def test_without_camera_info_intrinsics_are_asked_for(tmp_path: Path) -> None:
+    path = mcap(tmp_path, without(robots_messages(), "/camera/depth/camera_info"))
+    with pytest.raises(InputError, match=r"no CameraInfo .* --intrinsics"):
+        open_recording(path)
+    other = PinholeCamera(32, 24, 28.0, 28.0, 16.0, 12.0)
+    found = list(open_recording(path, settings=BagSettings(camera=other)))
+    assert {one.camera for one in found} == {other}
+
+
+def test_a_camera_info_that_never_comes_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("circumspect.recording.frame_assembly.WITHOUT_CAMERA", 3)
+    told = robots_messages()
+    last = next(one for one in reversed(told) if one[1] == CAMERA_INFO)
+    late = [one for one in told if one[1] != CAMERA_INFO or one is last]
+    with pytest.raises(InputError, match="no CameraInfo comes"):
+        list(open_recording(mcap(tmp_path, late)))
+
+
+def test_without_odometry_frames_have_none(tmp_path: Path) -> None:
+    path = mcap(tmp_path, without(robots_messages(), "/odom"))
+    assert all(one.odometry is None for one in open_recording(path))
+    named = BagSettings(TopicNames(odometry="/wheels"))
+    with pytest.raises(InputError, match=r"holds no /wheels \(--odometry-topic\)"):
+        open_recording(path, settings=named)
+
+
+def test_odometry_can_be_left_out(tmp_path: Path) -> None:
+    path = mcap(tmp_path, robots_messages())
+    found = open_recording(path, settings=BagSettings(TopicNames(odometry="")))
+    assert all(one.odometry is None for one in found)
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ({"info": "/odom"}, "/odom (--info-topic) holds nav_msgs/msg/Odometry, not "
+         "sensor_msgs/msg/CameraInfo; /camera/depth/camera_info would fit"),
+        ({"depth": "/odom", "info": "/camera/depth/camera_info"},
+         "/odom (--depth-topic) holds nav_msgs/msg/Odometry, not sensor_msgs/msg/Image or "
+         "sensor_msgs/msg/CompressedImage; /camera/depth/image_raw would fit"),
+        ({"odometry": "/camera/depth/image_raw"}, "/camera/depth/image_raw (--odometry-topic) "
+         "holds sensor_msgs/msg/Image, not nav_msgs/msg/Odometry; /odom would fit"),
+        ({"odometry": "/tf_static"}, "/tf_static (--odometry-topic) holds tf2_msgs/msg/TFMessage, "
+         "not nav_msgs/msg/Odometry; /odom would fit"),
+        ({"colour": "/odom"}, "/odom (--colour-topic) holds nav_msgs/msg/Odometry, not "
+         "sensor_msgs/msg/Image; no topic would fit"),
+    ],
+    ids=["info", "depth", "odometry", "transforms", "colour"],
+)  # fmt: skip
+@pytest.mark.parametrize("write", [mcap, ros1])
+def test_a_topic_that_holds_something_else_is_told_with_those_that_fit(
+    tmp_path: Path, write: Write, names: dict[str, str], told: str
+) -> None:
+    path = write(tmp_path, robots_messages())
+    with pytest.raises(InputError) as error:
+        open_recording(path, settings=BagSettings(TopicNames(**names)))
+    assert str(error.value) == f"{path}: {told}"
+
+
+def test_several_likely_topics_are_asked_for(tmp_path: Path) -> None:
+    told = [*robots_messages("/left/depth/image_raw"), *robots_messages("/right/depth/image_raw")]
+    path = mcap(tmp_path, sorted(told, key=lambda one: one[2]))
+    with pytest.raises(InputError, match=r"several topics may hold the depth: /left.*/right"):
+        open_recording(path)
+    chosen = BagSettings(TopicNames(depth="/right/depth/image_raw"))
+    assert len(list(open_recording(path, settings=chosen))) == COUNT
+
+
+def test_without_depth_topics_those_there_are_named(tmp_path: Path) -> None:
+    path = mcap(tmp_path, without(robots_messages(), "/camera/depth/image_raw"))
+    with pytest.raises(InputError, match=r"no topic holds depth images; there are .*/odom"):
+        open_recording(path)

@@ -1,0 +1,73 @@
+"""Bags that are cut, tampered with, or miss a file."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from foreign_bags import COUNT, FORMATS, Write, db3, robots_messages
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from circumspect.errors import InputError
+from circumspect.recording import open_recording
+
+
+@pytest.mark.parametrize("write", FORMATS)
+def test_a_bag_that_is_cut_is_a_known_fault_or_a_shorter_one(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path, robots_messages())
+    file = path if path.is_file() else next(path.glob("*.db3"))
+    whole = file.read_bytes()
+    for share in (0.02, 0.3, 0.6, 0.9, 0.999):
+        file.write_bytes(whole[: int(share * len(whole))])
+        assert len(read_or_refused(path)) <= COUNT
+
+
+@pytest.fixture(scope="module", params=FORMATS)
+def sound(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return request.param(tmp_path_factory.mktemp("sound"), robots_messages())
+
+
+HEAD = st.integers(0, 5000)
+CHANGES = st.lists(
+    st.tuples(st.one_of(HEAD, st.integers(0, 2**20)), st.binary(min_size=1, max_size=8)),
+    min_size=1, max_size=6,
+)  # fmt: skip
+
+
+@given(changes=CHANGES, index=st.booleans())
+@settings(max_examples=25)
+def test_a_bag_that_was_tampered_with_is_a_known_fault_at_most(
+    sound: Path, changes: list[tuple[int, bytes]], index: bool
+) -> None:
+    """Its file, or the index of its folder, with a few bytes of somebody else's."""
+    copy = sound.parent / f"tampered{sound.suffix}"
+    if sound.is_dir():
+        shutil.copytree(sound, copy, dirs_exist_ok=True)
+    else:
+        shutil.copy(sound, copy)
+    file = copy
+    if sound.is_dir():
+        file = copy / "metadata.yaml" if index else next(copy.glob("*.db3"))
+    content = bytearray(file.read_bytes())
+    for place, values in changes:
+        at = place % len(content)
+        content[at : at + len(values)] = values
+    file.write_bytes(content)
+    read_or_refused(copy)
+
+
+def read_or_refused(path: Path) -> list[Any]:
+    try:
+        return list(open_recording(path))
+    except InputError:
+        return []
+
+
+def test_an_index_of_a_missing_file_is_told(tmp_path: Path) -> None:
+    folder = db3(tmp_path, robots_messages())
+    next(folder.glob("*.db3")).unlink()
+    with pytest.raises(InputError, match="can not be read"):
+        open_recording(folder)
