@@ -84,7 +84,22 @@ def test_of_epochs_that_are_equally_right_the_surest_is_kept():
     assert not _is_best(row(0.5, 0.65), before)
     assert _is_best(row(0.6, 0.90), before)
     assert not _is_best(row(0.4, 0.10), before)
-    assert _is_best({"loss": 1.0}, [{"loss": 0.5}])
+
+
+@pytest.mark.parametrize(("fewest", "kept"), [(1, 1), (1000, 3)])
+def test_a_few_held_back_objects_do_not_choose_the_epoch(tmp_path, monkeypatch, fewest, kept):
+    """The first epoch looks best; a handful of objects that say so may be mistaken."""
+    told = iter([0.9, 0.5, 0.6])
+    module = sys.modules[train.__module__]
+    monkeypatch.setattr(module, "FEWEST_TO_CHOOSE", fewest)
+    monkeypatch.setattr(
+        module.Examiner,
+        "examine",
+        lambda *_: {"validation_accuracy": next(told), "validation_loss": 1.0},
+    )
+    reached = run(tmp_path / "run").training["reached"]
+    assert reached["epoch"] == kept
+    assert reached["validation_accuracy"] == (0.9 if kept == 1 else 0.6)
 
 
 def test_resumed_run_equals_an_uninterrupted_one(tmp_path):

@@ -56,7 +56,8 @@ class Train:
     partial: float | None = None
     """Share of the variants that hold only what a scan of a part of the object sees, 0 … 1."""
     validation: bool = True
-    """Train on all objects; without it the best epoch is chosen on held-back ones."""
+    """Train on all objects and keep the last epoch; without it some are held back, and where those
+    are 100 or more the epoch that names them best is kept."""
     validation_salt: str = ""
     """Another text holds back other objects."""
     precision: Literal["fp32", "bf16"] = "fp32"

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from circumspect.evaluation.markdown import table
+from circumspect.nets import Checkpoint
 from circumspect.training.examiner import YAWS
+from circumspect.training.train import FEWEST_TO_CHOOSE
 
 
 def training_record(weights: Path) -> dict[str, float]:
@@ -23,13 +25,13 @@ def training_record(weights: Path) -> dict[str, float]:
         `epoch` that was kept, of how many `epochs`, its `validation_accuracy`, and `minutes` of
         all epochs, without their measurement on held-back objects.
     """
+    reached = Checkpoint.load(weights).training["reached"]
     with (weights.parent / "epochs.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
-    best = max(rows, key=lambda row: float(row["validation_accuracy"]))
     return {
-        "epoch": int(best["epoch"]),
+        "epoch": int(reached["epoch"]),
         "epochs": len(rows),
-        "validation_accuracy": float(best["validation_accuracy"]),
+        "validation_accuracy": float(reached["validation_accuracy"]),
         "minutes": sum(float(row["seconds"]) for row in rows) / 60,
     }
 
@@ -52,8 +54,9 @@ def training_table(names: Sequence[str], records: Sequence[dict[str, Any]]) -> s
     ]
     *yaws, last = (f"{yaw:.0f}°" for yaw in np.rad2deg(YAWS))
     return (
-        "The epoch with the best mean-class accuracy on held-back training objects, at "
-        f"{', '.join(yaws)} and {last}, was kept:\n\n"
+        "The epoch that was kept, and its mean-class accuracy on held-back training objects, at "
+        f"{', '.join(yaws)} and {last}; where {FEWEST_TO_CHOOSE} or more are held back it is the "
+        "best one by that, else the last:\n\n"
         + table(["network", "epoch", "accuracy on held-back", "minutes"], rows)
         + "\n"
     )

@@ -34,8 +34,8 @@ class TrainingSettings:
         furniture_each: Pieces made of each category.
         gradient_norm: Longer gradients are shortened to this.
         replicas: Augmented variants made of each object.
-        validation: Choose the best epoch on held-back objects; without it all objects train
-            and the last epoch is kept.
+        validation: Hold objects back, which choose the best epoch where they are many enough for
+            that; without it all objects train. Else the last epoch is kept.
         validation_salt: Another salt holds back other objects.
         precision: "fp32" or "bf16" (automatic mixed precision).
         seed: Of all chance.

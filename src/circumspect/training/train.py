@@ -34,6 +34,8 @@ from circumspect.training.settings import TrainingSettings
 
 STATE = "state.safetensors"
 BEST = "best.safetensors"
+FEWEST_TO_CHOOSE = 100
+"""Held-back objects from which on they choose the epoch; of fewer it would be luck."""
 
 
 class TrainingObserver(Protocol):
@@ -83,7 +85,8 @@ def train(
         stop_after: Stop after this many epochs as if interrupted.
 
     Returns:
-        The checkpoint of the best epoch by validation.
+        The checkpoint of the epoch that is kept: the best one on held-back objects where at least
+        `FEWEST_TO_CHOOSE` are held back, else the last.
 
     Raises:
         InputError: The folder holds a run with other settings.
@@ -103,7 +106,7 @@ def train(
             with _precise(run):
                 row |= examiner.examine(run.averaged)
         if log:
-            if _is_best(row, log.history):
+            if len(validation) < FEWEST_TO_CHOOSE or _is_best(row, log.history):
                 _checkpoint(run, objects, recipe, row).save(folder / BEST)
             log.add(row)
             _save(run, folder, log.history)
@@ -115,12 +118,7 @@ def train(
 
 
 def _is_best(row: dict[str, float], history: list[dict[str, float]]) -> bool:
-    """Better on validation than all epochs before; without validation the last is the best.
-
-    Few objects are named equally well by many epochs: of those the smallest loss counts.
-    """
-    if "validation_accuracy" not in row:
-        return True
+    """Better on validation than all epochs before; of equal accuracies the smallest loss counts."""
     return all(_merit(row) > _merit(before) for before in history)
 
 
