@@ -9,6 +9,7 @@ import shutil
 import signal
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -300,5 +301,11 @@ def test_the_contact_sheet_shows_every_scan(gathered: Path, tmp_path: Path) -> N
         for column in range(2):
             cell = pixels[18 + 110 * row :, 120 + 110 * column :][:110, :110]
             assert (cell < 200).sum() > 100
+    # Many objects from one start are no endless column.
+    first, *_ = read_manifest(gathered)
+    many = [replace(first, object=f"chair-{number}") for number in range(40)]
+    draw_contact_sheet(tmp_path / "sheet.png", gathered, many)
+    with Image.open(tmp_path / "sheet.png") as sheet:
+        assert 1 < sheet.width / sheet.height < 2
     one_point = drawn(np.zeros((1, 3), np.float32))
     assert one_point.shape == (110, 110, 3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from circumspect.storage import atomic_path
 
 SIDE, MARGIN, HEAD = 110, 120, 18
 """Pixels of a cloud, of the names at the left, and of the line on top."""
+SHAPE = 1.5
+"""Width to height of the sheet, about."""
 SHOWN = 4096
 """Points of a cloud."""
 FROM = np.radians([-120.0, 25.0])
@@ -20,15 +23,17 @@ FROM = np.radians([-120.0, 25.0])
 
 
 def draw_contact_sheet(
-    path: Path, folder: Path, scans: Sequence[GatheredScan], most_rows: int = 30
+    path: Path, folder: Path, scans: Sequence[GatheredScan], most_objects: int = 120
 ) -> None:
     """One object a row, one start a column, all drawn as the robot saw them from its start.
+
+    Few starts leave room for several blocks of rows side by side.
 
     Args:
         path: PNG to write.
         folder: Of the set.
         scans: Its scans.
-        most_rows: So many objects, evenly picked.
+        most_objects: So many, evenly picked.
 
     Raises:
         InputError: A cloud is broken.
@@ -38,26 +43,30 @@ def draw_contact_sheet(
 
     with_cloud = [scan for scan in scans if "cloud" in scan.files]
     objects = list(dict.fromkeys(scan.object for scan in sorted(with_cloud, key=_order)))
-    if len(objects) > most_rows:
-        picked = np.linspace(0, len(objects) - 1, most_rows).round().astype(int)
+    if len(objects) > most_objects:
+        picked = np.linspace(0, len(objects) - 1, most_objects).round().astype(int)
         objects = [objects[number] for number in picked]
     by_angle = sorted(with_cloud, key=lambda scan: (scan.start_deg is None, scan.start_deg or 0.0))
     columns = list(dict.fromkeys(map(_start, by_angle)))
-    size = (MARGIN + SIDE * max(1, len(columns)), HEAD + SIDE * max(1, len(objects)))
-    sheet = Image.new("RGB", size, "white")
+    width = MARGIN + SIDE * max(1, len(columns))
+    blocks = max(1, round(math.sqrt(SHAPE * SIDE * len(objects) / width)))
+    rows = max(1, math.ceil(len(objects) / blocks))
+    sheet = Image.new("RGB", (width * blocks, HEAD + SIDE * rows), "white")
     pen = ImageDraw.Draw(sheet)
-    for number, start in enumerate(columns):
-        pen.text((MARGIN + SIDE * number + 4, 3), start or "start unknown", fill="black")
-    for row, name in enumerate(objects):
-        top = HEAD + SIDE * row
-        pen.text((4, top + SIDE // 2), name, fill="black")
+    for left in range(0, width * blocks, width):
+        for number, start in enumerate(columns):
+            at = left + MARGIN + SIDE * number + 4
+            pen.text((at, 3), start or "start unknown", fill="black")
+    for number, name in enumerate(objects):
+        left, top = width * (number // rows), HEAD + SIDE * (number % rows)
+        pen.text((left + 4, top + SIDE // 2), name, fill="black")
         for scan in with_cloud:
             if scan.object == name:
                 picture = drawn(read_points(folder / scan.files["cloud"], scan.scan, SHOWN))
-                left = MARGIN + SIDE * columns.index(_start(scan))
-                sheet.paste(Image.fromarray(picture), (left, top))
+                at = left + MARGIN + SIDE * columns.index(_start(scan))
+                sheet.paste(Image.fromarray(picture), (at, top))
                 if scan.quality.get("answer") not in (None, scan.label):
-                    pen.text((left + 3, top + 2), str(scan.quality["answer"]), fill=(190, 60, 20))
+                    pen.text((at + 3, top + 2), str(scan.quality["answer"]), fill=(190, 60, 20))
     with atomic_path(path) as aside:
         sheet.save(aside, "PNG")
 
