@@ -75,6 +75,7 @@ class Train:
         except ImportError as error:
             raise MissingExtraError(error.name or "torch", "train") from error
         from circumspect.cli.progress import progress_bar, speaks
+        from circumspect.cli.say import say
         from circumspect.cli.training_progress import TrainingProgress
         from circumspect.datasets import GridCache, open_data_set
 
@@ -83,8 +84,9 @@ class Train:
         settings, recipe = self._settings(net), self._recipe(net)
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(self.data, "train", progress)
-        if self.passes is None:
-            settings = replace(settings, passes=passes_for(len(objects)))
+        if self.passes is None and (passes := passes_for(len(objects))) > 1:
+            settings = replace(settings, passes=passes)
+            say(f"{len(objects)} objects are few: an epoch shows each {passes} times (--passes)")
         out = self.out or Path("runs") / f"train-{net}"
         with TrainingProgress(settings.epochs) as observer:
             cache = GridCache(self.cache)
