@@ -132,7 +132,8 @@ class Gather:
             print(json.dumps(document))  # noqa: T201
             return
         print(_table(scans))  # noqa: T201
-        print(f"{len(scans)} scans are in {self.out}; look at {self.out / SHEET}")  # noqa: T201
+        held = "1 scan is" if len(scans) == 1 else f"{len(scans)} scans are"
+        print(f"{held} in {self.out}; look at {self.out / SHEET}")  # noqa: T201
 
 
 def measured(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +71,8 @@ def reproduce_unknown(
     """
     check_classes(load_predictor(shipped_path()), test)
     settings = how.settings(how.net)
+    # Ten sets are augmented: no more variants than epochs that show them.
+    settings = replace(settings, replicas=min(settings.replicas, settings.epochs))
     recipe = net_spec(how.net).recipe
     rows: dict[str, Any] = {}
     for label, left_out in enumerate(train.classes):
@@ -80,7 +82,8 @@ def reproduce_unknown(
             weights = trained(known, settings, recipe, at / "training", observer, cache)
         rows[left_out] = _judged(weights, known, without(test, label), how, at, watched)
     document = {
-        "circumspect": __version__, "net": how.net, "epochs": settings.epochs,
+        "circumspect": __version__, "command": how.command("unknown --data modelnet10"),
+        "net": how.net, "epochs": settings.epochs,
         "yaws": how.yaw_count, "precision": how.precision, "seed": how.seed,
         "left_out": rows, "other_things": _of_shipped(test.classes, how, folder, watched),
     }  # fmt: skip
@@ -191,7 +194,7 @@ def _markdown(document: dict[str, Any]) -> str:
     shown = [[kind.replace("_", " "), f"{v:.2f}"] for kind, v in other["called_unknown"].items()]
     return (
         "# Objects of no known class\n\n"
-        "`circumspect reproduce unknown --data modelnet10`\n\n"
+        f"`{document['command']}`\n\n"
         f"`{document['net']}` trained {document['epochs']} epochs without a class; what is below "
         "the threshold that 95 % of the held-back objects reach is called unknown. On ModelNet10's "
         f"test objects at {document['yaws']} yaws.\n\n"
