@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from circumspect.planning import camera_place, fitting_distance, stance
 from circumspect.planning.alternatives import NEAREST, alternatives
 from circumspect.planning.next_view import NextView
+from circumspect.planning.stance import _shares_outside
 
 PLACE = st.tuples(st.floats(-3, 3), st.floats(-3, 3))
 
@@ -47,6 +48,23 @@ def test_the_fitting_distance_grows_with_the_object_and_ends_with_the_range() ->
     assert found[0] == pytest.approx(0.8, abs=0.11)
     assert found[0] <= found[1] < found[2]
     assert found[3] <= 3.5
+
+
+@given(azimuth=st.floats(0, 2 * np.pi), wide=st.floats(0.2, 3.0), deep=st.floats(0.2, 3.0))
+def test_what_all_distances_miss_is_what_each_misses(azimuth, wide, deep) -> None:
+    """Fast against slow: a camera put to every distance, one after the other."""
+    around = situation(walls(box(wide, deep).outline_xy), facing_centre(0, 3))
+    outward, away = np.array([np.cos(azimuth), np.sin(azimuth)]), np.arange(0.8, 4.0, 0.1)
+    centre = np.array([0.3, -0.2])
+    found = _shares_outside(around, around.points_xyz, centre, away, outward)
+    for number, distance in enumerate(away):
+        base = stance(centre + distance * outward, centre, MOUNT)
+        x, y, z = (base.as_transform() * MOUNT).inv().apply(around.points_xyz).T
+        inside = (z >= around.nearest) & (z <= around.farthest)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inside &= np.abs(CAMERA.fx * x / z) <= 0.95 * CAMERA.width / 2
+            inside &= np.abs(CAMERA.fy * y / z) <= 0.95 * CAMERA.height / 2
+        assert found[number] == pytest.approx(1 - inside.mean(), abs=1e-12)
 
 
 def test_alternatives_look_at_the_same_place_from_the_same_side() -> None:

@@ -70,25 +70,27 @@ def fitting_distance(
     centre = centre_of(points)
     reach = float(((points[:, :2] - centre) @ outward_xy).max())
     distances = np.arange(least, max(situation.farthest, least + STEP), STEP)
-    outside = np.array(
-        [_share_outside(situation, points, centre, reach + d, outward_xy) for d in distances]
-    )
+    outside = _shares_outside(situation, points, centre, reach + distances, outward_xy)
     return float(distances[int(np.argmax(outside <= outside.min() + TOLERATED))])
 
 
-def _share_outside(
+def _shares_outside(
     situation: Situation,
     points_xyz: NDArray[np.float64],
     centre_xy: NDArray[np.float64],
-    away: float,
+    away: NDArray[np.float64],
     outward_xy: NDArray[np.float64],
-) -> float:
-    """Share of the points that the camera, `away` from the centre, does not see."""
+) -> NDArray[np.float64]:
+    """(k,) shares of the (n, 3) points that the camera, (k,) `away` from the centre, misses."""
     mounting, camera = situation.T_base_camera, situation.camera
-    base = stance(centre_xy + away * outward_xy, centre_xy, mounting)
-    x, y, z = (base.as_transform() * mounting).inv().apply(points_xyz).T
+    base = stance(centre_xy + outward_xy, centre_xy, mounting)
+    T_camera_map = (base.as_transform() * mounting).inv()
+    # One who steps back sees everything move by the same vector.
+    step_back = T_camera_map.rotation.apply([*outward_xy, 0.0])
+    seen = T_camera_map.apply(points_xyz) - (away[:, None, None] - 1) * step_back
+    x, y, z = np.moveaxis(seen, 2, 0)
     inside = (z >= situation.nearest) & (z <= situation.farthest)
     z = np.maximum(z, 1e-6)
     inside &= np.abs(camera.fx * x / z) <= IMAGE_SHARE * camera.width / 2
     inside &= np.abs(camera.fy * y / z) <= IMAGE_SHARE * camera.height / 2
-    return 1 - float(inside.mean())
+    return 1 - inside.mean(axis=1)
