@@ -208,8 +208,18 @@ def test_a_folder_that_can_not_be_written_is_found_out_before_any_image(room, tm
     (tmp_path / "track" / "ceiling_0" / "1.0.png").write_bytes(b"no picture")
     words = ("track", tmp_path / "track", "--calibration", room / "images/calibration.json")
     assert run(*words, "--out", tmp_path / "file" / "x") == 2
-    assert "file" in (complaint := capsys.readouterr().err)
+    complaint = capsys.readouterr().err
+    assert str(tmp_path / "file" / "x") in complaint
     assert "image" not in complaint
+
+
+def test_a_wrong_call_spoils_no_earlier_run(room, capsys):
+    before = {file.name: file.read_bytes() for file in (room / "run").iterdir() if file.is_file()}
+    assert run("simulate", "--moved", "nobody", "--out", room / "run") == 2
+    assert "nobody" in capsys.readouterr().err
+    assert before == {
+        file.name: file.read_bytes() for file in (room / "run").iterdir() if file.is_file()
+    }
 
 
 @pytest.mark.parametrize("name", ["simulate", "board", "intrinsics", "extrinsics", "track"])

@@ -52,9 +52,9 @@ def test_few_objects_are_shown_more_often(data, tmp_path, capsys):
     """As a user would who gathered a handful: without flags for it."""
     words = ("train", "--data", data, "--out", tmp_path / "run", "--cache", tmp_path / "grids")
     assert run(*words, "--epochs", 1, "--replicas", 1) == 0
-    assert "40 objects are few: an epoch shows each 13 times" in capsys.readouterr().err
+    assert "40 objects are few: an epoch shows all 13 times" in capsys.readouterr().err
     settings = json.loads((tmp_path / "run" / "config.json").read_text())["settings"]
-    assert settings["passes"] == 13  # times 40 objects make 500 draws
+    assert settings["passes"] == 13  # times 40 objects are just over 500
 
 
 def test_corruption_is_measured_instead(trained, data, tmp_path, capsys):

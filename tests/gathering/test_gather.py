@@ -224,6 +224,20 @@ def test_a_gathered_set_is_a_data_set(gathered: Path) -> None:
         read_gathered(gathered, "train", [45.0])
 
 
+def test_recordings_train_beside_simulated_scans(gathered: Path, tmp_path: Path) -> None:
+    """Whether their start was measured or not; and their starts are asked of nothing else."""
+    folder = tmp_path / "set"
+    shutil.copytree(gathered, folder)
+    files = {"cloud": "clouds/bed-200000@000.npz"}
+    for name, start in (("blue@run1", None), ("red@run2", 30.0), ("red@run3", 50.0)):
+        thing = name.partition("@")[0]
+        append(folder, scan(name, object=thing, label="lamp", start_deg=start, files=files))
+    train = open_data_set(folder, "train")
+    assert train.names.tolist()[2:] == ["blue@run1", "red@run2"], "from the first start"
+    assert train.classes == ("bed", "chair", "lamp")
+    assert verify_gathered(folder).missing == ()
+
+
 @given(st.integers(0, 2**32 - 1), st.integers(1, 50))
 def test_points_are_drawn_by_area_and_always_the_same(seed: int, count: int) -> None:
     import tempfile

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from circumspect.planning import camera_place, fitting_distance, stance
 from circumspect.planning.alternatives import NEAREST, alternatives
 from circumspect.planning.next_view import NextView
-from circumspect.planning.stance import _shares_outside
+from circumspect.planning.stance import IMAGE_SHARE, _shares_outside
 
 PLACE = st.tuples(st.floats(-3, 3), st.floats(-3, 3))
 
@@ -62,8 +62,8 @@ def test_what_all_distances_miss_is_what_each_misses(azimuth, wide, deep) -> Non
         x, y, z = (base.as_transform() * MOUNT).inv().apply(around.points_xyz).T
         inside = (z >= around.nearest) & (z <= around.farthest)
         with np.errstate(divide="ignore", invalid="ignore"):
-            inside &= np.abs(CAMERA.fx * x / z) <= 0.95 * CAMERA.width / 2
-            inside &= np.abs(CAMERA.fy * y / z) <= 0.95 * CAMERA.height / 2
+            inside &= np.abs(CAMERA.fx * x / z) <= IMAGE_SHARE * CAMERA.width / 2
+            inside &= np.abs(CAMERA.fy * y / z) <= IMAGE_SHARE * CAMERA.height / 2
         assert found[number] == pytest.approx(1 - inside.mean(), abs=1e-12)
 
 

@@ -52,7 +52,7 @@ def run(folder, settings=QUICK, objects=None, **options):
     return train(objects or two_kinds(), settings, folder, Silent(), cache, **options)
 
 
-def test_learns_logs_and_keeps_the_best(tmp_path):
+def test_learns_and_logs(tmp_path):
     settings = TrainingSettings(epochs=6, batch_size=8, replicas=2, seed=1)
     checkpoint = run(tmp_path / "run", settings, two_kinds(96))
     assert checkpoint.classes == ("plate", "post")

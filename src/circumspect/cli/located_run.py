@@ -12,29 +12,24 @@ from numpy.typing import NDArray
 from circumspect.errors import MissingExtraError
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import Calibration, SpaceTrack, TagMount
-from circumspect.storage import atomic_open, write_json
+from circumspect.storage import atomic_open, atomic_path, write_json
 
 RESULTS = ("space.jsonl", "trajectory.txt", "space.png", "result.json")
-"""Those of an earlier track are removed from its folder first."""
+"""Those of an earlier track, which the first one tells, are removed from its folder first."""
 
 
 def claim_track(folder: Path) -> None:
-    """Begin a track in a folder, before the work that would be lost if nothing could be written.
+    """See whether a folder can be written, before the work that would be lost if it could not.
 
     Args:
-        folder: Made where missing. What an earlier track left there, which its space.jsonl tells,
-            is removed.
+        folder: Made where missing.
 
     Raises:
-        OutputError: The folder can not be written.
+        OutputError: It can not be written.
     """
-    first = folder / RESULTS[0]
-    earlier = first.exists()
-    with atomic_open(first):
-        pass
-    if earlier:
-        for name in RESULTS[1:]:
-            (folder / name).unlink(missing_ok=True)
+    with atomic_path(folder / "writable") as aside:
+        aside.touch()
+    (folder / "writable").unlink()
 
 
 def save_track(
@@ -51,7 +46,7 @@ def save_track(
     """Write trajectory.txt, space.jsonl, result.json and space.png.
 
     Args:
-        folder: From `claim_track`.
+        folder: Made where missing.
         track: What the intelligent space said.
         calibration: Of its cameras.
         mount: The tag.
@@ -68,6 +63,9 @@ def save_track(
         OutputError: A file can not be written.
     """
     told: dict[str, Any] = {**record, "run": str(folder)}
+    if (folder / RESULTS[0]).exists():
+        for name in RESULTS:
+            (folder / name).unlink(missing_ok=True)
     if (trajectory := track.trajectory()) is not None:
         write_tum(folder / "trajectory.txt", trajectory)
     with atomic_open(folder / "space.jsonl") as stream:

@@ -37,10 +37,10 @@ class Train:
     pool: Literal["rwmp", "max"] | None = None
     """Of moon2018: row-wise max pooling, or the paper's comparison with it."""
     epochs: int | None = None
-    """After each the held-back objects are named, and progress is saved."""
+    """How many; after each the held-back objects are named, and progress is saved."""
     passes: int | None = None
-    """An epoch shows as many objects as the set holds so many times; without it once, or as often
-    as makes 500 of them."""
+    """How often an epoch goes through the set; without it once, and through a small set as often as
+    makes about 500 objects."""
     batch_size: int | None = None
     """Objects a step."""
     learning_rate: float | None = None
@@ -56,8 +56,8 @@ class Train:
     partial: float | None = None
     """Share of the variants that hold only what a scan of a part of the object sees, 0 … 1."""
     validation: bool = True
-    """Train on all objects and keep the last epoch; without it some are held back, and where those
-    are 100 or more the epoch that names them best is kept."""
+    """Train on all objects and keep the last epoch; without it some are held back, and if they are
+    100 or more, the epoch that names them best is kept."""
     validation_salt: str = ""
     """Another text holds back other objects."""
     precision: Literal["fp32", "bf16"] = "fp32"
@@ -86,7 +86,8 @@ class Train:
             objects = open_data_set(self.data, "train", progress)
         if self.passes is None and (passes := passes_for(len(objects))) > 1:
             settings = replace(settings, passes=passes)
-            say(f"{len(objects)} objects are few: an epoch shows each {passes} times (--passes)")
+            if speaks():
+                say(f"{len(objects)} objects are few: an epoch shows all {passes} times (--passes)")
         out = self.out or Path("runs") / f"train-{net}"
         with TrainingProgress(settings.epochs) as observer:
             cache = GridCache(self.cache)

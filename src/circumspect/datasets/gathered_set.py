@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Collection, Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -157,8 +158,8 @@ def read_points(path: Path, name: str, count: int = POINTS) -> NDArray[np.float3
     Raises:
         InputError: The file is missing or broken.
     """
+    held = read_arrays(path, {"points_xyz": "f", "areas": "f"}, MOST_BYTES)
     try:
-        held = read_arrays(path, {"points_xyz": "f", "areas": "f"}, MOST_BYTES)
         points, areas = held["points_xyz"], held["areas"].astype(np.float64)
         if points.ndim != 2 or points.shape[1:] != (3,) or areas.shape != (len(points),):
             raise ValueError(f"shapes {points.shape} and {areas.shape}")
@@ -166,8 +167,6 @@ def read_points(path: Path, name: str, count: int = POINTS) -> NDArray[np.float3
             raise ValueError("empty or not finite")
         if areas.min() < 0 or areas.sum() <= 0:
             raise ValueError("areas")
-    except InputError as error:
-        raise InputError(f"{path}: is no cloud of a gathered scan ({error})") from error
     except ValueError as error:
         raise InputError(f"{path}: is no cloud of a gathered scan ({error})") from error
     seed = int.from_bytes(hashlib.sha256(name.encode()).digest()[:8])
@@ -192,17 +191,47 @@ def read_gathered(
         InputError: The folder is broken, or holds no such scan.
     """
     scans = read_manifest(path)
-    classes = tuple(sorted({scan.label for scan in scans}))
     chosen = [
         scan
         for scan in scans
-        if scan.split == split
-        and "cloud" in scan.files
-        and (starts_deg is None or scan.start_deg in starts_deg)
+        if scan.split == split and (starts_deg is None or scan.start_deg in starts_deg)
     ]
+    where = "" if starts_deg is None else f" from {', '.join(f'{s:g}°' for s in starts_deg)}"
+    return _clouds_of(path, chosen, scans, f"of the {split} split{where}")
+
+
+def read_training(path: Path) -> ObjectSet:
+    """The scans that train: of each object those from its first start, as in the paper.
+
+    Recordings whose start nobody measured train, too.
+
+    Returns:
+        As from `read_gathered`.
+
+    Raises:
+        InputError: The folder is broken, or holds no such scan.
+    """
+    scans = read_manifest(path)
+    first: dict[str, float] = {}
+    for scan in scans:
+        if scan.start_deg is not None:
+            first[scan.object] = min(scan.start_deg, first.get(scan.object, math.inf))
+    chosen = [
+        scan
+        for scan in scans
+        if scan.split == "train" and scan.start_deg in (None, first.get(scan.object))
+    ]
+    return _clouds_of(path, chosen, scans, "of the train split")
+
+
+def _clouds_of(
+    path: Path, chosen: Iterable[GatheredScan], scans: Iterable[GatheredScan], what: str
+) -> ObjectSet:
+    """Those of the chosen scans that saw their object, under all classes of the set."""
+    chosen = [scan for scan in chosen if "cloud" in scan.files]
     if not chosen:
-        where = "" if starts_deg is None else f" from {', '.join(f'{s:g}°' for s in starts_deg)}"
-        raise InputError(f"{path}: holds no scan of the {split} split{where}")
+        raise InputError(f"{path}: holds no scan {what}")
+    classes = tuple(sorted({scan.label for scan in scans}))
     return ObjectSet(
         np.stack([read_points(path / scan.files["cloud"], scan.scan) for scan in chosen]),
         np.array([classes.index(scan.label) for scan in chosen], np.int64),
@@ -211,7 +240,6 @@ def read_gathered(
     )
 
 
-def first_starts(scans: Iterable[GatheredScan]) -> list[float]:
-    """The first start of a set: 0° if there are scans from it; empty where starts are not known."""
-    known = sorted({scan.start_deg for scan in scans if scan.start_deg is not None})
-    return known[:1]
+def simulated_name(thing: str, start_deg: float) -> str:
+    """The name of an object's simulated scan; recordings are named after their file."""
+    return f"{thing}@{start_deg:05.1f}".removesuffix(".0")

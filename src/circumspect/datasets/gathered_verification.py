@@ -16,6 +16,7 @@ from circumspect.datasets.gathered_set import (
     read_manifest,
     read_points,
     read_settings,
+    simulated_name,
 )
 from circumspect.errors import CircumspectError
 from circumspect.geometry import read_tum
@@ -125,10 +126,11 @@ def _not_made(path: Path, scans: list[GatheredScan]) -> list[str]:
 
 
 def _missing(scans: list[GatheredScan]) -> list[str]:
+    """Simulated from some of the starts only; a recording has the start that it has."""
     starts: dict[str, set[float]] = {}
     objects: dict[str, dict[str, set[float]]] = {}
     for scan in scans:
-        if scan.start_deg is not None:
+        if scan.start_deg is not None and scan.scan == simulated_name(scan.object, scan.start_deg):
             starts.setdefault(scan.split, set()).add(scan.start_deg)
             there = objects.setdefault(scan.split, {}).setdefault(scan.object, set())
             there.add(scan.start_deg)

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Literal
 
 from circumspect.datasets.gathered_set import (
-    first_starts,
     is_gathered,
     read_gathered,
-    read_manifest,
+    read_training,
 )
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.off_folder import read_off_folder
@@ -28,8 +27,8 @@ def open_data_set(
 
     Args:
         path: A folder of point packs (`train.npz`, `test.npz`), the OFF folder of ModelNet10, a
-            gathered set (of which scans from the first start train, and all test), or one point
-            pack, which then stands for all of its split.
+            gathered set (of each object the scans from its first start train, and all test), or
+            one point pack, which then stands for all of its split.
         split: "train" is the official training split; "fit" and "validation" are its two
             parts; "test" is for reports only.
         progress: Called with (done, all) while meshes are sampled.
@@ -63,7 +62,7 @@ def _read(path: Path, source: str, progress: Callable[[int, int], None] | None) 
 def _gathered(path: Path, source: str) -> ObjectSet:
     if source == "test":
         return read_gathered(path, "test")
-    return read_gathered(path, "train", first_starts(read_manifest(path)) or None)
+    return read_training(path)
 
 
 def _lone_pack(path: Path, source: str) -> ObjectSet:

@@ -25,10 +25,7 @@ def read_point_pack(path: Path) -> ObjectSet:
     Raises:
         InputError: The file is missing, broken, or lacks a key.
     """
-    try:
-        pack = read_arrays(path, KINDS)
-    except InputError as error:
-        raise InputError(f"{error}; a point pack is expected: fetch or make it anew") from error
+    pack = read_arrays(path, KINDS)
     points, labels = pack["points_u16"], pack["labels"]
     names, classes = pack["names"], pack["classes"]
     if points.dtype != np.uint16 or points.ndim != 3:

@@ -23,7 +23,7 @@ FROM = np.radians([-120.0, 25.0])
 
 
 def draw_contact_sheet(
-    path: Path, folder: Path, scans: Sequence[GatheredScan], most_objects: int = 120
+    path: Path, folder: Path, scans: Sequence[GatheredScan], most_clouds: int = 400
 ) -> None:
     """One object a row, one start a column, all drawn as the robot saw them from its start.
 
@@ -33,7 +33,7 @@ def draw_contact_sheet(
         path: PNG to write.
         folder: Of the set.
         scans: Its scans.
-        most_objects: So many, evenly picked.
+        most_clouds: Room for so many; objects are picked evenly.
 
     Raises:
         InputError: A cloud is broken.
@@ -43,11 +43,12 @@ def draw_contact_sheet(
 
     with_cloud = [scan for scan in scans if "cloud" in scan.files]
     objects = list(dict.fromkeys(scan.object for scan in sorted(with_cloud, key=_order)))
-    if len(objects) > most_objects:
-        picked = np.linspace(0, len(objects) - 1, most_objects).round().astype(int)
-        objects = [objects[number] for number in picked]
     by_angle = sorted(with_cloud, key=lambda scan: (scan.start_deg is None, scan.start_deg or 0.0))
     columns = list(dict.fromkeys(map(_start, by_angle)))
+    most = max(1, most_clouds // max(1, len(columns)))
+    if len(objects) > most:
+        picked = np.linspace(0, len(objects) - 1, most).round().astype(int)
+        objects = [objects[number] for number in picked]
     width = MARGIN + SIDE * max(1, len(columns))
     blocks = max(1, round(math.sqrt(SHAPE * SIDE * len(objects) / width)))
     rows = max(1, math.ceil(len(objects) / blocks))

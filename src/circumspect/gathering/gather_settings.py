@@ -6,6 +6,7 @@ import hashlib
 from dataclasses import dataclass
 from typing import Literal
 
+from circumspect.datasets.gathered_set import simulated_name
 from circumspect.errors import InputError
 from circumspect.furniture import CATEGORIES
 
@@ -41,7 +42,7 @@ class ScanTask:
     @property
     def key(self) -> str:
         """The scan's name."""
-        return f"{self.object}@{self.start_deg:05.1f}".removesuffix(".0")
+        return simulated_name(self.object, self.start_deg)
 
 
 @dataclass(frozen=True)

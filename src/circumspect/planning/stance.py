@@ -85,7 +85,7 @@ def _shares_outside(
     mounting, camera = situation.T_base_camera, situation.camera
     base = stance(centre_xy + outward_xy, centre_xy, mounting)
     T_camera_map = (base.as_transform() * mounting).inv()
-    # One who steps back sees everything move by the same vector.
+    # Stepping back moves every point by the same vector in the camera's frame.
     step_back = T_camera_map.rotation.apply([*outward_xy, 0.0])
     seen = T_camera_map.apply(points_xyz) - (away[:, None, None] - 1) * step_back
     x, y, z = np.moveaxis(seen, 2, 0)

@@ -35,7 +35,7 @@ def trained(
     """Train a network, or go on with it, or leave it as it is where it is done.
 
     Returns:
-        The checkpoint of the best epoch.
+        The checkpoint of the epoch that is kept.
 
     Raises:
         InputError: The folder holds another run.

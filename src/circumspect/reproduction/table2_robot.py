@@ -12,7 +12,7 @@ import numpy as np
 from circumspect import __version__
 from circumspect.classification import GridRecipe
 from circumspect.datasets import GridCache, ObjectSet
-from circumspect.datasets.gathered_set import first_starts, read_gathered, read_manifest
+from circumspect.datasets.gathered_set import read_gathered, read_manifest, read_training
 from circumspect.errors import InputError
 from circumspect.evaluation.figures import draw_confusion, save_figure
 from circumspect.evaluation.markdown import table
@@ -27,7 +27,7 @@ from circumspect.training import TrainingSettings
 
 OURS = "planes"
 PAPERS_STARTS = "4 starts"
-BATCH, PASSES = 8, 8
+BATCH, MORE_EPOCHS = 8, 8
 """A set of some dozens of scans is shown in smaller batches, and so many times as often as the
 thousands of ModelNet10; a network that saw each as rarely would have learnt nothing."""
 
@@ -60,7 +60,7 @@ def reproduce_robot(
     lacking = [start for start in ANGLES_DEG if start not in starts]
     if lacking:
         raise InputError(f"{gathered}: holds no scans from {', '.join(f'{s:g}°' for s in lacking)}")
-    train = read_gathered(gathered, "train", first_starts(scans))
+    train = read_training(gathered)
     tests = {start: read_gathered(gathered, "test", [start]) for start in starts}
     rows = []
     for kind, pool in ROBOT:
@@ -126,7 +126,7 @@ def for_few(meant: TrainingSettings) -> TrainingSettings:
     return replace(
         meant,
         batch_size=BATCH,
-        epochs=PASSES * meant.epochs,
+        epochs=MORE_EPOCHS * meant.epochs,
         learning_rate=meant.learning_rate * BATCH / meant.batch_size,
     )
 

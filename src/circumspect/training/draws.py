@@ -12,7 +12,7 @@ FEWEST_DRAWS = 500
 
 
 def passes_for(count: int) -> int:
-    """How often an epoch is to show each object of a set, so that few objects suffice for one.
+    """How often an epoch is to go through a set, so that it shows about `FEWEST_DRAWS` objects.
 
     Args:
         count: Objects in the set.

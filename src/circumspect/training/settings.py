@@ -16,9 +16,9 @@ class TrainingSettings:
 
     Attributes:
         net: Name of the network.
-        epochs: After each the held-back objects are named, and progress is saved.
-        passes: So many times as many objects as the set holds are drawn in an epoch; more than one
-            lets small sets learn in as many epochs as large ones.
+        epochs: How many; after each the held-back objects are named, and progress is saved.
+        passes: How often an epoch goes through the set; `passes_for` says how often it should go
+            through a small one.
         batch_size: Objects a step, over all processes.
         learning_rate: Its peak; it warms up linearly and decays as a cosine.
         warm_up: Share of the run until the peak.
@@ -34,8 +34,8 @@ class TrainingSettings:
         furniture_each: Pieces made of each category.
         gradient_norm: Longer gradients are shortened to this.
         replicas: Augmented variants made of each object.
-        validation: Hold objects back, which choose the best epoch where they are many enough for
-            that; without it all objects train. Else the last epoch is kept.
+        validation: Hold objects back; 100 or more of them choose the epoch that is kept. With
+            fewer, and where all objects train, the last one is.
         validation_salt: Another salt holds back other objects.
         precision: "fp32" or "bf16" (automatic mixed precision).
         seed: Of all chance.

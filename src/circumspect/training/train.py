@@ -127,7 +127,7 @@ def _merit(row: dict[str, float]) -> tuple[float, float]:
 
 
 def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str, float]:
-    """One pass; every rank and every epoch has chance of its own, so a resumed run repeats it."""
+    """One epoch; every rank and every epoch has chance of its own, so a resumed run repeats it."""
     settings, accelerator = run.settings, run.accelerator
     torch.manual_seed(settings.seed * 1_000_003 + epoch * 1_009 + accelerator.process_index)
     start, losses, hits, seen = time.perf_counter(), 0.0, 0, 0
