@@ -19,7 +19,7 @@ from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
 from circumspect.reproduction import Table2, reproduce_robot
 from circumspect.reproduction.published import ROBOT
-from circumspect.reproduction.table2_robot import PASSES, for_few
+from circumspect.reproduction.table2_robot import MORE_EPOCHS, for_few
 
 QUICK = Table2(epochs=1, shape=(14, 14, 14))
 STARTS = (0.0, 22.5, 45.0, 90.0, 135.0)
@@ -73,7 +73,7 @@ def test_every_network_is_tested_on_scans_from_every_start(gathered: Path, tmp_p
 def test_few_scans_are_shown_more_often_and_in_small_batches() -> None:
     meant = QUICK.settings("moon2018")
     few = for_few(meant)
-    assert few.epochs == PASSES * meant.epochs
+    assert few.epochs == MORE_EPOCHS * meant.epochs
     assert few.learning_rate / few.batch_size == meant.learning_rate / meant.batch_size
     assert replace(few, epochs=1, batch_size=32, learning_rate=meant.learning_rate) == meant
 
