@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -174,3 +176,10 @@ def test_old_odometry_is_forgotten() -> None:
         buffer.heard(odometry(0.1 * number))
     assert buffer.at(50.0) is None
     assert buffer.at(95.0) is not None
+
+
+@pytest.mark.parametrize("far", [1e308, float("inf"), float("nan")])
+def test_absurd_numbers_are_refused_without_a_warning(far: float) -> None:
+    place, orientation = SimpleNamespace(x=far, y=0, z=0), SimpleNamespace(x=far, y=0, z=0, w=1)
+    with pytest.raises(InputError, match="a pose at"):
+        transform_of(place, orientation)

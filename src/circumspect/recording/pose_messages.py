@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -77,9 +78,10 @@ def transform_of(place: Any, orientation: Any) -> RigidTransform:
     """
     xyz = np.array([place.x, place.y, place.z])
     xyzw = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
-    length = float(np.linalg.norm(xyzw))
+    length = math.hypot(*xyzw)  # Unlike NumPy's it can not overflow.
     if not np.isfinite(xyz).all() or not abs(length - 1) < 0.01:
-        raise InputError(f"a pose at {xyz.round(3).tolist()} with the quaternion {xyzw.tolist()}")
+        at = [round(value, 3) for value in xyz.tolist()]
+        raise InputError(f"a pose at {at} with the quaternion {xyzw.tolist()}")
     return RigidTransform.from_components(xyz, Rotation.from_quat(xyzw))
 
 
