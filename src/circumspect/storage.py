@@ -48,6 +48,21 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         raise OutputError(_explain(Path(path), error)) from error
 
 
+def require_writable(folder: str | os.PathLike[str]) -> None:
+    """Find out before long work whether its results can be written.
+
+    Args:
+        folder: Made where missing; nothing is left in it.
+
+    Raises:
+        OutputError: It can not be written.
+    """
+    try:
+        _create_aside(_resolved(Path(folder)) / secrets.token_hex(6)).unlink()
+    except OSError as error:
+        raise OutputError(_explain(Path(folder), error)) from error
+
+
 @contextmanager
 def atomic_open(path: str | os.PathLike[str], mode: str = "w") -> Iterator[IO[Any]]:
     """Open a file for writing that appears under its name only when complete.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from experiment_watcher import Watched
@@ -77,7 +79,10 @@ def test_every_class_is_left_out_once(tmp_path, monkeypatch):
     assert text.count("\n| ") == (2 + 3 + 1) + (2 + 1), "heads, rows and a mean"
     again = Watched()
     assert run(watched=again) == document
-    assert not any(step.startswith("without plate") and "," not in step for step in again.steps)
+    assert again.steps == [], "nothing is trained or measured again"
+    assert f"`{document['command']}`" in text
+    made = json.loads((tmp_path / "out" / "without-plate" / "training" / "config.json").read_text())
+    assert made["settings"]["replicas"] == QUICK.epochs
     with pytest.raises(InputError, match="other settings"):
         run(Unknown(epochs=2, yaw_count=2, each=1))
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from circumspect.errors import OutputError
-from circumspect.storage import append_line, atomic_open, atomic_path, write_json
+from circumspect.storage import append_line, atomic_open, atomic_path, require_writable, write_json
 
 
 @contextmanager
@@ -212,6 +212,15 @@ def test_what_json_can_not_hold_leaves_no_file(tmp_path: Path):
     with pytest.raises(TypeError):
         write_json(tmp_path / "x.json", {"x": object()})
     assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_is_tried_and_left_as_it_was(tmp_path: Path):
+    require_writable(tmp_path / "new" / "run")
+    assert list((tmp_path / "new" / "run").iterdir()) == []
+    (tmp_path / "file").write_text("kept")
+    with pytest.raises(OutputError, match="can not be written"):
+        require_writable(tmp_path / "file" / "run")
+    assert (tmp_path / "file").read_text() == "kept"
 
 
 def test_lines_are_added_whole_or_not_at_all(tmp_path: Path):

@@ -50,11 +50,11 @@ class Simulate:
 
     def run(self) -> int:
         """Drive, track, compare, draw."""
-        from circumspect.cli.located_run import claim_track
         from circumspect.cli.run_screen import new_run_folder
         from circumspect.cli.scan import drawn_seed
         from circumspect.cli.simulated_space import SimulatedSpace, SpaceSetup
         from circumspect.cli.simulated_views import SimulatedViews
+        from circumspect.storage import require_writable
 
         setup = SpaceSetup(
             self.cameras, self.ceiling, self.speed, self.seconds, self.rate, self.slip,
@@ -62,7 +62,7 @@ class Simulate:
         )  # fmt: skip
         views = None if self.images is None else SimulatedViews(self.images)
         folder = self.out or new_run_folder("locate")
-        claim_track(folder)
+        require_writable(folder)
         space = SimulatedSpace.prepared(setup)
         say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
         if views is None:

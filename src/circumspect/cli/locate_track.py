@@ -13,6 +13,9 @@ from circumspect.cli.say import say
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from circumspect.localization import CeilingImage
     from circumspect.localization.image_folder import ImageFolder
     from circumspect.recording import CeilingBag
 
@@ -53,19 +56,18 @@ class Track:
         """Detect, fuse, write down, draw."""
         import time
 
-        from circumspect.cli.located_run import claim_track, save_track
+        from circumspect.cli.located_run import save_track
         from circumspect.cli.progress import progress_bar
         from circumspect.cli.run_screen import new_run_folder
         from circumspect.evaluation.space_error import space_error
         from circumspect.geometry import read_tum
         from circumspect.localization import (
-            CeilingImage,
             IntelligentSpace,
-            SpaceFix,
             SpaceTrack,
             TagMount,
             read_calibration,
         )
+        from circumspect.storage import require_writable
 
         calibration = read_calibration(self.calibration)
         images = self._opened([camera.name for camera in calibration.cameras])
@@ -78,22 +80,11 @@ class Track:
         truth = None if self.truth is None else read_tum(self.truth)
         paths = {} if self.odometry is None else {"odometry alone": read_tum(self.odometry)}
         folder = self.out or new_run_folder("track")
-        claim_track(folder)
+        require_writable(folder)
         space = IntelligentSpace(calibration.cameras, mount)
         began = time.perf_counter()
-        fixes: list[SpaceFix] = []
         with progress_bar("images") as progress:
-            done = 0
-
-            def counted() -> Any:
-                nonlocal done
-                image: CeilingImage
-                for image in images:
-                    done += 1
-                    progress(done, len(images))
-                    yield image
-
-            fixes.extend(space.track(counted()))
+            fixes = list(space.track(_counted(images, progress)))
         spent = time.perf_counter() - began
         if images.skipped and not fixes:
             name, reason = next(iter(images.skipped.items()))
@@ -144,6 +135,14 @@ class Track:
         if not (camera and equals and topic):
             raise InputError(f"--topic {words}: give CAMERA=TOPIC, as ceiling_0=/up/image_raw")
         return camera, topic
+
+
+def _counted(
+    images: ImageFolder | CeilingBag, progress: Callable[[int, int], None]
+) -> Iterator[CeilingImage]:
+    for done, image in enumerate(images, start=1):
+        progress(done, len(images))
+        yield image
 
 
 def _told(record: dict[str, Any]) -> str:

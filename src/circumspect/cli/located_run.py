@@ -12,24 +12,10 @@ from numpy.typing import NDArray
 from circumspect.errors import MissingExtraError
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import Calibration, SpaceTrack, TagMount
-from circumspect.storage import atomic_open, atomic_path, write_json
+from circumspect.storage import atomic_open, write_json
 
 RESULTS = ("space.jsonl", "trajectory.txt", "space.png", "result.json")
 """Those of an earlier track, which the first one tells, are removed from its folder first."""
-
-
-def claim_track(folder: Path) -> None:
-    """See whether a folder can be written, before the work that would be lost if it could not.
-
-    Args:
-        folder: Made where missing.
-
-    Raises:
-        OutputError: It can not be written.
-    """
-    with atomic_path(folder / "writable") as aside:
-        aside.touch()
-    (folder / "writable").unlink()
 
 
 def save_track(

@@ -23,7 +23,7 @@ FROM = np.radians([-120.0, 25.0])
 
 
 def draw_contact_sheet(
-    path: Path, folder: Path, scans: Sequence[GatheredScan], most_clouds: int = 400
+    path: Path, folder: Path, scans: Sequence[GatheredScan], most_clouds: int = 600
 ) -> None:
     """One object a row, one start a column, all drawn as the robot saw them from its start.
 

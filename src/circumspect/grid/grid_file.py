@@ -63,10 +63,10 @@ def read_grid(path: str | os.PathLike[str]) -> OccupancyGrid:
                 return _unpacked(archive)
         except zipfile.BadZipFile as error:
             raise InputError("not a grid file or truncated; save the grid anew") from error
+        except (InputError, OSError):
+            raise
         except CircumspectError as error:
             raise InputError(str(error)) from error
-        except OSError:
-            raise
         # Broken archives raise many things: zlib.error, EOFError, NotImplementedError …
         except Exception as error:
             raise InputError("a broken grid file; save the grid anew") from error

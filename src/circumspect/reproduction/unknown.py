@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,13 @@ from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws
 from circumspect.furniture.other_things import OTHER_THINGS, make_other_thing
 from circumspect.nets.registry import net_spec
 from circumspect.reproduction.experiment import Experiment
-from circumspect.reproduction.stages import measured, trained, write_report
+from circumspect.reproduction.stages import (
+    done_once,
+    file_digest,
+    measured,
+    trained,
+    write_report,
+)
 from circumspect.reproduction.watched import Watched
 
 Scores = NDArray[np.float64]
@@ -80,7 +87,14 @@ def reproduce_unknown(
         at = folder / f"without-{left_out}"
         with watched.training(f"without {left_out}", settings.epochs) as observer:
             weights = trained(known, settings, recipe, at / "training", observer, cache)
-        rows[left_out] = _judged(weights, known, without(test, label), how, at, watched)
+        rows[left_out] = done_once(
+            at / "judged",
+            {
+                "weights": file_digest(weights), "train": train.digest, "test": test.digest,
+                "yaw_count": how.yaw_count,
+            },
+            partial(_judged, weights, known, without(test, label), how, at, watched),
+        )  # fmt: skip
     document = {
         "circumspect": __version__, "command": how.command("unknown --data modelnet10"),
         "net": how.net, "epochs": settings.epochs,
