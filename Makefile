@@ -39,7 +39,7 @@ $(VENV)/installed-test: $(VENV)/created $(SOURCES)
 	$(INSTALL)
 	touch $@ $(VENV)/installed-demo $(VENV)/installed-viewer $(VENV)/installed-ros2
 
-demo: $(VENV)/installed-demo  ## a simulated camera circles an object and names it
+demo: $(VENV)/installed-demo  ## a simulated robot drives round an object and names it
 	$(BIN)/circumspect demo
 
 viewer: $(VENV)/installed-viewer  ## the same, shown and steered in the browser

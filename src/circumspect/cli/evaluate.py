@@ -31,7 +31,7 @@ class Evaluate:
     """
 
     data: Path
-    """Folder with point packs, or ModelNet10's folder of OFF files."""
+    """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made."""
     weights: Path | None = None
     """An ONNX classifier, a checkpoint or a run's folder; without it the shipped classifier."""
     split: Literal["validation", "test", "train"] = "validation"

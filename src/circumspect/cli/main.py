@@ -28,7 +28,7 @@ COMMANDS = {
     "train": ("train:Train", "train a network"),
     "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
     "export": ("export:Export", "turn a trained network into one ONNX file"),
-    "reproduce": ("reproduce:Reproduce", "the paper's tables from data to figures"),
+    "reproduce": ("reproduce:Reproduce", "the paper's table and comparisons, from data to figures"),
     "data": ("data:Data", "fetch and verify data sets"),
     "nets": ("nets:Nets", "every network, with its size and work"),
     "doctor": ("doctor:Doctor", "what is installed and what is missing"),

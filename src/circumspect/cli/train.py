@@ -25,7 +25,7 @@ class Train:
     """
 
     data: Path
-    """Folder with train.npz, or ModelNet10's folder of OFF files."""
+    """Folder with train.npz, ModelNet10's folder of OFF files, or a set that `gather` made."""
     net: str = "planes"
     """One of `circumspect nets`."""
     out: Path | None = None

@@ -1,4 +1,4 @@
-"""Convolutions in eight bits: a robot's CPU computes them more than twice as fast."""
+"""Convolutions in eight bits, which a robot's CPU computes faster."""
 
 from __future__ import annotations
 
