@@ -17,6 +17,9 @@ ODOMETRY, CONSTANT_VELOCITY = "odometry", "constant velocity"
 CLOSE_SHIFT, CLOSE_TURN = 0.015, float(np.radians(1.0))
 CLOSE_SHARE = 0.5
 """Predictions within this [m], [rad], or this share of the motion, of each other say the same."""
+LONGEST_GUESS, MOST_VARIANCE = 1e3, 1e6
+"""After this time [s], and from this variance [m²], [rad²] on, nothing is known anyway; larger ones
+are no numbers to calculate with."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,7 @@ def wheel_motion(
     before: Odometry,
     now: Odometry,
     grip: WheelGrip,
-    T_base_camera: RigidTransform,
+    mounts: tuple[RigidTransform, RigidTransform],
     settings: MotionSettings,
     unheld: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[RigidTransform, NDArray[np.float64]]:
@@ -114,7 +117,7 @@ def wheel_motion(
         before: Odometry at the last frame.
         now: Odometry at this frame.
         grip: How much of it becomes motion.
-        T_base_camera: The mount.
+        mounts: T_base_camera at both; a head that pans moves the camera, too.
         settings: Bounds of the trust.
         unheld: Way [m] and turn [rad] by the wheels alone before this step.
 
@@ -131,7 +134,7 @@ def wheel_motion(
     turn[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
     planar = turn.T @ grown @ turn
     values, vectors = np.linalg.eigh((planar + planar.T) / 2)
-    planar = vectors * np.clip(values, 0, None) @ vectors.T
+    planar = vectors * np.clip(values, 0, MOST_VARIANCE) @ vectors.T
     way, turned = float(np.hypot(D.x, D.y)), abs(D.yaw)
     shift = settings.least_shift + settings.slip * way
     spin = settings.least_turn + settings.slip * turned
@@ -144,12 +147,13 @@ def wheel_motion(
         settings.bump_turn**2,
         settings.bump_height**2,
     )
-    X, moved_base = T_base_camera.as_matrix(), np.eye(4)
+    X_before, X = (mount.as_matrix() for mount in mounts)
+    moved_base = np.eye(4)
     cosine, sine = np.cos(D.yaw), np.sin(D.yaw)
     moved_base[:2, :2] = [[cosine, -sine], [sine, cosine]]
     moved_base[:2, 3] = D.xy
-    motion = rigid_matrix.inverse(X) @ moved_base @ X
-    covariance = se3.moved_covariance(T_base_camera.inv(), base)
+    motion = rigid_matrix.inverse(X_before) @ moved_base @ X
+    covariance = se3.moved_covariance(mounts[1].inv(), base)
     return RigidTransform.from_matrix(motion), covariance
 
 
@@ -175,5 +179,6 @@ def guessed(time: float, settings: MotionSettings) -> NDArray[np.float64]:
         time: For how long [s] it went on.
         settings: How far it may stray.
     """
+    time = min(time, LONGEST_GUESS)
     turn, shift = settings.spin * time, settings.speed * time
     return np.diag([turn] * 3 + [shift] * 3) ** 2

@@ -40,6 +40,9 @@ VAGUE, REGAINED = 5.0, 0.7
 """After a pose that was known to so many reaches only the next one is believed where this share of
 the frame lies on what is known."""
 
+FARTHEST = 1e5
+"""Of a map's begin from its origin [m]; from afar cells can no longer be counted."""
+
 FADING = 0.99
 """A frame: how soon it is forgotten how many inliers a good frame has."""
 
@@ -67,6 +70,7 @@ class RegisteredPoses(PoseEstimator):
         self.settings = settings or TrackingSettings()
         self.scene = SceneMap(self.settings.scan.voxel)
         self._T_map_first = T_map_first
+        self._T_odom_first: RigidTransform | None = None
         s = self.settings
         bumps = [s.motion.bump_turn, s.motion.bump_turn, s.motion.bump_height]
         self.keyframes = Keyframes(
@@ -110,7 +114,7 @@ class RegisteredPoses(PoseEstimator):
         return self._told(frame, best)
 
     def _first(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
-        T, s = self._T_map_first, self.settings.motion
+        T, s = self._first_given(frame), self.settings.motion
         covariance, mount = np.diag([1e-4] * 6) ** 2, frame.T_base_camera
         if T is None:
             T = frame.T_odom_camera
@@ -123,6 +127,11 @@ class RegisteredPoses(PoseEstimator):
             raise InputError(
                 f"the frame at {frame.stamp:.3f} s has neither a pose nor a robot under it; "
                 "registration needs the pose of the first frame"
+            )
+        if (away := float(np.abs(T.translation).max())) > FARTHEST:
+            raise InputError(
+                f"the frame at {frame.stamp:.3f} s was taken {away / 1e3:.0f} km from the origin; "
+                "take the place of the first pose off all of them"
             )
         if mount is not None:
             # The map is laid by place and heading; how the robot stands on bumps is not known.
@@ -137,6 +146,14 @@ class RegisteredPoses(PoseEstimator):
             first = replace(first, verdict=Verdict(f"{len(scan)} points in range"))
             self._belief = None
         return self._told(frame, first)
+
+    def _first_given(self, frame: RgbdFrame) -> RigidTransform | None:
+        """The pose that was given for the first frame, carried on while there is no map yet."""
+        T, before, now = self._T_map_first, self._T_odom_first, frame.T_odom_camera
+        if T is not None and before is not None and now is not None:
+            self._T_map_first = T * before.inv() * now
+        self._T_odom_first = now
+        return self._T_map_first
 
     def _best_attempt(self, frame: RgbdFrame, scan: Scan) -> Attempt:
         """By odometry; where that is doubtful, also as if the last motion just went on."""
@@ -336,7 +353,7 @@ class RegisteredPoses(PoseEstimator):
             covariance=self.keyframes.covariance(believed.T_map_camera, believed.covariance),
             T_map_base=T_map_base,
             T_map_odom=T_map_odom,
-            certain=self._is_certain(attempt),
+            certain=self._belief is not None and self._is_certain(attempt),
             prior=attempt.source,
             anchor=number,
             T_anchor_camera=T_anchor_camera,

@@ -48,6 +48,7 @@ class Wheels:
         self.grip = WheelGrip()
         self._settings = settings
         self._last: Odometry | None = None
+        self._mount: RigidTransform | None = None
         self._stamp = 0.0
         self._misled = False
         self._held = False
@@ -61,11 +62,11 @@ class Wheels:
 
         Wheels that misled when the scene last knew better are worth no more than a guess.
         """
-        mount, before, now = frame.T_base_camera, self._last, frame.odometry
-        if mount is None or before is None or now is None:
+        mounts, before, now = self._mounts(frame), self._last, frame.odometry
+        if mounts is None or before is None or now is None:
             return None
         moved, covariance = wheel_motion(
-            before, now, self.grip, mount, self._settings, self._unheld
+            before, now, self.grip, mounts, self._settings, self._unheld
         )
         if self._misled:
             covariance = covariance + guessed(frame.stamp - self._stamp, self._settings)
@@ -91,6 +92,12 @@ class Wheels:
         self._stretch += int(not self._held)
         self._unheld = (0.0, 0.0) if self._held else self._further(frame.odometry)
         self._last, self._stamp = frame.odometry, frame.stamp
+        self._mount = frame.T_base_camera
+
+    def _mounts(self, frame: RgbdFrame) -> tuple[RigidTransform, RigidTransform] | None:
+        """The camera on its robot at the last frame and now."""
+        before, now = self._mount, frame.T_base_camera
+        return None if before is None or now is None else (before, now)
 
     def _further(self, now: Odometry | None) -> tuple[float, float]:
         """Way [m] and turn [rad] by the wheels alone, up to now."""
@@ -101,11 +108,11 @@ class Wheels:
         return way + float(np.hypot(told.x, told.y)), turn + abs(told.yaw)
 
     def _learn(self, frame: RgbdFrame, T_before_now: RigidTransform) -> None:
-        mount, before, now = frame.T_base_camera, self._last, frame.odometry
-        if mount is None or before is None or now is None:
+        mounts, before, now = self._mounts(frame), self._last, frame.odometry
+        if mounts is None or before is None or now is None:
             return
         told = before.T_odom_base.inverse() @ now.T_odom_base
-        found = PlanarPose.from_transform(mount * T_before_now * mount.inv())
+        found = PlanarPose.from_transform(mounts[0] * T_before_now * mounts[1].inv())
         if self.grip.is_contradicted(told, found, MISLED):
             self._misled = True
         elif (np.abs([found.x, found.yaw]) > SLACK).any():
