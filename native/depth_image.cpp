@@ -131,6 +131,7 @@ void keep_above(const float* depth, Size size, const Rise& rise, const Noise& no
 PlanCells plan_cells(const float* depth, const bool* mask, Size size, const double* camera,
                      const double* T, double cell, std::size_t most) {
   const auto [fx, fy, cx, cy] = std::array<double, 4>{camera[0], camera[1], camera[2], camera[3]};
+  PlanCells found;
   std::vector<double> xs, ys;
   double low_x = 0.0, low_y = 0.0, high_x = 0.0, high_y = 0.0;
   for (std::size_t v = 0; v < size.height; ++v) {
@@ -140,13 +141,14 @@ PlanCells plan_cells(const float* depth, const bool* mask, Size size, const doub
       const double z = double(depth[v * size.width + u]), a = (double(u) - cx) / fx;
       const double x = (T[0] * a + T[1] * b + T[2]) * z + T[3];
       const double y = (T[4] * a + T[5] * b + T[6]) * z + T[7];
+      // std::min and std::max would pass over NaN, which no cell holds.
+      if (!std::isfinite(x + y)) return found;
       if (xs.empty()) low_x = high_x = x, low_y = high_y = y;
       low_x = std::min(low_x, x), high_x = std::max(high_x, x);
       low_y = std::min(low_y, y), high_y = std::max(high_y, y);
       xs.push_back(x), ys.push_back(y);
     }
   }
-  PlanCells found;
   found.low_x = low_x - 2.0 * cell, found.low_y = low_y - 2.0 * cell;
   const double rows = (high_x - found.low_x) / cell + 3.0;
   const double columns = (high_y - found.low_y) / cell + 3.0;

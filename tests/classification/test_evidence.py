@@ -126,7 +126,7 @@ def test_edges_out_of_range(classifier, grid, edges):
 
 
 def test_grids_that_can_not_be_explained(classifier):
-    with pytest.raises(InputError, match="nothing to explain"):
+    with pytest.raises(InputError, match="the grid is empty"):
         cell_evidence(classifier, OccupancyGrid(CylindricalGrid(), np.zeros((32,) * 3, np.uint8)))
     with pytest.raises(InputError, match="expects cylindrical"):
         cell_evidence(classifier, RectangularGrid().hits(np.zeros((1, 3))))

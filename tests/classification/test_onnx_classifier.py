@@ -21,7 +21,7 @@ from circumspect.datasets import open_data_set
 from circumspect.errors import GeometryError, InputError, WeightsError
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud
-from circumspect.grid import CylindricalGrid
+from circumspect.grid import CylindricalGrid, OccupancyGrid
 
 
 @pytest.fixture(scope="module")
@@ -249,3 +249,15 @@ def test_a_fallen_object_is_stood_up(classifier):
         )
     assert right["auto"] > 8
     assert right["auto"] > right["as it lies"] + 2
+
+
+def test_more_threads_than_any_machine_has():
+    with pytest.raises(InputError, match="threads"):
+        Classifier.load(threads=99_999_999_999)
+
+
+def test_an_empty_grid_is_not_named(classifier):
+    grid = CylindricalGrid()
+    nothing = OccupancyGrid(grid, np.zeros(grid.shape, np.uint8))
+    with pytest.raises(InputError, match="the grid is empty"):
+        classifier.classify_grid(nothing)

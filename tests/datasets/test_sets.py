@@ -145,6 +145,14 @@ class TestSplit:
         family = objects.subset(np.array([name.startswith("large") for name in objects.names]))
         assert 0 < validation_split(family).sum() < len(family) / 2
 
+    def test_the_only_object_of_a_class_is_trained_on(self):
+        objects = families()
+        labels = np.where(np.arange(len(objects)) == 0, 1, 0)
+        alone = ObjectSet(objects.points_xyz, labels, objects.names, ("many", "one"))
+        held_back = validation_split(alone)
+        assert held_back.any()
+        assert not held_back[0]
+
     def test_an_object_without_shape_is_named(self):
         flat = small_set()
         flat.points_xyz[2] = 0

@@ -108,3 +108,30 @@ def test_neither_packs_nor_meshes(tmp_path):
 
 def test_the_development_packs_are_complete(data_folder):
     assert verify(data_folder / "modelnet10").complete
+
+
+def named_pack(path, names):
+    points = np.random.default_rng(0).random((len(names), 8, 3), np.float32)
+    classes = tuple(MODELNET10)
+    labels = np.array([classes.index(name.rpartition("_")[0]) for name in names])
+    write_point_pack(path, ObjectSet(points, labels, np.array(names), classes))
+
+
+@pytest.mark.parametrize(
+    ("more", "fault"),
+    [
+        ("test", "908 objects belong to the other split, as bathtub_0107 does"),
+        ("train", "100 objects are in it more than once, as bathtub_0001 is"),
+    ],
+)
+def test_a_training_pack_that_holds_more_than_it_should(tmp_path, more, fault):
+    """Unlike a file beside the others, what is in a pack is trained on."""
+    names = expected_names()
+    named_pack(tmp_path / "test.npz", names["test"])
+    named_pack(tmp_path / "train.npz", names["train"])
+    assert verify(tmp_path).complete
+    added = names[more] if more == "test" else names[more][:100]
+    named_pack(tmp_path / "train.npz", names["train"] + added)
+    found = verify(tmp_path)
+    assert not found.complete
+    assert [fault in text for _, text in found.broken] == [True]

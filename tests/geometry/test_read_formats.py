@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import codecs
 import logging
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -88,6 +90,61 @@ def test_glb_of_points(tmp_path: Path):
 def test_binary_stl_that_begins_with_solid(tmp_path: Path):
     data = shape_files.exported("stl")
     assert len(read_mesh(put(tmp_path, "a.stl", b"solid" + data[5:])).faces) == 12
+
+
+@pytest.mark.parametrize("name", [b"", b"my vertex", b"vertex 1 2 3", b"Solid of a VERTEX facet"])
+@pytest.mark.parametrize("newline", [b"\n", b"\r\n", b"\r", b" "])
+def test_ascii_stl_may_have_any_name(name: bytes, newline: bytes, tmp_path: Path):
+    """Also where all stands in one line."""
+    data = shape_files.exported("stl_ascii")
+    named = re.sub(rb"solid[^\n]*", b"solid " + name, data)
+    assert named.count(name) >= 2
+    mesh = read_mesh(put(tmp_path, "a.stl", named.replace(b"\n", newline)))
+    plain = read_mesh(put(tmp_path, "b.stl", data))
+    np.testing.assert_array_equal(mesh.corners_xyz, plain.corners_xyz)
+
+
+@pytest.mark.parametrize("byte_order", ["", "<", ">"])
+def test_a_ply_property_with_the_name_of_the_faces_list_may_be_a_number(
+    byte_order: str, tmp_path: Path
+):
+    order = {"": "ascii", "<": "binary_little_endian", ">": "binary_big_endian"}[byte_order]
+    header = (
+        f"ply\nformat {order} 1.0\nelement vertex 50\nproperty double x\nproperty double y\n"
+        "property double z\nelement face 1\nproperty int vertex_index\nend_header\n"
+    ).encode()
+    points = shape_files.POINTS
+    body = shape_files.rows(points).encode() + b"7\n"
+    if byte_order:
+        body = points.astype(f"{byte_order}f8").tobytes() + np.int32(7).tobytes()
+    cloud = read_cloud(put(tmp_path, "a.ply", header + body))
+    np.testing.assert_array_equal(cloud.points_xyz, points)
+
+
+@pytest.mark.parametrize("separator", [" ", ", ", ";"])
+@pytest.mark.parametrize("mark", ["#", "//"])
+def test_comments_may_stand_anywhere(mark: str, separator: str, tmp_path: Path):
+    lines = shape_files.rows(shape_files.POINTS, separator).splitlines()
+    lines[0] += f"{mark}first, of all"
+    lines[3] += f" {mark} on the axis; nearly"
+    lines[5:5] = [f"{mark} a new row", "", f"  {mark}"]
+    data = "\n".join([f"{mark} 1 2 3", *lines]).encode()
+    cloud = read_cloud(put(tmp_path, "a.xyz", data))
+    np.testing.assert_array_equal(cloud.points_xyz, shape_files.POINTS)
+
+
+@pytest.mark.parametrize("name", ["plain.xyz", "comma.csv", "title.txt", "cloud.obj"])
+def test_a_byte_order_mark_takes_no_point(name: str, tmp_path: Path):
+    data = codecs.BOM_UTF8 + shape_files.CLOUDS[name]()
+    cloud = read_cloud(put(tmp_path, name, data))
+    np.testing.assert_array_equal(cloud.points_xyz, shape_files.POINTS)
+
+
+@pytest.mark.parametrize("name", ["ascii.pcd", "ascii_cloud.ply"])
+def test_empty_lines_between_points_do_not_count(name: str, tmp_path: Path):
+    head, _, last = shape_files.CLOUDS[name]().rstrip().rpartition(b"\n")
+    cloud = read_cloud(put(tmp_path, name, head + b"\n\n \n" + last + b"\n"))
+    np.testing.assert_array_equal(cloud.points_xyz, shape_files.POINTS)
 
 
 def test_content_wins_over_a_wrong_suffix(tmp_path: Path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import zipfile
 from pathlib import Path
@@ -18,7 +19,13 @@ from circumspect.geometry import PinholeCamera
 from circumspect.grid import CylindricalGrid, OccupancyGrid
 from circumspect.pipeline import RunFolder, playback_log
 from circumspect.pipeline.playback_log import PlaybackLog
-from circumspect.pipeline.playback_moment import MOST_POINTS, STEP, PlaybackMoment, thinned
+from circumspect.pipeline.playback_moment import (
+    FURTHEST,
+    MOST_POINTS,
+    STEP,
+    PlaybackMoment,
+    thinned,
+)
 from circumspect.pipeline.surroundings import Surroundings
 from circumspect.simulation import Scene, Surface, block
 
@@ -79,6 +86,27 @@ def test_what_is_not_known_stays_unknown(tmp_path):
     assert len(read.points_xyz) == 0
 
 
+@pytest.mark.parametrize("far", [16.0, 40.0, -2000.0])
+def test_points_far_from_the_first_one_stay_where_they_are(tmp_path, far):
+    told = moment()
+    points = told.points_xyz.copy()
+    points[-1, 1] = points[0, 1] + far
+    told = dataclasses.replace(told, points_xyz=points)
+    told.save(tmp_path / "a.npz")
+    read = PlaybackMoment.load(tmp_path / "a.npz")
+    step = max(STEP, abs(far) / FURTHEST)
+    np.testing.assert_allclose(read.points_xyz, points, rtol=0, atol=0.51 * step)
+
+
+def test_a_moment_of_before_steps_were_told_is_read(tmp_path):
+    path = tmp_path / "a.npz"
+    told = moment()
+    told.save(path)
+    with np.load(path) as new:
+        np.savez(path, **{name: new[name] for name in new.files if name != "step"})
+    np.testing.assert_allclose(PlaybackMoment.load(path).points_xyz, told.points_xyz, atol=STEP)
+
+
 def test_a_large_object_is_thinned(tmp_path):
     moment(5 * MOST_POINTS).save(tmp_path / "a.npz")
     assert (
@@ -116,6 +144,13 @@ def changed(path: Path, **arrays: np.ndarray) -> Path:
         {"bounds": np.full(6, np.nan)},
         {"occupied": np.zeros(1, np.uint8)},
         {"points": np.array(["a", "b"])},
+        {"frame": np.array([np.inf])},
+        {"frame": np.array([np.nan])},
+        {"cells": np.array([np.inf, 1, 1])},
+        {"step": np.array([0.0])},
+        {"step": np.array([np.nan])},
+        {"step": np.array([1e300])},
+        {"step": np.array([5e-4, 5e-4])},
     ],
 )
 def test_a_moment_of_a_stranger_costs_one_line(tmp_path, wrong):

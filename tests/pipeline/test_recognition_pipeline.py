@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from scipy.spatial.transform import RigidTransform, Rotation
 from small_world import blind, frames, pipeline
 
@@ -16,10 +17,12 @@ from circumspect.pipeline import (
     OUT_OF_ORDER,
     TOO_LITTLE,
     WRONG_UNIT,
+    Journey,
     RecognitionPipeline,
     RecognitionResult,
     RecognitionStep,
 )
+from circumspect.pipeline.panels import draw_probabilities
 from circumspect.sensing import RgbdFrame, Segmentation
 
 
@@ -193,6 +196,17 @@ def test_ctrl_c_ends_the_run_after_its_observers_were_told() -> None:
     assert diary.ends[0].interrupted
     assert diary.ends[0].prediction is not None
     assert len(diary.steps) == 2
+
+
+def test_a_further_run_counts_its_frames_from_0_and_goes_on_with_the_object() -> None:
+    shots = list(frames(5))
+    line = pipeline()
+    line.run(shots[:3])
+    further = line.run(shots[3:])
+    assert [step.index for step in further.steps] == [0, 1]
+    assert further.last.model.frames == 5
+    figure = Figure()
+    draw_probabilities(figure.add_subplot(), further, Journey())
 
 
 def test_a_run_without_frames_ends_without_an_answer() -> None:

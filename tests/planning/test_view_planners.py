@@ -18,6 +18,7 @@ from analytic_shapes import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
 from circumspect.planning import (
     CirclePlanner,
@@ -28,8 +29,14 @@ from circumspect.planning import (
     SurfaceNormalPlanner,
     camera_place,
 )
-from circumspect.planning.circle_planner import ALL_TRIED, NOTHING_KNOWN
+from circumspect.planning.circle_planner import (
+    ALL_TRIED,
+    LARGEST_STEP,
+    NOTHING_KNOWN,
+    SMALLEST_STEP,
+)
 from circumspect.planning.view_planner import AS_FAR_AS_POSSIBLE, ROUND_COMPLETE
+from circumspect.robot.path_follower import PathFollower
 
 SHAPES = {
     "circle": circle(0.3),
@@ -113,6 +120,26 @@ def test_views_on_a_circle_look_at_its_centre_and_go_on_by_the_step() -> None:
     # The step is that of the base, which stands beside its camera.
     turn = np.arctan2(eye.y, eye.x) - np.arctan2(base.y, base.x)
     assert np.degrees(turn) == pytest.approx(40, abs=0.5)
+
+
+@pytest.mark.parametrize("step", [0.0, 2.0, -30.0, 91.0, np.inf, np.nan])
+def test_steps_that_lead_nowhere_or_past_a_side_are_refused(step) -> None:
+    """A view that counts as reached at once would be chosen for ever."""
+    with pytest.raises(InputError, match="step_deg must be 5 … 90 degrees, not"):
+        CirclePlanner(step_deg=step)
+    for name in ("corner_deg", "least_deg"):
+        with pytest.raises(InputError, match=name):
+            SurfaceNormalPlanner(**{name: step})
+
+
+@pytest.mark.parametrize("step", [SMALLEST_STEP, LARGEST_STEP])
+def test_a_step_that_is_taken_leads_on(step) -> None:
+    """Further than a path follower tolerates when it arrives."""
+    known, base = walls(circle(0.3).outline_xy), facing_centre(0.5, 1.1)
+    for planner in (CirclePlanner(step_deg=step), SurfaceNormalPlanner(corner_deg=step)):
+        view = planner.next_view(situation(known, base))
+        assert isinstance(view, NextView)
+        assert PathFollower().velocity(base, view.T_map_base.xy[None], view.T_map_base, 0.2)
 
 
 @pytest.mark.parametrize("planner", [*PLANNERS.values(), ConvincedPlanner()])

@@ -41,14 +41,20 @@ def test_corners_may_come_in_any_order() -> None:
     ("a", "b"),
     [
         ([0, 0], [1, 1]),
+        ([0, 0], [1, 1, 1]),
+        ([0, 0, 0], [[1, 1, 1]]),
+        ([0, 0, 0], None),
+        ([0, 0, "a"], [1, 1, 1]),
+        ([0, 0, 10**400], [1, 1, 1]),
         ([0, 0, 0], [1, 1, np.nan]),
         ([0, 0, 0], [1, 0, 1]),
         ([0, 0, 0], [1, np.inf, 1]),
     ],
 )
 def test_bad_corners(a: list[float], b: list[float]) -> None:
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match="box") as error:
         BoxSegmentation(a, b)
+    assert str(error.value).isprintable()
 
 
 def test_a_frame_without_a_pose_is_told() -> None:

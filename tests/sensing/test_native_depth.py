@@ -90,6 +90,16 @@ def test_cells_of_the_plan(frame: RgbdFrame, seed: int, cell: float) -> None:
     assert not kept[~mask].any()
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("at", [(0, 0), (2, 3), (5, 7)])
+def test_a_masked_pixel_without_depth_has_no_place_in_the_plan(bad: float, at: tuple) -> None:
+    depth, mask = np.ones((6, 8), np.float32), np.ones((6, 8), bool)
+    depth[at] = bad
+    camera = (10.0, 10.0, 3.3, 2.2)
+    cells, counts, *_, rows, columns = _native.plan_cells(depth, mask, camera, np.eye(4), 0.04)
+    assert (len(cells), len(counts), rows, columns) == (0, 0, 0, 0)
+
+
 @given(pictures, seeds, st.integers(1, 8))
 def test_sparse_points_are_those_of_the_sparse_mask(frame, seed: int, step: int) -> None:
     mask = np.random.default_rng(seed).random(frame.depth.shape) < 0.6

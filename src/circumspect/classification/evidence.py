@@ -85,8 +85,6 @@ def cell_evidence(
     prediction = classifier.classify_grid(grid)
     column = _column(classifier, prediction.label if label is None else label)
     occupied = grid.occupied
-    if not occupied.any():
-        raise InputError("the grid is empty; there is nothing to explain")
     if not edges:
         raise InputError("give at least one size of blocks")
     blocks = [occupied_blocks(grid, edge) for edge in edges]

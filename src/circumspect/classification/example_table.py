@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification.onnx_classifier import OnnxClassifier, shipped_path
+from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier, shipped_path
 from circumspect.errors import InputError, WeightsError
 from circumspect.geometry import PointCloud
 from circumspect.geometry.npy_stream import read_arrays
@@ -180,9 +180,12 @@ def nearest_examples(
 def network_of(classifier: OnnxClassifier) -> str:
     """A hash of how a network came about: its name, classes and training.
 
-    Temperature, threshold and the arithmetic of its file do not count.
+    Temperature, threshold and the arithmetic of its file do not count, nor whether it names the
+    objects that it was fitted to, which follow from the rest.
     """
-    described = {key: classifier.description.get(key) for key in ("name", "classes", "training")}
+    described = {key: classifier.description.get(key) for key in ("name", "classes")}
+    training = classifier.training
+    described["training"] = {key: training[key] for key in training if key != OBJECTS}
     return hashlib.sha256(json.dumps(described, sort_keys=True).encode()).hexdigest()
 
 

@@ -128,10 +128,12 @@ class GridRecipe(InputRecipe):
         return replace(self, azimuth_views=azimuth_views)
 
     def accepts(self, grid: OccupancyGrid) -> None:
-        """See `InputRecipe.accepts`: it must be of this kind and shape."""
+        """See `InputRecipe.accepts`: it must be of this kind and shape, and not empty."""
         kind = "cylindrical" if isinstance(grid.grid, CylindricalGrid) else "rectangular"
         if (kind, tuple(grid.grid.shape)) != (self.kind, self.shape):
             raise InputError(
                 f"the grid is {kind} {tuple(grid.grid.shape)}, the classifier expects "
                 f"{self.kind} {self.shape}; grid the cloud anew"
             )
+        if not grid.occupied.any():
+            raise InputError("the grid is empty; there is nothing to name")

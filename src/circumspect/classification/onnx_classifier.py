@@ -28,6 +28,9 @@ from circumspect.grid import OccupancyGrid
 
 METADATA_KEY = "circumspect"
 SHIPPED = "weights/modelnet10.onnx"
+OBJECTS = "objects"
+"""What a network's record of its training calls the names of those that it was fitted to."""
+MOST_THREADS = 1024
 FEATURES = "features"
 """Name of the second output: what the last layer sees."""
 
@@ -72,9 +75,15 @@ class OnnxClassifier(Classifier):
         return self._recipe
 
     @property
+    def temperature(self) -> float:
+        """What the logits are divided by."""
+        return self._temperature
+
+    @property
     def training(self) -> Mapping[str, Any]:
         """How it was trained; empty where the file does not say."""
-        return self.description.get("training", {})
+        told = self.description.get("training")
+        return told if isinstance(told, dict) else {}
 
     def classify(self, cloud: PointCloud) -> Prediction:
         """See `Classifier.classify`."""
@@ -230,8 +239,8 @@ def _shipped() -> bytes:
 def _open(content: bytes, name: str, threads: int, foreign: bool = False) -> OnnxClassifier:
     import onnxruntime
 
-    if threads < 0:
-        raise InputError(f"threads must be 0 (all cores) or more, not {threads}")
+    if not 0 <= threads <= MOST_THREADS:
+        raise InputError(f"threads must be 0 (all cores) to {MOST_THREADS}, not {threads}")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     # Threads that wait would keep the cores from the stages before and after.
@@ -247,7 +256,10 @@ def _open(content: bytes, name: str, threads: int, foreign: bool = False) -> Onn
         raise WeightsError(
             f"{name}: not an ONNX network; make one with circumspect export"
         ) from error
-    text = session.get_modelmeta().custom_metadata_map.get(METADATA_KEY)
+    try:
+        text = session.get_modelmeta().custom_metadata_map.get(METADATA_KEY)
+    except UnicodeDecodeError as error:
+        raise WeightsError(f"{name}: its description is no text; export it anew") from error
     if text is None:
         raise WeightsError(f"{name}: an ONNX network of another program; use circumspect export")
     try:

@@ -214,7 +214,8 @@ def read_training(path: Path) -> ObjectSet:
     scans = read_manifest(path)
     first: dict[str, float] = {}
     for scan in scans:
-        if scan.start_deg is not None:
+        # One that never saw its object teaches nothing; the next one does.
+        if scan.start_deg is not None and "cloud" in scan.files:
             first[scan.object] = min(scan.start_deg, first.get(scan.object, math.inf))
     chosen = [
         scan

@@ -122,7 +122,7 @@ def _not_made(path: Path, scans: list[GatheredScan]) -> list[str]:
         return []
     there = {scan.scan for scan in scans}
     parts = [str(name).partition("@") for name in asked if name not in there]
-    return [f"{thing} from {start.lstrip('0') or '0'}°" for thing, _, start in parts]
+    return [f"{thing} from {float(start):g}°" for thing, _, start in parts]
 
 
 def _missing(scans: list[GatheredScan]) -> list[str]:

@@ -20,8 +20,9 @@ def validation_split(objects: ObjectSet, salt: str = "") -> NDArray[np.bool_]:
     """Mark the validation objects: whole groups of near duplicates of each class.
 
     The large groups of a class are trained on; the others are held back in an order drawn by a
-    hash of their names until a share of the class is, and no more than half of them. A class
-    that is one group can not be parted so: its objects count as groups of their own.
+    hash of their names until a share of the class is, or half of them. A class that is one group
+    can not be parted so: its objects count as groups of their own. The only object of a class is
+    trained on.
 
     Args:
         objects: The set.
@@ -44,6 +45,8 @@ def validation_split(objects: ObjectSet, salt: str = "") -> NDArray[np.bool_]:
 
 def _drawn(groups: NDArray[np.int64], names: NDArray[np.str_], salt: str) -> NDArray[np.bool_]:
     """(m,) the held-back objects of one class."""
+    if len(groups) == 1:
+        return np.zeros(1, bool)
     if len(np.unique(groups)) == 1:
         groups = np.arange(len(groups))
     _, groups, sizes = np.unique(groups, return_inverse=True, return_counts=True)

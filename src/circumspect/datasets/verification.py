@@ -110,8 +110,9 @@ def _of_packs(path: Path) -> Verification:
             broken.append((pack.name, str(error)))
             continue
         found += [(split, str(name)) for name in objects.names]
-        if (fault := _mislabelled(objects)) is not None:
-            broken.append((pack.name, f"{pack}: {fault}"))
+        for fault in (_mislabelled(objects), _misplaced(objects, split)):
+            if fault is not None:
+                broken.append((pack.name, f"{pack}: {fault}"))
     return _compared(found, [], broken)
 
 
@@ -130,6 +131,18 @@ def _mislabelled(objects: ObjectSet) -> str | None:
         f"{len(wrong)} of {len(labels)} labels disagree with the names, as that of {name}, which "
         f"is {label}; fetch or make the pack anew"
     )
+
+
+def _misplaced(objects: ObjectSet, split: str) -> str | None:
+    """What a pack holds twice, or of the other split; unlike a file beside, it would be used."""
+    counts = Counter(objects.names.tolist())
+    if twice := sorted(name for name, count in counts.items() if count > 1):
+        return f"{len(twice)} objects are in it more than once, as {twice[0]} is"
+    names = expected_names()
+    strangers = {name for other in SPLITS if other != split for name in names[other]}
+    if wrong := sorted(strangers & counts.keys()):
+        return f"{len(wrong)} objects belong to the other split, as {wrong[0]} does"
+    return None
 
 
 def _of_files(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,12 +19,14 @@ from torch import Tensor, nn
 from circumspect.classification import InputRecipe, PointsRecipe
 from circumspect.classification.onnx_classifier import (
     METADATA_KEY,
+    OBJECTS,
     checked_temperature,
     checked_threshold,
 )
 from circumspect.errors import CircumspectError, InputError
 from circumspect.export.eight_bit import in_eight_bits
 from circumspect.export.features import LOGITS, add_features
+from circumspect.geometry.ignored_warnings import ignored_warnings
 from circumspect.nets import Checkpoint
 from circumspect.nets.committee import Committee
 from circumspect.storage import atomic_path
@@ -151,8 +152,10 @@ def _held_back(member: Checkpoint) -> tuple[Any, Any]:
 
 
 def _training(members: Sequence[Checkpoint]) -> dict[str, Any]:
-    """How the first was trained, and the others beside it."""
+    """How the first was trained, and the others beside it, who had the same objects."""
     first, *others = [dict(member.training) for member in members]
+    for other in others:
+        other.pop(OBJECTS, None)
     return {**first, "others": others} if others else first
 
 
@@ -165,8 +168,7 @@ def _converted(net: nn.Module, example: Tensor, name: str) -> onnx.ModelProto:
     level = exporter_log.level
     exporter_log.setLevel(logging.ERROR)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with ignored_warnings():
             program = torch.onnx.export(
                 net,
                 (example,),

@@ -5,8 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
-import threading
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,9 +13,7 @@ import numpy as np
 from circumspect.errors import InputError
 from circumspect.geometry.file_shape import FileShape
 from circumspect.geometry.gltf_header import require_sound_gltf
-
-# Warning filters and standard streams belong to the whole process: one thread at a time.
-_ALONE = threading.Lock()
+from circumspect.geometry.ignored_warnings import ignored_warnings
 
 
 def read_gltf(path: Path) -> FileShape:
@@ -59,15 +55,17 @@ def read_gltf(path: Path) -> FileShape:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep what trimesh warns, logs and prints from the user; what fails is raised anyway."""
+    """Keep what trimesh warns, logs and prints from the user; what fails is raised anyway.
+
+    Standard streams belong to the whole process, too: they are redirected while this thread alone
+    is let in.
+    """
     log = logging.getLogger("trimesh")
     with (
-        _ALONE,
-        warnings.catch_warnings(),
+        ignored_warnings(),
         contextlib.redirect_stdout(io.StringIO()),
         contextlib.redirect_stderr(io.StringIO()),
     ):
-        warnings.simplefilter("ignore")
         disabled, log.disabled = log.disabled, True
         try:
             yield

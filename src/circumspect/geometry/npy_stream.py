@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import threading
-import warnings
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -17,6 +15,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry.file_faults import blamed_on
+from circumspect.geometry.ignored_warnings import ignored_warnings
 
 NUMBERS = "fiu"
 NPZ_FAULTS = (
@@ -35,12 +34,13 @@ _HEADER_READERS = {
     (1, 0): npy_format.read_array_header_1_0,
     (2, 0): npy_format.read_array_header_2_0,
 }
-# Warning filters belong to the whole process: one thread at a time.
-_ALONE = threading.Lock()
 
 
 def read_arrays(
-    path: Path, kinds: Mapping[str, str], most_bytes: int = MOST_BYTES
+    path: Path,
+    kinds: Mapping[str, str],
+    most_bytes: int = MOST_BYTES,
+    optional: Collection[str] = (),
 ) -> dict[str, NDArray[Any]]:
     """Read arrays of known names from an NPZ file; others in it are not looked at.
 
@@ -48,6 +48,7 @@ def read_arrays(
         path: The file.
         kinds: Names to NumPy's letters for the kinds of values that each may hold.
         most_bytes: Of all arrays together.
+        optional: Those of the names that the file may lack.
 
     Raises:
         InputError: The file is missing or broken, lacks an array, holds one of another kind, or
@@ -60,9 +61,9 @@ def read_arrays(
             zipfile.ZipFile(stream) as archive,
         ):
             members = {item.filename: item for item in archive.infolist()}
-            if missing := [name for name in kinds if f"{name}.npy" not in members]:
+            wanted = {name: members[f"{name}.npy"] for name in kinds if f"{name}.npy" in members}
+            if missing := [name for name in kinds if name not in wanted and name not in optional]:
                 raise InputError(f"lacks {', '.join(missing)}")
-            wanted = {name: members[f"{name}.npy"] for name in kinds}
             size = sum(item.file_size for item in wanted.values())
             if size > most_bytes:
                 raise InputError(f"would unpack to {size >> 20} MiB; {most_bytes >> 20} are read")
@@ -123,8 +124,7 @@ def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
     version = npy_format.read_magic(stream)
     if version not in _HEADER_READERS:
         raise ValueError(f"version {version} of the format is unknown")
-    with _ALONE, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with ignored_warnings():
         try:
             return _HEADER_READERS[version](stream)
         except Exception as error:  # It is parsed as Python, so that anything may come up.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import warnings
 from collections.abc import Iterable
 from typing import IO
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
+from circumspect.geometry.ignored_warnings import ignored_warnings
 
 
 def read_table(
@@ -43,8 +43,7 @@ def read_table(
         if rows * 2 * (columns or 1) - 1 > left:
             raise InputError(f"ends too early: {rows} rows announced, {left} bytes left")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # loadtxt only warns of input without a single row.
+        with ignored_warnings():  # Of empty lines; that no rows are left is told below.
             table = np.loadtxt(
                 source,
                 max_rows=rows,
@@ -54,10 +53,10 @@ def read_table(
                 ndmin=2,
                 encoding="latin-1",
             )
-    except UserWarning:
-        raise InputError("holds no numbers") from None
     except ValueError as error:
         raise InputError(f"has a broken table of numbers: {str(error)[:200]}") from error
+    if len(table) == 0:
+        raise InputError("holds no numbers")
     if rows is not None and len(table) < rows:
         raise InputError(f"ends too early: {rows} rows announced, {len(table)} found")
     return table

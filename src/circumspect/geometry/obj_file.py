@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from pathlib import Path
 
@@ -35,6 +36,7 @@ def read_obj(path: Path) -> FileShape:
 
 
 def _lines(data: bytes) -> list[bytes]:
+    data = data.removeprefix(codecs.BOM_UTF8)
     if b"\\" in data:
         data = re.sub(rb"\\\r?\n", b" ", data)
     if b"#" in data:
@@ -59,10 +61,10 @@ def _faces(lines: list[bytes], vertex_count: int) -> NDArray[np.int64]:
     return fan_triangles_mixed(polygons, vertex_count)
 
 
-def _polygon(face: bytes, vertices_so_far: int) -> list[int]:
+def _polygon(face: bytes, vertices_so_far: int) -> list[float]:
     """Indices from 0; negative ones count back from the last vertex before the face."""
     try:
         indices = [int(word) for word in face.split()]
-    except ValueError:
+        return [float(index - 1 if index >= 0 else vertices_so_far + index) for index in indices]
+    except (ValueError, OverflowError):
         raise InputError(f"has a broken face: {face[:60]!r}") from None
-    return [index - 1 if index >= 0 else vertices_so_far + index for index in indices]

@@ -58,8 +58,10 @@ class BinaryRows(PlyRows):
         alike = self._alike(element)
         if alike is None:
             return self._one_by_one(element, names)
-        chosen = [item.name for item in element.properties if item.name in names]
-        return alike[chosen[0]] if chosen else []
+        chosen = (
+            item.name for item in element.properties if item.count_type and item.name in names
+        )
+        return next((alike[name] for name in chosen), [])
 
     def _table(self, element: PlyElement, row: np.dtype) -> Columns:
         size = element.count * row.itemsize

@@ -14,7 +14,9 @@ from circumspect.geometry.number_table import read_table
 
 _HEADER_SIZE = 80
 _TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_VERTEX = re.compile(rb"vertex\s+(\S+[ \t]+\S+[ \t]+\S+)", re.IGNORECASE)
+# What follows in the line is a name, which may hold any word; some files are one line.
+_SOLID = re.compile(rb"solid\b(?:(?!facet\s+normal\b)[^\r\n])*")
+_VERTEX = re.compile(rb"\bvertex\s+(\S+[ \t]+\S+[ \t]+\S+)")
 
 
 def read_stl(path: Path) -> FileShape:
@@ -58,9 +60,10 @@ def _read_binary(data: bytes) -> NDArray[np.float64]:
 
 
 def _read_ascii(data: bytes) -> NDArray[np.float64]:
-    lines = _VERTEX.findall(data)
-    if len(lines) % 3 or len(lines) != len(re.findall(rb"\bvertex\b", data, re.IGNORECASE)):
+    nameless = _SOLID.sub(b"solid", data.lower())
+    lines = _VERTEX.findall(nameless)
+    if len(lines) % 3 or len(lines) != nameless.count(b"vertex"):
         raise InputError("is a broken STL file: a facet without three vertices")
-    if b"endsolid" not in data.lower():
+    if b"endsolid" not in nameless:
         raise InputError("ends too early: an STL file that has no endsolid")
     return read_table(lines, rows=len(lines), columns=3)

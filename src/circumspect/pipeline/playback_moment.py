@@ -28,13 +28,18 @@ THUMBNAIL_WIDTH = 160
 LARGEST = 16 << 20
 """Bytes of arrays that a file may hold."""
 STEP = 5e-4
-"""Coordinates are whole multiples of this about the first point [m]."""
+"""Coordinates are whole multiples of this about the first point [m], or of more where the object
+reaches further than 16 bits tell apart."""
+FURTHEST = 32767
+"""Steps from the first point."""
 MOST_CELLS = 1 << 21
 KINDS: dict[str, str] = dict.fromkeys(
-    ("frame", "origin_xyz", "points", "normals", "frames_seen", "depth", "camera", "colour",
+    ("frame", "origin_xyz", "step", "points", "normals", "frames_seen", "depth", "camera", "colour",
      "target", "mount", "occupied", "cells", "bounds"), "fiu",
 )  # fmt: skip
 """Arrays of a file; what is not known is empty."""
+LATER = ("step",)
+"""Arrays that older files lack."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +90,14 @@ class PlaybackMoment:
         every = -(-max(1, len(self.points_xyz)) // MOST_POINTS)
         points = self.points_xyz[::every]
         origin = points[0] if len(points) else np.zeros(3)
-        steps = np.clip(np.rint((points - origin) / STEP), -32768, 32767)
+        offset = points - origin
+        step = max(STEP, float(np.abs(offset).max(initial=0.0)) / FURTHEST)
         c = self.camera
         arrays = {
             "frame": np.array([self.frame]),
             "origin_xyz": origin,
-            "points": steps.astype(np.int16),
+            "step": np.array([step]),
+            "points": np.rint(offset / step).astype(np.int16),
             "normals": np.rint(127 * self.normals_xyz[::every]).astype(np.int8),
             "frames_seen": np.minimum(self.frames_seen[::every], 65535).astype(np.uint16),
             "depth": millimetres(self.depth),
@@ -120,10 +127,12 @@ class PlaybackMoment:
         Raises:
             InputError: Missing, broken, too large, or something else.
         """
-        arrays = read_arrays(Path(path), KINDS, LARGEST)
+        arrays = read_arrays(Path(path), KINDS, LARGEST, LATER)
         try:
             return _unpacked({name: array for name, array in arrays.items() if array.size})
-        except (KeyError, ValueError, IndexError, TypeError, CircumspectError) as error:
+        except (
+            KeyError, ValueError, IndexError, TypeError, OverflowError, CircumspectError,
+        ) as error:  # fmt: skip
             raise InputError(f"{path}: no moment of a run ({str(error)[:200]})") from error
 
 
@@ -141,6 +150,9 @@ def _unpacked(arrays: dict[str, NDArray[Any]]) -> PlaybackMoment:
         raise ValueError(f"points of shape {steps.shape}, normals of {normals.shape}")
     if seen.shape != (len(steps),):
         raise ValueError(f"{len(steps)} points, counts of shape {seen.shape}")
+    (step,) = _finite(arrays.get("step", np.array([STEP])), 1)
+    if not 0 < step < 1e9:
+        raise ValueError(f"coordinates in steps of {step:g} m")
     depth, colour = arrays["depth"], arrays.get("colour")
     if depth.ndim != 2 or depth.dtype != np.uint16 or 0 in depth.shape:
         raise ValueError(f"depth of shape {depth.shape} and type {depth.dtype}")
@@ -154,7 +166,7 @@ def _unpacked(arrays: dict[str, NDArray[Any]]) -> PlaybackMoment:
         raise ValueError("a view that is none")
     return PlaybackMoment(
         frame=int(arrays["frame"][0]),
-        points_xyz=_finite(arrays["origin_xyz"], 3) + STEP * steps,
+        points_xyz=_finite(arrays["origin_xyz"], 3) + step * steps,
         normals_xyz=normals / 127.0,
         frames_seen=seen.astype(np.int64),
         grid=_grid(arrays) if "occupied" in arrays else None,

@@ -77,6 +77,8 @@ class RecognitionPipeline:
     def run(self, frames: Iterable[RgbdFrame]) -> RecognitionResult:
         """Take all frames, telling the observers.
 
+        A further run goes on with the object as it is known; its frames are counted from 0 again.
+
         Whatever ends the run early, Ctrl-C included, the observers' `on_end` gets the steps so
         far before the exception goes on.
 
@@ -92,6 +94,7 @@ class RecognitionPipeline:
         """
         steps: list[RecognitionStep] = []
         complete = False
+        self._count = 0
         try:
             for frame in frames:
                 step = self.step(frame)
@@ -202,7 +205,10 @@ class RecognitionPipeline:
             bounds = self.classifier.recipe.bounds(cloud)
         except GeometryError:
             return False
-        self.grid = self.model.occupancy(bounds)
+        grid = self.model.occupancy(bounds)
+        if not grid.occupied.any():
+            return False
+        self.grid = grid
         return True
 
     def _settled(self, steps: list[RecognitionStep]) -> tuple[RecognitionStep, ...]:

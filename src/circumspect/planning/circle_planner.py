@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from circumspect.errors import InputError
 from circumspect.planning.next_view import Finished, NextView
 from circumspect.planning.rounds import bearings_of, next_turn
 from circumspect.planning.situation import Situation
@@ -14,6 +15,9 @@ from circumspect.planning.view_planner import ViewPlanner
 
 NOTHING_KNOWN = "nothing of the object is known yet"
 ALL_TRIED = "no other view can be reached"
+SMALLEST_STEP, LARGEST_STEP = 5.0, 90.0
+"""A view nearer than the first counts as reached before the robot has moved; steps larger than the
+second leave sides unseen [degrees]."""
 
 
 @dataclass(frozen=True)
@@ -23,10 +27,16 @@ class CirclePlanner(ViewPlanner):
     Attributes:
         step_deg: From one view to the next, counter-clockwise [degrees].
         distance: Level distance of camera and surface where the object fits the image [m].
+
+    Raises:
+        InputError: A step outside of 5 … 90 degrees.
     """
 
     step_deg: float = 30.0
     distance: float = SURFACE_DISTANCE
+
+    def __post_init__(self) -> None:
+        require_step("step_deg", self.step_deg)
 
     def next_view(self, situation: Situation) -> NextView | Finished:
         """See `ViewPlanner.next_view`; views that can not be reached are skipped."""
@@ -38,6 +48,18 @@ class CirclePlanner(ViewPlanner):
         if situation.unreachable:
             return beyond(situation, turn, self.distance)
         return circle_view(situation, turn, self.distance)
+
+
+def require_step(name: str, degrees: float) -> None:
+    """Refuse an angle between views with which no round would come to an end.
+
+    Raises:
+        InputError: It is outside of 5 … 90 degrees.
+    """
+    if not SMALLEST_STEP <= degrees <= LARGEST_STEP:
+        raise InputError(
+            f"{name} must be {SMALLEST_STEP:g} … {LARGEST_STEP:g} degrees, not {degrees:g}"
+        )
 
 
 def beyond(situation: Situation, step: float, distance: float) -> NextView | Finished:

@@ -9,7 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import PlanarPose, wrapped
-from circumspect.planning.circle_planner import NOTHING_KNOWN, beyond, circle_view
+from circumspect.planning.circle_planner import (
+    NOTHING_KNOWN,
+    beyond,
+    circle_view,
+    require_step,
+)
 from circumspect.planning.next_view import Finished, NextView
 from circumspect.planning.outline import Outline
 from circumspect.planning.rounds import bearings_of
@@ -46,12 +51,19 @@ class SurfaceNormalPlanner(ViewPlanner):
         corner_deg: By how much a view is turned at a corner [degrees].
         least_deg: A view that is less than this further round leads no further [degrees].
         most_deg: Views are at most this far apart, as seen from the object's centre [degrees].
+
+    Raises:
+        InputError: `corner_deg` or `least_deg` is outside of 5 … 90 degrees.
     """
 
     distance: float = SURFACE_DISTANCE
     corner_deg: float = 30.0
     least_deg: float = 8.0
     most_deg: float = 75.0
+
+    def __post_init__(self) -> None:
+        for name in ("corner_deg", "least_deg"):
+            require_step(name, getattr(self, name))
 
     def next_view(self, situation: Situation) -> NextView | Finished:
         """See `ViewPlanner.next_view`; beyond views that can not be reached a circle is driven."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, printable
 from circumspect.sensing.depth_noise import DepthNoise
 from circumspect.sensing.flying_pixels import continuous_pixels
 from circumspect.sensing.pixel_rays import along_axis
@@ -35,9 +35,7 @@ class BoxSegmentation(Segmentation):
     high_xyz: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
-        corners = np.array([self.corner_a, self.corner_b], dtype=np.float64)
-        if corners.shape != (2, 3) or not np.isfinite(corners).all():
-            raise InputError(f"a box needs two corners of three numbers, not {corners.tolist()}")
+        corners = np.stack([_corner(self.corner_a), _corner(self.corner_b)])
         if (corners[0] == corners[1]).any():
             raise InputError(f"the box {corners.tolist()} is flat; its corners must be opposite")
         object.__setattr__(self, "low_xyz", corners.min(axis=0))
@@ -58,3 +56,15 @@ class BoxSegmentation(Segmentation):
                 mask &= across >= np.float32(self.low_xyz[axis] - place)
                 mask &= across <= np.float32(self.high_xyz[axis] - place)
         return mask
+
+
+def _corner(given: ArrayLike) -> NDArray[np.float64]:
+    try:
+        corner = np.asarray(given, dtype=np.float64)
+    except (ValueError, TypeError, OverflowError):
+        corner = np.empty(0)
+    if corner.shape != (3,) or not np.isfinite(corner).all():
+        raise InputError(
+            f"a corner of a box must be three finite numbers, not {printable(repr(given)[:80])}"
+        )
+    return corner

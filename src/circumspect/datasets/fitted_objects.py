@@ -1,0 +1,42 @@
+"""Which objects a network was fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.classification.onnx_classifier import OBJECTS
+from circumspect.datasets.object_set import ObjectSet
+from circumspect.datasets.validation_split import validation_split
+
+
+def fitted_objects(training: Mapping[str, Any], objects: ObjectSet) -> NDArray[np.bool_]:
+    """Mark the objects that a network knows from its training, by their names.
+
+    Another copy of a set (its meshes sampled anew, a part of it, a few objects more) holds the same
+    objects under the same names. Records of older versions name none; they tell of their own set
+    alone.
+
+    Args:
+        training: How the network was trained; see `Checkpoint`.
+        objects: Any set.
+
+    Returns:
+        (n,) True where it was fitted to the object.
+
+    Raises:
+        InputError: An object spans no shape.
+    """
+    names = training.get(OBJECTS)
+    if isinstance(names, list):
+        known = {name for name in names if isinstance(name, str)}
+        return np.array([name in known for name in objects.names.tolist()], bool)
+    if training.get("data") != objects.digest:
+        return np.zeros(len(objects), bool)
+    settings = training.get("settings", {})
+    if not settings.get("validation", True):
+        return np.ones(len(objects), bool)
+    return ~validation_split(objects, settings.get("validation_salt", ""))
