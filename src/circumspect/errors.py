@@ -34,6 +34,11 @@ class MissingExtraError(CircumspectError):
         super().__init__(
             f'{package} is not installed; get it with: pip install "circumspect[{extra}]"'
         )
+        self.package, self.extra = package, extra
+
+    def __reduce__(self) -> tuple[type[MissingExtraError], tuple[str, str]]:
+        # It may have to come home from another process.
+        return MissingExtraError, (self.package, self.extra)
 
 
 def reason_of(error: OSError) -> str:

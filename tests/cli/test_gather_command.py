@@ -65,7 +65,7 @@ def test_recordings_are_added_with_a_label(
     [
         (["--from", "run.mcap"], "needs the --label"),
         (["--from", "missing.mcap", "--label", "chair"], "can not be read"),
-        (["--label", "chair"], "go with --from"),
+        (["--label", "chair"], "goes with --from"),
         (["--classes", "unicorn"], "no furniture called unicorn"),
         (["--starts", "0"], "at least one start"),
         (["--workers", "0"], "at least one process"),
@@ -79,4 +79,21 @@ def test_mistakes_are_told_in_a_line(
     error = capsys.readouterr().err
     assert says in error
     assert len(error.splitlines()) == 1
+    assert not (tmp_path / "set").exists()
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        (["--start", "90"], "--start goes with --from"),
+        (["--from", "x.mcap", "--label", "chair", "--at", "0"], "--at is for simulated scans"),
+        (["--from", "x.mcap", "--label", "chair", "--frames", "-5"], "--frames is for simulated"),
+        (["--at", "45", "45.04"], "a tenth of a degree apart"),
+    ],
+)
+def test_flags_that_would_be_ignored_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture, flags: list[str], told: str
+) -> None:
+    assert main(["gather", "--out", str(tmp_path / "set"), *flags]) == 2
+    assert told in capsys.readouterr().err
     assert not (tmp_path / "set").exists()

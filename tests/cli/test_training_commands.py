@@ -1,14 +1,19 @@
 """train, evaluate, export and classify, one after the other, as a user would."""
 
 import json
+import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from circumspect.classification import Classifier
+from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.cli.main import main
-from circumspect.datasets import ObjectSet
+from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.furniture import make_furniture
+from circumspect.nets import Checkpoint
 
 BRIEF = ("--epochs", 2, "--passes", 1, "--batch-size", 8, "--replicas", 1)
 
@@ -189,3 +194,101 @@ def test_experiments_with_networks_that_are_none(data, tmp_path, capsys, words, 
     assert run("reproduce", *words, "--data", data, "--out", tmp_path / "out") == 2
     assert why in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_objects_that_were_trained_on_are_known_by_name(trained, data, tmp_path, capsys):
+    """Another copy of the set, and a part of it, hold the same objects."""
+    train = open_data_set(data, "train")
+    rng = np.random.default_rng(0)
+    moved = train.points_xyz + rng.normal(0, 1e-3, train.points_xyz.shape).astype(np.float32)
+    known = Checkpoint.load(trained / "best.safetensors").training["objects"]
+    assert 0 < len(known) < len(train)
+    write_point_pack(tmp_path / "train.npz", replace(train, points_xyz=moved))
+    for split, seen in (("train", True), ("validation", False)):
+        words = ("evaluate", "--weights", trained, "--data", tmp_path, "--split", split)
+        assert run(*words, "--yaw", "0", "--out", tmp_path / split, "--json") == 0
+        metrics = json.loads(capsys.readouterr().out)
+        assert metrics["seen_in_training"] == seen
+        assert metrics["objects"] == (len(train) if seen else len(train) - len(known))
+
+
+def test_an_older_file_learns_the_names_of_what_it_was_fitted_to(trained, data, tmp_path, capsys):
+    old = Checkpoint.load(trained / "best.safetensors")
+    names = old.training["objects"]
+    nameless = {key: value for key, value in old.training.items() if key != "objects"}
+    replace(old, training=nameless).save(tmp_path / "old.safetensors")
+    assert run("export", tmp_path / "old.safetensors", tmp_path / "own.onnx") == 0
+    assert "objects" not in Classifier.load(tmp_path / "own.onnx").training
+    words = ("export", tmp_path / "own.onnx", tmp_path / "own.onnx", "--examples", data)
+    assert run(*words) == 0
+    assert "names the objects" in capsys.readouterr().out
+    assert Classifier.load(tmp_path / "own.onnx").training["objects"] == names
+    assert run(*words) == 0
+    assert "names the objects" not in capsys.readouterr().out
+
+
+def test_the_shipped_classifier_knows_what_it_was_fitted_to():
+    names = Classifier.load().training["objects"]
+    assert len(set(names)) == 3991
+    assert "chair_0889" in names
+    assert "chair_0890" not in names
+
+
+def test_a_temperature_counts_from_none(trained, data, tmp_path, capsys):
+    """What `evaluate` says of weights with a temperature is what to export them anew with."""
+    found = []
+    for temperature in (1, 2):
+        own = tmp_path / "own.onnx"
+        assert run("export", trained, own, "--temperature", temperature) == 0
+        words = ("evaluate", "--weights", own, "--data", data, "--yaw", "0,30", "--json")
+        capsys.readouterr()
+        assert run(*words, "--out", tmp_path / "out") == 0
+        found.append(json.loads(capsys.readouterr().out)["fitted_temperature"])
+    assert found[0] == pytest.approx(found[1], rel=1e-3)
+
+
+def test_a_run_goes_on_after_it_was_evaluated_in_its_own_folder(trained, data, tmp_path):
+    words = ("--data", data, "--cache", trained.parent / "grids", *BRIEF)
+    shutil.copytree(trained, tmp_path / "run")
+    evaluate = ("evaluate", "--weights", tmp_path / "run", "--data", data, "--split", "test")
+    assert run(*evaluate, "--yaw", "0", "--out", tmp_path / "run") == 0
+    assert run("train", *words, "--out", tmp_path / "run") == 0
+
+
+@pytest.mark.parametrize("flags", [("--temperature", -3), ("--azimuth-views", 4),
+                                   ("--unknown-below", 0.5)])  # fmt: skip
+def test_an_exported_file_keeps_what_it_has(tmp_path, capsys, flags):
+    assert run("export", shipped_path(), tmp_path / "own.onnx", *flags) == 2
+    assert f"{flags[0]} goes with checkpoints" in capsys.readouterr().err
+    assert not (tmp_path / "own.onnx").exists()
+
+
+@pytest.mark.parametrize("flags", [("--corrupt", "--yaw", "0"), ("--corrupt", "--yaw-count", 8),
+                                   ("--yaw", "0", "--yaw-count", 8)])  # fmt: skip
+def test_angles_that_would_be_ignored_are_refused(data, tmp_path, capsys, flags):
+    assert run("evaluate", "--data", data, "--out", tmp_path / "out", *flags) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("seed", [-1, 2**32])
+def test_seeds_that_are_none(data, tmp_path, capsys, seed):
+    assert run("train", "--data", data, "--out", tmp_path / "run", "--seed", seed) == 2
+    assert "seed" in capsys.readouterr().err
+
+
+def test_networks_without_classes(capsys):
+    assert run("nets", "--classes", 0) == 2
+    assert "at least one" in capsys.readouterr().err
+
+
+def test_a_lone_pack_is_not_both_splits_of_an_experiment(data, tmp_path, capsys):
+    shutil.copy(data / "train.npz", tmp_path / "all.npz")
+    words = ("reproduce", "unknown", "--data", tmp_path / "all.npz", "--out", tmp_path / "out")
+    assert run(*words) == 2
+    assert "40 objects are in both splits, as train_chair_0000 is" in capsys.readouterr().err
+
+
+def test_epochs_of_a_network_that_an_experiment_does_not_train(data, tmp_path, capsys):
+    words = ("reproduce", "table2", "--data", data, "--out", tmp_path / "out")
+    assert run(*words, "--epochs", "pointnet=3") == 2
+    assert "trains moon2018, moon2018-max, planes" in capsys.readouterr().err

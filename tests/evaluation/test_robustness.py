@@ -5,7 +5,7 @@ import pytest
 from two_kinds import ByHeight, flat_and_tall
 
 from circumspect.datasets.corruption import CORRUPTIONS
-from circumspect.errors import WeightsError
+from circumspect.errors import InputError, WeightsError
 from circumspect.evaluation.robustness import measure_robustness
 
 
@@ -37,3 +37,9 @@ def test_weights_for_other_classes_are_refused():
 
     with pytest.raises(WeightsError, match="same classes"):
         measure_robustness(Other(), flat_and_tall(2))
+
+
+def test_an_empty_set_is_no_measure():
+    objects = flat_and_tall(2)
+    with pytest.raises(InputError, match="nothing to evaluate"):
+        measure_robustness(ByHeight(), objects.subset(np.zeros(len(objects), bool)))

@@ -27,7 +27,7 @@ from circumspect.datasets.gathered_set import (
     write_cloud,
 )
 from circumspect.datasets.gathered_verification import verify_gathered
-from circumspect.errors import InputError, OutputError
+from circumspect.errors import InputError, MissingExtraError, OutputError
 from circumspect.gathering import GatherSettings, gather
 from circumspect.gathering.contact_sheet import draw_contact_sheet, drawn
 from circumspect.gathering.gather import append, begin
@@ -323,3 +323,25 @@ def test_the_contact_sheet_shows_every_scan(gathered: Path, tmp_path: Path) -> N
         assert 1 < sheet.width / sheet.height < 2
     one_point = drawn(np.zeros((1, 3), np.float32))
     assert one_point.shape == (110, 110, 3)
+
+
+def test_without_the_simulator_nothing_is_written_down_as_scanned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else the scans would count as made once the simulator is there."""
+    broken = tmp_path / "modules" / "embreex"
+    broken.mkdir(parents=True)
+    (broken / "__init__.py").write_text("raise ImportError('none here')")
+    monkeypatch.syspath_prepend(broken.parent)
+    with pytest.raises(MissingExtraError, match=r"circumspect\[sim\]"):
+        gather(tmp_path / "set", QUICK, 1)
+    assert read_manifest(tmp_path / "set") == []
+
+
+def test_the_first_scan_that_saw_its_object_trains(gathered: Path, tmp_path: Path) -> None:
+    folder = copied(gathered, tmp_path)
+    scans = read_manifest(folder)
+    blind = [replace(s, files={}) if s.label == "chair" and s.start_deg == 0 else s for s in scans]
+    (folder / MANIFEST).write_text("".join(scan.line() for scan in blind))
+    named = open_data_set(folder, "train").names.tolist()
+    assert sorted(named) == ["bed-200000@000", "chair-200000@090"]

@@ -3,6 +3,7 @@
 import pytest
 import torch
 
+from circumspect.errors import InputError
 from circumspect.nets.moon2018 import Moon2018, RowWiseMaxPool
 
 
@@ -49,3 +50,11 @@ def test_nothing_wraps_so_that_invariance_is_only_near(pool):
     grids = (torch.rand(2, 1, 14, 14, 14) < 0.1).float()
     with torch.no_grad():
         assert not torch.allclose(net(grids), net(grids.roll(5, 3)), atol=1e-4)
+
+
+@pytest.mark.parametrize(("pool", "needed"), [("rwmp", 11), ("max", 12)])
+def test_a_grid_of_too_few_cells_is_refused(pool, needed):
+    features = torch.zeros(1, 1, needed, needed + 1, needed)
+    assert Moon2018(3, tuple(features.shape[2:]), pool).eval()(features).shape == (1, 3)
+    with pytest.raises(InputError, match=f"needs {needed} cells or more"):
+        Moon2018(3, (32, needed - 1, 32), pool)

@@ -115,3 +115,10 @@ def test_a_result_is_made_once(tmp_path):
     (tmp_path / "a" / "result.json").unlink()
     with pytest.raises(InputError, match=r"result\.json"):
         done_once(tmp_path / "a", {"seed": 1}, dict)
+
+
+def test_another_network_is_added_to_what_is_there(tmp_path):
+    """The race is run anew, since it is one of all; what else is there stays."""
+    run(tmp_path, how=replace(QUICK, nets=("pointnet",)))
+    document = run(tmp_path)
+    assert list(document["nets"]) == ["circumspect", "voxnet", "pointnet"]

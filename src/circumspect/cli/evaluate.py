@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect import __version__
+from circumspect.cli.given_flags import given_flags
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError
 
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from circumspect.evaluation.predictor import Predictor
     from circumspect.evaluation.yaw_sweep import YawSweep
 
+YAWS = 64
+"""Without a flag."""
+
 
 @dataclass(frozen=True)
 class Evaluate:
@@ -27,7 +31,7 @@ class Evaluate:
 
     $ circumspect evaluate --data ModelNet10 --split test --yaw-count 64 --out eval
     $ circumspect evaluate --weights runs/train-planes --data ModelNet10 --yaw 0,45
-    $ circumspect evaluate --data ModelNet10 --corrupt --out robustness
+    $ circumspect evaluate --data ModelNet10 --split test --corrupt --out robustness
     """
 
     data: Path
@@ -38,8 +42,9 @@ class Evaluate:
     """Choices are made on validation; test is for reports."""
     yaw: Annotated[str | None, tyro.conf.arg(metavar="DEG,DEG,...")] = None
     """Angles in degrees, such as 0,45,90,135."""
-    yaw_count: int = 64
-    """This many angles over the turn, each at another fraction of a cell, without --yaw."""
+    yaw_count: int | None = None
+    """This many angles over the turn, each at another fraction of a cell, without --yaw; 64 by
+    default."""
     corrupt: bool = False
     """Instead of turning objects, corrupt them in twelve ways and five severities each."""
     out: Path = Path("evaluation")
@@ -57,21 +62,27 @@ class Evaluate:
         from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
         from circumspect.storage import write_json
 
-        yaws = spread_yaws(self.yaw_count) if self.yaw is None else _parsed(self.yaw)
+        given = given_flags(self, "yaw", "yaw_count")
+        if self.corrupt and given:
+            raise InputError(f"--corrupt is measured at 0°; leave {given[0]} out")
+        if len(given) > 1:
+            raise InputError("give --yaw or --yaw-count, not both")
+        count = YAWS if self.yaw_count is None else self.yaw_count
+        yaws = spread_yaws(count) if self.yaw is None else _parsed(self.yaw)
         predictor = load_predictor(self.weights, self.threads)
         with progress_bar("sampling meshes") as progress:
             evaluated = open_evaluation_set(predictor, self.data, self.split, progress)
         # First of all, so that a folder that can not be written is found out before the work.
         how = {"corrupt": True} if self.corrupt else {"yaw_deg": yaws}
         config = {"data": str(self.data), "split": self.split, **how}
-        write_json(self.out / "config.json", config)
+        write_json(self.out / "evaluation.json", config)
         if self.corrupt:
             return self._corrupt(predictor, evaluated)
         with progress_bar("objects") as progress:
             sweep = sweep_yaw(predictor, evaluated.objects, yaws, progress)
         metrics = {**self._head(evaluated), **sweep.metrics()}
         if self.split == "validation":
-            metrics |= _choices(sweep)
+            metrics |= _choices(sweep, predictor.temperature)
         write_json(self.out / "metrics.json", metrics)
         print(json.dumps(metrics) if self.json else _readable(metrics, self.out))  # noqa: T201
         self._draw(sweep, evaluated.objects)
@@ -139,8 +150,11 @@ def _readable(metrics: dict[str, Any], out: Path) -> str:
     return "\n".join(lines)
 
 
-def _choices(sweep: YawSweep) -> dict[str, float]:
-    """What is chosen on validation: temperature, and from where on an object is known."""
+def _choices(sweep: YawSweep, already: float) -> dict[str, float]:
+    """What is chosen on validation: temperature, and from where on an object is known.
+
+    The probabilities are those of logits that were divided by `already`.
+    """
     from circumspect.evaluation.calibration import fitted_temperature, least_known, tempered
 
     try:
@@ -148,7 +162,7 @@ def _choices(sweep: YawSweep) -> dict[str, float]:
     except InputError:  # of a handful of objects that are all named rightly
         return {}
     known = least_known(tempered(sweep.flat[0], temperature))
-    return {"fitted_temperature": temperature, "unknown_below": known}
+    return {"fitted_temperature": already * temperature, "unknown_below": known}
 
 
 def _robust(metrics: dict[str, Any], out: Path) -> str:
@@ -168,4 +182,4 @@ def _robust(metrics: dict[str, Any], out: Path) -> str:
 def _seen(metrics: dict[str, Any]) -> list[str]:
     if not metrics["seen_in_training"]:
         return []
-    return ["the network was trained on these objects: do not quote these figures"]
+    return ["the network was trained on objects of this set: do not quote these figures"]

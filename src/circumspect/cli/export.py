@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from circumspect.cli.given_flags import given_flags
 from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
@@ -63,8 +64,13 @@ class Export:
 
     def _complete(self) -> None:
         """Give an ONNX file its features."""
-        if self.committee or self.int8 is not None:
-            raise InputError(f"{self.weights}: is exported already; give checkpoints for a new one")
+        if given := given_flags(
+            self, "committee", "int8", "azimuth_views", "temperature", "unknown_below"
+        ):
+            raise InputError(
+                f"{self.weights}: is exported already and keeps what it has; {given[0]} goes with "
+                "checkpoints"
+            )
         try:
             from circumspect.export.features import write_with_features
         except ImportError as error:
@@ -78,9 +84,12 @@ class Export:
         from circumspect.cli.progress import progress_bar
         from circumspect.datasets import open_data_set
         from circumspect.export.examples import example_table
+        from circumspect.export.fitted_names import write_fitted_names
 
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(data, "train", progress)
+        if write_fitted_names(self.out, objects):
+            print(f"{self.out}: names the objects that it was trained on")  # noqa: T201
         with progress_bar("training objects") as progress:
             table = example_table(Classifier.load(self.out), objects, progress)
         path = examples_path(self.out)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from circumspect.cli.given_flags import given_flags
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
@@ -81,8 +82,8 @@ class Gather:
         from circumspect.cli.progress import progress_bar
         from circumspect.gathering import gather
 
-        if self.label is not None or self.name is not None:
-            raise InputError("--label and --name go with --from RECORDING")
+        if given := given_flags(self, "label", "name", "start"):
+            raise InputError(f"{given[0]} goes with --from RECORDING")
         workers = self.workers if self.workers is not None else os.cpu_count() or 1
         if workers < 1:
             raise InputError(f"--workers {workers}: at least one process is needed")
@@ -107,6 +108,11 @@ class Gather:
         from circumspect.datasets.gathered_set import read_manifest
         from circumspect.gathering.recorded_scan import RecordedObject, gather_recording
 
+        if given := given_flags(
+            self, "classes", "objects", "starts", "at", "seed", "slip", "frame_interval", "frames",
+            "workers",
+        ):  # fmt: skip
+            raise InputError(f"{given[0]} is for simulated scans; --from RECORDING has its own")
         if self.label is None:
             raise InputError("--from RECORDING needs the --label of what it shows")
         shown = RecordedObject(

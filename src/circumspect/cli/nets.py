@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from circumspect.errors import MissingExtraError
+from circumspect.errors import InputError, MissingExtraError
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,8 @@ class Nets:
 
     def run(self) -> int:
         """List them."""
+        if self.classes < 1:
+            raise InputError(f"--classes {self.classes}: at least one is needed")
         try:
             import torch  # noqa: F401
         except ImportError as error:

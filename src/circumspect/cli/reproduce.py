@@ -87,6 +87,11 @@ class Reproduce:
         out = self.out or Path("runs") / shared
         with progress_bar("sampling meshes") as progress:
             train, test = (open_data_set(self.data, split, progress) for split in ("train", "test"))
+        if both := set(train.names.tolist()) & set(test.names.tolist()):
+            raise InputError(
+                f"{self.data}: {len(both)} objects are in both splits, as {min(both)} is; what was "
+                "trained on is no test"
+            )
         rest = (out, Shown(), GridCache(self.cache))
         kinds: dict[str, tuple[Callable[..., Any], Callable[..., dict[str, Any]]]] = {
             "table2": (experiments.Table2, experiments.reproduce_table2),

@@ -1,4 +1,4 @@
-"""The objects to evaluate on, and whether the network saw them in training."""
+"""The objects to evaluate on, and whether the network was fitted to them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from circumspect.datasets import ObjectSet, open_data_set, validation_split
+from circumspect.datasets.fitted_objects import fitted_objects
 from circumspect.evaluation.predictor import Predictor
 
 
@@ -17,8 +18,8 @@ class EvaluationSet:
 
     Attributes:
         objects: The split.
-        seen: The network was trained on these objects: a figure on them says nothing about new
-            ones.
+        seen: The network was trained on some of these objects: a figure on them says nothing
+            about new ones.
     """
 
     objects: ObjectSet
@@ -33,6 +34,9 @@ def open_evaluation_set(
 ) -> EvaluationSet:
     """Read a split; validation is what the predictor's own training held back.
 
+    Of a set that it was not trained on, or where nothing was held back, validation is drawn as
+    training would draw it.
+
     Args:
         predictor: Says how it was trained.
         data: Path of the data set, see `open_data_set`.
@@ -43,10 +47,11 @@ def open_evaluation_set(
         InputError: The data set can not be read.
     """
     objects = open_data_set(data, "test" if split == "test" else "train", progress)
-    settings = predictor.training.get("settings", {})
-    trained_on_these = predictor.training.get("data") == objects.digest
+    fitted = fitted_objects(predictor.training, objects)
     if split != "validation":
-        return EvaluationSet(objects, seen=trained_on_these)
-    held_back = validation_split(objects, settings.get("validation_salt", ""))
-    seen = trained_on_these and not settings.get("validation", True)
-    return EvaluationSet(objects.subset(held_back), seen=seen)
+        return EvaluationSet(objects, seen=bool(fitted.any()))
+    held_back = ~fitted
+    if not fitted.any() or fitted.all():
+        settings = predictor.training.get("settings", {})
+        held_back = validation_split(objects, settings.get("validation_salt", ""))
+    return EvaluationSet(objects.subset(held_back), seen=bool(fitted[held_back].any()))

@@ -31,6 +31,11 @@ class Predictor(Protocol):
         ...
 
     @property
+    def temperature(self) -> float:
+        """What its logits are divided by."""
+        ...
+
+    @property
     def training(self) -> Mapping[str, Any]:
         """How it was trained: `settings`, and `data`, the digest of the training split."""
         ...
@@ -100,7 +105,7 @@ def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
         return mean.softmax(1).numpy()
 
     return _CheckpointPredictor(
-        checkpoint.classes, checkpoint.recipe, checkpoint.training, probabilities
+        checkpoint.classes, checkpoint.recipe, 1.0, checkpoint.training, probabilities
     )
 
 
@@ -112,5 +117,6 @@ class _Function(Protocol):
 class _CheckpointPredictor:
     classes: tuple[str, ...]
     recipe: InputRecipe
+    temperature: float
     training: Mapping[str, Any]
     probabilities: _Function

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.corruption import CORRUPTIONS, SEVERITIES, corrupted
-from circumspect.errors import GeometryError
+from circumspect.errors import GeometryError, InputError
 from circumspect.evaluation.predictor import Predictor, check_classes
 
 BATCH = 16
@@ -60,9 +60,12 @@ def measure_robustness(
         progress: Called with (done, all) passes over the set.
 
     Raises:
+        InputError: The set is empty.
         WeightsError: The weights know other classes than the set.
     """
     check_classes(predictor, objects)
+    if not len(objects):
+        raise InputError("no objects: nothing to evaluate")
     passes = [(kind, severity) for kind in CORRUPTIONS for severity in SEVERITIES]
     clean = _accuracy(predictor, objects, None, seed)
     accuracy = {kind: np.zeros(len(SEVERITIES)) for kind in CORRUPTIONS}

@@ -15,7 +15,7 @@ from circumspect.datasets.gathered_set import (
     read_manifest,
     read_settings,
 )
-from circumspect.errors import InputError, OutputError
+from circumspect.errors import InputError, MissingExtraError, OutputError
 from circumspect.gathering.gather_settings import GatherSettings
 from circumspect.gathering.job_pool import outcomes
 from circumspect.gathering.simulated_task import Measure, SimulatedTask, scanned
@@ -49,6 +49,7 @@ def gather(
 
     Raises:
         InputError: The folder holds a set that was gathered otherwise.
+        MissingExtraError: The simulator is not installed.
         OutputError: A file can not be written.
     """
     _prepare(folder, settings)
@@ -61,6 +62,8 @@ def gather(
     failed: list[str] = []
     for job, outcome in outcomes(jobs, scanned, workers):
         count += 1
+        if isinstance(outcome, MissingExtraError):
+            raise outcome
         if isinstance(outcome, BaseException):
             failed.append(f"{job.key} ({outcome})")
         else:

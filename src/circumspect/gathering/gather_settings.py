@@ -83,6 +83,9 @@ class GatherSettings:
             raise InputError("at least one object, one start and one frame are needed")
         if not all(0 <= start < 360 for start in self.starts_deg):
             raise InputError(f"starts {self.starts_deg}: give degrees from 0 up to 360")
+        names = {simulated_name("", start) for start in set(self.starts_deg)}
+        if len(names) < len(set(self.starts_deg)):
+            raise InputError(f"starts {self.starts_deg}: give them a tenth of a degree apart")
         if not (0 <= self.slip < 1 and 0 < self.frame_interval < 60):
             raise InputError(
                 f"slip {self.slip} and frame interval {self.frame_interval} s: give a share below "

@@ -9,7 +9,7 @@ from typing import Any
 
 from circumspect.classification import Classifier
 from circumspect.datasets.gathered_set import GatheredScan
-from circumspect.errors import CircumspectError
+from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
 from circumspect.gathering.gather_settings import GatherSettings, ScanTask
 from circumspect.gathering.scan_files import told_quality, write_scan
@@ -46,12 +46,13 @@ class SimulatedTask:
 
 
 def scanned(job: SimulatedTask) -> dict[str, Any]:
-    """Make a scan and write its files; a known fault becomes part of the record.
+    """Make a scan and write its files; an object that can not be scanned is told in the record.
 
     Returns:
         Its `GatheredScan` in JSON types.
 
     Raises:
+        MissingExtraError: The simulator is not installed.
         OutputError: A file can not be written.
     """
     task, settings = job.task, job.settings
@@ -59,13 +60,14 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
     scan = GatheredScan(task.key, task.object, task.label, task.split, task.start_deg)
     config = {"object": task.object, "seed": seed, "start_deg": task.start_deg}
     quality: dict[str, Any] = {"seed": seed}
+    classifier = Classifier.load(threads=1)
     try:
         parts = SimulatedScan.prepared(
             make_furniture(task.label, task.variant), RoomSettings(slip=settings.slip),
             ScanSettings(frame_interval=settings.frame_interval, most_frames=settings.frames),
-            SurfaceNormalPlanner(), Classifier.load(threads=1), config,
+            SurfaceNormalPlanner(), classifier, config,
         )  # fmt: skip
-    except CircumspectError as error:
+    except InputError as error:
         return asdict(replace(scan, quality={**quality, "ended": f"not begun: {error}"}))
     log = JourneyLog(parts.scan)
     parts.pipeline.observers = (log,)

@@ -30,7 +30,8 @@ class Checkpoint:
         classes: Class names in the order of its outputs.
         recipe: What it was shown.
         weights: Parameter and buffer tensors by name.
-        training: How it was trained: settings and what was reached, as JSON types.
+        training: How it was trained, as JSON types: `settings`, what was `reached`, `data`, the
+            digest of the set, and `objects`, the names of those that were not held back.
     """
 
     net: str

@@ -12,6 +12,7 @@ from typing import Literal
 import torch
 from torch import Tensor, nn
 
+from circumspect.errors import InputError
 from circumspect.nets.quick_dropout import QuickDropout
 
 FILTERS = ((3, 16), (5, 32), (3, 64), (3, 128))
@@ -37,6 +38,9 @@ class Moon2018(nn.Module):
         classes: How many.
         shape: Of the grid: (radius, azimuth, height), or (x, y, z), where the rows lie along y.
         pool: "rwmp", or "max", pooling by 2 x 2 x 2 with stride 2, in its place.
+
+    Raises:
+        InputError: Too few cells.
     """
 
     def __init__(
@@ -53,6 +57,9 @@ class Moon2018(nn.Module):
             channels = outputs
         layers.append(RowWiseMaxPool() if pool == "rwmp" else nn.MaxPool3d(2))
         shrunk = [cells - sum(kernel - 1 for kernel, _ in FILTERS) for cells in shape]
+        if min(shrunk) < (least := 1 if pool == "rwmp" else 2):
+            needed = max(shape) - max(shrunk) + least
+            raise InputError(f"moon2018 needs {needed} cells or more along each axis, not {shape}")
         radius, azimuth, height = shrunk if pool == "rwmp" else [cells // 2 for cells in shrunk]
         inputs = channels * radius * height * (1 if pool == "rwmp" else azimuth)
         layers.append(nn.Flatten())

@@ -30,6 +30,11 @@ class Comparison(Experiment):
 
     nets: tuple[str, ...] = RIVALS
 
+    @property
+    def trained_nets(self) -> tuple[str, ...]:
+        """See `Experiment.trained_nets`."""
+        return self.nets
+
     def command(self, what: str) -> str:
         """See `Experiment.command`."""
         some = [] if self.nets == RIVALS else ["--nets", *self.nets]

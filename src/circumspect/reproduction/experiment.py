@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from circumspect.errors import InputError
 from circumspect.nets.registry import net_spec
 from circumspect.training import TrainingSettings
 
 
 @dataclass(frozen=True, kw_only=True)
-class Experiment:
+class Experiment(ABC):
     """How an experiment is done.
 
     Attributes:
@@ -20,6 +22,9 @@ class Experiment:
         yaw_count: Yaws over the turn, each at another fraction of a cell.
         precision: "fp32" or "bf16".
         seed: Of all chance.
+
+    Raises:
+        InputError: Epochs of a network that it does not train.
     """
 
     epochs: int | None = None
@@ -27,6 +32,17 @@ class Experiment:
     yaw_count: int = 64
     precision: Literal["fp32", "bf16"] = "fp32"
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        if strange := set(self.epochs_of) - set(self.trained_nets):
+            raise InputError(
+                f"--epochs {min(strange)}=…: this experiment trains {', '.join(self.trained_nets)}"
+            )
+
+    @property
+    @abstractmethod
+    def trained_nets(self) -> tuple[str, ...]:
+        """Names of the networks that it trains."""
 
     def settings(self, net: str) -> TrainingSettings:
         """As a network is meant to be trained, but for what the experiment asks for."""

@@ -158,7 +158,8 @@ def _timed(weights: dict[str, Path], test: ObjectSet, folder: Path) -> dict[str,
         networks = {net: _in_onnx(net, path, folder) for net, path in weights.items()}
         return _raced(networks, test)
 
-    return done_once(folder / "times", made_of, run)
+    # Other networks make another race.
+    return done_once(folder / "times" / "+".join(weights), made_of, run)
 
 
 def _in_onnx(net: str, weights: Path, folder: Path) -> OnnxClassifier:

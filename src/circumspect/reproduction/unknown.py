@@ -46,6 +46,11 @@ class Unknown(Experiment):
     net: str = "planes"
     each: int = 20
 
+    @property
+    def trained_nets(self) -> tuple[str, ...]:
+        """See `Experiment.trained_nets`."""
+        return (self.net,)
+
 
 def reproduce_unknown(
     train: ObjectSet,

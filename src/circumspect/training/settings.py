@@ -71,6 +71,8 @@ class TrainingSettings:
         for name in ("epochs", "passes", "batch_size", "replicas"):
             if getattr(self, name) < 1:
                 raise CircumspectError(f"{name} must be at least 1, not {getattr(self, name)}")
+        if not 0 <= self.seed < 2**32:
+            raise CircumspectError(f"the seed must lie in 0 … 2³² - 1, not {self.seed}")
         for name in ("learning_rate", "gradient_norm"):
             if not 0 < getattr(self, name) < math.inf:
                 raise CircumspectError(f"{name} must be positive, not {getattr(self, name)}")

@@ -16,6 +16,7 @@ from torch.nn import functional
 from torch.optim.swa_utils import AveragedModel
 
 from circumspect.classification import InputRecipe
+from circumspect.classification.onnx_classifier import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.validation_split import validation_split
 from circumspect.errors import InputError
@@ -62,6 +63,7 @@ class _Run:
     optimizer: torch.optim.Optimizer
     samples: TrainingSamples
     steps: int
+    fitted: list[str]
 
 
 def train(
@@ -235,14 +237,18 @@ def _prepare(
         use_buffers=True,
     )
     steps = max(1, samples.epoch // settings.batch_size)
-    return _Run(settings, accelerator, net, averaged, optimizer, samples, steps)
+    fitted = fit.names.tolist()
+    return _Run(settings, accelerator, net, averaged, optimizer, samples, steps, fitted)
 
 
 def _checkpoint(
     run: _Run, objects: ObjectSet, recipe: InputRecipe, row: dict[str, float]
 ) -> Checkpoint:
     weights = {name: value.cpu() for name, value in run.averaged.module.state_dict().items()}
-    training = {"settings": run.settings.to_dict(), "reached": row, "data": objects.digest}
+    training = {
+        "settings": run.settings.to_dict(), "reached": row, "data": objects.digest,
+        OBJECTS: run.fitted,
+    }  # fmt: skip
     return Checkpoint(run.settings.net, objects.classes, recipe, weights, training)
 
 
