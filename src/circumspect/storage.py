@@ -7,7 +7,7 @@ import json
 import math
 import os
 import secrets
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -61,6 +61,35 @@ def require_writable(folder: str | os.PathLike[str]) -> None:
         _create_aside(_resolved(Path(folder)) / secrets.token_hex(6)).unlink()
     except OSError as error:
         raise OutputError(_explain(Path(folder), error)) from error
+
+
+def require_no_strangers(
+    folder: str | os.PathLike[str],
+    names: Iterable[str],
+    signs: Iterable[str],
+    foreign: Iterable[str] = (),
+) -> None:
+    """Find out before a run whether it would replace what only has the name of a result.
+
+    Args:
+        folder: Of the run; may be missing.
+        names: Of files and folders that the run replaces.
+        signs: Of those that every earlier run of its kind left.
+        foreign: Of those that runs of another kind leave.
+
+    Raises:
+        OutputError: Some of the names are there, and the folder is of no earlier run of its kind.
+    """
+
+    def there(wanted: Iterable[str]) -> list[str]:
+        return [name for name in wanted if os.path.lexists(Path(folder) / name)]
+
+    signs, found = list(signs), there(names)
+    if found and (there(signs) != signs or there(foreign)):
+        raise OutputError(
+            f"{Path(folder) / found[0]}: is of no such run and would be replaced; "
+            "take another folder"
+        )
 
 
 @contextmanager

@@ -165,6 +165,15 @@ def test_boards_and_tags_are_printed(tmp_path, capsys):
         (("board", "--tags", "587"), "0 to 586"),
         (("board", "--square", "0"), "squares are from"),
         (("simulate", "--cameras", "0"), "--cameras 0"),
+        (("simulate", "--images", "."), ".: holds survey.json already"),
+        (("simulate", "--out", "."), "calibration.json: is of no such run and would be replaced"),
+        (("simulate", "--out", "scanned"), "space.jsonl: is of no such run"),
+        (
+            ("track", "IMAGES/track", "--calibration", "IMAGES/calibration.json", "--out",
+             "scanned"),
+            "space.jsonl: is of no such run",
+        ),
+        (("simulate", "--ceiling", "inf"), "not at inf m"),
         (("simulate", "--rate", "1000"), "--rate 1000"),
         (("simulate", "--speed", "9"), "9.0 m/s"),
         (("simulate", "--seed", "-1"), "--seed -1"),
@@ -181,12 +190,39 @@ def test_bad_input_is_one_line(room, tmp_path, monkeypatch, capsys, words, compl
     Image.open(room / "images/floor/ceiling_0/00.png").resize((400, 300)).save("half.png")
     (tmp_path / "unreadable" / "ceiling_0").mkdir(parents=True)
     (tmp_path / "unreadable" / "ceiling_0" / "1.0.png").write_bytes(b"no picture")
+    (tmp_path / "scanned").mkdir()
+    mine = [
+        tmp_path / name
+        for name in ("survey.json", "calibration.json", "scanned/log.jsonl", "scanned/space.jsonl")
+    ]
+    for file in mine:
+        file.write_text("mine")
     assert run(*(word.replace("IMAGES", str(room / "images")) for word in words)) == 2
     out, err = capsys.readouterr()
     assert complaint in err
     assert err.count("\n") == err.count("circumspect: ")
     assert out == ""
     assert not (tmp_path / "x.json").exists()
+    assert {file.read_text() for file in mine} == {"mine"}
+
+
+@pytest.mark.parametrize(
+    ("flags", "states"), [((), {"tracked": 8}), (("--tag", 7, 0.2, 0.3), {"lost": 8})]
+)
+def test_a_truth_of_another_time_spoils_no_track(room, tmp_path, capsys, flags, states):
+    lines = (room / "run" / "truth.txt").read_text().splitlines()
+    later = [line.split() for line in lines if not line.startswith("#")]
+    truth = tmp_path / "truth.txt"
+    truth.write_text("".join(f"{float(s) + 1e3} {' '.join(rest)}\n" for s, *rest in later))
+    words = ("track", room / "images" / "track", "--calibration", room / "images/calibration.json")
+    out = tmp_path / "run"
+    assert run(*words, *flags, "--truth", truth, "--out", out, "--json") == 0
+    printed, told = capsys.readouterr()
+    assert json.loads(printed)["error"] is None
+    assert f"{truth}: no fix of the intelligent space has a true pose of its time" in told
+    record = json.loads((out / "result.json").read_text())
+    assert (record["states"], record["error"]) == (states, None)
+    assert (out / "trajectory.txt").exists() is ("tracked" in states)
 
 
 def test_a_track_that_finds_nobody_says_why_and_keeps_nothing_old(room, tmp_path, capsys):

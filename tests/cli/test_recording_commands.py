@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
 
 from circumspect.cli.main import main
 from circumspect.geometry import PinholeCamera, read_cloud
@@ -80,6 +82,34 @@ def test_record_info(live: Path, capsys: pytest.CaptureFixture) -> None:
     assert max(map(len, text.splitlines()[1:])) <= 80
 
 
+def with_late_mount(source: Path, copy: Path, seconds: float) -> None:
+    """The same messages, but /tf_static comes only after so many seconds."""
+    with source.open("rb") as old, copy.open("wb") as new:
+        writer, late = Writer(new), round(1e9 * seconds)
+        writer.start()
+        told = [
+            (late if channel.topic == "/tf_static" else message.log_time, schema, channel, message)
+            for schema, channel, message in make_reader(old).iter_messages()
+        ]
+        for time, schema, channel, message in sorted(told, key=lambda one: one[0]):
+            kind = writer.register_schema(schema.name, schema.encoding, schema.data)
+            topic = writer.register_channel(channel.topic, channel.message_encoding, kind)
+            writer.add_message(topic, time, message.data, time)
+        writer.finish()
+
+
+def test_images_before_the_mount_is_known_do_not_end_a_replay(
+    live: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    """As in most bags of real robots, whose parts begin to speak one after the other."""
+    with_late_mount(live / "run.mcap", tmp_path / "run.mcap", 5.0)
+    capsys.readouterr()
+    assert played(tmp_path, tmp_path / "late")["frames"] == 5
+    assert "frames without a place left out: 3, for no transforms told" in capsys.readouterr().err
+    shown = ["--from", str(tmp_path / "run.mcap"), "--label", "chair", "--name", "mine"]
+    assert main(["gather", "--out", str(tmp_path / "set"), *shown]) == 0
+
+
 @pytest.fixture
 def blind(live: Path, tmp_path: Path) -> Path:
     """The live run's bag, whose CameraInfo is another topic's."""
@@ -133,6 +163,12 @@ def test_notes_of_a_stranger_are_only_text(tmp_path: Path, capsys: pytest.Captur
         (["replay", "run.mcap", "--mount", "0", "0", "1", "0", "90"], "a tilt within 90"),
         (["replay", "run.mcap", "--intrinsics", "0", "1", "2", "3"], "focal lengths"),
         (["record", "info", "nowhere"], "is no bag"),
+        (
+            ["replay", "run", "--intrinsics", "3", "3", "1", "1", "--map-frame", "world"],
+            "run: is no bag; only bags take --map-frame, --intrinsics; a folder tells of its "
+            "camera in camera-intrinsics.txt",
+        ),
+        (["replay", "run", "--depth-topic", "/x"], "only bags take --depth-topic"),
         (["scan", "chair", "--record", "run.mcap"], "never written over"),
     ],
 )

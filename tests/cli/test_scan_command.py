@@ -230,6 +230,7 @@ def test_a_mesh_of_ones_own_is_scanned(
     [
         {"frames": 0}, {"seed": -1}, {"start": float("nan")}, {"speed": 0.0}, {"speed": 9.0},
         {"frame_interval": 0.0}, {"slip": 0.9}, {"slip": -0.1}, {"mast_height": -1.0},
+        {"mast_height": 0.001}, {"mast_height": float("nan")}, {"mast_height": float("inf")},
         {"tilt": 95.0}, {"height": 0.5}, {"object": "chiar"}, {"weights": Path("none.onnx")},
     ],
 )  # fmt: skip

@@ -81,6 +81,8 @@ NORTH = ("cameras", "north")
         ((*NORTH, "distortion"), [-9, 0, 0, 0, 0], "folds"),
         ((*NORTH, "extrinsics", "quaternion_xyzw"), [0, 0, 0, 2], "unit length"),
         ((*NORTH, "extrinsics", "translation"), [0, 0, float("nan")], "translation"),
+        ((*NORTH, "extrinsics", "translation"), [1e308, 0, 3], r"\(1e\+308, 0, 3\) m: nowhere on"),
+        ((*NORTH, "extrinsics", "translation"), [0, 0, -1e9], "camera 'north'.*nowhere on earth"),
         ((*NORTH, "extrinsics", "covariance"), [[0.0] * 6] * 5, "covariance"),
         ((*NORTH, "extrinsics", "covariance"), (-np.eye(6)).tolist(), "covariance"),
         (("tag", "id"), 0.5, "whole number"),
@@ -89,6 +91,9 @@ NORTH = ("cameras", "north")
         ((*NORTH, "width"), 10**400, "finite number 'width'"),
         ((*NORTH, "distortion"), [10**400, 0, 0, 0, 0], "5 finite numbers 'distortion'"),
         (("tag", "size_m"), [0.1], "size_m"),
+        (("tag", "height_m"), 1e308, "height"),
+        (("tag", "x"), 1e9, "lies on the robot"),
+        (("tag", "y"), -1e308, "lies on the robot"),
     ],
 )  # fmt: skip
 def test_broken_entries_are_named(written, path, value, told):
@@ -132,7 +137,7 @@ def test_surveys_come_back_and_broken_ones_are_named(tmp_path):
     for tags, told in (
         ({huge: {"x": 1, "y": 2}}, "numbers, not '9{20}'$"),
         ({"7": {"x": 1, "y": 10**400}}, "finite number 'y'"),
-        ({"7": {"x": 1, "y": 2e200}}, r"tag 7 lies at \(1, 2e\+200, 0\) m: nowhere on earth"),
+        ({"7": {"x": 1, "y": 2e200}}, r"tag 7 is at \(1, 2e\+200, 0\) m: nowhere on earth"),
         ({"7": {"x": 1, "y": 2, "z": -1e9}}, "nowhere on earth"),
     ):
         path.write_text(json.dumps({"tag_size_m": 0.16, "tags": tags}))

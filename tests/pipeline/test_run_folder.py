@@ -134,7 +134,7 @@ def test_files_of_an_earlier_run_are_replaced(tmp_path: Path) -> None:
 def test_a_file_of_somebody_else_is_not_replaced(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("mine")
     (tmp_path / "chair.obj").write_text("mine")
-    with pytest.raises(OutputError, match=rf"{name}: is of no run"):
+    with pytest.raises(OutputError, match=rf"{name}: is of no such run"):
         RunFolder(tmp_path, CONFIG)
     assert (tmp_path / name).read_text() == "mine"
     assert sorted(file.name for file in tmp_path.iterdir()) == sorted([name, "chair.obj"])

@@ -26,7 +26,7 @@ from circumspect.sensing import Odometry
 
 COUNT = 6
 Told = tuple[str, str, float, Any]
-"""Topic, type, time [s], message."""
+"""Topic, type, time [s], message; or bytes in its place."""
 
 
 def driven(stamp: float) -> PlanarPose:
@@ -68,7 +68,8 @@ def written2(path: Path, told: list[Told], plugin: StoragePlugin) -> Path:
         for topic, kind, time, message in told:
             if topic not in topics:
                 topics[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(topics[topic], round(time * 1e9), store.serialize_cdr(message, kind))
+            data = message if isinstance(message, bytes) else store.serialize_cdr(message, kind)
+            writer.write(topics[topic], round(time * 1e9), data)
     return path
 
 
@@ -80,7 +81,9 @@ def written1(path: Path, told: list[Told]) -> Path:
         for topic, kind, time, message in told:
             if topic not in topics:
                 topics[topic] = writer.add_connection(topic, kind, typestore=store)
-            data = store.serialize_ros1(as_ros1(store, message, kind), kind)
+            data = message
+            if not isinstance(message, bytes):
+                data = store.serialize_ros1(as_ros1(store, message, kind), kind)
             writer.write(topics[topic], round(time * 1e9) + 1, data)
     return path
 

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bag_world import CAMERA, MOUNT, assert_same_pose, frame
-from foreign_bags import COUNT, driven, mcap, robots_messages, without
+from foreign_bags import COUNT, Write, driven, mcap, robots_messages, ros1, without
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
@@ -41,9 +43,10 @@ def test_a_map_frame_that_nobody_knows_is_told_with_the_known_ones(tmp_path: Pat
     recording = open_recording(mcap(tmp_path, robots_messages()))
     assert isinstance(recording, BagRecording)
     with pytest.raises(
-        InputError, match=r"'map' at 0\.000 s.* of: base_footprint, mast, xtion;.* --map-frame"
+        InputError, match=r"in the frame 'map'; .* of: base_footprint, mast, xtion;.* --map-frame"
     ):
         next(recording.with_poses())
+    assert not recording.skipped, "one line is enough"
     known = BagSettings(map_frame="base_footprint")
     recording = open_recording(recording.path, settings=known)
     assert isinstance(recording, BagRecording)
@@ -53,8 +56,49 @@ def test_a_map_frame_that_nobody_knows_is_told_with_the_known_ones(tmp_path: Pat
 def test_without_transforms_there_is_no_mount_unless_it_is_given(tmp_path: Path) -> None:
     path = mcap(tmp_path, without(robots_messages(), "/tf_static"))
     assert all(one.T_base_camera is None for one in open_recording(path))
+    with pytest.raises(InputError, match=r"mounted on the robot; they tell of: none; .* --mount"):
+        next(open_recording(path).placed())
     given = open_recording(path, settings=BagSettings(T_base_camera=MOUNT))
     assert_same_pose(next(iter(given)).T_base_camera, MOUNT)
+
+
+@pytest.mark.parametrize("write", [mcap, ros1])
+def test_frames_before_the_first_mount_are_left_out_of_a_replay(
+    tmp_path: Path, write: Write
+) -> None:
+    told = [
+        (*one[:2], 0.15 if one[0] == "/tf_static" else one[2], one[3]) for one in robots_messages()
+    ]
+    recording = open_recording(write(tmp_path, sorted(told, key=lambda one: one[2])))
+    assert [one.stamp for one in recording.placed()] == pytest.approx([0.2, 0.3, 0.4, 0.5])
+    assert recording.skipped["frames without a place"].startswith("2, for no transforms told where")
+    assert len(list(recording)) == COUNT, "who does not need the mount gets them all"
+    assert not recording.skipped
+
+
+def test_frames_before_the_first_pose_are_left_out_where_poses_are_given(tmp_path: Path) -> None:
+    told = robots_messages()
+    for stamp in (0.25, 0.35, 0.45):
+        moved = transform_message(driven(stamp).as_transform(), stamp, "map", "base_footprint")
+        told.append(("/tf", TRANSFORMS, stamp, transforms_message([moved])))
+    path = mcap(tmp_path, sorted(told, key=lambda one: one[2]))
+    recording = open_recording(path)
+    assert isinstance(recording, BagRecording)
+    found = list(recording.with_poses())
+    early = COUNT - len(found)
+    assert 1 < early < COUNT
+    assert all(one.T_map_camera is not None for one in found)
+    assert recording.skipped["frames without a place"].startswith(f"{early}, ")
+    first = [one.T_map_camera is not None for one in open_recording(path, poses=GivenPoses.FIRST)]
+    assert first == [number == early for number in range(COUNT)], "the first that there is"
+
+
+def test_only_the_first_pose_is_enough_without_a_mount(tmp_path: Path) -> None:
+    told = without(robots_messages(), "/tf_static")
+    T_map_camera = transform_message(MOUNT, 0.0, "map", "xtion")
+    told.insert(0, ("/tf", TRANSFORMS, 0.0, transforms_message([T_map_camera])))
+    recording = open_recording(mcap(tmp_path, told), poses=GivenPoses.FIRST)
+    assert len(list(recording.placed())) == COUNT
 
 
 def test_given_poses_are_those_of_the_image_not_of_the_last_transform(tmp_path: Path) -> None:
@@ -81,6 +125,53 @@ def test_after_a_leap_of_the_clock_the_rest_is_left_out(tmp_path: Path) -> None:
     recording = open_recording(mcap(tmp_path, told))
     assert len(list(recording)) == 4
     assert recording.skipped["the rest"].startswith("the clock leapt by +3600.0 s")
+
+
+def heard_at(stamps: list[float], arrivals: list[float]) -> list[float]:
+    """The frames that come of depth images with some stamps, heard at some times."""
+    topics = ChosenTopics("/depth", None, None, None, ())
+    assembly = FrameAssembly(topics, AssemblySettings(camera=CAMERA))
+    found = []
+    for stamp, arrival in zip(stamps, arrivals, strict=True):
+        image = depth_message(frame(0).depth, stamp, "xtion")
+        found += assembly.heard(BagMessage("/depth", round(1e9 * arrival), image))
+    return [one.stamp for one in found]
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 5), st.floats(0, 1e4)), min_size=1, max_size=9),
+    st.floats(0, 1e6),
+)
+def test_a_source_that_pauses_goes_on_where_it_was(
+    steps: list[tuple[float, float]], start: float
+) -> None:
+    stamps = start + np.cumsum([step for step, _ in steps])
+    arrivals = np.cumsum([step + pause for step, pause in steps])
+    assert heard_at(list(stamps), list(arrivals)) == pytest.approx(list(stamps), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("stamps", "arrivals", "leap"),
+    [
+        ([100.0, 100.1, 98.9], [0.0, 0.1, 0.2], -1.2),
+        ([100.0, 100.1, 98.9], [0.0, 0.1, 60.0], -1.2),
+        ([100.0, 100.1, 160.2], [0.0, 0.1, 50.2], 10.0),
+        ([100.0, 100.1, 106.0], [0.0, 20.1, 20.2], 5.8),
+    ],
+)
+def test_stamps_that_fall_or_run_ahead_are_a_leap(
+    stamps: list[float], arrivals: list[float], leap: float
+) -> None:
+    with pytest.raises(ClockError) as error:
+        heard_at(stamps, arrivals)
+    assert error.value.leap == pytest.approx(leap)
+
+
+def test_a_bag_of_a_source_that_was_paused_is_replayed_to_its_end(tmp_path: Path) -> None:
+    told = [(*one[:2], one[2] + 60 * (one[2] > 0.25), one[3]) for one in robots_messages()]
+    recording = open_recording(mcap(tmp_path, told))
+    assert [one.stamp for one in recording] == pytest.approx(0.1 * np.arange(COUNT))
+    assert not recording.skipped
 
 
 def test_clocks_that_are_set_back_together_are_told_and_nothing_piles_up() -> None:

@@ -5,12 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from foreign_bags import COUNT, Write, mcap, robots_messages, ros1, without
+from foreign_bags import COUNT, Told, Write, mcap, robots_messages, ros1, without
+from mcap.writer import Writer
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
-from circumspect.recording import BagSettings, TopicNames, open_recording
-from circumspect.recording.ros_types import CAMERA_INFO
+from circumspect.recording import (
+    BagRecording,
+    BagSettings,
+    TopicNames,
+    open_bag,
+    open_recording,
+)
+from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, typestore
 
 
 def test_without_camera_info_intrinsics_are_asked_for(tmp_path: Path) -> None:
@@ -81,6 +88,47 @@ def test_several_likely_topics_are_asked_for(tmp_path: Path) -> None:
         open_recording(path)
     chosen = BagSettings(TopicNames(depth="/right/depth/image_raw"))
     assert len(list(open_recording(path, settings=chosen))) == COUNT
+
+
+def with_empty(path: Path, told: list[Told], *empty: tuple[str, str], counted: bool = True) -> Path:
+    """Messages, and topics of some types on which nobody says anything."""
+    store = typestore()
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        channels = {}
+        for topic, kind in dict.fromkeys([*empty, *(one[:2] for one in told)]):
+            schema = writer.register_schema(kind, "ros2msg", b"")
+            channels[topic] = writer.register_channel(topic, "cdr", schema)
+        for topic, kind, time, message in told:
+            data = bytes(store.serialize_cdr(message, kind))
+            writer.add_message(channels[topic], round(1e9 * time), data, round(1e9 * time))
+        if not counted:
+            vars(writer)["_Writer__statistics"].channel_message_counts.clear()
+        writer.finish()
+    return path
+
+
+@pytest.mark.parametrize("counted", [True, False])
+def test_topics_without_messages_are_none(tmp_path: Path, counted: bool) -> None:
+    empty = [("/other/depth/image_raw", IMAGE), ("/other/odom", ODOMETRY), ("/rgb/image", IMAGE)]
+    path = with_empty(tmp_path / "a.mcap", robots_messages(), *empty, counted=counted)
+    recording = open_recording(path)
+    assert isinstance(recording, BagRecording)
+    assert not {topic for topic, _ in empty} & set(recording.bag.topics)
+    assert recording.topics.odometry == "/odom"
+    assert len(recording) == len(list(recording)) == COUNT
+
+
+def test_an_odometry_that_is_silent_does_not_hide_the_one_that_speaks(tmp_path: Path) -> None:
+    told = [("/wheels" if one[0] == "/odom" else one[0], *one[1:]) for one in robots_messages()]
+    path = with_empty(tmp_path / "a.mcap", told, ("/odom", ODOMETRY))
+    assert all(one.odometry is not None for one in open_recording(path))
+
+
+def test_a_bag_of_topics_alone_holds_no_messages(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="holds no messages"):
+        open_bag(with_empty(tmp_path / "a.mcap", [], ("/depth/image", IMAGE)))
 
 
 def test_without_depth_topics_those_there_are_named(tmp_path: Path) -> None:

@@ -30,6 +30,32 @@ def sound(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     return request.param(tmp_path_factory.mktemp("sound"), robots_messages())
 
 
+@pytest.mark.parametrize("write", FORMATS)
+@pytest.mark.parametrize("topic", ["/odom", "/camera/depth/image_raw", "/tf_static"])
+def test_a_message_that_can_not_be_decoded_costs_itself_alone(
+    tmp_path: Path, write: Write, topic: str
+) -> None:
+    told = robots_messages()
+    broken = [k for k, one in enumerate(told) if one[0] == topic][:2]
+    for k in broken:
+        told[k] = (*told[k][:3], b"\0\1\0\0garbage")
+    recording = open_recording(write(tmp_path, told))
+    lost = len(broken) if topic.endswith("image_raw") else 0
+    assert len(list(recording)) == COUNT - lost
+    ((name, reason),) = recording.skipped.items()
+    assert name == f"messages on {topic}"
+    assert reason == f"{'1 is' if len(broken) == 1 else '2 are'} no {told[broken[0]][1]}"
+
+
+@pytest.mark.parametrize("write", FORMATS)
+def test_nothing_but_garbage_is_told(tmp_path: Path, write: Write) -> None:
+    told = [
+        (*one[:3], b"garbage") if one[0].endswith("image_raw") else one for one in robots_messages()
+    ]
+    with pytest.raises(InputError, match=r"messages on /camera/depth/image_raw: 6 are no sensor"):
+        list(open_recording(write(tmp_path, told)))
+
+
 HEAD = st.integers(0, 5000)
 CHANGES = st.lists(
     st.tuples(st.one_of(HEAD, st.integers(0, 2**20)), st.binary(min_size=1, max_size=8)),

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bag_world import CAMERA, frames
+from foreign_bags import mcap
 from PIL import Image
 
 from circumspect.errors import InputError
@@ -91,6 +92,14 @@ def test_a_broken_image_is_left_out_and_named(tmp_path: Path) -> None:
     images = CeilingBag(open_bag(path), ["c"])
     assert [image.stamp for image in images] == [1.1]
     assert "50 bytes" in images.skipped["/c/image_raw at 1.000 s"]
+
+
+def test_a_message_that_is_no_image_is_left_out_and_counted(tmp_path: Path) -> None:
+    good = ("/c/image_raw", IMAGE, 1.1, grey_message(picture(2), 1.1, "c"))
+    images = CeilingBag(open_bag(mcap(tmp_path, [(*good[:3], b"garbage"), good])), ["c"])
+    for _ in range(2):
+        assert [image.stamp for image in images] == [1.1]
+        assert images.skipped == {"messages on /c/image_raw": f"1 is no {IMAGE}"}
 
 
 def test_grey_of_every_kind() -> None:

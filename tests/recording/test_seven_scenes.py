@@ -73,6 +73,15 @@ def test_the_turn_is_the_shortest(up: tuple[float, float, float]) -> None:
     assert turn.magnitude() == pytest.approx(np.arccos(np.clip(unit[2], -1, 1)), abs=1e-6)
 
 
+def test_a_last_row_that_was_rounded_is_none_the_worse(folder: Path) -> None:
+    pose = np.eye(4)
+    pose[3] = [1e-7, -5e-7, 0.0, 1 - 1e-7]
+    np.savetxt(folder / "frame-000000.pose.txt", pose)
+    scene = SevenScenesFolder(folder)
+    assert len(list(scene)) == 3
+    assert not scene.skipped
+
+
 def test_every_second_frame(folder: Path) -> None:
     assert len(SevenScenesFolder(folder, every=2)) == 2
     assert [round(float(f.depth[9, 9]), 3) for f in SevenScenesFolder(folder, every=2)] == [

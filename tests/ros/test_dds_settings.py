@@ -54,6 +54,7 @@ def test_the_own_settings_win() -> None:
     [
         ({"ROS_DOMAIN_ID": "x"}, "ROS_DOMAIN_ID is 'x'"),
         ({"ROS_DOMAIN_ID": "300"}, "0 to 232"),
+        ({"ROS_DOMAIN_ID": "9" * 5000}, "ROS_DOMAIN_ID is '9{20}'; give a number from 0 to 232"),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "galaxy"}, "known: OFF, LOCALHOST"),
         ({"ROS_STATIC_PEERS": "a<b"}, "is no host"),
     ],

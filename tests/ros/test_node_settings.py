@@ -29,6 +29,8 @@ robot1:
     ros__parameters:
       queue: 7
 """
+HUGE, HEX = "9" * 400, "0x" + "f" * 5000
+"""No double holds the one, and Python writes no decimals of the other."""
 
 
 @pytest.fixture
@@ -98,6 +100,35 @@ def test_files_that_make_no_sense(tmp_path: Path, capsys, text: str, said: str) 
     told = capsys.readouterr().err
     assert said in told
     assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize("number", [HUGE, HEX], ids=["huge", "hex"])
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("rate: NUMBER", "the parameter rate is a number, not one of more than 18 digits"),
+        ("queue: NUMBER", "the parameter queue is a whole number, not one of more"),
+        ("mount: [NUMBER, 0, 0, 0, 0]", "the parameter mount is a list of numbers, not"),
+        ("depth: NUMBER", "the parameter depth is a text, not one of more"),
+        ("autostart: NUMBER", "the parameter autostart is true or false, not one of more"),
+    ],
+)
+def test_numbers_that_ros_can_not_hold(
+    tmp_path: Path, capsys, entry: str, said: str, number: str
+) -> None:
+    path = tmp_path / "params.yaml"
+    path.write_text(f"circumspect: {{ros__parameters: {{{entry.replace('NUMBER', number)}}}}}")
+    assert main(["ros2", "--params-file", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.count("\n") == 1
+    assert len(told) < 200
+
+
+@pytest.mark.parametrize("side", [float("nan"), float("inf"), 640.7, 1e9, -3.0, 0.0])
+def test_an_image_has_whole_pixels(side: float) -> None:
+    with pytest.raises(InputError, match="whole pixels"):
+        NodeSettings(size=(640.0, side))
 
 
 def test_no_file(tmp_path: Path) -> None:

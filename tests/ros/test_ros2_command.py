@@ -80,6 +80,9 @@ def test_it_ends_by_itself_and_says_what_is_missing(
         (["--box", *"000000"], "is flat"),
         (["--intrinsics", *"0000"], "focal lengths must be positive"),
         (["--mount", "0", "0", "0", "0", "90"], "give finite values and a tilt within 90"),
+        (["--intrinsics", "500", "500", "320", "240", "--size", "nan", "480"], "whole pixels"),
+        (["--duration", "nan"], "--duration nan: give seconds above 0"),
+        (["--duration", "-5"], "--duration -5: give seconds above 0"),
     ],
 )
 def test_flags_that_make_no_sense(

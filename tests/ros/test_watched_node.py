@@ -22,6 +22,13 @@ from circumspect.ros.recognition_node import RecognitionNode
 from circumspect.viewer import Dashboard
 
 SETTINGS = NodeSettings(depth=DEPTH, rate=0.0, queue=50)
+EMPTY = {"/paths/registration", "/paths/odometry"}
+"""What a stage shows before anything is known: paths of no length."""
+
+
+def drawn(dashboard: Dashboard) -> set[str]:
+    """Names of what the stage shows of a run."""
+    return set(dashboard.stage._nodes)
 
 
 def test_what_a_node_knows_is_put_before_the_onlooker() -> None:
@@ -48,9 +55,13 @@ def test_what_a_node_knows_is_put_before_the_onlooker() -> None:
         assert shown.images.depth is node.frame.depth
         assert node.target is not None
 
+        dashboard.show(shown)
+        assert {"/object", "/camera", "/robot", "/grid/outline"} <= drawn(dashboard)
         node.command("reset")
         node.work(timeout=0.02)
         assert put[-1]().count == 0
+        dashboard.show(put[-1]())
+        assert drawn(dashboard) == EMPTY
         robot.drive(8)
         node.work(timeout=0.02)
         assert put[-1]().count == 1

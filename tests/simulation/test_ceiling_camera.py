@@ -309,6 +309,9 @@ def test_what_can_not_be_hung():
         ceiling_cameras([-20, -20], [20, 20], 4)
     with pytest.raises(InputError):
         ceiling_cameras([0, 0], [1, 1], 0)
+    for height in (np.nan, np.inf, 1e30, 0.3, -1.0):
+        with pytest.raises(InputError, match="a ceiling hangs above"):
+            ceiling_cameras([0, 0], [1, 1], height=height)
     with pytest.raises(InputError):
         CeilingOptics(noise=-1)
     with pytest.raises(InputError):

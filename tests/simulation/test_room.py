@@ -96,6 +96,12 @@ def test_an_object_larger_than_the_range_is_refused() -> None:
         room(block((-20, -20, 0), (20, 20, 3)))
 
 
+@pytest.mark.parametrize("height", [np.nan, np.inf, -np.inf, 0.001, 20.0, 1e30, 1e308])
+def test_no_mast_is_so_low_or_high(height: float) -> None:
+    with pytest.raises(InputError, match="a mast is from"):
+        room(SMALL, height=height)
+
+
 def test_a_start_needs_a_number() -> None:
     with pytest.raises(InputError, match="degrees"):
         room(SMALL).start(np.nan)

@@ -21,6 +21,7 @@ from circumspect.simulation import (
     block,
     floor,
 )
+from circumspect.simulation.orbit import LOWEST_MAST
 
 
 def test_without_faults_the_wheels_say_the_truth() -> None:
@@ -205,10 +206,20 @@ def test_real_time_needs_a_positive_factor(factor: float) -> None:
         SimulatedRobot(EMPTY, PlanarPose(), real_time=factor)
 
 
-@pytest.mark.parametrize("wrong", [{"height": 0.0}, {"tilt": np.pi / 2}, {"height": np.nan}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"height": 0.0}, {"height": 0.001}, {"height": 1e30}, {"height": np.nan},
+        {"tilt": np.pi / 2}, {"tilt": np.nan}, {"left": 1.5},
+    ],
+)  # fmt: skip
 def test_an_impossible_mast_is_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(InputError, match="mast"):
         CameraMount(**wrong)
+
+
+def test_the_lowest_mast_still_stands_on_a_robot() -> None:
+    SimulatedRobot(EMPTY, PlanarPose(), CameraMount(LOWEST_MAST))
 
 
 def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

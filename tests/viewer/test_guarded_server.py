@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import socket
+import time
 import urllib.error
 import urllib.request
+from types import SimpleNamespace
 
 import pytest
 
@@ -54,6 +57,47 @@ def test_it_is_bound_to_loopback_and_says_nothing(capsys):
     finally:
         stop(server)
     assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("host", ["::1", "::"])
+def test_the_address_of_the_newer_internet_can_be_reached(host):
+    try:
+        socket.create_server(("::1", 0), family=socket.AF_INET6).close()
+    except OSError:
+        pytest.skip("this machine has no IPv6")
+    server = guarded_server(host, 0)
+    try:
+        with urllib.request.urlopen(address(server, host), timeout=10) as page:
+            assert page.status == 200
+    finally:
+        stop(server)
+
+
+@pytest.mark.parametrize(
+    ("host", "shown"),
+    [
+        ("127.0.0.1", "127.0.0.1"), ("localhost", "localhost"), ("0.0.0.0", "127.0.0.1"),
+        ("10.0.0.7", "10.0.0.7"), ("::1", "[::1]"), ("::", "[::1]"), ("fd00::2", "[fd00::2]"),
+    ],
+)  # fmt: skip
+def test_what_is_told_can_be_typed_into_a_browser(host, shown):
+    assert address(SimpleNamespace(get_port=lambda: 80), host) == f"http://{shown}:80"
+
+
+def test_whoever_connects_and_asks_nothing_is_no_news(monkeypatch, caplog):
+    monkeypatch.setattr(logging.getLogger("websockets.server"), "filters", [])
+    server = guarded_server("127.0.0.1", 0)
+    try:
+        for words in (b"", b"nonsense\r\n\r\n"):
+            with socket.create_connection(("127.0.0.1", server.get_port())) as asker:
+                asker.sendall(words)
+                asker.shutdown(socket.SHUT_WR)
+                while asker.recv(4096):  # Until the server has given up.
+                    pass
+        time.sleep(0.2)
+    finally:
+        stop(server)
+    assert [record for record in caplog.records if record.name.startswith("websockets")] == []
 
 
 def test_a_taken_port_is_told(server):

@@ -12,6 +12,7 @@ from circumspect.cli.main import main
 from circumspect.errors import InputError
 from circumspect.geometry import read_cloud
 from circumspect.viewer import PlayedRun, SavedRun
+from circumspect.viewer.panel_html import answer_html
 
 
 def test_a_finished_run_can_be_shown_at_every_frame(finished_run):
@@ -89,6 +90,9 @@ def test_a_broken_file_of_the_playback_costs_that_alone(copied_run, name):
         ("log.jsonl", "not json\n{}\n", "line 1 is broken"),
         ("log.jsonl", '{"frame": "x"}\n{}\n', "line 1 is broken"),
         ("log.jsonl", "[]\n[]\n", "line 1 is broken"),
+        ("log.jsonl", '{"frame": Infinity, "stamp": 0.0}\n', "line 1 is broken"),
+        ("log.jsonl", '{"frame": 0, "stamp": NaN}\n', "line 1 is broken"),
+        ("log.jsonl", f'{{"frame": 0, "stamp": {10**400}}}\n', "line 1 is broken"),
     ],
 )
 def test_a_folder_of_a_stranger_costs_one_line(copied_run, name, text, words, capsys):
@@ -103,13 +107,34 @@ def test_odd_entries_of_the_log_are_left_out(copied_run):
     row = {
         "frame": 0, "stamp": 1.0, "probabilities": {"a": "b", "c": float("nan"), "d": 0.5},
         "seen": "much", "points": None, "milliseconds": [1], "camera_xyz": [1, 2],
-        "label": "<b>" * 1000, "surprise": "x",
+        "label": "<b>" * 1000, "surprise": "x", "known": "no",
     }  # fmt: skip
     (copied_run / "log.jsonl").write_text(json.dumps(row) + "\n")
     (told,) = SavedRun.load(copied_run).rows
     assert told["probabilities"] == {"d": 0.5}
     assert set(told) == {"frame", "stamp", "probabilities", "label"}
     assert len(told["label"]) <= 300
+
+
+@pytest.mark.parametrize("number", ["Infinity", "1e308", "1" * 400])
+def test_numbers_that_can_not_be_counted_with_are_left_out(copied_run, number):
+    row = (
+        f'{{"frame": 0, "stamp": 1.0, "points": {number}, "seen": {number}, "camera_xyz": '
+        f'[0, {number}, 0], "probabilities": {{"a": {number}}}, "milliseconds": {{"a": {number}}}}}'
+    )
+    (copied_run / "log.jsonl").write_text(row + "\n")
+    (told,) = SavedRun.load(copied_run).rows
+    assert told == {"frame": 0, "stamp": 1.0, "probabilities": {}, "milliseconds": {}}
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_an_answer_that_was_not_sure_is_not_sure_in_the_playback(copied_run, known):
+    log = copied_run / "log.jsonl"
+    rows = [json.loads(line) | {"known": known} for line in log.read_text().splitlines()]
+    log.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    played = PlayedRun(SavedRun.load(copied_run))
+    shown = answer_html(played.shown(5).row)
+    assert ("not sure to be of any class" in shown) is not known
 
 
 def test_what_is_no_run_is_told_with_the_remedy(tmp_path, capsys):

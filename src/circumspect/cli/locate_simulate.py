@@ -50,19 +50,18 @@ class Simulate:
 
     def run(self) -> int:
         """Drive, track, compare, draw."""
+        from circumspect.cli.located_run import LocatedRun
         from circumspect.cli.run_screen import new_run_folder
         from circumspect.cli.scan import drawn_seed
-        from circumspect.cli.simulated_space import SimulatedSpace, SpaceSetup
+        from circumspect.cli.simulated_space import SIMULATED, SimulatedSpace, SpaceSetup
         from circumspect.cli.simulated_views import SimulatedViews
-        from circumspect.storage import require_writable
 
         setup = SpaceSetup(
             self.cameras, self.ceiling, self.speed, self.seconds, self.rate, self.slip,
             self.calibrate, self.moved, drawn_seed(self.seed), self.size,
         )  # fmt: skip
         views = None if self.images is None else SimulatedViews(self.images)
-        folder = self.out or new_run_folder("locate")
-        require_writable(folder)
+        located = LocatedRun(self.out or new_run_folder("locate"), SIMULATED)
         space = SimulatedSpace.prepared(setup)
         say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
         if views is None:
@@ -70,7 +69,7 @@ class Simulate:
         else:
             views.calibration(space)
             space.drive(say, views.save)
-        record = space.save(folder)
+        record = space.save(located)
         print(json.dumps(record) if self.json else _told(record))  # noqa: T201
         return 0
 

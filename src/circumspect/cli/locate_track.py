@@ -15,7 +15,8 @@ from circumspect.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from circumspect.localization import CeilingImage
+    from circumspect.geometry import Trajectory
+    from circumspect.localization import CeilingImage, SpaceTrack
     from circumspect.localization.image_folder import ImageFolder
     from circumspect.recording import CeilingBag
 
@@ -56,10 +57,9 @@ class Track:
         """Detect, fuse, write down, draw."""
         import time
 
-        from circumspect.cli.located_run import save_track
+        from circumspect.cli.located_run import LocatedRun
         from circumspect.cli.progress import progress_bar
         from circumspect.cli.run_screen import new_run_folder
-        from circumspect.evaluation.space_error import space_error
         from circumspect.geometry import read_tum
         from circumspect.localization import (
             IntelligentSpace,
@@ -67,7 +67,6 @@ class Track:
             TagMount,
             read_calibration,
         )
-        from circumspect.storage import require_writable
 
         calibration = read_calibration(self.calibration)
         images = self._opened([camera.name for camera in calibration.cameras])
@@ -79,8 +78,7 @@ class Track:
             )
         truth = None if self.truth is None else read_tum(self.truth)
         paths = {} if self.odometry is None else {"odometry alone": read_tum(self.odometry)}
-        folder = self.out or new_run_folder("track")
-        require_writable(folder)
+        located = LocatedRun(self.out or new_run_folder("track"))
         space = IntelligentSpace(calibration.cameras, mount)
         began = time.perf_counter()
         with progress_bar("images") as progress:
@@ -95,13 +93,23 @@ class Track:
             "images": len(images),
             "skipped": images.skipped,
             "images_per_second": len(images) / spent,
-            "error": None if truth is None else space_error(track, truth).to_dict(),
+            "error": None if truth is None else self._error(track, truth),
         }
-        record = save_track(folder, track, calibration, mount, paths, record, truth)
+        record = located.save(track, calibration, mount, paths, record, truth)
         for name, reason in images.skipped.items():
             say(f"left out: {name}: {reason}")
         print(json.dumps(record) if self.json else _told(record))  # noqa: T201
         return 0
+
+    def _error(self, track: SpaceTrack, truth: Trajectory) -> dict[str, Any] | None:
+        """Against the truth; what can not be compared is told, and spoils no track."""
+        from circumspect.evaluation.space_error import space_error
+
+        try:
+            return space_error(track, truth).to_dict()
+        except InputError as error:
+            say(f"{self.truth}: {error}")
+            return None
 
     def _opened(self, known: list[str]) -> ImageFolder | CeilingBag:
         """The images; cameras without calibration are told before anything else.

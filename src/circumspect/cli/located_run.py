@@ -12,58 +12,82 @@ from numpy.typing import NDArray
 from circumspect.errors import MissingExtraError
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import Calibration, SpaceTrack, TagMount
-from circumspect.storage import atomic_open, write_json
+from circumspect.pipeline.run_folder import LOG
+from circumspect.storage import atomic_open, require_no_strangers, require_writable, write_json
 
-RESULTS = ("space.jsonl", "trajectory.txt", "space.png", "result.json")
-"""Those of an earlier track, which the first one tells, are removed from its folder first."""
+FIXES = "space.jsonl"
+"""What makes a folder that of such a run, unless a scan's log is beside it."""
+RESULTS = (FIXES, "trajectory.txt", "space.png", "result.json")
+"""Those of an earlier run are removed when one is written down."""
 
 
-def save_track(
-    folder: Path,
-    track: SpaceTrack,
-    calibration: Calibration,
-    mount: TagMount,
-    paths: Mapping[str, Trajectory],
-    record: Mapping[str, Any],
-    truth: Trajectory | None = None,
-    walls_xy: Sequence[NDArray[Any]] = (),
-    object_xy: NDArray[Any] | None = None,
-) -> dict[str, Any]:
-    """Write trajectory.txt, space.jsonl, result.json and space.png.
+class LocatedRun:
+    """The folder of such a run; nothing is written before the run is over.
 
-    Args:
-        folder: Made where missing.
-        track: What the intelligent space said.
-        calibration: Of its cameras.
-        mount: The tag.
-        paths: Other paths for the picture.
-        record: What is told of the run.
-        truth: For the picture.
-        walls_xy: For the picture.
-        object_xy: For the picture.
-
-    Returns:
-        The record with "run", the folder, and "picture_missing" where there is none.
-
-    Raises:
-        OutputError: A file can not be written.
+    Attributes:
+        path: The folder.
     """
-    told: dict[str, Any] = {**record, "run": str(folder)}
-    if (folder / RESULTS[0]).exists():
-        for name in RESULTS:
-            (folder / name).unlink(missing_ok=True)
-    if (trajectory := track.trajectory()) is not None:
-        write_tum(folder / "trajectory.txt", trajectory)
-    with atomic_open(folder / "space.jsonl") as stream:
-        stream.writelines(json.dumps(fix.summary()) + "\n" for fix in track.fixes)
-    try:
-        from circumspect.evaluation.space_picture import draw_space
 
-        picture = folder / "space.png"
-        draw_space(
-            picture, calibration.cameras, mount.height, track, paths, truth, walls_xy, object_xy
-        )
-    except MissingExtraError as error:
-        told["picture_missing"] = str(error)
-    write_json(folder / "result.json", told)
-    return told
+    def __init__(self, path: Path, more: Sequence[str] = ()) -> None:
+        """Find out before long work whether its results can be written.
+
+        Args:
+            path: Made where missing. Files of an earlier run in it will be replaced, others are
+                left alone.
+            more: Names of files that are written beside `RESULTS`.
+
+        Raises:
+            OutputError: It can not be written, or holds a file that is of no such run and would
+                be replaced.
+        """
+        self.path = path
+        require_no_strangers(path, (*RESULTS, *more), (FIXES, *more), foreign=(LOG,))
+        require_writable(path)
+
+    def save(
+        self,
+        track: SpaceTrack,
+        calibration: Calibration,
+        mount: TagMount,
+        paths: Mapping[str, Trajectory],
+        record: Mapping[str, Any],
+        truth: Trajectory | None = None,
+        walls_xy: Sequence[NDArray[Any]] = (),
+        object_xy: NDArray[Any] | None = None,
+    ) -> dict[str, Any]:
+        """Write trajectory.txt, space.jsonl, result.json and space.png.
+
+        Args:
+            track: What the intelligent space said.
+            calibration: Of its cameras.
+            mount: The tag.
+            paths: Other paths for the picture.
+            record: What is told of the run.
+            truth: For the picture.
+            walls_xy: For the picture.
+            object_xy: For the picture.
+
+        Returns:
+            The record with "run", the folder, and "picture_missing" where there is none.
+
+        Raises:
+            OutputError: A file can not be written.
+        """
+        told: dict[str, Any] = {**record, "run": str(self.path)}
+        for name in RESULTS:
+            (self.path / name).unlink(missing_ok=True)
+        if (trajectory := track.trajectory()) is not None:
+            write_tum(self.path / "trajectory.txt", trajectory)
+        with atomic_open(self.path / FIXES) as stream:
+            stream.writelines(json.dumps(fix.summary()) + "\n" for fix in track.fixes)
+        try:
+            from circumspect.evaluation.space_picture import draw_space
+
+            draw_space(
+                self.path / "space.png", calibration.cameras, mount.height, track, paths, truth,
+                walls_xy, object_xy,
+            )  # fmt: skip
+        except MissingExtraError as error:
+            told["picture_missing"] = str(error)
+        write_json(self.path / "result.json", told)
+        return told

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect.cli.dashboard_page import PageFlags
+from circumspect.cli.given_flags import given_flags
+from circumspect.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -104,6 +106,7 @@ class Replay:
         from circumspect.pipeline.replayed import replay_pipeline
         from circumspect.recording import GivenPoses, is_bag, open_recording
 
+        self._require_bag_for_its_flags()
         hidden = self.poses == "hidden" or (self.poses is None and is_bag(self.recording))
         # What a bag's transforms tell may be another pipeline's guess: asked for, or not used.
         wanted = GivenPoses.NONE if hidden and self.poses is None else GivenPoses.ALL
@@ -113,7 +116,7 @@ class Replay:
         recorded = RecordedPoses()
         config = self._config(box, pipeline, hidden)
         folder = RunFolder(self.out or new_run_folder("replay"), config)
-        given: Iterable[RgbdFrame] = recorded.hidden(frames) if hidden else _posed(frames)
+        given: Iterable[RgbdFrame] = recorded.hidden(frames.placed()) if hidden else _posed(frames)
         given, shown = (given, ()) if watch is None else watch.watched(given)
         with RunScreen("replaying frames", len(frames)) as screen:
             pipeline.observers = (screen, *shown, folder)
@@ -130,6 +133,21 @@ class Replay:
         tell_result(result, folder, self.json, head)
         if not self.json and head.get("ate_rmse_m") is not None:
             print(recorded.sentence(head))  # noqa: T201
+
+    def _require_bag_for_its_flags(self) -> None:
+        from circumspect.recording import is_bag
+
+        if is_bag(self.recording) or not self.recording.is_dir():
+            return
+        given = given_flags(
+            self, "depth_topic", "info_topic", "colour_topic", "odometry_topic", "map_frame",
+            "intrinsics", "size", "mount",
+        )  # fmt: skip
+        if given:
+            raise InputError(
+                f"{self.recording}: is no bag; only bags take {', '.join(given)}; a folder tells "
+                "of its camera in camera-intrinsics.txt"
+            )
 
     def _bag_settings(self) -> BagSettings:
         import numpy as np

@@ -26,7 +26,7 @@ COMPARISONS = ("rivals", "robustness")
 
 @dataclass(frozen=True)
 class Reproduce:
-    """The paper's Table 2, or a comparison beyond it, from data to table; the same command goes on.
+    """The paper's Table 2, or a comparison beyond it; the same command goes on.
 
     $ circumspect reproduce table2 --data ModelNet10 --out table2
     $ circumspect reproduce table2 --data ModelNet10 --robot gathered

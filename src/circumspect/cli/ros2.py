@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from circumspect.cli.dashboard_page import PageFlags
+from circumspect.errors import InputError
 from circumspect.ros.node_settings import NodeSettings
 
 if TYPE_CHECKING:
@@ -44,6 +46,10 @@ class Ros2:
     """Where the dashboard is shown."""
     node: Annotated[NodeSettings, tyro.conf.arg(name="")] = field(default_factory=NodeSettings)
     """Parameters of the node."""
+
+    def __post_init__(self) -> None:
+        if self.duration is not None and not 0 < self.duration < math.inf:
+            raise InputError(f"--duration {self.duration:g}: give seconds above 0")
 
     def run(self) -> int:
         """Run the node until Ctrl-C, SIGTERM or the end of --duration."""

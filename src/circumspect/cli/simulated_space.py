@@ -5,13 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from circumspect.cli.located_run import save_track
+from circumspect.cli.located_run import LocatedRun
 from circumspect.errors import CircumspectError, InputError
 from circumspect.evaluation.space_error import SpaceError, space_error
 from circumspect.furniture import make_furniture
@@ -48,6 +47,8 @@ AHEAD = float(np.radians(50.0))
 TICK = 0.02
 TELL_EVERY = 10.0
 """Between two lines of progress [s of the robot's clock]."""
+SIMULATED = CALIBRATION, TRUTH, ODOMETRY = ("calibration.json", "truth.txt", "odometry.txt")
+"""Files of a run that the simulation knows, and nobody else."""
 
 
 @dataclass(frozen=True)
@@ -247,18 +248,20 @@ class SimulatedSpace:
             "setup": asdict(self.setup),
         }
 
-    def save(self, folder: Path) -> dict[str, Any]:
+    def save(self, run: LocatedRun) -> dict[str, Any]:
         """Write everything; what is told of it.
+
+        Args:
+            run: Made with `SIMULATED` as its further files.
 
         Raises:
             OutputError: A file can not be written.
         """
-        write_calibration(folder / "calibration.json", self.calibration)
-        write_tum(folder / "truth.txt", self.truth)
-        write_tum(folder / "odometry.txt", self.odometry)
+        write_calibration(run.path / CALIBRATION, self.calibration)
+        write_tum(run.path / TRUTH, self.truth)
+        write_tum(run.path / ODOMETRY, self.odometry)
         surface = next(s for s in self.place.scene.surfaces if s.name == "object")
-        return save_track(
-            folder,
+        return run.save(
             self.track,
             self.calibration,
             self.rig.mount,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from circumspect.simulation import board_images
 from circumspect.storage import atomic_path
 
 BOARD_VIEWS = 12
+NAMES = ("board", "floor", "survey.json", "track", "calibration.json")
 
 
 class SimulatedViews:
@@ -36,9 +38,10 @@ class SimulatedViews:
             folder: Made where missing.
 
         Raises:
-            InputError: It holds images of another simulation, which would be mixed with these.
+            InputError: It holds images of another simulation, which would be mixed with these, or
+                a survey or calibration, which would be replaced.
         """
-        held = [name for name in ("board", "floor", "track") if (folder / name).exists()]
+        held = [name for name in NAMES if os.path.lexists(folder / name)]
         if held:
             raise InputError(f"{folder}: holds {held[0]} already; give an empty or a new folder")
         self.folder = folder

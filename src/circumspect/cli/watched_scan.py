@@ -57,7 +57,7 @@ def watched_scans(scan: Scan, command: str) -> int:
     from circumspect.viewer.next_run import NextRun, RunRequest
     from circumspect.viewer.run_controls import RunControls
 
-    parts = scan.prepared(command)
+    running, parts = scan, scan.prepared(command)
     first = RunRequest(scan.object, float(parts.config["start_deg"]), str(parts.config["planner"]))
     ended = False
     with scan.page.opened(Classifier.load(scan.weights)) as dashboard:
@@ -67,12 +67,12 @@ def watched_scans(scan: Scan, command: str) -> int:
         try:
             while True:
                 try:
-                    scan.scan(parts, command, watch)
+                    running.scan(parts, command, watch)
                 except RunStopped:
                     say("stopped; another run was asked for")
                 ended = True
                 controls.release()
-                scan, parts = _following(scan, command, following)
+                running, parts = _following(scan, command, following)
                 ended = False
         except KeyboardInterrupt:
             if not ended:
@@ -81,8 +81,14 @@ def watched_scans(scan: Scan, command: str) -> int:
     return 0
 
 
-def _following(scan: Scan, command: str, following: NextRun) -> tuple[Scan, SimulatedScan]:
-    """The next run that somebody asks for; waits for it."""
+def _following(first: Scan, command: str, following: NextRun) -> tuple[Scan, SimulatedScan]:
+    """The next run that somebody asks for; waits for it.
+
+    Args:
+        first: The command's flags, which hold for its object whenever that is asked for again.
+        command: What runs' folders are named after.
+        following: Where it is asked for.
+    """
     from circumspect.errors import CircumspectError
 
     say("the page stays open: start another run there, or end with Ctrl-C")
@@ -90,10 +96,10 @@ def _following(scan: Scan, command: str, following: NextRun) -> tuple[Scan, Simu
         request = _latest(following.requests)
         # What was named or recorded for the first run is not for the next one.
         wanted = replace(
-            scan, object=request.thing, start=request.start_deg, planner=request.planner,
+            first, object=request.thing, start=request.start_deg, planner=request.planner,
             seed=None, out=None, record=None,
         )  # fmt: skip
-        if request.thing != scan.object:
+        if request.thing != first.object:
             wanted = replace(wanted, data=None, up="z", height=None)
         try:
             return wanted, wanted.prepared(command)

@@ -74,7 +74,7 @@ def gather_recording(folder: Path, recording: Path, shown: RecordedObject) -> Ga
     frames = open_recording(recording, poses=GivenPoses.NONE)
     pipeline = replay_pipeline(frames, Classifier.load())
     wheels = _Wheels()
-    result = pipeline.run(wheels.heard(frame) for frame in frames)
+    result = pipeline.run(wheels.heard(frame) for frame in frames.placed())
     if not is_gathered(folder):
         begin(folder, {"source": "recordings"})
     # Recordings are added over years: each says which version replayed it.

@@ -16,6 +16,7 @@ from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.localization.fixed_camera import FixedCamera
 from circumspect.localization.json_file import number, numbers, read_document, section, text
 from circumspect.localization.lens_camera import LensCamera
+from circumspect.localization.survey import require_on_earth
 from circumspect.localization.tag_detector import FAMILY
 from circumspect.localization.tag_mount import TagMount
 from circumspect.storage import write_json
@@ -170,9 +171,9 @@ def _placed(name: str, lens: LensCamera, entry: Mapping[str, Any]) -> FixedCamer
     quaternion = np.array(numbers(entry, "quaternion_xyzw", 4))
     if abs(np.linalg.norm(quaternion) - 1) > UNIT_TOLERANCE:
         raise InputError(f"the quaternion (x, y, z, w) is not of unit length: {quaternion}")
-    pose = RigidTransform.from_components(
-        numbers(entry, "translation", 3), Rotation.from_quat(quaternion)
-    )
+    place = numbers(entry, "translation", 3)
+    require_on_earth("it", place)
+    pose = RigidTransform.from_components(place, Rotation.from_quat(quaternion))
     covariance = np.zeros((6, 6))
     if "covariance" in entry:
         covariance = np.array(_matrix(entry, "covariance", 6))

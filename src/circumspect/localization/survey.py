@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,14 +61,25 @@ class Survey:
             raise InputError("the survey holds no tag")
         for tag_id, tag in self.tags.items():
             require_tag_id(tag_id)
-            if not max(abs(tag.x), abs(tag.y), abs(tag.z)) < FARTHEST:
-                raise InputError(
-                    f"tag {tag_id} lies at ({tag.x:g}, {tag.y:g}, {tag.z:g}) m: nowhere on earth; "
-                    "give metres"
-                )
+            require_on_earth(f"tag {tag_id}", (tag.x, tag.y, tag.z))
         for name in ("size", "position_sigma", "yaw_sigma"):
             if not 0 < getattr(self, name) < np.inf:
                 raise InputError(f"the survey's {name} must be positive")
+
+
+def require_on_earth(what: str, place_xyz: Sequence[float]) -> None:
+    """Check that something can be where somebody says.
+
+    Args:
+        what: It, for the message.
+        place_xyz: (3,) [m] in map.
+
+    Raises:
+        InputError: It can not.
+    """
+    if not max(map(abs, place_xyz)) < FARTHEST:
+        told = ", ".join(f"{value:g}" for value in place_xyz)
+        raise InputError(f"{what} is at ({told}) m: nowhere on earth; give metres")
 
 
 def write_survey(path: str | os.PathLike[str], survey: Survey) -> None:

@@ -13,6 +13,8 @@ from circumspect.geometry import PlanarPose
 CORNERS = 0.5 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 """Of the black square of side 1: x to the right of the print, y to its top, in the order in which
 `TagDetector` tells them: lower left, lower right, upper right, upper left."""
+LARGEST_ROBOT = 100.0
+"""No tag on a robot is so far from its base, nor so high [m]."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,13 @@ class TagMount:
         require_tag_id(self.tag_id)
         if not 0.01 <= self.size <= 2:
             raise InputError(f"a tag is from 0.01 to 2 m large, not {self.size} m")
-        if not 0 <= self.height < np.inf:
-            raise InputError(f"a tag lies at a height of 0 m or more, not {self.height} m")
+        if not 0 <= self.height < LARGEST_ROBOT:
+            raise InputError(
+                f"a tag lies at a height from 0 to {LARGEST_ROBOT:g} m, not {self.height:g} m"
+            )
+        x, y = self.T_base_tag.x, self.T_base_tag.y
+        if not max(abs(x), abs(y)) < LARGEST_ROBOT:
+            raise InputError(f"a tag lies on the robot, not at ({x:g}, {y:g}) m from its base")
 
     @property
     def corners_xy(self) -> NDArray[np.float64]:

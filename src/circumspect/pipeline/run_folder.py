@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from circumspect.errors import MissingExtraError, OutputError
+from circumspect.errors import MissingExtraError
 from circumspect.geometry import write_tum
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.pipeline.stage_times import stage_times
-from circumspect.storage import append_line, atomic_open, write_json
+from circumspect.storage import append_line, atomic_open, require_no_strangers, write_json
 
 RESULTS = (
     "result.json", "scan.json", "model.ply", "grid.npz", "trajectory.txt", "picture.png",
@@ -56,7 +56,8 @@ class RunFolder:
                 would be replaced.
         """
         self.path = Path(path)
-        _require_no_strangers(self.path)
+        names, signs = (CONFIG, LOG, *RESULTS, PLAYBACK), (CONFIG, LOG)
+        require_no_strangers(self.path, names, signs)
         self.config = dict(config)
         self.journey = Journey()
         """Where the robot went, for the picture; set by whoever knows before the run ends."""
@@ -99,15 +100,6 @@ class RunFolder:
             draw_run(self.path / "picture.png", result, self.config, self.journey)
         except MissingExtraError as error:
             self.picture_missing = str(error)
-
-
-def _require_no_strangers(folder: Path) -> None:
-    """A file that only has the name of one of ours must not be lost."""
-    there = [name for name in (CONFIG, LOG, *RESULTS, PLAYBACK) if os.path.lexists(folder / name)]
-    if there and not {CONFIG, LOG} <= set(there):
-        raise OutputError(
-            f"{folder / there[0]}: is of no run and would be replaced; take another folder"
-        )
 
 
 def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,8 @@ class Topic:
         name: Such as /odom.
         kind: Its type, such as nav_msgs/msg/Odometry.
         count: Messages.
-        first, last: When the first and the last one were heard [ns]; None where that is not known.
+        first, last: When the first and the last one were heard [ns]; of a bag with an index, when
+            the first and the last message of all topics were. None where nothing tells.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Bag(ABC):
         topics: By name.
         notes: What was kept with the messages by whoever recorded them.
         fault: Why reading ended before the bag's end; None while it did not.
+        undecoded: How many messages read last are not what they should be, by topic and type.
     """
 
     path: Path
@@ -58,11 +61,23 @@ class Bag(ABC):
     topics: dict[str, Topic]
     notes: dict[str, str]
     fault: str | None
+    undecoded: Counter[tuple[str, str]]
 
     @abstractmethod
     def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
         """The messages of some topics, in the order in which they were heard.
 
+        One that can not be decoded is left out and counted.
+
         Raises:
-            InputError: A message can not be read.
+            InputError: The bag can not be opened, or a topic holds no messages of ROS.
         """
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """What is missing among the messages read last, each with the reason."""
+        told = {
+            f"messages on {topic}": f"{count} {'is' if count == 1 else 'are'} no {kind}"
+            for (topic, kind), count in sorted(self.undecoded.items())
+        }
+        return told if self.fault is None else {**told, "the end": self.fault}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 from scipy.spatial.transform import RigidTransform
@@ -19,6 +19,8 @@ from circumspect.sensing import RgbdFrame
 
 SHOWN = 12
 """Of the names of frames that a complaint lists."""
+UNTOLD = "frames without a place"
+"""Under this name they are kept among what is skipped."""
 
 _log = logging.getLogger(__name__)
 
@@ -82,38 +84,68 @@ class BagRecording(Recording):
         """See `Recording.__iter__`; of a bag that breaks off the frames before are given."""
         return self._given(self._assembly())
 
+    def placed(self) -> Iterator[RgbdFrame]:
+        """See `Recording.placed`; the mount says it, or a recorded pose."""
+        assembly = self._assembly()
+        frames = self._given(assembly)
+        lack = "where the camera is mounted on the robot", "give --mount X Y Z PAN TILT"
+        for first in self._told(frames, _has_place, assembly, *lack):
+            yield first
+            yield from frames
+
     def with_poses(self) -> Iterator[RgbdFrame]:
-        """The frames, each with its recorded pose.
+        """The frames with their recorded poses; those without one are left out.
 
         Raises:
-            InputError: Transforms do not tell one; see `__iter__` for what else.
+            InputError: Transforms tell none at all; see `__iter__` for what else.
         """
         assembly = self._assembly()
-        for frame in self._given(assembly):
-            if frame.T_map_camera is None:
-                names = sorted(assembly.known_frames)
-                told = ", ".join(names[:SHOWN]) + (", …" if len(names) > SHOWN else "")
-                raise InputError(
-                    f"{self.path}: no transforms tell where the camera is in the frame "
-                    f"'{self.settings.map_frame}' at {frame.stamp:.3f} s; they told so far of: "
-                    f"{told or 'none'}; name another by --map-frame, or leave --poses out"
-                )
-            yield frame
+        lack = (
+            f"where the camera is in the frame '{self.settings.map_frame}'",
+            "name another by --map-frame, or leave --poses out",
+        )
+        return self._told(self._given(assembly), _has_pose, assembly, *lack)
+
+    def _told(
+        self,
+        frames: Iterator[RgbdFrame],
+        is_told: Callable[[RgbdFrame], bool],
+        assembly: FrameAssembly,
+        what: str,
+        remedy: str,
+    ) -> Iterator[RgbdFrame]:
+        """The frames for which transforms tell what is needed; there must be one."""
+        given = left = 0
+        for frame in frames:
+            if is_told(frame):
+                given += 1
+                yield frame
+                continue
+            left += 1
+            self.skipped[UNTOLD] = f"{left}, for no transforms told {what} by then"
+        if not given:
+            # Who reads the complaint need not be told of every frame as well.
+            self.skipped.pop(UNTOLD)
+            names = sorted(assembly.known_frames)
+            told = ", ".join(names[:SHOWN]) + (", …" if len(names) > SHOWN else "")
+            raise InputError(
+                f"{self.path}: no transforms tell {what}; they tell of: {told or 'none'}; {remedy}"
+            )
 
     def _given(self, assembly: FrameAssembly) -> Iterator[RgbdFrame]:
-        given = 0
+        given, posed = 0, False
         for number, frame in enumerate(self._frames(assembly)):
             if number % self.every:
                 continue
-            hidden = self.poses is GivenPoses.FIRST and given > 0
-            given += 1
+            hidden = self.poses is GivenPoses.FIRST and posed
+            given, posed = given + 1, posed or _has_pose(frame)
             yield replace(frame, T_map_camera=None) if hidden else frame
-        if self.bag.fault is not None:
-            self.skipped["the end"] = self.bag.fault
-            _log.warning("%s: %s", self.path, self.bag.fault)
+        for name, reason in self.bag.left_out.items():
+            self.skipped[name] = reason
+            _log.warning("%s: %s left out: %s", self.path, name, reason)
         if not given:
-            why = next(iter(self.skipped.values()), "there is no depth image")
-            raise InputError(f"{self.path}: no frame can be read: {why}")
+            name, reason = next(iter(self.skipped.items()), ("the depth", "there is no image"))
+            raise InputError(f"{self.path}: no frame can be read: {name}: {reason}")
 
     def _assembly(self) -> FrameAssembly:
         s = self.settings
@@ -132,3 +164,12 @@ class BagRecording(Recording):
             self.skipped["the rest"] = str(error)
             _log.warning("%s: %s", self.path, error)
         yield from assembly.rest()
+
+
+def _has_pose(frame: RgbdFrame) -> bool:
+    return frame.T_map_camera is not None
+
+
+def _has_place(frame: RgbdFrame) -> bool:
+    """Whether registration can begin with it."""
+    return frame.T_base_camera is not None or _has_pose(frame)

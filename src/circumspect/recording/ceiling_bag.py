@@ -69,9 +69,9 @@ class CeilingBag:
                 yield CeilingImage(camera, stamp, grey_of(message.told))
             except InputError as error:
                 self.skipped[f"{message.topic} at {stamp:.3f} s"] = str(error)
-        if self.bag.fault is not None:
-            self.skipped["the end"] = self.bag.fault
-            _log.warning("%s: %s", self.bag.path, self.bag.fault)
+        for name, reason in self.bag.left_out.items():
+            self.skipped[name] = reason
+            _log.warning("%s: %s left out: %s", self.bag.path, name, reason)
 
 
 def _topic(bag: Bag, held: Sequence[str], camera: str) -> str | None:

@@ -32,8 +32,8 @@ COLOURS = 8
 WITHOUT_CAMERA = 30
 """So many depth images wait for the first CameraInfo."""
 LEAP, BACK = 5.0, 1.0
-"""Between two images stamps and the bag's own clock advance alike, up to this [s], and stamps fall
-by no more than this."""
+"""From image to image stamps gain no more than this on the clock by which they are heard, and fall
+by no more than that [s]. They may lose any time: a source that was paused goes on where it was."""
 MOST_WAITING = 100
 """So many depth images wait at most, whatever the clocks say."""
 
@@ -181,11 +181,11 @@ class FrameAssembly:
     def _wait(self, message: BagMessage) -> None:
         stamp, clock = seconds(message.told), message.log_time / NANOSECONDS
         if self._clock is not None:
-            leap = (stamp - self._clock[0]) - (clock - self._clock[1])
-            if abs(leap) > LEAP:
-                raise ClockError(leap, stamp)
-            if stamp < self._clock[0] - BACK:
-                raise ClockError(stamp - self._clock[0], stamp)
+            step, waited = stamp - self._clock[0], clock - self._clock[1]
+            if step < -BACK:
+                raise ClockError(step, stamp)
+            if step > waited + LEAP:
+                raise ClockError(step - waited, stamp)
         self._clock = stamp, clock
         self._waiting.append((message, self._since_image))
         self._since_image = None

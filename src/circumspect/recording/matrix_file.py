@@ -53,4 +53,5 @@ def read_pose(path: Path) -> RigidTransform:
     skew = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
     if skew > 0.02 or np.linalg.det(rotation) < 0 or np.abs(matrix[3] - [0, 0, 0, 1]).max() > 1e-6:
         raise InputError(f"{path}: is no pose: its rotation is not orthonormal")
+    matrix[3] = [0, 0, 0, 1]  # Files round it; a transform takes nothing but this.
     return RigidTransform.from_matrix(matrix)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from circumspect.errors import InputError, MissingExtraError, reason_of
 from circumspect.recording.bag import Bag, BagMessage, Topic
-from circumspect.recording.bounded_unpacking import LARGEST, unpacked
+from circumspect.recording.bounded_unpacking import LARGEST
+from circumspect.recording.mcap_chunk import records_of
 from circumspect.recording.mcap_writer import NOTES
 from circumspect.recording.ros_types import typestore
 
@@ -40,7 +42,7 @@ class McapBag(Bag):
         except ImportError as error:
             raise MissingExtraError("mcap", "bags") from error
         self.path = Path(path)
-        self.kind, self.fault = "MCAP", None
+        self.kind, self.fault, self.undecoded = "MCAP", None, Counter()
         self.topics: dict[str, Topic] = {}
         self.notes: dict[str, str] = {}
         self._types = typestore()
@@ -69,13 +71,15 @@ class McapBag(Bag):
                     return False
                 if len(summary.metadata_indexes) > MOST_NOTES:
                     return False
-                counts = summary.statistics.channel_message_counts
-                first, last = (
-                    summary.statistics.message_start_time, summary.statistics.message_end_time
-                )  # fmt: skip
+                told = summary.statistics
+                counts = told.channel_message_counts
+                if told.message_count and not counts:
+                    return False
                 for number, channel in summary.channels.items():
-                    kind = summary.schemas[channel.schema_id].name
-                    self._count(channel.topic, kind, counts.get(number, 0), first, last)
+                    if count := counts.get(number, 0):
+                        kind = summary.schemas[channel.schema_id].name
+                        first, last = told.message_start_time, told.message_end_time
+                        self._count(channel.topic, kind, count, first, last)
                 for record in reader.iter_metadata():
                     self._note(record)
         except Exception:  # whatever a parser makes of a broken index
@@ -118,6 +122,7 @@ class McapBag(Bag):
         """See `Bag.messages`."""
         from mcap.records import Channel, Message, Schema
 
+        self.undecoded = Counter()
         kinds: dict[int, str] = {}
         wanted: dict[int, tuple[str, str]] = {}
         for record in self._records():
@@ -128,7 +133,12 @@ class McapBag(Bag):
                     wanted[record.id] = record.topic, self._kind(record, kinds)
                 case Message() if record.channel_id in wanted:
                     topic, kind = wanted[record.channel_id]
-                    yield BagMessage(topic, record.log_time, self._read(topic, kind, record.data))
+                    try:
+                        told = self._types.deserialize_cdr(record.data, kind)
+                    except Exception:  # whatever a parser makes of broken bytes
+                        self.undecoded[topic, kind] += 1
+                        continue
+                    yield BagMessage(topic, record.log_time, told)
                 case _:
                     pass
 
@@ -141,35 +151,25 @@ class McapBag(Bag):
             )
         return kind
 
-    def _read(self, topic: str, kind: str, data: bytes) -> Any:
-        try:
-            return self._types.deserialize_cdr(data, kind)
-        except Exception as error:  # whatever a parser makes of broken bytes
-            raise InputError(f"{self.path}: a message on {topic} is no {kind}") from error
-
     def _records(self) -> Iterator[McapRecord]:
         """All records in order, up to the end or to where the file breaks off."""
         from mcap.records import Chunk, DataEnd
-        from mcap.stream_reader import StreamReader, breakup_chunk
+        from mcap.stream_reader import StreamReader
 
-        self.fault = None
+        self.fault, whole = None, 0
         with self.path.open("rb") as stream:
             size = os.fstat(stream.fileno()).st_size
-            records = StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST).records
-            while True:
-                whole = stream.tell()
-                try:
-                    record = next(records, None)
-                    if record is None or isinstance(record, DataEnd):
+            try:
+                reader = StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST)
+                for record in reader.records:
+                    if isinstance(record, DataEnd):
                         return
                     if isinstance(record, Chunk):
-                        plain = unpacked(record.data, record.compression, record.uncompressed_size)
-                        chunk = replace(record, compression="", data=plain)
-                        inside = breakup_chunk(chunk, validate_crc=True)
+                        yield from records_of(record)
                     else:
-                        inside = [record]
-                except Exception:  # whatever a parser makes of a broken file
-                    left = size - whole
-                    self.fault = f"broken off: of {size} bytes the last {left} are no record"
-                    return
-                yield from inside
+                        yield record
+                    whole = stream.tell()
+            except Exception:  # whatever a parser makes of a broken file
+                left = size - whole
+                where = f": of {size} bytes the last {left} are no record"
+                self.fault = f"broken off{where if left else ' after a whole record'}"

@@ -18,7 +18,7 @@ class GivenPoses(Enum):
 
     ALL = "all"
     FIRST = "first"
-    """Only that of the first frame: it says where the map lies; the others are to be found."""
+    """Only the first one: it says where the map lies; the others are to be found."""
     NONE = "none"
 
 
@@ -33,7 +33,7 @@ class Recording(ABC):
         self.T_map_world = RigidTransform.identity()
         """Turns the world frame of the recorded poses into the map frame."""
         self.skipped: MutableMapping[str, str] = {}
-        """Name of a frame to the reason why it was left out, so far."""
+        """What was left out so far, mostly names of frames, to the reason why."""
 
     @abstractmethod
     def __len__(self) -> int:
@@ -46,3 +46,13 @@ class Recording(ABC):
         Raises:
             InputError: Not a single frame can be read.
         """
+
+    def placed(self) -> Iterator[RgbdFrame]:
+        """The frames from the first one on that says where the camera is, for registration.
+
+        Folders say it with the first frame, or never; bags may say it later.
+
+        Raises:
+            InputError: A bag never says it; see `__iter__` for what else.
+        """
+        return iter(self)

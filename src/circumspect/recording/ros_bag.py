@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from circumspect.errors import InputError
 from circumspect.recording.bag import Bag, BagMessage, Topic
@@ -16,7 +17,6 @@ from circumspect.recording.ros_types import typestore
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
-    from rosbags.interfaces import Connection
 
 
 class _PlainSuffix(type(Path())):
@@ -38,6 +38,7 @@ class RosBag(Bag):
             MissingExtraError: rosbags is not installed.
         """
         self.path, self.notes, self.fault = Path(path), {}, None
+        self.undecoded = Counter()
         self.kind = "ROS 1 bag" if self.path.suffix.lower() == ".bag" else "ROS 2 bag"
         if not self.path.exists():
             raise InputError(f"{path}: no such file or folder")
@@ -75,7 +76,7 @@ class RosBag(Bag):
 
     def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
         """See `Bag.messages`."""
-        self.fault = None
+        self.fault, self.undecoded = None, Counter()
         with self._opened() as reader:
             wanted = [c for c in reader.connections if c.topic in topics]
             found = reader.messages(connections=wanted) if wanted else iter(())
@@ -87,16 +88,12 @@ class RosBag(Bag):
                 except Exception as error:  # whatever a parser makes of a broken bag
                     self.fault = f"broken off: {_first_line(error)}"
                     return
-                told = self._read(reader, connection, data)
+                try:
+                    told = reader.deserialize(data, connection.msgtype)
+                except Exception:  # whatever a parser makes of broken bytes
+                    self.undecoded[connection.topic, connection.msgtype] += 1
+                    continue
                 yield BagMessage(connection.topic, log_time, told)
-
-    def _read(self, reader: AnyReader, connection: Connection, data: bytes) -> Any:
-        try:
-            return reader.deserialize(data, connection.msgtype)
-        except Exception as error:  # whatever a parser makes of broken bytes
-            raise InputError(
-                f"{self.path}: a message on {connection.topic} is no {connection.msgtype}"
-            ) from error
 
 
 def _first_line(error: Exception) -> str:

@@ -11,6 +11,8 @@ from circumspect.errors import InputError
 
 LAST_DOMAIN = 232
 """Of higher domains the ports would be no ports any more."""
+LONGEST_NUMBER = 9
+"""Of a domain [digits]."""
 RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
 LARGEST_SAMPLE = 64 * 2**20
 """Messages of more bytes are thrown away before they are put together."""
@@ -51,8 +53,10 @@ class DdsSettings:
             InputError: One of them makes no sense.
         """
         number = environ.get("ROS_DOMAIN_ID", "").strip() or "0"
-        if not number.isdecimal():
-            raise InputError(f"ROS_DOMAIN_ID is {number[:20]!r}; give a number")
+        if not number.isdecimal() or len(number) > LONGEST_NUMBER:
+            raise InputError(
+                f"ROS_DOMAIN_ID is {number[:20]!r}; give a number from 0 to {LAST_DOMAIN}"
+            )
         reach = environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip().upper() or "SUBNET"
         # The older variable goes before the newer one, as in ROS 2.
         if environ.get("ROS_LOCALHOST_ONLY", "").strip() == "1":

@@ -139,6 +139,9 @@ class LiveFrames:
                 if kind == IMAGE and told.height * told.width > MOST_PIXELS:
                     raise InputError(f"a depth image of {told.width} x {told.height} pixels")
                 with self._hearing:
+                    # Whoever stopped the node meanwhile has its last answer already.
+                    if topic == self._topics.depth and not self.taking:
+                        return
                     self._assemble(BagMessage(topic, round(1e9 * self._clock()), told))
             except InputError as error:
                 self._health.fault(str(error))

@@ -19,6 +19,10 @@ DRIVERS = {
 """Drivers of cameras to where they publish depth if nobody tells them otherwise."""
 LENGTHS = {"mount": (0, 5), "box": (0, 6), "intrinsics": (0, 4), "size": (2,)}
 """Parameters that are lists of numbers to how many those may be."""
+MOST_PIXELS = 8192
+"""Along a side of the images."""
+INTEGER = 2**63
+"""Whole numbers of ROS parameters are smaller."""
 ROS_OWN = ("use_sim_time",)
 """Parameters that every node has; ours goes by the stamps of messages anyway."""
 
@@ -92,6 +96,11 @@ class NodeSettings:
         for name, lengths in LENGTHS.items():
             if len(getattr(self, name)) not in lengths:
                 raise InputError(f"{name} takes {lengths[-1]} numbers, not {getattr(self, name)}")
+        if not all(1 <= side <= MOST_PIXELS and side == int(side) for side in self.size):
+            raise InputError(
+                f"the size is width and height in whole pixels up to {MOST_PIXELS}, not "
+                f"{self.size[0]:g} x {self.size[1]:g}"
+            )
         if not 0 <= self.rate <= 1000:
             raise InputError(f"the rate is from 0 (all frames) to 1000 Hz, not {self.rate}")
         if not 1 <= self.queue <= 100:
@@ -154,7 +163,7 @@ def _read(name: str, value: Any, kind: Any) -> Any:
     """A value as its parameter wants it."""
     if kind is bool and isinstance(value, bool):
         return value
-    if kind is int and isinstance(value, int) and not isinstance(value, bool):
+    if kind is int and isinstance(value, int) and _is_number(value):
         return value
     if kind is float and _is_number(value):
         return float(value)
@@ -165,8 +174,21 @@ def _read(name: str, value: Any, kind: Any) -> Any:
         return value
     wanted = {bool: "true or false", int: "a whole number", float: "a number"}
     what = "a list of numbers" if listed else wanted.get(kind, "a text")
-    raise InputError(f"the parameter {name} is {what}, not {str(value)[:40]!r}")
+    raise InputError(f"the parameter {name} is {what}, not {_told(value)}")
+
+
+def _told(value: Any) -> str:
+    """The beginning of a value, for a message."""
+    too_long = "one of more than 18 digits"
+    if isinstance(value, int) and abs(value) >= INTEGER:
+        return too_long
+    try:
+        return repr(str(value)[:40])
+    except ValueError:  # A list of such: Python writes no number of thousands of digits.
+        return too_long
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if isinstance(value, int):
+        return not isinstance(value, bool) and abs(value) < INTEGER
+    return isinstance(value, float) and math.isfinite(value)

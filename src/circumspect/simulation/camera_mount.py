@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import InputError
 from circumspect.robot import DifferentialDrive
 from circumspect.sensing.viewing import looking
-from circumspect.simulation.orbit import MAST_HEIGHT, Orbit
+from circumspect.simulation.orbit import MAST_HEIGHT, Orbit, require_mast
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class CameraMount:
         left: How far left of `base_link` it stands [m].
 
     Raises:
-        InputError: The camera would stand in the floor or look straight up or down.
+        InputError: No mast is so low or high, or the camera would look straight up or down or
+            stand beside the robot.
     """
 
     height: float = MAST_HEIGHT
@@ -31,11 +32,12 @@ class CameraMount:
     left: float = DifferentialDrive().track / 2
 
     def __post_init__(self) -> None:
-        if not (0 < self.height < np.inf and abs(self.tilt) < np.pi / 2 and abs(self.left) < 1):
-            raise InputError(
-                f"a mast needs a height above 0 m and a tilt within 90°, not {self.height} m and "
-                f"{np.degrees(self.tilt):.0f}°"
-            )
+        require_mast(self.height)
+        if not abs(self.tilt) < np.pi / 2:
+            tilt = np.degrees(self.tilt)
+            raise InputError(f"a camera on a mast is tilted by less than 90°, not by {tilt:g}°")
+        if not abs(self.left) < 1:
+            raise InputError(f"a mast stands on the robot, not {self.left:g} m beside its middle")
 
     @classmethod
     def for_orbit(cls, orbit: Orbit) -> CameraMount:

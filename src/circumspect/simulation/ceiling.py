@@ -18,6 +18,8 @@ BEND = (-0.13, 0.02, 0.0, 0.0, -0.001)
 """By such shares k1, k2 and k3 move the corners of an image."""
 TILT = float(np.radians(3.0))
 """Cameras hang askew by about this much [rad]."""
+HIGHEST = 100.0
+"""No hall is higher [m]."""
 
 
 def ceiling_cameras(
@@ -44,10 +46,15 @@ def ceiling_cameras(
         seed: Of all chance.
 
     Raises:
-        InputError: No camera, no area, or an area too large for so many cameras.
+        InputError: No camera, no area, an area too large for so many cameras, or a ceiling too
+            low or higher than any.
     """
     low, high = np.asarray(low_xy, float), np.asarray(high_xy, float)
-    if count < 1 or not (high > low).all() or not 0 <= plane < height:
+    if not 0 <= plane < height <= HIGHEST:
+        raise InputError(
+            f"a ceiling hangs above {plane:g} m and up to {HIGHEST:g} m high, not at {height:g} m"
+        )
+    if count < 1 or not (high > low).all():
         raise InputError(f"{count} cameras at {height} m can not see from {low} to {high}")
     sides = high - low
     columns, rows = _cells(count, float(sides[0] / sides[1]))

@@ -15,6 +15,8 @@ from circumspect.simulation.station import Station, looking_at
 
 MAST_HEIGHT = 1.2
 """Height of the camera above the floor [m]: on a mast, so that it sees seats and table tops."""
+LOWEST_MAST, HIGHEST_MAST = 0.05, 5.0
+"""Within these the camera is above the robot's hull, and the floor within its range [m]."""
 SURFACE_DISTANCE = 0.8
 """Level distance of camera and object [m] (section 3.1)."""
 SPEED = 0.05
@@ -36,6 +38,9 @@ class Orbit:
         start: Azimuth of the first station [rad].
         centre_xy: The axis [m].
         speed: Along the circle [m/s].
+
+    Raises:
+        InputError: The camera is lower or higher than a mast can be.
     """
 
     radius: float
@@ -44,6 +49,9 @@ class Orbit:
     start: float = 0.0
     centre_xy: tuple[float, float] = (0.0, 0.0)
     speed: float = SPEED
+
+    def __post_init__(self) -> None:
+        require_mast(self.height)
 
     @classmethod
     def around(
@@ -67,7 +75,8 @@ class Orbit:
             noise: Gives the camera's range.
 
         Raises:
-            InputError: The object is too large: where it fits the picture it is out of range.
+            InputError: The object is too large: where it fits the picture it is out of range; or
+                the camera is lower or higher than a mast can be.
         """
         sensor = noise or DepthNoise()
         low, high = mesh.vertices_xyz.min(axis=0), mesh.vertices_xyz.max(axis=0)
@@ -104,6 +113,18 @@ class Orbit:
         while True:
             yield self.station(2 * np.pi * index / count)
             index += 1
+
+
+def require_mast(height: float) -> None:
+    """Check that a robot can carry a camera so high [m].
+
+    Raises:
+        InputError: It can not.
+    """
+    if not LOWEST_MAST <= height <= HIGHEST_MAST:
+        raise InputError(
+            f"a mast is from {LOWEST_MAST:g} to {HIGHEST_MAST:g} m high, not {height:g} m"
+        )
 
 
 def _outline(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:

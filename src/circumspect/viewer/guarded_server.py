@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import logging
 import socket
 import sys
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     import viser
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
+EVERYWHERE = {"0.0.0.0": "127.0.0.1", "::": "::1"}
+"""Addresses that are all of a machine's to the one by which it reaches itself."""
 TITLE = "circumspect"
 
 
@@ -39,6 +42,7 @@ def guarded_server(host: str, port: int) -> viser.ViserServer:
     from viser import _messages
 
     _require_free(host, port)
+    logging.getLogger("websockets.server").addFilter(_is_no_failed_handshake)
     # viser announces itself on standard output, which may be meant for a program.
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label=TITLE, verbose=False)
@@ -78,7 +82,8 @@ def own_page(headers: Any, host: str) -> bool:
 
 def address(server: viser.ViserServer, host: str) -> str:
     """What to type into a browser on this machine."""
-    shown = "127.0.0.1" if host in ("0.0.0.0", "::", *LOOPBACK) else host
+    name = EVERYWHERE.get(host, host)
+    shown = f"[{name}]" if ":" in name else name
     return f"http://{shown}:{server.get_port()}"
 
 
@@ -87,6 +92,11 @@ def stop(server: viser.ViserServer) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
     sys.stdout.flush()
+
+
+def _is_no_failed_handshake(record: logging.LogRecord) -> bool:
+    """A browser that connects ahead, or a check of the port, sends no request: that is no fault."""
+    return record.getMessage() != "opening handshake failed"
 
 
 def _require_free(host: str, port: int) -> None:

@@ -89,6 +89,8 @@ class Panel:
         self._history.image = probability_picture(shown.rows, shown.count, total)
         if shown.images is not None:
             self._images.image = images_side_by_side(shown.images)
+        elif shown.count == 0:
+            self._images.image = _blank()
         self._say_turned(turned, row.get("label"))
 
     def _say_turned(self, turned: TurnedObject | None, label: str | None = None) -> None:

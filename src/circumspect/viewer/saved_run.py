@@ -24,6 +24,8 @@ from circumspect.pipeline.surroundings import Surroundings
 MOST_FRAMES = 100_000
 LARGEST_LOG, LARGEST_JSON, LARGEST_ODOMETRY = 512 << 20, 16 << 20, 16 << 20
 """Bytes."""
+LARGEST_NUMBER = 1e30
+"""Sums of larger ones might overflow."""
 LOG_KEYS = ("outcome", "label", "gate")
 Row = Mapping[str, Any]
 
@@ -167,24 +169,32 @@ def _checked(row: Any) -> Row:
     """A row whose entries are what they should be; others are left out."""
     if not isinstance(row, dict):
         raise TypeError("not an object")
+    if not (_is_number(row["frame"]) and _is_number(row["stamp"])):
+        raise TypeError("frame and stamp are no numbers")
     told: dict[str, Any] = {"frame": int(row["frame"]), "stamp": float(row["stamp"])}
     told |= {name: str(row[name])[:300] for name in LOG_KEYS if row.get(name) is not None}
-    for name in ("probability", "seen", "points"):
-        value = row.get(name)
-        if isinstance(value, int | float) and np.isfinite(value):
-            told[name] = value
+    told |= {
+        name: row[name] for name in ("probability", "seen", "points") if _is_number(row.get(name))
+    }
+    if isinstance(row.get("known"), bool):
+        told["known"] = row["known"]
     for name in ("probabilities", "milliseconds"):
         table = row.get(name)
         if isinstance(table, dict):
             told[name] = {
                 str(key)[:80]: float(value)
                 for key, value in list(table.items())[:1000]
-                if isinstance(value, int | float) and np.isfinite(value)
+                if _is_number(value)
             }
     place = row.get("camera_xyz")
-    if isinstance(place, list) and len(place) == 3:
+    if isinstance(place, list) and len(place) == 3 and all(map(_is_number, place)):
         told["camera_xyz"] = [float(value) for value in place]
     return told
+
+
+def _is_number(value: Any) -> bool:
+    """Whether it can be counted with; NaN can not."""
+    return isinstance(value, int | float) and abs(value) < LARGEST_NUMBER
 
 
 def _moments(folder: Path) -> dict[int, Path]:

@@ -120,7 +120,8 @@ class Stage:
             turned: The grid of the object as it is turned, if it is.
         """
         with self._server.atomic():
-            if shown.surroundings is not self._furnished:
+            # Before the first frame there is nothing of this run, and what is there is of another.
+            if shown.count == 0 or shown.surroundings is not self._furnished:
                 self._clear()
                 self._furnish(shown.surroundings)
             self._show_object(shown.thing)

@@ -1,0 +1,71 @@
+"""Frames put together of messages as they come: pauses, and a stop in between."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from node_world import SETTINGS, worked_off
+from orbiting_robot import MemoryBus, OrbitingRobot
+
+from circumspect.recording.ros_types import IMAGE
+from circumspect.ros import live_frames
+from circumspect.ros.health import Health
+from circumspect.ros.live_frames import LiveFrames
+from circumspect.ros.recognition_node import RecognitionNode
+from circumspect.ros.wire_messages import unpacked
+
+
+class Clock:
+    """Stands still unless it is moved."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def test_a_source_that_pauses_is_no_clock_that_was_set_back(bus: MemoryBus) -> None:
+    clock = Clock()
+    frames = LiveFrames(bus, SETTINGS, Health(), clock)
+    frames.taking = True
+    robot = OrbitingRobot(bus)
+    robot.stand()
+    seen = []
+    for number in range(4):
+        robot.drive(number)
+        while (frame := frames.take(0.0)) is not None:
+            seen.append(frame.stamp)
+        clock.now += 600.0 if number == 1 else 0.2
+    assert seen == pytest.approx([100.0, 100.2, 100.4, 100.6])
+    assert frames.leaps_back == 0
+    robot.drive(4, late=-50.0)
+    assert frames.leaps_back == 1
+
+
+def test_an_image_on_its_way_when_the_node_is_stopped_makes_no_frame(
+    bus: MemoryBus, node: RecognitionNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = OrbitingRobot(bus)
+    robot.stand()
+    robot.drive(0)
+    assert len(worked_off(node)) == 1
+
+    def stopping(kind: str, data: bytes) -> Any:
+        told = unpacked(kind, data)
+        if kind == IMAGE:
+            node.command("stop")
+            node.work(0)
+        return told
+
+    with monkeypatch.context() as patched:
+        patched.setattr(live_frames, "unpacked", stopping)
+        robot.drive(1)
+    assert not node.running
+    assert worked_off(node) == []
+    node.command("start")
+    node.work(0)
+    robot.drive(2)
+    assert [step.stamp for step in worked_off(node)] == pytest.approx([100.4])
+    assert node.health.status(True, None, 0).values["depth heard"] == 3
