@@ -1,6 +1,6 @@
 """Real frames with hidden poses: registration alone, from a constant-velocity prior.
 
-    python -m benchmarks.redkitchen shared/data/redkitchen
+    python -m benchmarks.redkitchen DIR
 
 Only the first frame's pose is given; it says where the map lies. The others are compared with
 what comes out: as told at each frame, and as corrected at the end.
