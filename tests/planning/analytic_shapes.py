@@ -16,6 +16,7 @@ from circumspect.planning import (
     Situation,
     ViewPlanner,
     camera_place,
+    footprint,
     stance,
 )
 
@@ -97,6 +98,7 @@ def situation(points_xyz: NDArray[np.float64], base: PlanarPose, **more) -> Situ
     return Situation(
         points_xyz=points_xyz,
         normals_xyz=np.zeros_like(points_xyz),
+        footprint_xy=footprint(points_xyz),
         T_map_base=base,
         T_base_camera=MOUNT,
         camera=CAMERA,

@@ -49,6 +49,7 @@ class ScanKnowledge:
         self._shares_seen: list[float] = []
         self._obstacles = ObstacleMap()
         self._bumps_xy = np.empty((0, 2))
+        self._told: tuple[tuple[object, ...], Situation] | None = None
 
     @property
     def T_map_base(self) -> PlanarPose:
@@ -96,17 +97,29 @@ class ScanKnowledge:
         self._given_up.append(view)
 
     def situation(self, model: ObjectModel) -> Situation:
-        """All of it, as a planner wants it.
+        """All of it, as a planner wants it; the same one as long as nothing changes.
 
         Args:
             model: The object so far.
         """
+        here = self.T_map_base
+        state = (
+            model, self._obstacles, here, self.frames, len(self._bumps_xy), len(self._given_up),
+            len(self.unreachable),
+        )  # fmt: skip
+        if self._told is None or state != self._told[0]:
+            self._told = state, self._situation(model, here)
+        return self._told[1]
+
+    def _situation(self, model: ObjectModel, here: PlanarPose) -> Situation:
         points, normals = _surface(model)
-        obstacles = self._obstacles.places_xy(footprint(points))
+        flat = footprint(points)
+        obstacles = self._obstacles.places_xy(flat)
         return Situation(
             points_xyz=points,
             normals_xyz=normals,
-            T_map_base=self.T_map_base,
+            footprint_xy=flat,
+            T_map_base=here,
             T_base_camera=self._robot.T_base_camera,
             camera=self._robot.camera.intrinsics,
             obstacles_xy=np.vstack([obstacles, self._bumps_xy]),

@@ -89,8 +89,9 @@ def passable(situation: Situation, path_xy: NDArray[np.float64]) -> bool:
     things = np.vstack([situation.footprint_xy, situation.obstacles_xy])
     if len(rest) == 0 or len(things) == 0:
         return True
-    gaps = np.linalg.norm(rest[:, None] - things[None, :], axis=2)
-    return bool(gaps.min() >= situation.robot_radius)
+    from scipy.spatial.distance import cdist
+
+    return bool(cdist(rest, things).min() >= situation.robot_radius)
 
 
 def _price(

@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.planning.next_view import NextView
-from circumspect.planning.plan_view import centre_of, footprint
+from circumspect.planning.plan_view import centre_of
 
 NOTHING_XY = np.empty((0, 2))
 
@@ -24,6 +24,7 @@ class Situation:
     Attributes:
         points_xyz: (n, 3) [m] surface of the object so far, map frame.
         normals_xyz: (n, 3) unit normals of those points.
+        footprint_xy: (c, 2) [m] plan-view cells in which the object has points; see `footprint`.
         T_map_base: Where the robot is.
         T_base_camera: Where its camera is mounted (optical frame).
         camera: Says what fits its image.
@@ -39,6 +40,7 @@ class Situation:
 
     points_xyz: NDArray[np.float64]
     normals_xyz: NDArray[np.float64]
+    footprint_xy: NDArray[np.float64]
     T_map_base: PlanarPose
     T_base_camera: RigidTransform
     camera: PinholeCamera
@@ -51,11 +53,6 @@ class Situation:
     given_up: tuple[NextView, ...] = ()
     probabilities: tuple[Mapping[str, float], ...] = ()
     shares_seen: tuple[float, ...] = ()
-
-    @cached_property
-    def footprint_xy(self) -> NDArray[np.float64]:
-        """(c, 2) [m] plan-view cells in which the object has points."""
-        return footprint(self.points_xyz)
 
     @cached_property
     def centre_xy(self) -> NDArray[np.float64]:

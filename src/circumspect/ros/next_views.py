@@ -79,13 +79,15 @@ class NextViews:
         except GeometryError:
             return None
         points, normals = cloud.points_xyz, cloud.normals_xyz
+        flat = footprint(points)
         return Situation(
             points_xyz=points,
             normals_xyz=np.zeros_like(points) if normals is None else normals,
+            footprint_xy=flat,
             T_map_base=T_map_base,
             T_base_camera=T_base_camera,
             camera=frame.camera,
-            obstacles_xy=self._obstacles.places_xy(footprint(points)),
+            obstacles_xy=self._obstacles.places_xy(flat),
             visited=tuple(self._visited),
             probabilities=tuple(probabilities for probabilities, _ in self._answers),
             shares_seen=tuple(seen for _, seen in self._answers),
