@@ -95,9 +95,9 @@ class Wheels:
         self._mount = frame.T_base_camera
 
     def _mounts(self, frame: RgbdFrame) -> tuple[RigidTransform, RigidTransform] | None:
-        """The camera on its robot at the last frame and now."""
+        """The camera on its robot at the last frame and now; what was not told was as it is."""
         before, now = self._mount, frame.T_base_camera
-        return None if before is None or now is None else (before, now)
+        return None if now is None else (now if before is None else before, now)
 
     def _further(self, now: Odometry | None) -> tuple[float, float]:
         """Way [m] and turn [rad] by the wheels alone, up to now."""
