@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 
 from circumspect.datasets import open_data_set
 from circumspect.datasets.gathered_set import (
+    ASKED,
     MANIFEST,
     GatheredScan,
     read_gathered,
@@ -345,3 +346,14 @@ def test_the_first_scan_that_saw_its_object_trains(gathered: Path, tmp_path: Pat
     (folder / MANIFEST).write_text("".join(scan.line() for scan in blind))
     named = open_data_set(folder, "train").names.tolist()
     assert sorted(named) == ["bed-200000@000", "chair-200000@090"]
+
+
+def test_what_was_asked_for_is_told_as_it_was_asked(gathered: Path, tmp_path: Path) -> None:
+    """Settings are edited by hand, too."""
+    folder = copied(gathered, tmp_path)
+    settings = json.loads((folder / "settings.json").read_text())
+    names = ["chair-1@000", "chair-1@000.5", "chair-1@090", "chair-1@337.5", "chair-1"]
+    settings[ASKED] += names
+    (folder / "settings.json").write_text(json.dumps(settings))
+    told = [name for name in verify_gathered(folder).missing if name.startswith("chair-1 ")]
+    assert told == [f"chair-1 from {start}°" for start in ("0", "0.5", "90", "337.5", "0")]

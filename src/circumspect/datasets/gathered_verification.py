@@ -122,7 +122,13 @@ def _not_made(path: Path, scans: list[GatheredScan]) -> list[str]:
         return []
     there = {scan.scan for scan in scans}
     parts = [str(name).partition("@") for name in asked if name not in there]
-    return [f"{thing} from {float(start):g}°" for thing, _, start in parts]
+    return [f"{thing} from {_as_read(start)}°" for thing, _, start in parts]
+
+
+def _as_read(start: str) -> str:
+    """A start as names have it, without the zeros before it; whatever stands there."""
+    digits = start.lstrip("0")
+    return digits if digits[:1].isdigit() else f"0{digits}"
 
 
 def _missing(scans: list[GatheredScan]) -> list[str]:

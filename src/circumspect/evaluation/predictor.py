@@ -37,7 +37,7 @@ class Predictor(Protocol):
 
     @property
     def training(self) -> Mapping[str, Any]:
-        """How it was trained: `settings`, and `data`, the digest of the training split."""
+        """How it was trained: see `Checkpoint`; empty where nothing tells."""
         ...
 
     def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:

@@ -29,14 +29,14 @@ def write_fitted_names(path: Path, objects: ObjectSet) -> bool:
         WeightsError: No classifier.
         OutputError: The file can not be written.
     """
-    description = Classifier.load(path).description
-    training = description.get("training", {})
+    classifier = Classifier.load(path)
+    training = classifier.training
     if OBJECTS in training or training.get("data") != objects.digest:
         return False
     names = objects.names[fitted_objects(training, objects)].tolist()
     network = onnx.load_from_string(path.read_bytes())
     (entry,) = (entry for entry in network.metadata_props if entry.key == METADATA_KEY)
-    entry.value = json.dumps({**description, "training": {**training, OBJECTS: names}})
+    entry.value = json.dumps({**classifier.description, "training": {**training, OBJECTS: names}})
     with atomic_path(path) as aside:
         aside.write_bytes(network.SerializeToString())
     return True
