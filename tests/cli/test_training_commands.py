@@ -168,9 +168,15 @@ def test_data_that_is_not_there(tmp_path, capsys):
     assert not (tmp_path / "run").exists()
 
 
-@pytest.mark.parametrize("epochs", ["many", "0", "moon2018=", "=3", "moon=3", "٣"])
-def test_experiments_of_no_number_of_epochs(data, tmp_path, capsys, epochs):
-    words = ("reproduce", "rivals", "--data", data, "--out", tmp_path / "out", "--epochs", epochs)
+@pytest.mark.parametrize(
+    ("flag", "value"),
+    [
+        *(("epochs", value) for value in ("many", "0", "moon2018=", "=3", "moon=3", "٣")),
+        *(("precision", value) for value in ("fp16", "moon2018=", "=bf16", "moon=bf16", "BF16")),
+    ],
+)
+def test_experiments_of_no_number_of_epochs_or_no_precision(data, tmp_path, capsys, flag, value):
+    words = ("reproduce", "rivals", "--data", data, "--out", tmp_path / "out", f"--{flag}", value)
     assert run(*words) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert not (tmp_path / "out").exists()
@@ -288,7 +294,8 @@ def test_a_lone_pack_is_not_both_splits_of_an_experiment(data, tmp_path, capsys)
     assert "40 objects are in both splits, as train_chair_0000 is" in capsys.readouterr().err
 
 
-def test_epochs_of_a_network_that_an_experiment_does_not_train(data, tmp_path, capsys):
+@pytest.mark.parametrize("flag", ["--epochs=pointnet=3", "--precision=pointnet=bf16"])
+def test_settings_of_a_network_that_an_experiment_does_not_train(data, tmp_path, capsys, flag):
     words = ("reproduce", "table2", "--data", data, "--out", tmp_path / "out")
-    assert run(*words, "--epochs", "pointnet=3") == 2
+    assert run(*words, flag) == 2
     assert "trains moon2018, moon2018-max, planes" in capsys.readouterr().err

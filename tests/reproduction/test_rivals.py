@@ -104,6 +104,13 @@ def test_epochs_of_all_and_of_one():
     assert Comparison(epochs_of={"moon2018": 2}).settings("pointnet").epochs == 30
 
 
+def test_precision_of_all_and_of_one():
+    how = Comparison(precision="bf16", precision_of={"moon2018": "fp32"})
+    assert how.settings("pointnet").precision == "bf16"
+    assert how.settings("moon2018").precision == "fp32"
+    assert " --precision bf16 moon2018=fp32 --seed " in how.command("rivals")
+
+
 def test_a_result_is_made_once(tmp_path):
     made = []
     for _ in range(2):

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import tyro
 
@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 
 
 COMPARISONS = ("rivals", "robustness")
+MEANT = {
+    "epochs": "a number of epochs; try 24 or moon2018=6",
+    "precision": "a precision; try bf16 or moon2018=fp32",
+}
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -54,8 +59,9 @@ class Reproduce:
     """Of every network, of one by its name, or both; without it those that each is meant for."""
     yaw_count: int = 64
     """Yaws over the turn, each at another fraction of a cell."""
-    precision: Literal["fp32", "bf16"] = "fp32"
-    """bf16 is automatic mixed precision, for CPUs and GPUs that have it."""
+    precision: Annotated[tuple[str, ...], tyro.conf.arg(metavar="fp32|bf16|NET=…")] = ()
+    """Of every network, of one by its name, or both; fp32 by default. bf16 is automatic mixed
+    precision, for CPUs and GPUs that have it."""
     seed: int = 0
     """Of all chance."""
     json: bool = False
@@ -76,10 +82,10 @@ class Reproduce:
         from circumspect.datasets import GridCache, open_data_set
         from circumspect.nets.registry import net_spec
 
-        flags: dict[str, Any] = {
-            name: getattr(self, name) for name in ("yaw_count", "precision", "seed")
-        }
-        flags["epochs"], flags["epochs_of"] = _epochs(self.epochs)
+        flags: dict[str, Any] = {"yaw_count": self.yaw_count, "seed": self.seed}
+        flags["epochs"], flags["epochs_of"] = _of_networks("epochs", self.epochs, _epochs)
+        every, flags["precision_of"] = _of_networks("precision", self.precision, _precision)
+        flags["precision"] = every or "fp32"
         if self.nets:
             # Twice the same name is the same network.
             flags["nets"] = tuple(dict.fromkeys(net_spec(name).name for name in self.nets))
@@ -110,20 +116,31 @@ class Reproduce:
         return 0
 
 
-def _epochs(words: tuple[str, ...]) -> tuple[int | None, dict[str, int]]:
-    """Those of every network, and those of single ones."""
+def _of_networks(
+    flag: str, words: tuple[str, ...], read: Callable[[str], T | None]
+) -> tuple[T | None, dict[str, T]]:
+    """What a flag says of every network, and of single ones."""
     from circumspect.nets.registry import net_spec
 
     every, single = None, {}
     for word in words:
-        net, equals, count = word.rpartition("=")
-        if not (count.isascii() and count.isdigit() and int(count) > 0):
-            raise InputError(f"--epochs {word}: not a number of epochs; try 24 or moon2018=6")
+        net, equals, text = word.rpartition("=")
+        value = read(text)
+        if value is None:
+            raise InputError(f"--{flag} {word}: not {MEANT[flag]}")
         if equals:
-            single[net_spec(net).name] = int(count)
+            single[net_spec(net).name] = value
         else:
-            every = int(count)
+            every = value
     return every, single
+
+
+def _epochs(text: str) -> int | None:
+    return int(text) if text.isascii() and text.isdigit() and int(text) > 0 else None
+
+
+def _precision(text: str) -> str | None:
+    return text if text in ("fp32", "bf16") else None
 
 
 class Shown:

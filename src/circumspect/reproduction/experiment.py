@@ -5,11 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 from circumspect.errors import InputError
 from circumspect.nets.registry import net_spec
 from circumspect.training import TrainingSettings
+
+Precision = Literal["fp32", "bf16"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,23 +23,27 @@ class Experiment(ABC):
         epochs_of: Of single networks, by name, in their place.
         yaw_count: Yaws over the turn, each at another fraction of a cell.
         precision: "fp32" or "bf16".
+        precision_of: Of single networks, by name, in its place.
         seed: Of all chance.
 
     Raises:
-        InputError: Epochs of a network that it does not train.
+        InputError: Epochs or precision of a network that it does not train.
     """
 
     epochs: int | None = None
     epochs_of: Mapping[str, int] = field(default_factory=dict)
     yaw_count: int = 64
-    precision: Literal["fp32", "bf16"] = "fp32"
+    precision: Precision = "fp32"
+    precision_of: Mapping[str, Precision] = field(default_factory=dict)
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if strange := set(self.epochs_of) - set(self.trained_nets):
-            raise InputError(
-                f"--epochs {min(strange)}=…: this experiment trains {', '.join(self.trained_nets)}"
-            )
+        for flag, single in (("epochs", self.epochs_of), ("precision", self.precision_of)):
+            if strange := set(single) - set(self.trained_nets):
+                raise InputError(
+                    f"--{flag} {min(strange)}=…: this experiment trains "
+                    f"{', '.join(self.trained_nets)}"
+                )
 
     @property
     @abstractmethod
@@ -48,7 +54,13 @@ class Experiment(ABC):
         """As a network is meant to be trained, but for what the experiment asks for."""
         meant = TrainingSettings(**{**net_spec(net).training, "net": net})
         epochs = self.epochs_of.get(net) or self.epochs or meant.epochs
-        return replace(meant, epochs=epochs, precision=self.precision, seed=self.seed)
+        precision = self.precision_of.get(net, self.precision)
+        return replace(meant, epochs=epochs, precision=precision, seed=self.seed)
+
+    @property
+    def precisions(self) -> str:
+        """As the command tells them: "bf16 moon2018=fp32"."""
+        return " ".join(_words(self.precision, self.precision_of))
 
     def command(self, what: str) -> str:
         """What does the same again.
@@ -56,9 +68,16 @@ class Experiment(ABC):
         Args:
             what: The command's words after `circumspect reproduce`.
         """
-        epochs = [] if self.epochs is None else [str(self.epochs)]
-        epochs += [f"{net}={count}" for net, count in self.epochs_of.items()]
+        epochs = _words(self.epochs, self.epochs_of)
         if epochs:
             epochs.insert(0, "--epochs")
-        words = [what, *epochs, "--yaw-count", str(self.yaw_count), "--precision", self.precision]
+        words = [what, *epochs, "--yaw-count", str(self.yaw_count), "--precision", self.precisions]
         return f"circumspect reproduce {' '.join([*words, '--seed', str(self.seed)])}"
+
+
+def _words(every: Any, single: Mapping[str, Any]) -> list[str]:
+    """A flag's words: what holds for every network, if anything, and for single ones."""
+    return [
+        *([] if every is None else [str(every)]),
+        *(f"{net}={value}" for net, value in single.items()),
+    ]

@@ -82,7 +82,7 @@ def reproduce_rivals(
     save_figure(draw_accuracies_over_yaw(around), folder / "rivals_over_yaw.png")
     document = {
         "circumspect": __version__, "command": how.command("rivals --data modelnet10"),
-        "objects": len(test), "yaws": how.yaw_count, "precision": how.precision,
+        "objects": len(test), "yaws": how.yaw_count, "precision": how.precisions,
         "seed": how.seed, "nets": rows,
     }  # fmt: skip
     write_report(document, _markdown(document), folder, "rivals")

@@ -53,7 +53,7 @@ def reproduce_robustness(
             rows[net] = _measured(path, test, how.seed, folder / net / "corrupted", progress)
     document = {
         "circumspect": __version__, "command": how.command("robustness --data modelnet10"),
-        "objects": len(test), "precision": how.precision, "seed": how.seed, "nets": rows,
+        "objects": len(test), "precision": how.precisions, "seed": how.seed, "nets": rows,
         "training": records,
     }  # fmt: skip
     write_report(document, _markdown(document), folder, "robustness")

@@ -123,7 +123,7 @@ def _document(
         "circumspect": __version__,
         "command": how.command("table2 --data modelnet10"),
         "objects": len(first.labels),
-        "precision": how.precision,
+        "precision": how.precisions,
         "seed": how.seed,
         "rows": rows,
     }

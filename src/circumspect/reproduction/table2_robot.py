@@ -82,7 +82,7 @@ def reproduce_robot(
         "classes": list(train.classes),
         "train_scans": len(train),
         "test_scans": {f"{start:g}": len(objects) for start, objects in tests.items()},
-        "precision": how.precision,
+        "precision": how.precisions,
         "seed": how.seed,
         "rows": rows,
     }

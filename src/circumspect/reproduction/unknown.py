@@ -103,7 +103,7 @@ def reproduce_unknown(
     document = {
         "circumspect": __version__, "command": how.command("unknown --data modelnet10"),
         "net": how.net, "epochs": settings.epochs,
-        "yaws": how.yaw_count, "precision": how.precision, "seed": how.seed,
+        "yaws": how.yaw_count, "precision": how.precisions, "seed": how.seed,
         "left_out": rows, "other_things": _of_shipped(test.classes, how, folder, watched),
     }  # fmt: skip
     write_report(document, _markdown(document), folder, "unknown")
