@@ -55,6 +55,8 @@ class Train:
     """Each axis is scaled by up to this share in augmentation."""
     partial: float | None = None
     """Share of the variants that hold only what a scan of a part of the object sees, 0 … 1."""
+    damage: float | None = None
+    """Share of the variants that miss a large part, lean or have points floating about, 0 … 1."""
     validation: bool = True
     """Train on all objects and keep the last epoch; without it some are held back, and if they are
     100 or more, the epoch that names them best is kept."""
@@ -121,12 +123,9 @@ class Train:
         given = {name: getattr(self, name) for name in known}
         given = {name: value for name, value in given.items() if value is not None}
         given = {**net_spec(net).training, **given, "net": net}
-        augmentation = Augmentation()
-        if self.stretch is not None:
-            augmentation = replace(augmentation, stretch=self.stretch)
-        if self.partial is not None:
-            augmentation = replace(augmentation, partial=self.partial)
-        given["augmentation"] = augmentation
+        changes = {name: getattr(self, name) for name in ("stretch", "partial", "damage")}
+        changes = {name: value for name, value in changes.items() if value is not None}
+        given["augmentation"] = Augmentation(**changes)
         return TrainingSettings(**given)
 
 

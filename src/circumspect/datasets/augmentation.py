@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.datasets.damage import damaged
 from circumspect.datasets.partial_view import PartialView
 from circumspect.errors import InputError
 
@@ -33,6 +34,7 @@ class Augmentation:
         hole_radius: Range of their radius.
         partial: Chance that only what a camera sees from an arc around the object is kept, and a
             little is missing above the floor: what a robot's scan looks like.
+        damage: Chance that a large part is missing, points float about or the axis leans.
     """
 
     mirror: float = 0.5
@@ -44,6 +46,7 @@ class Augmentation:
     holes: float = 0.5
     hole_radius: tuple[float, float] = (0.05, 0.25)
     partial: float = 0.0
+    damage: float = 0.0
 
     @classmethod
     def none(cls) -> Augmentation:
@@ -53,7 +56,7 @@ class Augmentation:
         )
 
     def __post_init__(self) -> None:
-        for name in ("mirror", "stretch", "jitter", "shift", "thin", "holes", "partial"):
+        for name in ("mirror", "stretch", "jitter", "shift", "thin", "holes", "partial", "damage"):
             if not 0 <= getattr(self, name) <= 1:
                 raise InputError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
 
@@ -78,6 +81,9 @@ class Augmentation:
         samples = np.concatenate([vertices, self._between(vertices, triangles, rng)])
         if rng.random() < self.partial:
             samples = _scanned(samples, rng)
+        # No coin is tossed where none is asked for: older runs stay as they are.
+        if self.damage and rng.random() < self.damage:
+            samples = _normalised(damaged(samples, rng))
         samples = self._placed(samples, rng)
         return samples.compress(self._covered(samples, len(vertices), rng), axis=0)
 
