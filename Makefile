@@ -3,7 +3,8 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 DRIVER ?= realsense
-PINS := $(abspath constraints.txt)
+# Relative, for pip takes several files from the variables and splits them at spaces.
+PINS := constraints.txt
 PIP := PIP_CONSTRAINT=$(PINS) PIP_BUILD_CONSTRAINT=$(PINS) $(BIN)/python -m pip install \
 	--quiet --disable-pip-version-check
 # Gigabytes come over the network: a second try keeps what the first has fetched.

@@ -4,6 +4,7 @@
     python -m benchmarks.faults --only "robot kidnapped"
 
 Every scan is one JSON line in `benchmarks/results/faults.jsonl`; what is there is not done again.
+The table is of the scans of all faults that the same settings make.
 """
 
 from __future__ import annotations
@@ -11,13 +12,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.asked import command_with, of_jobs
 from benchmarks.live_poses import LivePoses, trust
 from benchmarks.report import RESULTS, machine, telling
 from benchmarks.scan_job import ScanJob, measured, prepared, told
@@ -71,6 +73,9 @@ FAULTS: dict[str, Wrapper] = {
 }
 WORLDS = ("no object in view", "object larger than the room")
 """Faults of the world instead of the robot."""
+EVERY = (*FAULTS, *WORLDS)
+SETTINGS = ("frame_interval", "frames")
+"""Flags that tell which scans there are."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +162,7 @@ class _WitnessedKidnapping(Kidnapped):
 def rows(found: list[dict[str, Any]]) -> list[list[str]]:
     """One a fault, over its scans."""
     lines = []
-    for fault in [*FAULTS, *WORLDS]:
+    for fault in EVERY:
         some = [record for record in found if record["fault"] == fault]
         if some:
             right = sum(r["label"] is not None and r["label"] == r.get("true_label") for r in some)
@@ -182,26 +187,35 @@ def _mean(some: list[dict[str, Any]], name: str) -> str:
 
 def main() -> int:
     """Run what is not there yet and write `faults.md`."""
+    given, usual = _parser().parse_args(), _parser().parse_args([])
+    path: Path = given.out / "faults.jsonl"
+    run_all(jobs(given.only or EVERY, given), run_fault, path, given.workers, telling())
+    command = command_with("python -m benchmarks.faults", given, usual, SETTINGS)
+    write(rows(of_jobs(records(path), jobs(EVERY, given))), given.out, command)
+    return 0
+
+
+def jobs(faults: Sequence[str], given: argparse.Namespace) -> list[FaultJob]:
+    """A scan of each object with each of some faults; the same arguments give the same scans."""
+    return [
+        FaultJob(fault, ScanJob("faults", name, 30.0 + 110 * number, number, "normals",
+                                given.frame_interval, given.frames))
+        for fault in faults
+        for number, name in enumerate(OBJECTS)
+    ]  # fmt: skip
+
+
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", choices=[*FAULTS, *WORLDS], action="append")
+    parser.add_argument("--only", choices=EVERY, action="append")
     parser.add_argument("--frame-interval", type=float, default=0.5, help="between frames [s]")
     parser.add_argument("--frames", type=int, default=4000, help="at most so many a scan")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=RESULTS)
-    a = parser.parse_args()
-    jobs = [
-        FaultJob(fault, ScanJob("faults", name, 30.0 + 110 * number, number, "normals",
-                                a.frame_interval, a.frames))
-        for fault in a.only or [*FAULTS, *WORLDS]
-        for number, name in enumerate(OBJECTS)
-    ]  # fmt: skip
-    path: Path = a.out / "faults.jsonl"
-    run_all(jobs, run_fault, path, a.workers, telling())
-    write(rows(records(path)), a.out)
-    return 0
+    return parser
 
 
-def write(lines: list[list[str]], folder: Path) -> None:
+def write(lines: list[list[str]], folder: Path, command: str) -> None:
     """Write `faults.md`."""
     head = [
         "fault", "answer", "ATE [mm], worst", "pose told as sure, worst error [mm]",
@@ -210,7 +224,7 @@ def write(lines: list[list[str]], folder: Path) -> None:
     facts = "".join(f"- {key}: {value}\n" for key, value in machine().items())
     path = folder / "faults.md"
     path.write_text(
-        f"# Faults\n\n`python -m benchmarks.faults`, {len(OBJECTS)} scans a fault "
+        f"# Faults\n\n`{command}`, {len(OBJECTS)} scans a fault "
         f"({', '.join(OBJECTS)})\n\n{table(head, lines)}\n\n{facts}",
         encoding="utf-8",
     )

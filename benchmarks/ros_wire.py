@@ -94,7 +94,7 @@ class Wire:
 
     def __init__(self, reliable: bool) -> None:
         self._times: list[float] = []
-        self._middleware = DdsMiddleware(DdsSettings(DOMAIN, "LOCALHOST"))
+        self._middleware = DdsMiddleware(DdsSettings(DOMAIN, "LOCALHOST"), "")
         wanted = replace(SENSOR, reliable=reliable)
         self._middleware.subscribe(DEPTH, IMAGE, wanted, self._heard)
 

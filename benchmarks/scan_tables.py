@@ -18,6 +18,9 @@ from circumspect.storage import atomic_open, write_json
 Record = dict[str, Any]
 LIMITS = {"ate_mm": 10.0, "yaw_deg": 0.5, "ratio": 0.2, "chamfer_mm": 6.0, "completeness": 0.9}
 """What is wanted; a figure that misses its limit is bold."""
+SPREAD = ("median", "p95", "worst")
+SLOW = 300
+"""A frame that takes longer [ms] is one at which the robot waits."""
 
 
 def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path) -> None:
@@ -141,19 +144,19 @@ def answers(found: list[Record], data: Path) -> tuple[str, Any]:
 
 
 def times(found: list[Record]) -> tuple[str, Any]:
-    """Median and 95th percentile over the frames of all scans."""
+    """Median, 95th percentile and worst over the frames of all scans."""
     stages: dict[str, list[float]] = defaultdict(list)
     for record in found:
         for name, spent in record.get("stages", {}).items():
             stages[name] += spent
-    rows, figures = [], {}
-    for name, spent in stages.items():
-        figures[name] = _spread(spent)
-        rows.append([name, f"{figures[name]['median']:.1f}", f"{figures[name]['p95']:.1f}"])
-    frames = len(stages.get("frame", []))
+    figures: dict[str, Any] = {name: _spread(spent) for name, spent in stages.items()}
+    rows = [[name, *(f"{f[which]:.1f}" for which in SPREAD)] for name, f in figures.items()]
+    slow = [sum(t > SLOW for t in record.get("stages", {}).get("frame", [])) for record in found]
+    figures["slow"] = {"frames": sum(slow), "scans": sum(count > 0 for count in slow)}
     return (
-        f"{frames} frames of {len(found)} scans, one after the other.\n\n"
-        + table(["stage", "median", "95 %"], rows),
+        f"{len(stages.get('frame', []))} frames of {len(found)} scans, one after the other; "
+        f"{sum(slow)} of them, in {figures['slow']['scans']} scans, took more than {SLOW} ms.\n\n"
+        + table(["stage", "median", "95 %", "worst"], rows),
         figures,
     )
 

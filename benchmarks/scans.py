@@ -5,7 +5,8 @@
     python -m benchmarks.scans --tables                   # only from what is there
 
 Every scan is one JSON line in `benchmarks/results/scans.jsonl`; scans that are there already are
-not done again, so an interrupted run goes on where it was. `docs/scans.md` says what it all means.
+not done again, so an interrupted run goes on where it was. The tables are of all suites, and of the
+scans in them that the same settings make. `docs/scans.md` says what it all means.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ import argparse
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from benchmarks.asked import command_with, of_jobs
 from benchmarks.report import RESULTS, telling
 from benchmarks.scan_job import PLANNERS, ScanJob, run_job
 from benchmarks.scan_tables import write_tables
@@ -25,6 +28,8 @@ from circumspect.furniture import CATEGORIES
 from circumspect.gathering.job_pool import records, run_all
 
 SUITES = ("furniture", "planners", "modelnet", "timing")
+SETTINGS = ("each", "objects", "frame_interval")
+"""Flags that tell which scans there are."""
 STARTS_DEG = tuple(np.arange(8) * 45.0)
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "modelnet10"
 FIRST_VARIANT = 100_000
@@ -33,15 +38,23 @@ FIRST_VARIANT = 100_000
 
 def main() -> int:
     """Run the suites that are asked for and write the tables."""
-    arguments = _arguments()
+    arguments, usual = _parser().parse_args(), _parser().parse_args([])
     path: Path = arguments.out / "scans.jsonl"
     if not arguments.tables:
         for suite in arguments.suite or SUITES:
             # Times are only worth something when nothing else runs.
             workers = 1 if suite == "timing" else arguments.workers
             run_all(jobs(suite, arguments), run_job, path, workers, telling())
-    write_tables(records(path), arguments.out, "python -m benchmarks.scans", arguments.data)
+    command = command_with("python -m benchmarks.scans", arguments, usual, SETTINGS)
+    write_tables(asked(records(path), arguments), arguments.out, command, arguments.data)
     return 0
+
+
+def asked(found: list[dict[str, Any]], arguments: argparse.Namespace) -> list[dict[str, Any]]:
+    """The records of the settings asked for, of all suites that there are records of."""
+    there = {record["suite"] for record in found}
+    wanted = [job for suite in SUITES if suite in there for job in jobs(suite, arguments)]
+    return of_jobs(found, wanted)
 
 
 def jobs(suite: str, arguments: argparse.Namespace) -> list[ScanJob]:
@@ -94,7 +107,7 @@ def _modelnet(data: Path, objects: int, frame_interval: float) -> list[ScanJob]:
     return found
 
 
-def _arguments() -> argparse.Namespace:
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--suite", choices=SUITES, action="append", help="all without it")
     parser.add_argument("--each", type=int, default=6, help="scans a category (furniture)")
@@ -106,7 +119,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=RESULTS)
     parser.add_argument("--tables", action="store_true", help="scan nothing")
-    return parser.parse_args()
+    return parser
 
 
 if __name__ == "__main__":

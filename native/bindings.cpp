@@ -133,17 +133,19 @@ int64_t passed(const Grid& grid, Points<T> origins_xyz, Points<T> ends_xyz, Stat
 template <typename Tracer, typename Grid>
 void bind_methods(nb::module_& m, nb::class_<Grid>& grid) {
   using namespace nb::literals;
-  grid.def("hits", &hits<Grid, double>, "points_xyz"_a, "states"_a, "value"_a, "threads"_a)
-      .def("hits", &hits<Grid, float>, "points_xyz"_a, "states"_a, "value"_a, "threads"_a)
-      .def("indices", &indices<Grid, double>, "points_xyz"_a, "out"_a, "threads"_a)
-      .def("indices", &indices<Grid, float>, "points_xyz"_a, "out"_a, "threads"_a)
-      .def("passed", &passed<Tracer, Grid, double>, "origins_xyz"_a, "ends_xyz"_a, "states"_a,
+  // Outputs are never converted: what is written to a copy would be lost.
+  const auto states = "states"_a.noconvert(), out = "out"_a.noconvert();
+  grid.def("hits", &hits<Grid, double>, "points_xyz"_a, states, "value"_a, "threads"_a)
+      .def("hits", &hits<Grid, float>, "points_xyz"_a, states, "value"_a, "threads"_a)
+      .def("indices", &indices<Grid, double>, "points_xyz"_a, out, "threads"_a)
+      .def("indices", &indices<Grid, float>, "points_xyz"_a, out, "threads"_a)
+      .def("passed", &passed<Tracer, Grid, double>, "origins_xyz"_a, "ends_xyz"_a, states,
            "value"_a, "threads"_a)
-      .def("passed", &passed<Tracer, Grid, float>, "origins_xyz"_a, "ends_xyz"_a, "states"_a,
+      .def("passed", &passed<Tracer, Grid, float>, "origins_xyz"_a, "ends_xyz"_a, states,
            "value"_a, "threads"_a);
-  m.def("hits_batch", &hits_batch<Grid, double>, "grids"_a, "clouds"_a, "states"_a, "value"_a,
+  m.def("hits_batch", &hits_batch<Grid, double>, "grids"_a, "clouds"_a, states, "value"_a,
         "threads"_a);
-  m.def("hits_batch", &hits_batch<Grid, float>, "grids"_a, "clouds"_a, "states"_a, "value"_a,
+  m.def("hits_batch", &hits_batch<Grid, float>, "grids"_a, "clouds"_a, states, "value"_a,
         "threads"_a);
 }
 

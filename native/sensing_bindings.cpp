@@ -121,11 +121,13 @@ void keep(nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>
 NB_MODULE(_native, m) {
   using namespace nb::literals;
   m.doc() = "Native kernels of sensing.";
-  m.def("block_means", &means, "depth"_a, "mask"_a.none(), "block"_a, "jump"_a, "mean"_a,
-        "counts"_a);
-  m.def("continuous", &continuous_pixels, "depth"_a, "noise"_a, "spreads"_a, "slope"_a, "out"_a);
+  // Outputs are never converted: what is written to a copy would be lost.
+  m.def("block_means", &means, "depth"_a, "mask"_a.none(), "block"_a, "jump"_a,
+        "mean"_a.noconvert(), "counts"_a.noconvert());
+  m.def("continuous", &continuous_pixels, "depth"_a, "noise"_a, "spreads"_a, "slope"_a,
+        "out"_a.noconvert());
   m.def("keep_above", &above, "depth"_a, "up"_a, "camera"_a, "noise"_a, "margin"_a, "sigmas"_a,
-        "farthest"_a, "mask"_a);
-  m.def("keep_cells", &keep, "cell"_a, "wanted"_a, "mask"_a);
+        "farthest"_a, "mask"_a.noconvert());
+  m.def("keep_cells", &keep, "cell"_a, "wanted"_a, "mask"_a.noconvert());
   m.def("plan_cells", &cells, "depth"_a, "mask"_a, "camera"_a, "pose"_a, "cell"_a);
 }

@@ -63,6 +63,34 @@ def require_writable(folder: str | os.PathLike[str]) -> None:
         raise OutputError(_explain(Path(folder), error)) from error
 
 
+def make_new_folder(path: str | os.PathLike[str]) -> Path:
+    """Make a folder that was not there, and that nobody else gets who asks at the same moment.
+
+    Args:
+        path: What to call it; its parents are made where missing. A name that is taken gets a
+            number: run-2, run-3, …
+
+    Returns:
+        The folder.
+
+    Raises:
+        OutputError: No permission, disk full, or its parent is no folder.
+    """
+    wanted = folder = Path(path)
+    count = 1
+    try:
+        wanted.parent.mkdir(parents=True, exist_ok=True)
+        while True:
+            try:
+                folder.mkdir()
+                return folder
+            except FileExistsError:
+                count += 1
+                folder = wanted.with_name(f"{wanted.name}-{count}")
+    except OSError as error:
+        raise OutputError(_explain(folder, error)) from error
+
+
 def require_no_strangers(
     folder: str | os.PathLike[str],
     names: Iterable[str],

@@ -9,7 +9,7 @@ from circumspect.classification.example_table import (
     network_of,
     shipped_examples,
 )
-from circumspect.classification.onnx_classifier import shipped_path
+from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier, shipped_path
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.errors import InputError, WeightsError
 from circumspect.export.examples import example_table
@@ -32,9 +32,16 @@ def furniture(classifier):
     )
 
 
+def fitted_to(classifier, objects):
+    """As if these were its training objects."""
+    described = classifier.description
+    training = {**described["training"], OBJECTS: objects.names.tolist()}
+    return OnnxClassifier(classifier._session, {**described, "training": training})
+
+
 @pytest.fixture(scope="module")
 def table(classifier, furniture):
-    return example_table(classifier, furniture)
+    return example_table(fitted_to(classifier, furniture), furniture)
 
 
 def test_the_nearest_to_an_example_is_itself_wherever_it_stands(classifier, furniture, table):
@@ -76,6 +83,15 @@ def test_shipped_examples_are_what_the_shipped_network_sees(classifier, data_fol
         # The set holds some objects twice.
         assert near[0].distance < 1e-3
         assert objects.names[index] in [n.name for n in near if n.distance < 1e-3]
+
+
+def test_only_what_a_network_was_fitted_to_becomes_an_example(classifier, furniture):
+    learnt = furniture.subset(np.array([4, 1]))
+    table = example_table(fitted_to(classifier, learnt), furniture)
+    assert table.names.tolist() == furniture.names[[1, 4]].tolist()
+    assert table.labels.tolist() == furniture.labels[[1, 4]].tolist()
+    with pytest.raises(InputError, match="trained on none of the set's 6 objects"):
+        example_table(classifier, furniture)
 
 
 def test_plain_furniture_is_near_its_kind(classifier):

@@ -25,6 +25,14 @@ def test_points_recipes_survive_json(views, count, surface):
     assert recipe.with_views(7).azimuth_views == 7
 
 
+def test_a_rectangular_grid_has_one_view():
+    recipe = GridRecipe("rectangular")
+    assert recipe.with_views(1) == recipe
+    with pytest.raises(InputError, match="leave out --azimuth-views"):
+        recipe.with_views(4)
+    assert GridRecipe().with_views(4).azimuth_views == 4
+
+
 @pytest.mark.parametrize(
     "document", [{"kind": "points", "shape": 3}, {"kind": "points", "count": 0}]
 )

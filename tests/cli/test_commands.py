@@ -160,6 +160,28 @@ class TestProcess:
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
 
+    @pytest.mark.parametrize("encoding", ["utf-8:strict", "latin-1", "ascii"])
+    def test_names_that_the_terminal_can_not_show(self, tmp_path, encoding):
+        """Bytes that are no text, signs of another alphabet, and orders to the terminal."""
+        points = make_furniture("chair", 3).sampled(2000, 0).points_xyz
+        names = (b"a_\xff.npy", "椅子.npy".encode(), b"c\x1b[2J\n.npy", b"gone_\xff.npy")
+        files = [tmp_path / os.fsdecode(name) for name in names]
+        for file in files[:3]:
+            try:
+                np.save(file, points)
+            except OSError:
+                pytest.skip("this file system takes text alone")
+        words = [sys.executable, "-m", "circumspect.cli.main", "classify", *map(str, files)]
+        environment = {**os.environ, "PYTHONIOENCODING": encoding}
+        done = subprocess.run(words, capture_output=True, env=environment)
+        assert done.returncode == 2
+        lines = done.stdout.splitlines()
+        assert [b": chair " in line for line in lines] == [True] * 3
+        assert rb"a_\udcff.npy" in lines[0]
+        assert rb"c\x1b[2J\n.npy" in lines[2]
+        assert b"Traceback" not in done.stderr
+        assert rb"gone_\udcff.npy: " in done.stderr
+
     def test_a_full_disk_behind_standard_output(self, chair):
         words = [sys.executable, "-m", "circumspect.cli.main", "classify", str(chair)]
         with Path("/dev/full").open("w") as full:

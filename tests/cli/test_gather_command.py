@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
-from circumspect.cli.main import main
-from circumspect.datasets.gathered_set import read_manifest
+from circumspect.cli.main import main, parsed
+from circumspect.datasets.gathered_set import GatheredScan, read_manifest
+from circumspect.gathering.gather import append, begin
+from circumspect.geometry import read_cloud, read_tum
+from circumspect.recording import RunRecorder, open_recording
 
 SCAN = ["--frames", "4", "--frame-interval", "2"]
 
@@ -60,6 +66,114 @@ def test_recordings_are_added_with_a_label(
     assert "holds something else" in capsys.readouterr().err
 
 
+READ = [
+    "--box", "0", "0", "0", "1", "1", "1", "--box-frame", "map", "--poses", "given", "--every", "3",
+    "--depth-topic", "/d", "--info-topic", "/i", "--colour-topic", "/c", "--odometry-topic", "",
+    "--map-frame", "world", "--intrinsics", "1", "1", "1", "1", "--size", "4", "3",
+    "--mount", "0", "0", "1", "90", "30",
+]  # fmt: skip
+
+
+def test_a_recording_is_read_by_the_flags_of_replay() -> None:
+    gathered = parsed("gather", ["--out", "set", "--from", "x.mcap", *READ]).reading
+    assert gathered == parsed("replay", ["x.mcap", *READ]).reading
+    assert set(gathered.told()) == {field.name for field in fields(gathered)}, "READ lacks some"
+
+
+def test_flags_that_say_how_a_recording_is_read_are_obeyed(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    command = ["gather", "--from", str(recording), "--label", "chair", "--name", "blue"]
+    command += ["--out", str(tmp_path / "mine"), "--every", "2", "--odometry-topic", ""]
+    assert main([*command, "--depth-topic", "/nowhere"]) == 2
+    assert "holds no /nowhere (--depth-topic)" in capsys.readouterr().err
+    assert not (tmp_path / "mine").exists()
+    assert main([*command, "--json"]) == 0
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["scans"] == 1
+    assert "frame   2/2" in printed.err
+    (scan,) = read_manifest(tmp_path / "mine")
+    assert set(scan.files) == {"cloud", "grid", "poses"}
+    assert scan.quality["frames"] == 2
+    assert scan.quality["reading"] == {"every": 2, "odometry_topic": ""}
+
+
+def test_a_folder_with_poses_and_a_box_is_a_recording_too(recording: Path, tmp_path: Path) -> None:
+    run, folder = tmp_path / "run", tmp_path / "seven"
+    assert main(["replay", str(recording), "--out", str(run)]) == 0
+    points = read_cloud(run / "model.ply").points_xyz
+    box = [f"{value:.3f}" for value in (*points.min(axis=0), *points.max(axis=0))]
+    folder.mkdir()
+    poses = read_tum(run / "trajectory.txt").T_map_camera
+    for number, frame in enumerate(open_recording(recording)):
+        stem = folder / f"frame-{number:06d}"
+        millimetres = np.rint(np.nan_to_num(frame.depth) * 1000).astype(np.uint16)
+        Image.fromarray(millimetres).save(f"{stem}.depth.png")
+        np.savetxt(f"{stem}.pose.txt", poses[number].as_matrix())
+        c = frame.camera
+        matrix = [[c.fx, 0, c.cx], [0, c.fy, c.cy], [0, 0, 1]]
+        np.savetxt(folder / "camera-intrinsics.txt", matrix)
+    np.savetxt(folder / "gravity-direction.txt", [0, 0, -1])
+    command = ["gather", "--from", str(folder), "--label", "chair", "--out", str(tmp_path / "mine")]
+    assert main(command) == 2
+    assert main([*command, "--box", *box, "--box-frame", "map"]) == 0
+    (scan,) = read_manifest(tmp_path / "mine")
+    assert set(scan.files) == {"cloud", "grid", "poses"}
+
+
+def test_a_recording_that_shows_nothing_is_refused(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    blind = tmp_path / "blind" / "first.mcap"
+    blind.parent.mkdir()
+    recorder = RunRecorder(blind, {})
+    for frame in open_recording(recording):
+        recorder.frame(replace(frame, depth=np.full_like(frame.depth, np.nan)))
+    recorder.close()
+    out = str(tmp_path / "mine")
+    flags = ["--label", "chair", "--name", "blue", "--out", out]
+    assert main(["gather", "--from", str(blind), *flags]) == 2
+    complaint = capsys.readouterr().err.splitlines()[-1]
+    assert "shows no object in 4 frames (no depth in the frame); nothing was added" in complaint
+    assert not (tmp_path / "mine").exists()
+    # Sets of earlier versions hold such scans: the mended recording takes their place.
+    begin(tmp_path / "mine", {"source": "recordings"})
+    append(tmp_path / "mine", GatheredScan("blue@first", "blue", "chair", "train", None))
+    assert main(["gather", "--from", str(recording), *flags]) == 0
+    (scan,) = read_manifest(tmp_path / "mine")
+    assert "cloud" in scan.files
+
+
+def test_a_wrong_label_is_put_right(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    out = str(tmp_path / "mine")
+    flags = ["gather", "--from", str(recording), "--name", "blue", "--out", out]
+    assert main([*flags, "--label", "sofa"]) == 0
+    right = [*flags, "--label", "chair", "--odometry-topic", ""]
+    assert main(right) == 2
+    assert "holds blue@first already; --replace puts" in capsys.readouterr().err
+    assert main([*right, "--replace"]) == 0
+    (scan,) = read_manifest(tmp_path / "mine")
+    assert scan.label == "chair"
+    assert main(["data", "verify", out, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["foreign"] == []
+    second = recording.with_name("second.mcap")
+    second.write_bytes(recording.read_bytes())
+    assert main([*flags, "--from", str(second), "--label", "sofa", "--replace"]) == 2
+    assert "blue is a chair of the train split there, as in blue@first" in capsys.readouterr().err
+
+
+def test_scans_that_saw_nothing_are_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    out = str(tmp_path / "set")
+    flags = ["--classes", "chair", "--objects", "1", "--at", "0", "--workers", "1"]
+    assert main(["gather", "--out", out, *flags, *SCAN]) == 0
+    assert "never saw" not in capsys.readouterr().out
+    append(tmp_path / "set", GatheredScan("chair-1@045", "chair-1", "chair", "train", 45.0))
+    assert main(["gather", "--out", out, *flags, *SCAN]) == 0
+    assert "1 of them never saw their object; circumspect data verify" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("flags", "says"),
     [
@@ -86,6 +200,9 @@ def test_mistakes_are_told_in_a_line(
     ("flags", "told"),
     [
         (["--start", "90"], "--start goes with --from"),
+        (["--replace"], "--replace goes with --from"),
+        (["--depth-topic", "/d"], "--depth-topic goes with --from"),
+        (["--box", "0", "0", "0", "1", "1", "1"], "--box goes with --from"),
         (["--from", "x.mcap", "--label", "chair", "--at", "0"], "--at is for simulated scans"),
         (["--from", "x.mcap", "--label", "chair", "--frames", "-5"], "--frames is for simulated"),
         (["--at", "45", "45.04"], "a tenth of a degree apart"),

@@ -113,6 +113,23 @@ def test_the_same_in_words(room, tmp_path, capsys, monkeypatch):
     assert "left out: " in err
 
 
+@pytest.mark.parametrize("cameras", [("ceiling_0",), ("ceiling_0", "ceiling_1")])
+def test_photos_far_apart_are_tracked(room, tmp_path, capsys, cameras):
+    for name in cameras:
+        folder = tmp_path / "photos" / name
+        shutil.copytree(room / "images" / "track" / name, folder)
+        images = sorted(folder.iterdir(), key=lambda path: float(path.stem))
+        for n, image in enumerate(images):
+            image.rename(folder / f"{15 * n}.000.png")
+    out = tmp_path / "run"
+    words = ("--calibration", room / "images/calibration.json", "--out", out, "--json")
+    assert run("track", tmp_path / "photos", *words) == 0
+    record = told(capsys)
+    assert record["states"].keys() <= {"tracked", "lost"}
+    assert (record["times"], record["late"], record["leaps"]) == (8, 0, 0)
+    assert len(read_tum(out / "trajectory.txt")) == record["states"]["tracked"] >= 4
+
+
 def test_boards_and_tags_are_printed(tmp_path, capsys):
     assert run("board", "--out", tmp_path, "--format", "png", "--json") == 0
     (page,) = told(capsys)["pages"]
@@ -130,6 +147,10 @@ def test_boards_and_tags_are_printed(tmp_path, capsys):
         (("track", "gone", "--calibration", "IMAGES/calibration.json"), "gone: is no folder"),
         (("track", "IMAGES/track", "--calibration", "lens.json"), "knows no place of camera"),
         (("intrinsics", "IMAGES/floor/ceiling_0", "--out", "x.json"), "0 of 1 images show"),
+        (
+            ("intrinsics", "IMAGES/board/ceiling_0", "IMAGES/board/ceiling_1", "--out", "x.json"),
+            "images from 2 folders, ceiling_0 and ceiling_1: a camera at a time",
+        ),
         (("intrinsics", "gone.png", "--out", "x.json"), "gone.png: does not exist"),
         (
             ("extrinsics", "IMAGES/floor/ceiling_0", "--survey", "IMAGES/survey.json",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -79,7 +80,9 @@ def test_record_info(live: Path, capsys: pytest.CaptureFixture) -> None:
     assert main(["record", "info", str(live / "run.mcap")]) == 0
     text = capsys.readouterr().out
     assert "nav_msgs/Odometry" in text
-    assert max(map(len, text.splitlines()[1:])) <= 80
+    _, *table, replayed = text.splitlines()
+    assert max(map(len, table)) <= 80
+    assert replayed.startswith("Replayed are /camera/depth/image_raw (depth), ")
 
 
 def with_late_mount(source: Path, copy: Path, seconds: float) -> None:
@@ -132,6 +135,50 @@ def test_record_info_says_what_a_replay_would_lack(
     text = capsys.readouterr().out
     assert "A replay needs help" in text
     assert "Replayed are" not in text
+
+
+LONG = "/warehouse_robot_17/front_left_camera"
+
+
+@pytest.fixture
+def crowded(live: Path, tmp_path: Path) -> Path:
+    """The live run's bag with all of its topics twice, once below a long name."""
+    path = tmp_path / "crowded.mcap"
+    with (live / "run.mcap").open("rb") as old, path.open("wb") as new:
+        writer = Writer(new)
+        writer.start()
+        for schema, channel, message in make_reader(old).iter_messages():
+            kind = writer.register_schema(schema.name, schema.encoding, schema.data)
+            for name in (channel.topic, LONG + channel.topic):
+                topic = writer.register_channel(name, channel.message_encoding, kind)
+                writer.add_message(topic, message.log_time, message.data, message.publish_time)
+        writer.finish()
+    return path
+
+
+def test_record_info_in_a_pipe_is_not_cut(crowded: Path, capsys: pytest.CaptureFixture) -> None:
+    """Topics are chosen from it, and lines are searched by programs."""
+    assert main(["record", "info", str(crowded)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    (depth,) = [line for line in lines if line.startswith(f"{LONG}/camera/depth/image_raw ")]
+    assert depth.split()[1:3] == ["sensor_msgs/Image", "8"]
+    assert lines[-1].startswith("A replay needs help: ")
+    assert "--depth-topic" in lines[-1]
+    assert "…" not in "".join(lines)
+
+
+def test_record_info_on_a_terminal_keeps_to_its_width(
+    crowded: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["record", "info", str(crowded)]) == 0
+    text = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out)
+    lines = text.splitlines()[1:]
+    assert max(map(len, lines)) <= 80
+    assert "…" not in text
+    first = "".join(line.split()[0] for line in lines if line.strip() and line[0] != " ")
+    assert f"{LONG}/camera/depth/image_raw" in first
 
 
 def test_an_unknown_map_frame_is_told(

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from circumspect.classification import Classifier
+from circumspect.classification import Classifier, ExampleTable
 from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.cli.main import main
 from circumspect.datasets import ObjectSet, open_data_set
@@ -233,6 +233,19 @@ def test_an_older_file_learns_the_names_of_what_it_was_fitted_to(trained, data, 
     assert "names the objects" not in capsys.readouterr().out
 
 
+def test_examples_are_what_was_trained_on_and_nothing_else(trained, data, tmp_path, capsys):
+    known = Checkpoint.load(trained / "best.safetensors").training["objects"]
+    assert run("export", trained, tmp_path / "own.onnx", "--examples", data) == 0
+    table = ExampleTable.load(tmp_path / "own.examples.npz")
+    assert sorted(table.names.tolist()) == sorted(known)
+    shutil.copy(data / "test.npz", tmp_path / "others.npz")
+    capsys.readouterr()
+    words = ("export", trained, tmp_path / "again.onnx", "--examples", tmp_path / "others.npz")
+    assert run(*words) == 2
+    assert f"{words[-1]}: the weights were trained on none" in capsys.readouterr().err
+    assert not (tmp_path / "again.examples.npz").exists()
+
+
 def test_the_shipped_classifier_knows_what_it_was_fitted_to():
     names = Classifier.load().training["objects"]
     assert len(set(names)) == 3991
@@ -299,3 +312,23 @@ def test_settings_of_a_network_that_an_experiment_does_not_train(data, tmp_path,
     words = ("reproduce", "table2", "--data", data, "--out", tmp_path / "out")
     assert run(*words, flag) == 2
     assert "trains moon2018, moon2018-max, planes" in capsys.readouterr().err
+
+
+def test_a_finished_network_is_not_trained_over(trained, data, tmp_path, capsys):
+    shutil.copytree(trained, tmp_path / "run")
+    (tmp_path / "run" / "state.safetensors").unlink()
+    before = (tmp_path / "run" / "best.safetensors").read_bytes()
+    words = ("train", "--data", data, "--out", tmp_path / "run", *BRIEF)
+    assert run(*words) == 2
+    assert "holds a finished run and its network; choose another --out" in capsys.readouterr().err
+    assert (tmp_path / "run" / "best.safetensors").read_bytes() == before
+
+
+def test_views_of_a_rectangular_grid_would_all_be_the_same(data, tmp_path, capsys):
+    words = ("train", "--net", "voxnet", "--cells", 16, 16, 16, "--data", data, *BRIEF)
+    where = ("--out", tmp_path / "run", "--cache", tmp_path / "grids")
+    assert run(*words, *where, "--epochs", 1) == 0
+    capsys.readouterr()
+    assert run("export", tmp_path / "run", tmp_path / "own.onnx", "--azimuth-views", 4) == 2
+    assert "leave out --azimuth-views" in capsys.readouterr().err
+    assert not (tmp_path / "own.onnx").exists()

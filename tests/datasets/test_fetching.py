@@ -3,6 +3,7 @@
 import errno
 import hashlib
 import io
+import shutil
 import threading
 import time
 import zipfile
@@ -191,9 +192,6 @@ def test_archives_that_can_not_be_unpacked_are_not_kept(server, tmp_path, conten
 
 
 def test_a_disk_that_fails_costs_no_download(server, tmp_path, monkeypatch):
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
     with monkeypatch.context() as patched:
         patched.setattr(fetching.ZipFile, "extract", full)
         with pytest.raises(CircumspectError, match=r"the disk failed .*no space left.* stays"):
@@ -201,6 +199,33 @@ def test_a_disk_that_fails_costs_no_download(server, tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10.zip"]
     assert unpacked(fetch(server, tmp_path))
     assert len(server.asked) == 1
+
+
+def full(*_, **__):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_what_came_whole_is_not_fetched_again(server, tmp_path, monkeypatch):
+    """Where it can not be brought to its place, as on another disk that is full."""
+    with monkeypatch.context() as patched:
+        for name in ("move", "copyfileobj"):
+            patched.setattr(f"circumspect.datasets.resumed_download.shutil.{name}", full)
+        with pytest.raises(CircumspectError, match=r"can not be written \(no space left"):
+            fetch(server, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10.zip.whole"]
+    assert unpacked(fetch(server, tmp_path))
+    assert server.asked == [None]
+    assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10"]
+
+
+def test_what_came_needs_no_room_twice(server, tmp_path, monkeypatch):
+    for name in ("copyfile", "copyfileobj", "copy2"):
+        monkeypatch.setattr(shutil, name, full)
+    target = tmp_path / "there"
+    target.write_bytes(b"")
+    quick(tmp_path)(server.url, str(target), None)
+    assert target.read_bytes() == server.content
+    assert [path.name for path in tmp_path.iterdir()] == ["there"]
 
 
 def test_a_checksum_that_is_given_must_agree(server, tmp_path):

@@ -1,4 +1,6 @@
+import os
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,8 +10,10 @@ from hypothesis import strategies as st
 from circumspect.datasets import GridCache, ObjectSet, open_data_set, validation_split
 from circumspect.datasets.farthest_points import farthest_points
 from circumspect.datasets.near_duplicates import near_duplicates
+from circumspect.datasets.off_folder import object_name
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.datasets.validation_split import SHARE
+from circumspect.datasets.verification import expected_names
 from circumspect.errors import InputError
 
 
@@ -109,6 +113,35 @@ class TestPointPack:
         with pytest.raises(InputError, match="no test of anything"):
             open_data_set(tmp_path / "train.npz", "test")
 
+    def test_objects_that_share_a_name_are_refused(self, tmp_path):
+        """What a network was fitted to is known by names alone."""
+        objects = small_set()
+        objects.names[3] = objects.names[0]
+        write_point_pack(tmp_path / "train.npz", objects)
+        for path in (tmp_path, tmp_path / "train.npz"):
+            with pytest.raises(InputError, match=r"train\.npz: 1 names .* as bed_0000 does"):
+                open_data_set(path, "train")
+
+    @pytest.mark.parametrize(("there", "asked"), [("train", "test"), ("test", "train")])
+    def test_the_other_pack_is_missing(self, tmp_path, there, asked):
+        write_point_pack(tmp_path / f"{there}.npz", small_set())
+        with pytest.raises(InputError, match=rf"{asked}\.npz is missing, only {there}\.npz"):
+            open_data_set(tmp_path, asked)
+
+    def test_names_that_are_no_text_to_the_system(self, tmp_path):
+        """As Python tells file names whose bytes are no UTF-8."""
+        objects = small_set(count=20)
+        named = np.array([f"{name}\udcff" for name in objects.names])
+        strange = ObjectSet(objects.points_xyz, objects.labels, named, objects.classes)
+        write_point_pack(tmp_path / "train.npz", strange)
+        back = open_data_set(tmp_path, "train")
+        assert back.names.tolist() == named.tolist()
+        assert (
+            back.digest
+            != ObjectSet(back.points_xyz, back.labels, objects.names, back.classes).digest
+        )
+        assert validation_split(back).any()
+
     def test_nothing_there(self, tmp_path):
         with pytest.raises(InputError, match="give point packs"):
             open_data_set(tmp_path / "nowhere", "train")
@@ -187,6 +220,34 @@ class TestOffFolder:
         assert objects.names.tolist() == ["bed_0000", "bed_0001", "chair_0000", "chair_0001"]
         assert objects.points_xyz.shape == (4, 1024, 3)
         assert seen[-1] == (4, 4)
+        again = open_data_set(tmp_path, "train", lambda *_: pytest.fail("sampled twice"))
+        assert again.digest == objects.digest
+
+    def test_files_of_one_name_in_two_classes_are_two_objects(self, tmp_path):
+        classes = ("night", "night_stand")
+        for name in classes:
+            for file in ("0001", "night_0001", "night_stand_0001"):
+                write_off(tmp_path / name / "train" / f"{file}.off", 1.0)
+        names = open_data_set(tmp_path, "train").names.tolist()
+        assert len(set(names)) == 6
+        assert names[:3] == ["night/0001", "night_0001", "night/night_stand_0001"]
+        assert names[3:] == ["night_stand/0001", "night_stand/night_0001", "night_stand_0001"]
+
+    def test_modelnet10_is_named_after_its_files_alone(self):
+        for split, names in expected_names().items():
+            for name in names:
+                file = Path(name.rpartition("_")[0], split, f"{name}.off")
+                assert object_name(file) == name
+
+    def test_file_names_that_are_no_text_are_read_and_cached(self, tmp_path):
+        strange = tmp_path / "bed" / "train" / os.fsdecode(b"bed_\xff.off")
+        try:
+            write_off(strange, 1.0)
+        except OSError:
+            pytest.skip("this file system takes text alone")
+        write_off(tmp_path / "bed" / "train" / "bed_0001.off", 2.0)
+        objects = open_data_set(tmp_path, "train")
+        assert objects.names.tolist() == ["bed_0001", strange.stem]
         again = open_data_set(tmp_path, "train", lambda *_: pytest.fail("sampled twice"))
         assert again.digest == objects.digest
 

@@ -9,6 +9,7 @@ from PIL import Image
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from circumspect.cli.recording_flags import RecordingFlags
 from circumspect.cli.replay import Replay
 from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
@@ -60,7 +61,8 @@ def test_what_lies_in_the_box_is_modelled_where_it_is_and_named(
     clouds = []
     for frame in ("world", "map"):
         out = tmp_path / frame
-        command = Replay(recording, corners(frame), box_frame=frame, out=out, json=True)
+        reading = RecordingFlags(corners(frame), box_frame=frame)
+        command = Replay(recording, reading, out=out, json=True)
         assert command.run() == 0
         record = json.loads(capsys.readouterr().out)
         assert (record["label"], record["frames"], record["skipped"]) == ("chair", 8, 0)
@@ -73,14 +75,15 @@ def test_what_lies_in_the_box_is_modelled_where_it_is_and_named(
 
 
 def test_every_second_frame(recording: Path, tmp_path: Path) -> None:
-    Replay(recording, corners("world"), every=2, out=tmp_path).run()
+    Replay(recording, RecordingFlags(corners("world"), every=2), out=tmp_path).run()
     assert json.loads((tmp_path / "result.json").read_text())["frames"] == 4
 
 
 def test_a_box_with_nothing_in_it_ends_without_an_answer(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert Replay(recording, (50.0, 50.0, 50.0, 51.0, 51.0, 51.0), out=tmp_path).run() == 0
+    reading = RecordingFlags((50.0, 50.0, 50.0, 51.0, 51.0, 51.0))
+    assert Replay(recording, reading, out=tmp_path).run() == 0
     assert "No answer after 8 frames: no object in view" in capsys.readouterr().out
 
 
@@ -92,7 +95,7 @@ def test_frames_left_out_are_told(
     for file in recording.iterdir():
         (copy / file.name).write_bytes(file.read_bytes())
     (copy / "frame-000004.depth.png").write_bytes(b"")
-    Replay(copy, corners("world"), out=tmp_path / "run", json=True).run()
+    Replay(copy, RecordingFlags(corners("world")), out=tmp_path / "run", json=True).run()
     printed = capsys.readouterr()
     assert json.loads(printed.out)["skipped"] == 1
     (told,) = [line for line in printed.err.splitlines() if "left out" in line]
@@ -102,9 +105,10 @@ def test_frames_left_out_are_told(
 
 def test_bad_box_and_folder(recording: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="flat"):
-        Replay(recording, (0.0,) * 6, out=tmp_path / "run").run()
+        Replay(recording, RecordingFlags((0.0,) * 6), out=tmp_path / "run").run()
+    reading = RecordingFlags((0.0, 0.0, 0.0, 1.0, 1.0, 1.0))
     with pytest.raises(InputError, match="no such recording"):
-        Replay(tmp_path / "nowhere", (0.0, 0.0, 0.0, 1.0, 1.0, 1.0), out=tmp_path / "run").run()
+        Replay(tmp_path / "nowhere", reading, out=tmp_path / "run").run()
     assert not (tmp_path / "run").exists()
 
 
@@ -116,5 +120,6 @@ def test_the_kitchen_s_chair_and_table(data_folder: Path, tmp_path: Path) -> Non
     }
     for name, box in boxes.items():
         out = tmp_path / name
-        Replay(data_folder / "redkitchen", box, box_frame="map", every=12, out=out).run()
+        reading = RecordingFlags(box, box_frame="map", every=12)
+        Replay(data_folder / "redkitchen", reading, out=out).run()
         assert json.loads((out / "result.json").read_text())["label"] == name

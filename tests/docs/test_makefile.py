@@ -1,7 +1,8 @@
-"""What `make` would type, without typing it."""
+"""What `make` would type, without typing it, or with stand-ins for what takes long."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -9,9 +10,17 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).parents[2]
+STAND_IN = """#!/bin/sh
+case "$2" in
+  venv) mkdir -p "$3/bin" && cp "$0" "$3/bin/python" && cp "$0" "$3/bin/circumspect" ;;
+  pip) for file in $PIP_CONSTRAINT $PIP_BUILD_CONSTRAINT; do cat "$file"; done ;;
+esac
+"""
+"""For python, pip and circumspect; this pip reads its constraints as the true one does."""
+
+pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 
 
-@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 @pytest.mark.parametrize(
     ("target", "extras"),
     [
@@ -29,3 +38,22 @@ def test_a_target_installs_what_it_needs(target: str, extras: str, tmp_path: Pat
     assert len(installed) == 1
     assert f"'.[{extras}]'" in installed[0]
     subprocess.run(["sh", "-n"], input=script, text=True, check=True, capture_output=True)
+
+
+def test_a_folder_with_a_space_in_its_name_will_do(tmp_path: Path) -> None:
+    folder = tmp_path / "my robot"
+    for part in ("src/circumspect", "native"):
+        (folder / part).mkdir(parents=True)
+    for name in ("CMakeLists.txt", "pyproject.toml", "README.md"):
+        (folder / name).touch()
+    (folder / "constraints.txt").write_text("pinned\n")
+    (folder / "python3").write_text(STAND_IN)
+    (folder / "python3").chmod(0o755)
+    shutil.copy(REPOSITORY / "Makefile", folder)
+    make = ["make", "--silent", "PYTHON=./python3", "VENV=.venv", "demo"]
+    # Nothing of the make that may have started the tests.
+    own = {name: value for name, value in os.environ.items() if "MAKE" not in name}
+    made = subprocess.run(make, cwd=folder, env=own, capture_output=True, text=True)
+    assert (made.returncode, made.stderr) == (0, "")
+    assert made.stdout == 4 * "pinned\n", "the new pip and the install, each with both constraints"
+    assert (folder / ".venv" / "installed-demo").exists()

@@ -9,7 +9,7 @@ from two_kinds import ByHeight, flat_and_tall
 from circumspect.datasets import ObjectSet
 from circumspect.errors import InputError, WeightsError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
-from circumspect.evaluation.figures import draw_all
+from circumspect.evaluation.figures import draw_all, draw_surest_mistakes, save_figure
 from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws, sweep_yaw
 
 
@@ -49,6 +49,14 @@ def test_figures_are_written(tmp_path):
         with Image.open(file) as picture:
             assert min(picture.size) > 500
             assert len(picture.convert("L").getcolors()) > 20
+
+
+def test_names_that_are_no_text_are_drawn(tmp_path):
+    objects = flat_and_tall(12)
+    named = np.array([f"{name}\udcff" for name in objects.names])
+    strange = ObjectSet(objects.points_xyz, objects.labels, named, objects.classes)
+    sweep = sweep_yaw(ByDirection(), strange, spread_yaws(4))
+    save_figure(draw_surest_mistakes(sweep, strange), tmp_path / "mistakes.png")
 
 
 def test_other_classes_are_refused():

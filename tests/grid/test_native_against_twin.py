@@ -19,7 +19,7 @@ from grid_cases import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.grid import CylindricalGrid, RectangularGrid, hits_batch
+from circumspect.grid import CylindricalGrid, RectangularGrid, _native, hits_batch
 from circumspect.grid import numpy_twin as twin
 
 
@@ -177,3 +177,29 @@ def test_other_python_threads_run_meanwhile():
         thread.join()
     finally:
         sys.setswitchinterval(interval)
+
+
+def other_layouts(shape: tuple[int, ...], dtype: type) -> list[np.ndarray]:
+    """Outputs of the right size that a kernel could only fill by way of a copy."""
+    return [
+        np.zeros(shape, dtype, order="F"),
+        np.zeros((*shape[:-1], 2 * shape[-1]), dtype)[..., ::2],
+        np.zeros(shape, np.float64),
+    ]
+
+
+@pytest.mark.parametrize("which", range(3))
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+@pytest.mark.parametrize("grid", [CylindricalGrid((3, 4, 5), 1.0), RectangularGrid((3, 4, 5), 1.0)])
+def test_outputs_of_another_layout_are_refused_not_lost(grid, precision, which):
+    points, kernels = np.zeros((2, 3), precision), grid.kernels()
+    states = other_layouts(grid.shape, np.uint8)[which]
+    with pytest.raises(TypeError, match="incompatible function arguments"):
+        kernels.hits(points, states, 1, 1)
+    with pytest.raises(TypeError, match="incompatible function arguments"):
+        kernels.passed(points, points, states, 1, 1)
+    with pytest.raises(TypeError, match="incompatible function arguments"):
+        kernels.indices(points, other_layouts((2, 3), np.int32)[which], 1)
+    batch = other_layouts((2, *grid.shape), np.uint8)[which]
+    with pytest.raises(TypeError, match="incompatible function arguments"):
+        _native.hits_batch([kernels, kernels], [points, points], batch, 1, 1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
@@ -28,16 +30,25 @@ def corner(rng: np.random.Generator) -> Scan:
     return Scan(np.concatenate(walls) + ahead, np.full(450, 2e-3))
 
 
-def rounds_of_keyframes(most: int, count: int) -> Keyframes:
+def rounds_of_keyframes(most: int, count: int, fitting: bool = True) -> Keyframes:
     s = TrackingSettings()
     rng, settings = np.random.default_rng(0), KeyframeSettings(most=most)
     keys = Keyframes(0.03, settings, s.registration, s.gate, np.eye(3))
     for number in range(count):
         place = se3.exp([0, 0, 0.002 * number, 0.1 * np.sin(number), 0.1 * np.cos(number), 0])
         keys.add(place, 1e-6 * I6, corner(rng), AHEAD, Passage())
-        if keys.pending:
+        if fitting and keys.pending:
             keys.fit_next()
     return keys
+
+
+def pieces(edges: Iterable[Edge], numbers: Iterable[int]) -> int:
+    """Into how many parts a graph falls."""
+    part = {number: number for number in numbers}
+    for edge in edges:
+        one, other = part[edge.first], part[edge.second]
+        part = {number: one if at == other else at for number, at in part.items()}
+    return len(set(part.values()))
 
 
 def test_keyframes_edges_and_what_waits_stay_few() -> None:
@@ -48,6 +59,15 @@ def test_keyframes_edges_and_what_waits_stay_few() -> None:
     # Whatever gave way is still placed by what stands for it.
     for number in range(60):
         keys.anchored(number, RigidTransform.identity())
+
+
+@pytest.mark.parametrize("fitting", [True, False])
+def test_the_graph_stays_in_one_piece_though_pairs_wait(fitting: bool) -> None:
+    """A robot with few frames between its keyframes: what gives way was not fitted yet."""
+    keys = rounds_of_keyframes(most=6, count=24, fitting=fitting)
+    while keys.pending:
+        keys.fit_next()
+    assert pieces(keys.graph().edges, range(6)) == 1
 
 
 def test_heirs_are_followed_and_the_oldest_forgotten() -> None:
@@ -81,6 +101,20 @@ def test_too_many_edges_are_thinned_where_they_are_dense_and_the_chain_stays(mos
     assert len(kept) == most
     assert set(chain) <= set(kept)
     assert lonely in kept
+
+
+def test_what_alone_holds_two_parts_together_is_never_thinned() -> None:
+    T = RigidTransform.identity()
+    bridge = Edge(0, 10, T, I6, robust=True)
+    crowds = [
+        Edge(a, b, T, 9 * I6, robust=True)
+        for first in (0, 10)
+        for a in range(first, first + 6)
+        for b in range(a + 1, first + 6)
+    ]
+    kept = thinned([bridge, *crowds], 11)
+    assert len(kept) == 11
+    assert pieces(kept, {*range(6), *range(10, 16)}) == 1
 
 
 def test_the_bound_leaves_room_for_what_a_keyframe_is_fitted_to() -> None:

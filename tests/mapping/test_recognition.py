@@ -77,6 +77,19 @@ def test_a_lost_camera_before_news_is_found_near_by_when_several_frames_tell_of_
     assert [found(0.1, 3.0) for _ in range(4)] == 4 * [False]
 
 
+def test_what_is_supposed_goes_along_over_frames_that_say_nothing(
+    recognition: Recognition,
+) -> None:
+    step, found = RigidTransform.from_translation([0.2, 0.0, 0.0]), []
+    for number in range(3):
+        fits = [fit(3.0 + 0.6 * number)]
+        told = recognition.believed(fits, HERE, step, USUAL, lost=True, out_of_place=True)
+        found.append(told is not None)
+        recognition.carry(step)
+        recognition.carry(step)
+    assert found == [False, False, True]
+
+
 def test_a_few_points_tell_of_no_place(recognition: Recognition) -> None:
     assert (
         recognition.believed(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +28,7 @@ from circumspect.mapping import (
 )
 from circumspect.mapping.keyframes import KeyframeSettings
 from circumspect.mapping.registered_poses import RECOGNISED
+from circumspect.sensing import RgbdFrame
 
 NEAR = 0.03
 """A place that is called certain is no further off than this [m], small pictures considered."""
@@ -186,9 +188,9 @@ def test_dropped_frames_are_bridged() -> None:
     assert all(estimate.certain for estimate in told)
 
 
-def carried_off(angle: float) -> tuple[list, np.ndarray]:
+def carried_off(angle: float, count: int = 8) -> tuple[list, np.ndarray]:
     """A drive, and from its end on frames from elsewhere that the wheels know nothing of."""
-    away = np.radians(angle + np.arange(8) * 2.5)
+    away = np.radians(angle + np.arange(count) * 2.5)
     frames = [*short_drive(), *drive(away)]
     last = frames[15].odometry.T_odom_base
     moved = with_odometry(frames, lambda n, pose: last @ pose if n >= 16 else pose)
@@ -208,6 +210,37 @@ def test_a_kidnapped_robot_is_noticed_where_nothing_is_known() -> None:
 def test_a_kidnapped_robot_finds_back_to_a_place_it_knows() -> None:
     frames, angles = carried_off(0.0)
     told = follow(frames)
+    assert RECOGNISED in {estimate.prior for estimate in told[16:]}
+    assert told[-1].certain
+    never_wrong_and_sure(told, angles)
+
+
+def almost_blind(frame: RgbdFrame, pixels: int = 24) -> RgbdFrame:
+    """Depth in one corner of the picture only, as behind a hand or before a window."""
+    depth = np.full(frame.depth.shape, np.nan)
+    depth[:pixels, :pixels] = frame.depth[:pixels, :pixels]
+    return replace(frame, depth=depth)
+
+
+@pytest.mark.parametrize("hidden", [blind, almost_blind])
+def test_frames_that_say_nothing_remove_no_doubt(hidden: Callable[[RgbdFrame], RgbdFrame]) -> None:
+    frames, angles = carried_off(190.0)
+    told = follow([*frames[:17], *map(hidden, frames[17:])])
+    assert all("300 are needed" in estimate.gate for estimate in told[17:])
+    assert not any(estimate.certain for estimate in told[16:])
+    never_wrong_and_sure(told, angles)
+
+
+def test_without_a_doubt_a_frame_that_says_nothing_changes_no_trust() -> None:
+    told = follow([*short_drive()[:6], almost_blind(short_drive()[6])])
+    assert "300 are needed" in told[-1].gate
+    assert told[-1].certain
+
+
+def test_a_kidnapped_robot_is_found_though_every_second_frame_says_nothing() -> None:
+    frames, angles = carried_off(0.0, count=11)
+    away = [blind(f) if n % 2 else f for n, f in enumerate(frames[16:])]
+    told = follow([*frames[:16], *away])
     assert RECOGNISED in {estimate.prior for estimate in told[16:]}
     assert told[-1].certain
     never_wrong_and_sure(told, angles)

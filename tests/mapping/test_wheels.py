@@ -6,13 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
-from tracking_world import SHORT, T_BASE_CAMERA, short_drive, true_camera
+from tracking_world import (
+    SHORT,
+    T_BASE_CAMERA,
+    follow,
+    place_errors,
+    short_drive,
+    true_camera,
+)
 
 from circumspect.geometry import PlanarPose
-from circumspect.mapping.motion import MotionSettings
+from circumspect.mapping.motion import Belief, MotionSettings
 from circumspect.mapping.wheel_grip import WheelGrip
-from circumspect.mapping.wheels import Wheels
+from circumspect.mapping.wheels import FARTHEST_STEP, Wheels
 from circumspect.sensing import Odometry
 
 LOOKING_AHEAD = RigidTransform.identity()
@@ -103,6 +112,44 @@ def test_a_frame_that_contradicts_breaks_the_passage_and_only_that_one() -> None
             passages.append(wheels.at_keyframe(by_scene))
     assert [passage.broken for passage in passages] == [False, False, True, False]
     assert [passage.by_scene is None for passage in passages] == [False, False, True, False]
+
+
+SIZES = st.floats(-4.0, 300.0).map(lambda power: 10.0**power)
+
+
+@given(SIZES, SIZES, st.floats(-np.pi, np.pi), st.booleans())
+def test_a_wild_reading_leaves_numbers_that_can_be_calculated_with(
+    size: float, variance: float, direction: float, stays: bool
+) -> None:
+    """One reading is anywhere, or all are from then on; a broken driver or message."""
+    frames, settings = short_drive()[:4], MotionSettings()
+    wheels, belief = Wheels(settings), Belief(true_camera(float(SHORT[0])), 1e-6 * np.eye(6))
+    for number, frame in enumerate(frames):
+        wild = number == 1 or (stays and number > 1)
+        told, x, y = frame.odometry, size * np.cos(direction), size * np.sin(direction)
+        if wild:
+            there = PlanarPose(told.T_odom_base.x + x, told.T_odom_base.y + y, direction)
+            told = replace(told, T_odom_base=there, covariance=variance * np.eye(3))
+        heard = replace(frame, odometry=told)
+        step = wheels.step(heard)
+        if step is not None:
+            belief = belief.moved(*step).held_to_floor(T_BASE_CAMERA, settings)
+            assert np.isfinite(np.linalg.inv(belief.covariance)).all()
+        elif number == 1:
+            assert size > 0.5 * FARTHEST_STEP
+        wheels.heard(heard, true_motion(number) if number else None)
+    assert np.isfinite(wheels.grip.shares).all()
+
+
+@pytest.mark.parametrize("size", [1e9, 1e300])
+def test_wheels_that_leap_beyond_all_reason_are_as_good_as_none_for_that_step(size: float) -> None:
+    frames = list(short_drive()[:7])
+    told = frames[4].odometry
+    there = replace(told.T_odom_base, x=size)
+    frames[4] = replace(frames[4], odometry=replace(told, T_odom_base=there))
+    estimates = follow(frames)
+    assert [e.prior for e in estimates[3:]] == ["odometry", *2 * ["constant velocity"], "odometry"]
+    assert place_errors(estimates, SHORT[:7]).max() < 0.02
 
 
 def test_mute_wheels_tell_no_way() -> None:

@@ -1,4 +1,7 @@
 import json
+import os
+import re
+import stat
 from contextlib import suppress
 
 import numpy as np
@@ -13,6 +16,7 @@ from circumspect.classification import GridRecipe, PointsRecipe
 from circumspect.errors import InputError, WeightsError
 from circumspect.nets import NETS, Checkpoint, build_net, cost_of
 from circumspect.nets.azimuth import RowWisePool, wrap
+from circumspect.nets.registry import require_takes
 
 CLASSES = ("bed", "chair", "table")
 
@@ -54,6 +58,48 @@ def test_a_network_is_not_shown_what_it_does_not_take():
         build_net("pointnet", 10, GridRecipe())
     with pytest.raises(InputError, match="planes takes grids"):
         build_net("planes", 10, PointsRecipe())
+
+
+GRID_NETS = [name for name, spec in NETS.items() if isinstance(spec.recipe, GridRecipe)]
+
+
+def builds(name, *shape):
+    try:
+        require_takes(name, GridRecipe(NETS[name].recipe.kind, shape))
+    except InputError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("name", GRID_NETS)
+def test_the_cells_that_a_network_says_it_needs_are_the_least_that_it_takes(name):
+    with pytest.raises(InputError) as refused:
+        build_net(name, 3, GridRecipe(NETS[name].recipe.kind, (1, 1, 1)))
+    if name.endswith("planes"):
+        told = re.search(r"multiples of (\d+) and more than (\d+) azimuths", str(refused.value))
+        rows, azimuths = int(told[1]), int(told[2])
+        least = (rows, azimuths + 1, rows)
+        for cells in range(1, 3 * rows):
+            assert builds(name, cells, 32, 32) == builds(name, 32, 32, cells) == (cells % rows == 0)
+            assert builds(name, 32, cells, 32) == (cells > azimuths)
+    else:
+        needed = int(re.search(r"needs (\d+) cells or more", str(refused.value))[1])
+        least = (needed,) * 3
+        for cells in range(1, needed + 3):
+            for axis in range(3):
+                shape = [needed] * 3
+                shape[axis] = cells
+                assert builds(name, *shape) == (cells >= needed)
+    recipe = GridRecipe(NETS[name].recipe.kind, least)
+    with torch.no_grad():
+        assert build_net(name, 3, recipe).eval()(some_inputs(recipe, 2)).shape == (2, 3)
+
+
+@pytest.mark.parametrize("name", NETS)
+def test_asking_what_a_network_takes_draws_nothing(name):
+    before = torch.get_rng_state()
+    require_takes(name, NETS[name].recipe)
+    assert torch.equal(torch.get_rng_state(), before)
 
 
 @given(margin=st.integers(0, 5), roll=st.integers(-7, 7))
@@ -120,6 +166,14 @@ class TestCheckpoint:
         assert back.training == {"seed": 3}
         grids = torch.rand(2, 1, 32, 32, 32)
         torch.testing.assert_close(back.build()(grids), original.build()(grids))
+
+    def test_permissions_are_those_of_any_new_file(self, tmp_path):
+        mask = os.umask(0o027)
+        try:
+            self.checkpoint().save(tmp_path / "w.safetensors")
+        finally:
+            os.umask(mask)
+        assert stat.S_IMODE((tmp_path / "w.safetensors").stat().st_mode) == 0o640
 
     def test_broken_files_are_named(self, tmp_path):
         path = tmp_path / "w.safetensors"

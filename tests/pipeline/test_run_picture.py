@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +9,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from small_world import blind, frames, pipeline
 
+from circumspect.classification import Prediction
 from circumspect.geometry import PlanarPose, Trajectory
 from circumspect.pipeline import Journey, RecognitionResult
 from circumspect.pipeline.camera_path import camera_path, increasing
 from circumspect.pipeline.panels import draw_probabilities
-from circumspect.pipeline.picture import draw_run
+from circumspect.pipeline.picture import captions, draw_run
 from circumspect.pipeline.plan_panel import draw_plan
 from circumspect.planning import NextView
 
@@ -122,3 +124,34 @@ def test_stamps_that_go_back_leave_no_place_in_the_path(result: RecognitionResul
     path = increasing(zip([0.0, 1.0, 0.5, 1.0, 2.0], poses, strict=True))
     np.testing.assert_array_equal(path.stamps, [0.0, 1.0, 2.0])
     assert increasing([]) is None
+
+
+def named(result: RecognitionResult, unknown_below: float) -> RecognitionResult:
+    """The same run with the longest name."""
+    answer = Prediction.from_probabilities(
+        ("night_stand", "chair"), np.array([0.55, 0.45]), unknown_below=unknown_below
+    )
+    return replace(result, steps=tuple(replace(step, prediction=answer) for step in result.steps))
+
+
+def test_an_answer_that_may_be_of_no_class_says_so_in_the_title(result: RecognitionResult) -> None:
+    title, _ = captions(named(result, 0.5), {"truth": "night_stand"})
+    assert title == "night stand, 55% sure (right)"
+    title, _ = captions(named(result, 0.8), {"truth": "bathtub"})
+    assert title == "night stand, 55% sure, not sure to be of any class (wrong: it is a bathtub)"
+
+
+def test_the_longest_title_fits(
+    result: RecognitionResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn, save = [], Figure.savefig
+
+    def kept(figure: Figure, *args, **kwargs) -> None:
+        drawn.append(figure)
+        save(figure, *args, **kwargs)
+
+    monkeypatch.setattr(Figure, "savefig", kept)
+    draw_run(tmp_path / "unknown.png", named(result, 0.8), {"truth": "bathtub"})
+    title = drawn[0].texts[0]
+    assert title.get_text().endswith("(wrong: it is a bathtub)")
+    assert title.get_window_extent().x1 < drawn[0].bbox.x1

@@ -22,6 +22,7 @@ from circumspect.recording.pose_messages import (
     transforms_message,
 )
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS, typestore
+from circumspect.robot import arc
 from circumspect.sensing import Odometry
 
 COUNT = 6
@@ -30,7 +31,8 @@ Told = tuple[str, str, float, Any]
 
 
 def driven(stamp: float) -> PlanarPose:
-    return PlanarPose(0.2 * stamp, 0.1 * stamp, 0.5 * stamp)
+    """An even arc."""
+    return PlanarPose(0.0, 0.0, 0.4) @ arc(0.2 * stamp, 0.5 * stamp)
 
 
 def robots_messages(depth: str = "/camera/depth/image_raw") -> list[Told]:

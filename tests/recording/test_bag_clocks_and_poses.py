@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
-from circumspect.recording import BagRecording, BagSettings, GivenPoses, open_recording
+from circumspect.recording import BagRecording, BagSettings, open_recording
 from circumspect.recording.bag import BagMessage
 from circumspect.recording.frame_assembly import AssemblySettings, ClockError, FrameAssembly
 from circumspect.recording.image_messages import camera_info, depth_message
@@ -34,16 +34,15 @@ def test_the_map_frame_gives_poses_if_asked_for(tmp_path: Path) -> None:
     for pose in poses:
         assert pose is not None
         np.testing.assert_allclose(pose.as_matrix(), (T_map_odom * MOUNT).as_matrix(), atol=1e-12)
-    first = [one.T_map_camera is None for one in open_recording(path, poses=GivenPoses.FIRST)]
-    assert first == [False, *[True] * (COUNT - 1)]
-    assert all(one.T_map_camera is None for one in open_recording(path, poses=GivenPoses.NONE))
+    assert all(one.T_map_camera is None for one in open_recording(path, poses=False))
 
 
 def test_a_map_frame_that_nobody_knows_is_told_with_the_known_ones(tmp_path: Path) -> None:
     recording = open_recording(mcap(tmp_path, robots_messages()))
     assert isinstance(recording, BagRecording)
     with pytest.raises(
-        InputError, match=r"in the frame 'map'; .* of: base_footprint, mast, xtion;.* --map-frame"
+        InputError,
+        match=r"in the frame 'map' when .* of: base_footprint, mast, xtion;.* --map-frame",
     ):
         next(recording.with_poses())
     assert not recording.skipped, "one line is enough"
@@ -56,7 +55,7 @@ def test_a_map_frame_that_nobody_knows_is_told_with_the_known_ones(tmp_path: Pat
 def test_without_transforms_there_is_no_mount_unless_it_is_given(tmp_path: Path) -> None:
     path = mcap(tmp_path, without(robots_messages(), "/tf_static"))
     assert all(one.T_base_camera is None for one in open_recording(path))
-    with pytest.raises(InputError, match=r"mounted on the robot; they tell of: none; .* --mount"):
+    with pytest.raises(InputError, match=r"mounted on the robot when .* tell of: none; .* --mount"):
         next(open_recording(path).placed())
     given = open_recording(path, settings=BagSettings(T_base_camera=MOUNT))
     assert_same_pose(next(iter(given)).T_base_camera, MOUNT)
@@ -89,15 +88,36 @@ def test_frames_before_the_first_pose_are_left_out_where_poses_are_given(tmp_pat
     assert 1 < early < COUNT
     assert all(one.T_map_camera is not None for one in found)
     assert recording.skipped["frames without a place"].startswith(f"{early}, ")
-    first = [one.T_map_camera is not None for one in open_recording(path, poses=GivenPoses.FIRST)]
-    assert first == [number == early for number in range(COUNT)], "the first that there is"
 
 
-def test_only_the_first_pose_is_enough_without_a_mount(tmp_path: Path) -> None:
+@pytest.mark.parametrize("write", [mcap, ros1])
+def test_frames_after_a_localization_died_are_left_out_and_counted(
+    tmp_path: Path, write: Write
+) -> None:
+    """Its last word would put them all in one place while the robot drives on."""
+    told = robots_messages()
+    for stamp in (0.15, 0.1, 0.05, 0.0):
+        moved = transform_message(driven(stamp).as_transform(), stamp, "map", "base_footprint")
+        told.insert(0, ("/tf", TRANSFORMS, stamp, transforms_message([moved])))
+    recording = open_recording(write(tmp_path, sorted(told, key=lambda one: one[2])))
+    assert isinstance(recording, BagRecording)
+    assert [one.stamp for one in recording.with_poses()] == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    assert recording.skipped["frames without a place"].startswith("2, for no transforms told where")
+
+
+def test_static_transforms_that_are_told_anew_are_no_motion(tmp_path: Path) -> None:
+    told, lower = robots_messages(), RigidTransform.from_translation([0.0, 0.0, 0.4])
+    mast = transform_message(lower, 0.01, "base_footprint", "mast")
+    told.insert(1, ("/tf_static", TRANSFORMS, 0.01, transforms_message([mast])))
+    recording = open_recording(mcap(tmp_path, sorted(told, key=lambda one: one[2])))
+    assert all(one.T_base_camera is not None for one in recording)
+
+
+def test_one_pose_is_enough_without_a_mount(tmp_path: Path) -> None:
     told = without(robots_messages(), "/tf_static")
     T_map_camera = transform_message(MOUNT, 0.0, "map", "xtion")
     told.insert(0, ("/tf", TRANSFORMS, 0.0, transforms_message([T_map_camera])))
-    recording = open_recording(mcap(tmp_path, told), poses=GivenPoses.FIRST)
+    recording = open_recording(mcap(tmp_path, told))
     assert len(list(recording.placed())) == COUNT
 
 
@@ -109,7 +129,7 @@ def test_given_poses_are_those_of_the_image_not_of_the_last_transform(tmp_path: 
         moved = transforms_message([transform_message(T, 0.01 * k, "map", "base_footprint")])
         told.append(("/tf", TRANSFORMS, 0.01 * k, moved))
     path = mcap(tmp_path, sorted(told, key=lambda one: one[2]))
-    found = list(open_recording(path, poses=GivenPoses.ALL))
+    found = list(open_recording(path))
     assert len(found) == COUNT
     for one in found:
         assert one.T_map_camera is not None

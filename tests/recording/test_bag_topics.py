@@ -90,6 +90,19 @@ def test_several_likely_topics_are_asked_for(tmp_path: Path) -> None:
     assert len(list(open_recording(path, settings=chosen))) == COUNT
 
 
+@pytest.mark.parametrize("rectified", ["image_rect_raw", "image_rect"])
+def test_of_raw_and_rectified_images_the_rectified_are_taken(
+    tmp_path: Path, rectified: str
+) -> None:
+    told = [
+        *robots_messages("/camera/depth/image_raw"),
+        *[one for one in robots_messages(f"/camera/depth/{rectified}") if one[1] == IMAGE],
+    ]
+    recording = open_recording(mcap(tmp_path, sorted(told, key=lambda one: one[2])))
+    assert isinstance(recording, BagRecording)
+    assert recording.topics.depth == f"/camera/depth/{rectified}"
+
+
 def with_empty(path: Path, told: list[Told], *empty: tuple[str, str], counted: bool = True) -> Path:
     """Messages, and topics of some types on which nobody says anything."""
     store = typestore()

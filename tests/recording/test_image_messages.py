@@ -124,7 +124,23 @@ def test_a_camera_comes_back() -> None:
     assert camera_of(info) == camera
     assert not is_distorted(info)
     assert is_distorted(replace(info, d=np.array([0.1, 0, 0, 0, 0])))
-    with pytest.raises(InputError, match="no focal length"):
-        camera_of(replace(info, k=np.zeros(9)))
     with pytest.raises(InputError, match="binned"):
         camera_of(replace(info, binning_x=2))
+
+
+def test_rectified_images_are_those_of_the_projection_matrix() -> None:
+    raw = PinholeCamera(640, 480, 585.0, 586.0, 317.0, 242.0)
+    info = camera_info(raw, 2.0, "camera", (0.05, -0.1, 0.0, 0.0, 0.0))
+    P = np.array([[546.0, 0, 312.5, -41.0], [0, 547.0, 239.5, 0], [0, 0, 1, 0]])
+    told = replace(info, p=P.ravel())
+    assert camera_of(told) == PinholeCamera(640, 480, 546.0, 547.0, 312.5, 239.5)
+    assert camera_of(replace(told, k=np.zeros(9))) == camera_of(told)
+    for empty in (np.zeros(12), np.zeros(0), np.full(12, np.nan)):
+        assert camera_of(replace(info, p=empty)) == raw, "a driver that states K alone"
+
+
+@pytest.mark.parametrize("nothing", [0.0, np.nan, np.inf, -500.0])
+def test_a_camera_that_nobody_calibrated_is_refused(nothing: float) -> None:
+    info = camera_info(PinholeCamera(640, 480, 570.3, 571.1, 319.25, 238.75), 2.0, "camera")
+    with pytest.raises(InputError, match="no focal length"):
+        camera_of(replace(info, k=np.full(9, nothing), p=np.full(12, nothing)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,11 +12,13 @@ from experiment_watcher import Watched
 from matplotlib.image import imread
 from two_kinds import two_kinds
 
-from circumspect.datasets import GridCache
+from circumspect.classification import GridRecipe
+from circumspect.datasets import Augmentation, GridCache
 from circumspect.errors import InputError
 from circumspect.reproduction import Table2, reproduce_table2
 from circumspect.reproduction.published import ANGLES_DEG, MODELNET10
-from circumspect.reproduction.stages import is_done
+from circumspect.reproduction.stages import is_done, trained
+from circumspect.training.run_config import run_config
 
 QUICK = Table2(epochs=2, yaw_count=5, shape=(14, 14, 14))
 
@@ -32,8 +35,8 @@ def test_the_table_stands_beside_the_papers_and_is_made_once(tmp_path):
         run(tmp_path, watched=Watched("cylindrical-rwmp"))
     goes_on = Watched()
     document = run(tmp_path, watched=goes_on)
-    trained = [step for step in goes_on.steps if step in {f"{g}-{p}" for g, p in MODELNET10}]
-    assert set(trained) == {"cylindrical-rwmp"}
+    again_trained = [step for step in goes_on.steps if step in {f"{g}-{p}" for g, p in MODELNET10}]
+    assert set(again_trained) == {"cylindrical-rwmp"}
 
     out = tmp_path / "out"
     assert json.loads((out / "table2.json").read_text()) == json.loads(json.dumps(document))
@@ -68,12 +71,39 @@ def test_the_table_stands_beside_the_papers_and_is_made_once(tmp_path):
     assert all("-" not in step or " " in step for step in again.steps)
     assert before == {path: path.stat().st_mtime_ns for path in out.rglob("best.safetensors")}
 
-    with pytest.raises(InputError, match="other settings; choose another --out"):
+    with pytest.raises(InputError, match=r"other settings\.epochs \(2, not 3\); choose another"):
         run(tmp_path, Table2(epochs=3, yaw_count=5, shape=(14, 14, 14)))
     with pytest.raises(InputError, match="other data; choose another --out"):
         run(tmp_path, test=two_kinds(10, seed=2))
     with pytest.raises(InputError, match="other yaw_deg"):
         run(tmp_path, Table2(epochs=2, yaw_count=6, shape=(14, 14, 14)))
+
+
+def as_before_a_setting_was_there(file):
+    """What a version wrote that knew no `damage`."""
+    document = json.loads(file.read_text())
+    del document["settings"]["augmentation"]["damage"]
+    file.write_text(json.dumps(document))
+
+
+def test_a_training_of_before_a_setting_was_there_is_taken_as_it_is(tmp_path):
+    settings, objects = QUICK.settings("planes"), two_kinds(10)
+    recipe, at, cache = GridRecipe(), tmp_path / "run", GridCache(tmp_path / "grids")
+    at.mkdir()
+    for name in ("made_of.json", "config.json"):
+        (at / name).write_text(json.dumps(run_config(settings, recipe, objects)))
+        as_before_a_setting_was_there(at / name)
+    assert trained(objects, settings, recipe, at, Watched(), cache) == at / "best.safetensors"
+    damaged = replace(settings, augmentation=Augmentation(damage=0.5))
+    named = r"other settings\.augmentation\.damage \(0\.0, not 0\.5\); choose another --out"
+    with pytest.raises(InputError, match=named):
+        trained(objects, damaged, recipe, at, Watched(), cache)
+
+
+@pytest.mark.parametrize("count", [0, -3])
+def test_no_yaws_are_refused_before_anything_is_done(count):
+    with pytest.raises(InputError, match=f"--yaw-count must be at least 1, not {count}"):
+        Table2(yaw_count=count)
 
 
 def test_a_broken_note_of_what_a_result_is_made_of_is_named(tmp_path):

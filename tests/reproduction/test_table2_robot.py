@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from circumspect.datasets import GridCache
 from circumspect.datasets.gathered_set import MANIFEST, GatheredScan, write_cloud
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
-from circumspect.reproduction import Table2, reproduce_robot
+from circumspect.reproduction import RobotScans, Table2, reproduce_robot
 from circumspect.reproduction.published import ROBOT
 from circumspect.reproduction.table2_robot import MORE_EPOCHS, for_few
 
@@ -51,7 +52,8 @@ def gathered(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_every_network_is_tested_on_scans_from_every_start(gathered: Path, tmp_path: Path) -> None:
     out, cache = tmp_path / "out", GridCache(tmp_path / "grids")
     watched = Watched()
-    document = reproduce_robot(gathered, QUICK, out, watched, cache)
+    scans = RobotScans.read(gathered)
+    document = reproduce_robot(scans, QUICK, out, watched, cache)
     assert json.loads((out / "table2_robot.json").read_text()) == json.loads(json.dumps(document))
     assert document["test_scans"] == {f"{start:g}": 4 for start in STARTS}
     assert document["train_scans"] == 6, "one scan an object, from the first start"
@@ -67,7 +69,7 @@ def test_every_network_is_tested_on_scans_from_every_start(gathered: Path, tmp_p
     assert "| 22.5°" in text
     assert np.ptp(imread(out / "confusion_robot_cylindrical_rwmp.png")[..., :3]) > 0.5
     again = Watched()
-    assert reproduce_robot(gathered, QUICK, out, again, cache) == document
+    assert reproduce_robot(scans, QUICK, out, again, cache) == document
 
 
 def test_few_scans_are_shown_more_often_and_in_small_batches() -> None:
@@ -78,8 +80,23 @@ def test_few_scans_are_shown_more_often_and_in_small_batches() -> None:
     assert replace(few, epochs=1, batch_size=32, learning_rate=meant.learning_rate) == meant
 
 
-def test_a_set_without_the_papers_starts_is_refused(gathered: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("left_out", "why"),
+    [
+        ("@45", "holds no scans from 45°"),
+        ("-test", "holds no scan of the test split"),
+        ("-train", "holds no scan of the train split"),
+        ("plate-train", "no training object of class plate"),
+        ("-train[1-9]", "no object falls into the validation split|no training object"),
+    ],
+)
+def test_a_set_that_will_not_do_is_refused(
+    gathered: Path, tmp_path: Path, left_out: str, why: str
+) -> None:
+    (tmp_path / "clouds").symlink_to(gathered / "clouds")
     lines = (gathered / MANIFEST).read_text().splitlines(keepends=True)
-    (tmp_path / MANIFEST).write_text("".join(line for line in lines if "@45" not in line))
-    with pytest.raises(InputError, match="no scans from 45°"):
-        reproduce_robot(tmp_path, QUICK, tmp_path / "out", Watched())
+    kept = [line for line in lines if not re.search(left_out, json.loads(line)["scan"])]
+    (tmp_path / MANIFEST).write_text("".join(kept))
+    with pytest.raises(InputError, match=why) as refused:
+        RobotScans.read(tmp_path)
+    assert str(refused.value).startswith(str(tmp_path))

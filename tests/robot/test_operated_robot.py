@@ -32,11 +32,13 @@ class _Camera(RgbdCamera):
 
 
 class _Robot(MobileRobot):
-    """Stands still; time passes only in `wait`."""
+    """Goes nowhere; time passes only in `wait`, and how fast the wheels turned then is kept."""
 
     def __init__(self) -> None:
         self._camera = _Camera()
         self._now = 0.0
+        self.told = Velocity()
+        self.waited_at: list[Velocity] = []
 
     camera = property(lambda self: self._camera)
     T_base_camera = property(lambda self: RigidTransform.identity())
@@ -49,10 +51,11 @@ class _Robot(MobileRobot):
         return None
 
     def drive(self, velocity: Velocity) -> None:
-        pass
+        self.told = velocity
 
     def wait(self, seconds: float) -> None:
         self._now += seconds
+        self.waited_at.append(self.told)
 
 
 class _Observing(threading.Thread):
@@ -147,6 +150,34 @@ def test_time_passes_for_frames_that_are_lost(operator):
     for _ in range(200):
         robot.observe()
     assert inner.now / 0.5 == pytest.approx(200, rel=0.4)
+
+
+def test_a_robot_stands_while_it_is_held(operator):
+    operator.pause()
+    run = _Observing(operator)
+    run.robot.drive(Velocity(0.3))
+    run.start()
+    until(lambda: run.robot.told == Velocity())
+    assert run.frames == []
+
+
+def test_a_robot_drives_on_while_nothing_holds_it(operator):
+    inner = _Robot()
+    robot = OperatedRobot(inner, operator)
+    robot.drive(Velocity(0.3))
+    for _ in range(5):
+        robot.observe()
+    assert inner.told == Velocity(0.3)
+
+
+def test_a_robot_stands_until_a_frame_comes_after_one_that_was_lost(operator):
+    inner = _Robot()
+    robot = OperatedRobot(inner, operator, seed=3)
+    operator.drop(0.9)
+    robot.drive(Velocity(0.3))
+    robot.observe()
+    assert inner.waited_at
+    assert set(inner.waited_at) == {Velocity()}
 
 
 @pytest.mark.parametrize("share", [-0.1, 0.95, 1.0, float("nan")])

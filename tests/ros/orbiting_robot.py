@@ -91,10 +91,14 @@ class OrbitingRobot:
     """Publishes frames of `orbit`: CameraInfo, odometry or transforms, and depth."""
 
     def __init__(
-        self, middleware: Middleware, quality: Quality = BEST_EFFORT, odometry: bool = True
+        self,
+        middleware: Middleware,
+        quality: Quality = BEST_EFFORT,
+        odometry: bool = True,
+        odom_frame: str = "odom",
     ) -> None:
         mount, self.frames = orbit()
-        self.odometry = odometry
+        self.odometry, self.odom_frame = odometry, odom_frame
 
         def offer(topic: str, kind: str, how: Quality) -> Callable[[Any], None]:
             publish = middleware.advertise(topic, kind, how)
@@ -123,7 +127,7 @@ class OrbitingRobot:
         if self.odometry:
             covariance = np.diag([1e-6, 1e-6, 1e-6])
             told = Odometry(stamp, place, covariance)
-            self.tell_odometry(odometry_message(told, "odom", "base_link"))
+            self.tell_odometry(odometry_message(told, self.odom_frame, "base_link"))
         else:
-            moved = transform_message(place.as_transform(), stamp, "odom", "base_link")
+            moved = transform_message(place.as_transform(), stamp, self.odom_frame, "base_link")
             self.tell_tf(transforms_message([moved]))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import time
 from xml.etree import ElementTree
 
@@ -13,6 +16,26 @@ from circumspect.ros.dds_middleware import DdsMiddleware
 from circumspect.ros.dds_settings import DdsSettings
 from circumspect.ros.dds_types import dds_type, packed_type
 from circumspect.ros.middleware import LATEST
+
+PROCESS = """
+import os, sys, time
+from circumspect.ros.dds_middleware import DdsMiddleware
+from circumspect.ros.dds_settings import DdsSettings
+from circumspect.ros.middleware import LATEST
+
+seconds, here, there = float(sys.argv[1]), *sys.argv[2:]
+kind = "std_msgs/msg/String"
+air = DdsMiddleware(DdsSettings.from_environment(os.environ), "")
+publish = air.advertise(here, kind, LATEST)
+air.subscribe(there, kind, LATEST, lambda data: None)
+until = time.monotonic() + seconds
+while not air.publishers(there) and time.monotonic() < until:
+    time.sleep(0.05)
+print(air.publishers(there))
+time.sleep(2)  # whoever is last finds the other still there
+air.close()
+"""
+"""Publishes on one topic and looks for a publisher of another."""
 
 
 def xml(settings: DdsSettings) -> ElementTree.Element:
@@ -34,6 +57,63 @@ def test_this_machine_only(environ: dict[str, str]) -> None:
     assert [one.get("address") for one in found.iter("Peer")] == ["127.0.0.1"]
 
 
+@pytest.mark.parametrize(("reach", "addresses"), [("SUBNET", []), ("LOCALHOST", ["127.0.0.1"])])
+def test_given_peers_are_asked_besides(reach: str, addresses: list[str]) -> None:
+    environ = {"ROS_AUTOMATIC_DISCOVERY_RANGE": reach, "ROS_STATIC_PEERS": "10.0.0.7"}
+    settings = DdsSettings.from_environment(environ)
+    found = xml(settings)
+    assert [one.get("address") for one in found.iter("Peer")] == [*addresses, "10.0.0.7"]
+    # Loopback does not lead to them; nobody else is to be told.
+    assert found.find(".//NetworkInterface") is None
+    quiet = found.findtext(".//AllowMulticast")
+    assert quiet == ("false" if reach == "LOCALHOST" else None)
+
+
+def test_the_older_variable_and_the_flag_leave_no_peers() -> None:
+    peers = {"ROS_STATIC_PEERS": "10.0.0.7"}
+    older = DdsSettings.from_environment({**peers, "ROS_LOCALHOST_ONLY": "1"})
+    assert older == DdsSettings.from_environment(peers).on_this_machine()
+    assert (older.reach, older.peers) == ("LOCALHOST", ())
+
+
+@pytest.mark.parametrize(
+    ("reach", "peers", "where"),
+    [
+        ("OFF", ("10.0.0.7",), "of nobody (discovery is OFF), domain 3"),
+        ("LOCALHOST", (), "on this machine, domain 3"),
+        ("LOCALHOST", ("10.0.0.7",), "on this machine and the ROS_STATIC_PEERS, domain 3"),
+        ("SUBNET", (), "on the network, domain 3"),
+    ],
+)
+def test_where_others_are_in_words(reach: str, peers: tuple[str, ...], where: str) -> None:
+    assert DdsSettings(3, reach, peers).where == where
+
+
+def publishers_heard(environ: dict[str, str], seconds: float) -> tuple[int, int]:
+    """How many of two processes, started alike, hear a publisher of the other."""
+    words = [sys.executable, "-W", "error", "-c", PROCESS, str(seconds)]
+    both = [
+        subprocess.Popen([*words, here, there], stdout=subprocess.PIPE, text=True, env=environ)
+        for here, there in (("/one", "/other"), ("/other", "/one"))
+    ]
+    told = [one.communicate(timeout=60)[0] for one in both]
+    assert [one.returncode for one in both] == [0, 0]
+    return int(told[0]), int(told[1])
+
+
+@pytest.mark.parametrize("reach", ["OFF", "LOCALHOST"])
+def test_two_processes_on_this_machine(dds: DdsSettings, reach: str) -> None:
+    environ = {
+        **os.environ,
+        "ROS_DOMAIN_ID": str(dds.domain),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": reach,
+        # Nobody is asked where discovery is off, not even who is named.
+        "ROS_STATIC_PEERS": "127.0.0.1" if reach == "OFF" else "",
+    }
+    heard = publishers_heard(environ, 4 if reach == "OFF" else 30)
+    assert heard == ((0, 0) if reach == "OFF" else (1, 1))
+
+
 def test_static_peers_and_own_settings() -> None:
     settings = DdsSettings.from_environment(
         {"ROS_STATIC_PEERS": "10.0.0.7; robot.local", "CYCLONEDDS_URI": "file:///etc/dds.xml"}
@@ -46,7 +126,7 @@ def test_the_own_settings_win() -> None:
     """Cyclone takes the last word on a setting: one that it refuses shows that it was heard."""
     broken = "<CycloneDDS><Domain><Internal><MaxSampleSize>much</MaxSampleSize></Internal></Domain></CycloneDDS>"
     with pytest.raises(InputError, match="can not join domain 231"):
-        DdsMiddleware(DdsSettings(231, "LOCALHOST", config=broken))
+        DdsMiddleware(DdsSettings(231, "LOCALHOST", config=broken), "")
 
 
 @pytest.mark.parametrize(
@@ -74,7 +154,7 @@ def test_type_names_and_hashes() -> None:
 
 
 def test_latecomers_get_the_last_message_and_quick_ones_each(dds: DdsSettings) -> None:
-    one, other = DdsMiddleware(dds), DdsMiddleware(dds)
+    one, other = DdsMiddleware(dds, ""), DdsMiddleware(dds, "")
     kind = "std_msgs/msg/String"
     publish = one.advertise("/said", kind, LATEST)
     heard: list[bytes] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -42,6 +43,28 @@ def test_a_source_that_pauses_is_no_clock_that_was_set_back(bus: MemoryBus) -> N
     assert frames.leaps_back == 0
     robot.drive(4, late=-50.0)
     assert frames.leaps_back == 1
+
+
+def test_poses_of_a_localization_that_died_are_not_taken(bus: MemoryBus) -> None:
+    clock, health = Clock(), Health()
+    given = replace(SETTINGS, poses="given", map_frame="odom", odometry="")
+    frames = LiveFrames(bus, given, health, clock)
+    frames.taking = True
+    robot = OrbitingRobot(bus, odometry=False)
+    robot.stand()
+    for number in range(10):
+        if number == 3:
+            robot.tell_tf = lambda told: None
+        robot.drive(number)
+        clock.now += 0.2
+    seen = []
+    while (frame := frames.take(0.0)) is not None:
+        seen.append(frame.stamp)
+    assert seen == pytest.approx([100.0, 100.2, 100.4, 100.6, 100.8])
+    missing = frames.missing()
+    assert missing is not None
+    assert "no transforms link odom to the camera's frame at the images' time" in missing
+    assert health.status(True, None, 0).values["left out: no transforms tell where the camera is"]
 
 
 def test_an_image_on_its_way_when_the_node_is_stopped_makes_no_frame(

@@ -67,6 +67,29 @@ def test_odometry_of_a_topic_or_of_transforms(bus: MemoryBus, made: Any, odometr
     assert [step.pose.prior for step in worked_off(node)] == ["first frame"] + 2 * ["odometry"]
 
 
+@pytest.mark.parametrize(
+    ("own", "setting", "odometry", "parent"),
+    [
+        ("robot1/odom", "odom", True, "robot1/odom"),
+        ("/odom_combined", "odom", True, "odom_combined"),
+        ("", "wheels", True, "wheels"),
+        ("wheels", "wheels", False, "wheels"),
+    ],
+)
+def test_the_map_hangs_below_the_frame_that_the_odometry_names(
+    bus: MemoryBus, made: Any, own: str, setting: str, odometry: bool, parent: str
+) -> None:
+    node = made(odometry="/odom" if odometry else "", odom_frame=setting)
+    robot = OrbitingRobot(bus, odometry=odometry, odom_frame=own)
+    robot.stand()
+    for number in range(2):
+        robot.drive(number)
+    assert len(worked_off(node)) == 2
+    told = [one for message in bus.told("/tf") for one in message.transforms]
+    parents = {one.header.frame_id for one in told if one.child_frame_id == "circumspect_map"}
+    assert parents == {parent}
+
+
 def test_depth_in_metres_is_the_same(bus: MemoryBus, node: RecognitionNode) -> None:
     robot = OrbitingRobot(bus)
     robot.stand()

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from graph_reader import GraphReader
 from orbiting_robot import DEPTH, OrbitingRobot
 
 from circumspect.cli.main import main
@@ -33,7 +34,7 @@ def begun(dds: DdsSettings, folder: Path, *flags: str) -> tuple[subprocess.Popen
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
 def test_labels_until_it_is_told_to_end(dds: DdsSettings, tmp_path: Path, how: int) -> None:
-    air = DdsMiddleware(dds)
+    air = DdsMiddleware(dds, "")
     robot = OrbitingRobot(air)
     process, out = begun(dds, tmp_path, *(["--json"] if how == signal.SIGINT else []))
     robot.stand()
@@ -57,6 +58,21 @@ def test_labels_until_it_is_told_to_end(dds: DdsSettings, tmp_path: Path, how: i
     assert "circumspect: the answer: " in told
     assert "Traceback" not in told
     assert all(len(line) <= 160 for line in told.splitlines())
+
+
+def test_ros2_node_list_shows_it(dds: DdsSettings, tmp_path: Path) -> None:
+    """With the topics of the tables in docs/ros2.md: depth, info, odometry, /tf, /tf_static and
+    three commands; four of its own, /diagnostics and /tf."""
+    air = DdsMiddleware(dds, "")
+    graph = GraphReader(dds.domain)
+    process, _ = begun(dds, tmp_path, "--name", "looker", "--namespace", "/robot")
+    try:
+        graph.wait_for("/robot/looker", (8, 6))
+    finally:
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=60)
+        air.close()
+    assert process.returncode == 0, told
 
 
 def test_it_ends_by_itself_and_says_what_is_missing(

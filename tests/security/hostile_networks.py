@@ -27,12 +27,19 @@ CONSTANTS = [
 ]
 
 
+GRID = helper.make_tensor_value_info("grid", TensorProto.UINT8, ["objects", 1, 32, 32, 32])
+
+
 def network(nodes: list[onnx.NodeProto], constants=(), opsets=()) -> onnx.ModelProto:
-    given = helper.make_tensor_value_info("grid", TensorProto.UINT8, ["objects", 1, 32, 32, 32])
     told = helper.make_tensor_value_info("logits", TensorProto.FLOAT, ["objects", 10])
     graph = helper.make_graph(
-        [*ANSWERS_NOTHING, *nodes], "g", [given], [told], [*CONSTANTS, *constants]
+        [*ANSWERS_NOTHING, *nodes], "g", [GRID], [told], [*CONSTANTS, *constants]
     )
+    return described(graph, opsets)
+
+
+def described(graph: onnx.GraphProto, opsets=()) -> onnx.ModelProto:
+    """With the description of the shipped network."""
     made = helper.make_model(
         graph, opset_imports=[helper.make_opsetid("", 18), *opsets], ir_version=10
     )
@@ -141,6 +148,36 @@ def is_sparse() -> onnx.ModelProto:
     return made
 
 
+def gives_one_number() -> onnx.ModelProto:
+    told = helper.make_tensor_value_info("logits", TensorProto.FLOAT, [])
+    nodes = [ANSWERS_NOTHING[0], helper.make_node("ReduceSum", ["f"], ["logits"], keepdims=0)]
+    return described(helper.make_graph(nodes, "g", [GRID], [told]))
+
+
+def gives_a_list() -> onnx.ModelProto:
+    told = helper.make_tensor_sequence_value_info("logits", TensorProto.FLOAT, None)
+    nodes = [ANSWERS_NOTHING[0], helper.make_node("SequenceConstruct", ["f"], ["logits"])]
+    return described(helper.make_graph(nodes, "g", [GRID], [told]))
+
+
+def takes_nothing() -> onnx.ModelProto:
+    told = helper.make_tensor_value_info("logits", TensorProto.FLOAT, [1, 10])
+    always = numpy_helper.from_array(np.zeros((1, 10), np.float32), "always")
+    nodes = [helper.make_node("Identity", ["always"], ["logits"])]
+    return described(helper.make_graph(nodes, "g", [], [told], [always]))
+
+
+def takes_two_things() -> onnx.ModelProto:
+    made = network([helper.make_node("Add", ["e", "more"], ["logits"])])
+    more = helper.make_tensor_value_info("more", TensorProto.FLOAT, ["objects", 10])
+    made.graph.input.append(more)
+    return made
+
+
+def gives_nothing() -> onnx.ModelProto:
+    return described(helper.make_graph([ANSWERS_NOTHING[0]], "g", [GRID], []))
+
+
 REFUSED: dict[str, tuple[Callable[[], onnx.ModelProto], str]] = {
     "loops": (loops, "loops or branches"),
     "reads another file": (reads_another_file, "another file"),
@@ -148,6 +185,11 @@ REFUSED: dict[str, tuple[Callable[[], onnx.ModelProto], str]] = {
     "calls another library": (calls_another_library, "another library"),
     "brings functions": (brings_functions, "functions"),
     "is sparse": (is_sparse, "sparse"),
+    "gives one number": (gives_one_number, "not a row of scores"),
+    "gives a list": (gives_a_list, "not a row of scores"),
+    "gives nothing": (gives_nothing, "gives 0 outputs"),
+    "takes nothing": (takes_nothing, "takes 0 inputs"),
+    "takes two things": (takes_two_things, "takes 2 inputs"),
 }
 FAILING: dict[str, Callable[[], onnx.ModelProto]] = {
     "expands": expands,

@@ -133,3 +133,33 @@ def test_arrays_of_another_size_are_refused() -> None:
         _native.keep_cells(np.zeros(3, np.int32), np.ones(2, bool), mask)
     with pytest.raises(ValueError, match="known cells"):
         _native.keep_cells(np.full(20, 7, np.int32), np.ones(2, bool), mask)
+
+
+def other_layouts(shape: tuple[int, int], dtype: type) -> list[np.ndarray]:
+    """Outputs of the right size that a kernel could only fill by way of a copy."""
+    rows, columns = shape
+    return [
+        np.zeros(shape, dtype, order="F"),
+        np.zeros((rows, 2 * columns), dtype)[:, ::2],
+        np.zeros(shape, np.float64),
+    ]
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_outputs_of_another_layout_are_refused_not_lost(which: int) -> None:
+    depth = np.ones((4, 6), np.float32)
+    noise, four = NOISE.coefficients(PinholeCamera.xtion()), (1.0, 1.0, 0.0, 0.0)
+    mask = other_layouts((4, 6), bool)[which]
+    mean, counts = np.zeros((2, 3), np.float32), np.zeros((2, 3), np.int32)
+    with pytest.raises(TypeError, match="incompatible function arguments"):
+        _native.continuous(depth, noise, 4.0, 0.01, mask)
+    with pytest.raises(TypeError, match="incompatible function arguments"):
+        _native.keep_above(depth, four, four, noise, 0.0, 3.0, 3.5, mask)
+    with pytest.raises(TypeError, match="incompatible function arguments"):
+        _native.keep_cells(np.zeros(0, np.int32), np.ones(2, bool), mask)
+    for outputs in (
+        (other_layouts((2, 3), np.float32)[which], counts),
+        (mean, other_layouts((2, 3), np.int32)[which]),
+    ):
+        with pytest.raises(TypeError, match="incompatible function arguments"):
+            _native.block_means(depth, None, 2, 0.1, *outputs)

@@ -74,6 +74,17 @@ def test_stamp_must_be_finite(stamp: float) -> None:
         RgbdFrame(np.ones((6, 8)), CAMERA, stamp)
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize(
+    ("field", "name"), [("T_map_camera", "pose"), ("T_base_camera", r"mount \(T_base_camera\)")]
+)
+def test_pose_and_mount_must_be_finite(field: str, name: str, value: float) -> None:
+    with np.errstate(invalid="ignore"):
+        T = RigidTransform.from_translation([value, 0.0, 0.0])
+    with pytest.raises(InputError, match=rf"the {name} of the frame at 7\.250 s is not finite"):
+        RgbdFrame(np.ones((6, 8)), CAMERA, 7.25, **{field: T})
+
+
 def test_missing_pose_is_told() -> None:
     frame = RgbdFrame(np.ones((6, 8)), CAMERA, 7.25)
     with pytest.raises(InputError, match=r"7\.250 s has no pose"):

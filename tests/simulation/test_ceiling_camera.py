@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ceiling_room import ASIDE, FAR, MOUNT, SIZE, hung, still_rig, three_cameras, truth
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
@@ -39,25 +40,6 @@ from circumspect.simulation import (
     laid_tags,
 )
 
-MOUNT = TagMount(3, 0.20, 0.30, PlanarPose(0.02, 0.01, 0.3))
-SIZE = (640, 480)
-FAR = block((3.0, 3.0, 0.0), (3.2, 3.2, 0.1))
-ASIDE = RigidTransform.from_components([0.04, 0.0, 0.0], Rotation.identity())
-
-
-def hung(x=0.0, y=0.0, name="a", heading=20.0):
-    bend = (-0.15, 0.03, 3e-4, -2e-4, 0.0)
-    lens = LensCamera(PinholeCamera(*SIZE, 430.0, 431.0, 322.0, 237.0), bend)
-    turn = Rotation.from_euler("z", heading, degrees=True) * Rotation.from_euler(
-        "x", 178, degrees=True
-    )
-    return FixedCamera(name, lens, RigidTransform.from_components([x, y, 3.0], turn))
-
-
-def truth(x=0.0, y=0.0, yaw=0.0, stamp=0.0):
-    pose = PlanarPose(x, y, yaw).as_transform()
-    return Truth(stamp, pose, pose)
-
 
 @pytest.fixture(scope="module")
 def caster():
@@ -66,13 +48,12 @@ def caster():
 
 @pytest.fixture(scope="module")
 def pair():
-    return (hung(-0.4, 0.0, "a"), hung(0.5, 0.1, "b", -60.0), hung(0.0, 0.3, "c", 100.0))
+    return three_cameras()
 
 
 @pytest.fixture(scope="module")
 def rig(pair):
-    # The shutter is open for no time: the robot leaps about in these tests.
-    return CeilingRig(pair, Scene.with_object(FAR), MOUNT, CeilingOptics(exposure=0.0), seed=4)
+    return still_rig(pair)
 
 
 def test_the_tag_is_found_where_it_is(rig, pair):
@@ -217,37 +198,6 @@ def test_stale_late_frozen_and_foreign_images_are_left_out(rig, pair):
         space.locate([])
     with pytest.raises(InputError, match="different names"):
         IntelligentSpace([pair[0], pair[0]])
-
-
-def test_a_clock_that_leaps_once_does_not_make_the_rest_late(rig, pair):
-    space = IntelligentSpace(pair[:2], MOUNT)
-
-    def at(stamp):
-        return space.locate([replace(i, stamp=stamp) for i in rig.images(truth(stamp=stamp))[:2]])
-
-    assert at(1.0).state == TRACKED
-    leap = space.locate([replace(rig.images(truth())[0], stamp=5000.0)])
-    assert leap.sightings[0].reason == "its stamp leaps ahead by 4999.0 s"
-    assert at(1.1).state == TRACKED
-    # A pause of all cameras is believed after a few times.
-    assert [at(100.0 + n / 10).state for n in range(5)][-2:] == [TRACKED, TRACKED]
-
-
-def test_a_clock_that_is_set_back_does_not_keep_the_robot_where_it_was(rig, pair):
-    space = IntelligentSpace(pair[:2], MOUNT)
-
-    def at(stamp, x):
-        images = rig.images(truth(x, stamp=stamp))[:2]
-        return space.locate([replace(image, stamp=stamp) for image in images])
-
-    assert at(100.0, 0.0).state == TRACKED
-    assert at(99.9, 0.0).state == BRIDGED
-    assert not space.reports
-    fixes = [at(40.0 + n / 10, 0.4) for n in range(4)]
-    assert [fix.state for fix in fixes] == [BRIDGED, BRIDGED, TRACKED, TRACKED]
-    assert fixes[-1].T_map_base.x == pytest.approx(0.4, abs=0.01)
-    assert fixes[-1].stamp == 40.3
-    assert space.reports == ("the cameras' clock was set back by 59.8 s at 40.200 s",)
 
 
 def test_a_camera_that_was_knocked_is_found_out(pair):

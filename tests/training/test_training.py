@@ -12,6 +12,7 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
+from quick_run import QUICK, Silent, as_meant, run
 from safetensors.torch import load_file
 from two_kinds import two_kinds
 
@@ -20,9 +21,9 @@ from circumspect.datasets import Augmentation, GridCache, ObjectSet
 from circumspect.datasets.augmented_clouds import AugmentedClouds
 from circumspect.datasets.augmented_grids import AugmentedGrids
 from circumspect.datasets.augmented_points import AugmentedPoints
-from circumspect.errors import CircumspectError, InputError, WeightsError
+from circumspect.errors import CircumspectError, InputError
 from circumspect.grid import hits_batch
-from circumspect.nets.registry import net_spec
+from circumspect.nets import build_net
 from circumspect.training import TrainingSettings, train
 from circumspect.training.draws import (
     FEWEST_DRAWS,
@@ -32,24 +33,6 @@ from circumspect.training.draws import (
     passes_for,
 )
 from circumspect.training.train import _is_best
-
-QUICK = TrainingSettings(epochs=3, batch_size=8, replicas=2, seed=1)
-
-
-class Silent:
-    def preparing(self, done, total):
-        pass
-
-    def stepped(self, epoch, step, steps, loss):
-        pass
-
-    def finished_epoch(self, row):
-        pass
-
-
-def run(folder, settings=QUICK, objects=None, **options):
-    cache = GridCache(folder.parent / "grids")
-    return train(objects or two_kinds(), settings, folder, Silent(), cache, **options)
 
 
 def test_learns_and_logs(tmp_path):
@@ -109,11 +92,6 @@ def test_resumed_run_equals_an_uninterrupted_one(tmp_path):
     assert_same_state(tmp_path / "whole", tmp_path / "parts")
 
 
-def as_meant(net, **changes):
-    """Settings for a network that is trained in its own way."""
-    return replace(QUICK, **{**net_spec(net).training, "net": net, "replicas": 2, **changes})
-
-
 @pytest.mark.parametrize(
     ("net", "recipe"),
     [("moon2018", GridRecipe(shape=(14, 14, 14))), ("pointnet", PointsRecipe(128))],
@@ -165,6 +143,22 @@ def test_points_of_a_batch_are_those_of_each_object():
         assert {tuple(point) for point in row.tolist()} <= there
 
 
+def test_the_seed_alone_decides_how_the_weights_begin(tmp_path, monkeypatch):
+    began = []
+
+    def noted(*words):
+        net = build_net(*words)
+        began.append({key: value.clone() for key, value in net.state_dict().items()})
+        return net
+
+    monkeypatch.setattr(sys.modules[train.__module__], "build_net", noted)
+    torch.rand(7)
+    run(tmp_path / "run", stop_after=1)
+    torch.manual_seed(QUICK.seed)
+    for key, value in build_net(QUICK.net, 2, GridRecipe()).state_dict().items():
+        assert torch.equal(began[0][key], value), key
+
+
 def test_killed_within_an_epoch_it_starts_that_epoch_again(tmp_path):
     class Killer(Silent):
         def stepped(self, epoch, step, steps, loss):
@@ -176,22 +170,6 @@ def test_killed_within_an_epoch_it_starts_that_epoch_again(tmp_path):
     run(tmp_path / "run")
     run(tmp_path / "whole")
     assert_same_state(tmp_path / "run", tmp_path / "whole")
-
-
-def test_other_settings_are_not_mixed_in(tmp_path):
-    run(tmp_path / "run", stop_after=1)
-    with pytest.raises(InputError, match="other settings"):
-        run(tmp_path / "run", TrainingSettings(epochs=4, batch_size=8, replicas=2, seed=1))
-    with pytest.raises(InputError, match="other settings"):
-        run(tmp_path / "run", objects=two_kinds(seed=5))
-
-
-def test_broken_state_is_named(tmp_path):
-    run(tmp_path / "run", stop_after=1)
-    state = tmp_path / "run" / "state.safetensors"
-    state.write_bytes(state.read_bytes()[:1000])
-    with pytest.raises(WeightsError, match=r"state\.safetensors"):
-        run(tmp_path / "run")
 
 
 def test_without_validation_all_objects_train_and_the_last_epoch_is_kept(tmp_path):
@@ -227,6 +205,7 @@ def test_settings_that_can_not_work_are_refused_before_anything_is_written(tmp_p
         assert not (tmp_path / "run" / "state.safetensors").exists()
     with pytest.raises(InputError, match="multiples of 8"):
         run(tmp_path / "run", recipe=GridRecipe(shape=(20, 32, 20)))
+    assert not (tmp_path / "grids").exists(), "grids that no network takes were made"
     # The corrected command is not refused.
     run(tmp_path / "run", stop_after=1)
 

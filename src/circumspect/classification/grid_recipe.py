@@ -124,7 +124,12 @@ class GridRecipe(InputRecipe):
         return self.grids(cloud, yaws)[:, :, None]
 
     def with_views(self, azimuth_views: int) -> GridRecipe:
-        """See `InputRecipe.with_views`."""
+        """See `InputRecipe.with_views`: of a rectangular grid there is one."""
+        if self.kind == "rectangular" and azimuth_views > 1:
+            raise InputError(
+                "a rectangular grid has no azimuth cells to turn by fractions of; leave out "
+                "--azimuth-views"
+            )
         return replace(self, azimuth_views=azimuth_views)
 
     def accepts(self, grid: OccupancyGrid) -> None:

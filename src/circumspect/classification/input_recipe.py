@@ -60,7 +60,7 @@ class InputRecipe(ABC):
         """The same with another number of inputs an object.
 
         Raises:
-            InputError: Fewer than one.
+            InputError: Fewer than one, or more than one of what has no azimuth cells.
         """
 
     @abstractmethod

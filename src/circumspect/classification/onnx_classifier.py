@@ -20,6 +20,7 @@ from circumspect.classification.onnx_inspection import (
     bound_memory,
     require_plain_network,
 )
+from circumspect.classification.onnx_session import check_shapes, run_in_parts
 from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
 from circumspect.errors import CircumspectError, InputError, WeightsError, reason_of
@@ -161,17 +162,9 @@ class OnnxClassifier(Classifier):
     def _mean_over_views(self, inputs: NDArray[Any], output: int) -> NDArray[np.float64]:
         count, views = inputs.shape[:2]
         flat = inputs.reshape(count * views, *self._recipe.input_shape)
-        wanted = [self._session.get_outputs()[output].name]
-        try:
-            (found,) = self._session.run(wanted, {self._session.get_inputs()[0].name: flat})
-        # ONNX Runtime's faults share no base class of their own.
-        except Exception as error:
-            raise WeightsError(
-                "these weights can not be run: the network is broken, or takes too much memory"
-            ) from error
-        rows, width = len(flat), len(self._classes) if output == 0 else found.shape[-1]
-        if found.dtype != np.float32 or found.shape != (rows, width):
-            raise WeightsError(f"these weights give {found.shape} numbers for {rows} inputs")
+        found = run_in_parts(self._session, flat, output)
+        if output == 0 and found.shape[1] != len(self._classes):
+            raise WeightsError(f"these weights give {found.shape} numbers for {len(flat)} inputs")
         return found.reshape(count, views, -1).mean(axis=1, dtype=np.float64)
 
 
@@ -268,16 +261,8 @@ def _open(content: bytes, name: str, threads: int, foreign: bool = False) -> Onn
         raise WeightsError(
             f"{name}: its description is broken ({error}); export it anew"
         ) from error
-    _check_shapes(session, classifier, name)
+    try:
+        check_shapes(session, classifier.recipe.input_shape, len(classifier.classes))
+    except WeightsError as error:
+        raise WeightsError(f"{name}: {error}; export it anew") from error
     return classifier
-
-
-def _check_shapes(session: Any, classifier: OnnxClassifier, name: str) -> None:
-    expected = list(classifier.recipe.input_shape)
-    actual = list(session.get_inputs()[0].shape[1:])
-    outputs = session.get_outputs()[0].shape[-1]
-    if actual != expected or outputs != len(classifier.classes):
-        raise WeightsError(
-            f"{name}: takes {actual} and gives {outputs} values, but its description says "
-            f"{expected} and {len(classifier.classes)} classes; export it anew"
-        )

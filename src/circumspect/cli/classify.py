@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect.cli.say import say
-from circumspect.errors import CircumspectError, blamed_on
+from circumspect.errors import CircumspectError, blamed_on, printable
 
 if TYPE_CHECKING:
     from circumspect.classification import Classifier, Prediction
@@ -132,4 +132,4 @@ def _readable(record: dict[str, Any], top: int) -> str:
     up = record.get("up_xyz")
     turned = "" if up is None else f"; up is ({', '.join(f'{value:.2f}' for value in up)})"
     unknown = "" if record["known"] else "unknown, nearest "
-    return f"{record['file']}: {unknown}{ranked}{turned}"
+    return f"{printable(record['file'])}: {unknown}{ranked}{turned}"

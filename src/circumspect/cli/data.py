@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, printable
 
 SHOWN = 8
 """Of each list; --json tells all."""
@@ -109,6 +109,7 @@ def _complaints(document: dict[str, Any]) -> list[str]:
         if entries:
             more = len(entries) - SHOWN
             rest = f", and {more} more (all with --json)" if more > 0 else ""
-            lines.append(f"{what}: {', '.join(entries[:SHOWN])}{rest}")
-    lines.append(f"{document['folder']}: {'' if document['complete'] else 'not '}complete")
+            lines.append(f"{what}: {', '.join(map(printable, entries[:SHOWN]))}{rest}")
+    state = "complete" if document["complete"] else "not complete"
+    lines.append(f"{printable(document['folder'])}: {state}")
     return lines

@@ -13,7 +13,7 @@ import tyro
 from circumspect import __version__
 from circumspect.cli.given_flags import given_flags
 from circumspect.cli.say import say
-from circumspect.errors import InputError, MissingExtraError
+from circumspect.errors import InputError, MissingExtraError, printable
 
 if TYPE_CHECKING:
     from circumspect.datasets import ObjectSet
@@ -146,7 +146,7 @@ def _readable(metrics: dict[str, Any], out: Path) -> str:
             f"reach {metrics['unknown_below']:.3f}"
         )
     lines += _seen(metrics)
-    lines.append(f"metrics and figures: {out}")
+    lines.append(f"metrics and figures: {printable(str(out))}")
     return "\n".join(lines)
 
 
@@ -175,7 +175,7 @@ def _robust(metrics: dict[str, Any], out: Path) -> str:
         cells = "".join(f"{value:8.3f}" for value in (*row, sum(row) / len(row)))
         lines.append(f"{kind:14}{cells}")
     lines += _seen(metrics)
-    lines.append(f"metrics: {out}")
+    lines.append(f"metrics: {printable(str(out))}")
     return "\n".join(lines)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import time
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ import tyro
 
 from circumspect.cli.classify import prediction_record, saved_grid
 from circumspect.cli.say import say
-from circumspect.errors import InputError, MissingExtraError, blamed_on
+from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
 if TYPE_CHECKING:
     from circumspect.classification import (
@@ -98,10 +97,9 @@ class Explain:
         beside = examples_path(self.weights)
         if beside.is_file():
             return ExampleTable.load(beside)
-        print(  # noqa: T201
-            f"circumspect: no nearest training objects: {beside} is missing; write it with "
-            "circumspect export --examples",
-            file=sys.stderr,
+        say(
+            f"no nearest training objects: {beside} is missing; write it with circumspect export "
+            "--examples"
         )
         return None
 
@@ -159,14 +157,14 @@ def _summary(explained: CellEvidence) -> dict[str, Any]:
 
 def _readable(record: dict[str, Any]) -> str:
     unknown = "" if record["known"] else "unknown, nearest "
-    evidence = record["evidence"]
+    evidence, file = record["evidence"], printable(record["file"])
     lines = [
-        f"{record['file']}: {unknown}{record['label']} {100 * record['probability']:.1f} %",
+        f"{file}: {unknown}{record['label']} {100 * record['probability']:.1f} %",
         f"evidence for {record['explained']}: {evidence['least']:+.2f} to "
         f"{evidence['most']:+.2f} of log-odds {record['log_odds']:+.2f};",
         f"  {100 * evidence['half_of_it_in']:.0f} % of the cells hold half of what speaks for it",
     ]
     if record["nearest"]:
         lines.append("nearest training objects, by distance of features:")
-        lines += [f"  {n['name']:<20} {n['distance']:.3f}" for n in record["nearest"]]
-    return "\n".join([*lines, *(f"{path}" for path in record["files"].values())])
+        lines += [f"  {printable(n['name']):<20} {n['distance']:.3f}" for n in record["nearest"]]
+    return "\n".join([*lines, *map(printable, record["files"].values())])

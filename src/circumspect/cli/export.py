@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from circumspect.cli.given_flags import given_flags
-from circumspect.errors import InputError, MissingExtraError
+from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -49,8 +49,8 @@ class Export:
     says from where on 95 % of the known objects are known."""
 
     examples: Annotated[Path | None, tyro.conf.arg(metavar="DATA")] = None
-    """The data set it was trained on: a table of its training objects is written beside OUT, by
-    which `circumspect explain` finds the nearest of them."""
+    """The data set it was trained on: a table of the objects that it was fitted to is written
+    beside OUT, by which `circumspect explain` finds the nearest of them."""
 
     def run(self) -> int:
         """Export, and write the table of examples where asked for."""
@@ -76,7 +76,8 @@ class Export:
         except ImportError as error:
             raise MissingExtraError("torch or onnx", "train") from error
         write_with_features(self.weights, self.out)
-        print(f"{self.out}: gives its features, answers as {self.weights} does")  # noqa: T201
+        out, weights = printable(str(self.out)), printable(str(self.weights))
+        print(f"{out}: gives its features, answers as {weights} does")  # noqa: T201
 
     def _remember(self, data: Path) -> None:
         from circumspect.classification import Classifier
@@ -89,12 +90,15 @@ class Export:
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(data, "train", progress)
         if write_fitted_names(self.out, objects):
-            print(f"{self.out}: names the objects that it was trained on")  # noqa: T201
-        with progress_bar("training objects") as progress:
-            table = example_table(Classifier.load(self.out), objects, progress)
+            out = printable(str(self.out))
+            print(f"{out}: names the objects that it was trained on")  # noqa: T201
+        classifier = Classifier.load(self.out)
+        with blamed_on(data), progress_bar("training objects") as progress:
+            table = example_table(classifier, objects, progress)
         path = examples_path(self.out)
         table.save(path)
-        print(f"{path}: {len(table)} training objects, {path.stat().st_size / 1e6:.1f} MB")  # noqa: T201
+        told, size = printable(str(path)), path.stat().st_size / 1e6
+        print(f"{told}: {len(table)} training objects, {size:.1f} MB")  # noqa: T201
 
     def _export(self) -> None:
         """Export and tell how close the outputs are."""
@@ -107,13 +111,15 @@ class Export:
 
         paths = (self.weights, *self.committee)
         members = [Checkpoint.load(checkpoint_path(path)) for path in paths]
+        # What is wrong with the flag is told before the data are opened.
+        members[0].recipe.with_views(self.azimuth_views)
         calibration = None if self.int8 is None else _calibration(self.int8, members[0].recipe)
         fidelity = export_onnx(
             members, self.out, self.azimuth_views, self.temperature, calibration, self.unknown_below
         )
         size = self.out.stat().st_size / 1e6
         print(  # noqa: T201
-            f"{self.out}: {size:.1f} MB, logits within {fidelity.difference:.1g}, "
+            f"{printable(str(self.out))}: {size:.1f} MB, logits within {fidelity.difference:.1g}, "
             f"same label for {fidelity.agreement:.1%}"
         )
 

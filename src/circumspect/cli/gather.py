@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import os
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from circumspect.cli.given_flags import given_flags
+from circumspect.cli.recording_flags import RecordingFlags
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ class Gather:
     $ circumspect gather --classes chair table --objects 6 --starts 4 --out two
     $ circumspect gather --out more --objects 30 --at 0 --split train
     $ circumspect gather --from run.mcap --label chair --name blue --out mine
+    $ circumspect gather --from my.bag --depth-topic /d --label chair --out mine
 
     The same command goes on after an interruption, and adds what is new.
     """
@@ -58,7 +60,8 @@ class Gather:
     workers: int | None = None
     """Processes; one a core without it."""
     from_: Annotated[Path | None, tyro.conf.arg(name="from", metavar="RECORDING")] = None
-    """Add a recording (an MCAP file or a bag) instead of simulating."""
+    """Add a recording, of any kind that `circumspect replay` takes, instead of simulating. Flags
+    from --box on say how it is read, as they do there."""
     label: str | None = None
     """Of --from: the class of the object that it shows."""
     name: str | None = None
@@ -68,8 +71,15 @@ class Gather:
     """Scan the objects of this split only. Of --from: what the object is for, train without it."""
     start: float | None = None
     """Of --from: azimuth of the start [degrees], where you measured it."""
+    replace: bool = False
+    """Of --from: where the set holds the recording already, put it in the place of what is there,
+    as after a wrong --label."""
     json: bool = False
     """One JSON line at the end and nothing else on standard output."""
+    reading: Annotated[RecordingFlags, tyro.conf.arg(name="")] = field(
+        default_factory=RecordingFlags
+    )
+    """How a recording is read."""
 
     def run(self) -> int:
         """Scan, write, draw, tell."""
@@ -82,7 +92,8 @@ class Gather:
         from circumspect.cli.progress import progress_bar
         from circumspect.gathering import gather
 
-        if given := given_flags(self, "label", "name", "start"):
+        own = given_flags(self, "label", "name", "start", "replace")
+        if given := own + given_flags(self.reading):
             raise InputError(f"{given[0]} goes with --from RECORDING")
         workers = self.workers if self.workers is not None else os.cpu_count() or 1
         if workers < 1:
@@ -105,8 +116,9 @@ class Gather:
         )  # fmt: skip
 
     def _recorded(self, recording: Path) -> list[GatheredScan]:
+        from circumspect.classification import Classifier
         from circumspect.datasets.gathered_set import read_manifest
-        from circumspect.gathering.recorded_scan import RecordedObject, gather_recording
+        from circumspect.gathering.recorded_scan import RecordedObject, RecordedScan
 
         if given := given_flags(
             self, "classes", "objects", "starts", "at", "seed", "slip", "frame_interval", "frames",
@@ -118,7 +130,12 @@ class Gather:
         shown = RecordedObject(
             self.label, self.name or recording.stem, self.split or "train", self.start
         )
-        gather_recording(self.out, recording, shown)
+        scan = RecordedScan(self.out, recording, shown, self.replace)
+        opened = self.reading.opened(recording)
+        pipeline = opened.pipeline(Classifier.load())
+        with opened.screen() as screen:
+            pipeline.observers = (screen,)
+            scan.gather(opened.given(), pipeline, self.reading.told())
         return read_manifest(self.out)
 
     def _draw(self, scans: list[GatheredScan]) -> None:
@@ -140,6 +157,9 @@ class Gather:
         print(_table(scans))  # noqa: T201
         held = "1 scan is" if len(scans) == 1 else f"{len(scans)} scans are"
         print(f"{held} in {self.out}; look at {self.out / SHEET}")  # noqa: T201
+        if blind := sum("cloud" not in scan.files for scan in scans):
+            told = f"{blind} of them never saw their object"
+            print(f"{told}; circumspect data verify {self.out} names them")  # noqa: T201
 
 
 def measured(

@@ -13,8 +13,8 @@ def given_flags(command: Any, *names: str) -> list[str]:
 
     Args:
         command: A dataclass, parsed.
-        names: Of its fields.
+        names: Of its fields; none means all.
     """
     usual = {field.name: field.default for field in fields(command)}
-    said = [name for name in names if getattr(command, name) != usual[name]]
+    said = [name for name in names or usual if getattr(command, name) != usual[name]]
     return [f"--{name.strip('_').replace('_', '-')}" for name in said]

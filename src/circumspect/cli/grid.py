@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from circumspect.cli.say import say
-from circumspect.errors import InputError, MissingExtraError, blamed_on
+from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
 if TYPE_CHECKING:
     from circumspect.geometry import PointCloud
@@ -54,7 +54,8 @@ class Grid:
             grid = recipe.bounds(cloud).hits(recipe.surface(cloud).points_xyz)
         grid.save(out)
         share = 100.0 * grid.occupied.mean()
-        print(f"{out}: {int(grid.occupied.sum())} cells occupied ({share:.1f} %)")  # noqa: T201
+        told = printable(str(out))
+        print(f"{told}: {int(grid.occupied.sum())} cells occupied ({share:.1f} %)")  # noqa: T201
         self._draw(grid, out.with_suffix(".png"))
         if self.turn:
             self._draw_turning(cloud, out.with_name(f"{out.stem}-turned.png"))
@@ -67,7 +68,7 @@ class Grid:
         if not all(abs(turn) < 1e6 for turn in self.turn):
             raise InputError(f"--turn {' '.join(f'{t:g}' for t in self.turn)}: give degrees")
         save_figure(draw_turning(turned_grids(cloud, self.cells, self.turn), self.turn), picture)
-        print(f"{picture}: both kinds of grid, turned")  # noqa: T201
+        print(f"{printable(str(picture))}: both kinds of grid, turned")  # noqa: T201
 
     def _draw(self, grid: OccupancyGrid, picture: Path) -> None:
         from circumspect.evaluation.grid_picture import draw_grid
@@ -80,4 +81,4 @@ class Grid:
             return
         with atomic_path(picture) as aside:
             figure.savefig(aside, dpi=130, facecolor="white")
-        print(f"{picture}: the picture")  # noqa: T201
+        print(f"{printable(str(picture))}: the picture")  # noqa: T201

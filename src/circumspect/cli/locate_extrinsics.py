@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from circumspect.cli.camera_name import folder_camera
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ class Extrinsics:
 
         survey, known = read_survey(self.survey), read_calibration(self.intrinsics)
         files = image_files(list(self.images))
-        name = self.camera or _folder(files)
+        name = self.camera or folder_camera(files)
         lens, detector = known.lens(name), TagDetector(1.0)
         images = [detector.detect(_of_size(read_grey(file), lens, file)) for file in files]
         found = calibrate_place(name, lens, images, survey)
@@ -93,17 +94,6 @@ class Extrinsics:
         if after.unplaced:
             print(f"Still without a place: {', '.join(after.unplaced)}")  # noqa: T201
         return 0
-
-
-def _folder(files: list[Path]) -> str:
-    """The camera's name, where only the images' folder tells it."""
-    names = sorted({file.absolute().parent.name for file in files})
-    if len(names) > 1:
-        raise InputError(
-            f"images from {len(names)} folders, {' and '.join(names[:2])}: a camera at a time; if "
-            "they are all of one, name it by --camera"
-        )
-    return names[0]
 
 
 def _of_size(grey: NDArray[np.uint8], lens: LensCamera, file: Path) -> NDArray[np.uint8]:

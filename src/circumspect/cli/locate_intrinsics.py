@@ -9,6 +9,8 @@ from typing import Annotated
 
 import tyro
 
+from circumspect.cli.camera_name import folder_camera
+
 
 @dataclass(frozen=True)
 class Intrinsics:
@@ -48,7 +50,7 @@ class Intrinsics:
         board = CharucoBoard(self.columns, self.rows, self.square)
         calibration = read_calibration(self.out) if self.out.exists() else Calibration({}, {})
         files = image_files(list(self.images))
-        name = self.camera or files[0].absolute().parent.name
+        name = self.camera or folder_camera(files)
         found = calibrate_lens([read_grey(file) for file in files], board)
         write_calibration(self.out, calibration.with_lens(name, found.lens, found.rms_px))
         pinhole = found.lens.pinhole

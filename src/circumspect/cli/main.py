@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -61,6 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 all done, 2 a known fault (already told on standard error), 130 interrupted.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    _escape_what_output_lacks()
     try:
         code = _dispatch(words)
         sys.stdout.flush()
@@ -81,6 +83,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say(f"{error.filename or 'standard output'}: {reason_of(error)}")
         return 2
     return code
+
+
+def _escape_what_output_lacks() -> None:
+    """Files may have names, and we signs, that the terminal's encoding can not show."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _close_output() -> None:

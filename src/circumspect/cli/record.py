@@ -13,10 +13,14 @@ import tyro
 from circumspect.errors import InputError, printable
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from circumspect.recording.bag import Bag, Topic
 
 SECOND = 1e9
 """Nanoseconds."""
+ENDLESS = 100_000
+"""Width of what is no terminal [columns]; lines are only as long as what they say."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +94,11 @@ def _span(topics: list[Topic]) -> float | None:
 
 def _show(document: dict[str, Any]) -> None:
     from rich.console import Console
-    from rich.table import Table
 
     console = Console(highlight=False)
+    if not console.is_terminal:
+        # A file or a pipe has no width: one line for one thing that is said.
+        console.width = ENDLESS
     seconds = document["seconds"]
     span = "" if seconds is None else f", {seconds:.1f} s"
     console.print(
@@ -102,14 +108,7 @@ def _show(document: dict[str, Any]) -> None:
     if document["broken"]:
         told = printable(document["broken"])
         console.print(f"It is {told}; what came before can be replayed.", markup=False)
-    table = Table("topic", "type", "messages", "per second", box=None, pad_edge=False)
-    for column in table.columns[2:]:
-        column.justify = "right"
-    for name, topic in document["topics"].items():
-        rate = f"{(topic['count'] - 1) / seconds:.1f}" if seconds and topic["count"] > 1 else ""
-        kind = topic["kind"].replace("/msg/", "/")
-        table.add_row(_plain(name), _plain(kind), str(topic["count"]), rate)
-    console.print(table)
+    console.print(_table(document["topics"], seconds))
     replay = document["replay"]
     if isinstance(replay, str):
         console.print(f"A replay needs help: {printable(replay)}", markup=False)
@@ -119,6 +118,22 @@ def _show(document: dict[str, Any]) -> None:
     console.print(f"Replayed are {printable(names)}", markup=False)
     if not replay["odometry"]:
         console.print("There is no odometry: frames are found by registration alone.")
+
+
+def _table(topics: dict[str, Any], seconds: float | None) -> Table:
+    """Topics with whole names: flags are to be chosen from them."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    for name in ("topic", "type"):
+        table.add_column(name, overflow="fold")
+    for name in ("messages", "per second"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for name, topic in topics.items():
+        rate = f"{(topic['count'] - 1) / seconds:.1f}" if seconds and topic["count"] > 1 else ""
+        kind = topic["kind"].replace("/msg/", "/")
+        table.add_row(_plain(name), _plain(kind), str(topic["count"]), rate)
+    return table
 
 
 def _plain(name: str) -> str:

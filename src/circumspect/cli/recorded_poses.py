@@ -1,9 +1,8 @@
-"""Recorded poses, kept from the pipeline and compared with what it finds."""
+"""Recorded poses, compared with what registration finds without them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 from scipy.spatial.transform import RigidTransform
@@ -16,29 +15,32 @@ from circumspect.sensing import RgbdFrame
 
 
 class RecordedPoses:
-    """Takes the poses off frames, and says in the end how far others are from them."""
+    """Notes the poses of frames, and says in the end how far others are from them."""
 
     def __init__(self) -> None:
-        self._taken: list[tuple[float, RigidTransform]] = []
+        self._noted: list[tuple[float, RigidTransform]] = []
 
-    def hidden(self, frames: Iterable[RgbdFrame]) -> Iterator[RgbdFrame]:
-        """The frames, of which only the first keeps its pose."""
+    def noted(self, frames: Iterable[RgbdFrame]) -> Iterator[RgbdFrame]:
+        """The same frames.
+
+        They keep their poses: which frame shows enough to begin a map, only `RegisteredPoses`
+        knows, and it takes the pose of that one and looks at no other.
+        """
         for frame in frames:
-            known = bool(self._taken)
             if frame.T_map_camera is not None:
-                self._taken.append((frame.stamp, frame.T_map_camera))
-            yield replace(frame, T_map_camera=None) if known else frame
+                self._noted.append((frame.stamp, frame.T_map_camera))
+            yield frame
 
     def errors(self, result: RecognitionResult) -> dict[str, Any]:
-        """Distances of the poses found to those recorded; empty where none were taken off.
+        """Distances of the poses found to those recorded; empty where none were noted.
 
         Returns:
             `ate_rmse_m`, `yaw_rmse_deg` after rigid alignment, and `frame_error_median_m`, the
             error of the motion from frame to frame. Each is None where there are too few poses.
         """
-        if not self._taken:
+        if not self._noted:
             return {}
-        found, truth = camera_path(result), increasing(self._taken)
+        found, truth = camera_path(result), increasing(self._noted)
         told: dict[str, Any] = {}
         told |= dict.fromkeys(("ate_rmse_m", "yaw_rmse_deg", "frame_error_median_m"))
         if found is None or truth is None:

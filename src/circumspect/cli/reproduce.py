@@ -80,15 +80,17 @@ class Reproduce:
         except ImportError as error:
             raise MissingExtraError(error.name or "torch", "train") from error
         from circumspect.datasets import GridCache, open_data_set
-        from circumspect.nets.registry import net_spec
 
-        flags: dict[str, Any] = {"yaw_count": self.yaw_count, "seed": self.seed}
-        flags["epochs"], flags["epochs_of"] = _of_networks("epochs", self.epochs, _epochs)
-        every, flags["precision_of"] = _of_networks("precision", self.precision, _precision)
-        flags["precision"] = every or "fp32"
-        if self.nets:
-            # Twice the same name is the same network.
-            flags["nets"] = tuple(dict.fromkeys(net_spec(name).name for name in self.nets))
+        kinds: dict[str, tuple[Callable[..., Any], Callable[..., dict[str, Any]]]] = {
+            "table2": (experiments.Table2, experiments.reproduce_table2),
+            "rivals": (experiments.Comparison, experiments.reproduce_rivals),
+            "robustness": (experiments.Comparison, experiments.reproduce_robustness),
+            "unknown": (experiments.Unknown, experiments.reproduce_unknown),
+        }
+        kind, reproduce = kinds[self.what]
+        # What is wrong with the flags or with the robot's set is told before hours of training.
+        how = kind(**self._flags())
+        scans = None if self.robot is None else experiments.RobotScans.read(self.robot)
         shared = "rivals" if self.what == "robustness" else self.what
         out = self.out or Path("runs") / shared
         with progress_bar("sampling meshes") as progress:
@@ -99,21 +101,32 @@ class Reproduce:
                 "trained on is no test"
             )
         rest = (out, Shown(), GridCache(self.cache))
-        kinds: dict[str, tuple[Callable[..., Any], Callable[..., dict[str, Any]]]] = {
-            "table2": (experiments.Table2, experiments.reproduce_table2),
-            "rivals": (experiments.Comparison, experiments.reproduce_rivals),
-            "robustness": (experiments.Comparison, experiments.reproduce_robustness),
-            "unknown": (experiments.Unknown, experiments.reproduce_unknown),
-        }
-        how, reproduce = kinds[self.what]
-        document = reproduce(train, test, how(**flags), *rest)
-        text = (out / f"{self.what}.md").read_text(encoding="utf-8")
-        if self.robot is not None:
-            settings = experiments.Table2(**flags)
-            document["robot"] = experiments.reproduce_robot(self.robot, settings, *rest)
-            text += "\n" + (out / "table2_robot.md").read_text(encoding="utf-8")
-        print(json.dumps(document) if self.json else text)  # noqa: T201
+        document = reproduce(train, test, how, *rest)
+        self._show(out / f"{self.what}.md")
+        if scans is not None:
+            document["robot"] = experiments.reproduce_robot(scans, how, *rest)
+            self._show(out / "table2_robot.md")
+        if self.json:
+            print(json.dumps(document))  # noqa: T201
         return 0
+
+    def _flags(self) -> dict[str, Any]:
+        """What the experiment is made of."""
+        from circumspect.nets.registry import net_spec
+
+        flags: dict[str, Any] = {"yaw_count": self.yaw_count, "seed": self.seed}
+        flags["epochs"], flags["epochs_of"] = _of_networks("epochs", self.epochs, _epochs)
+        every, flags["precision_of"] = _of_networks("precision", self.precision, _precision)
+        flags["precision"] = every or "fp32"
+        if self.nets:
+            # Twice the same name is the same network.
+            flags["nets"] = tuple(dict.fromkeys(net_spec(name).name for name in self.nets))
+        return flags
+
+    def _show(self, table: Path) -> None:
+        """Print a table as soon as it is there: the next may be hours away."""
+        if not self.json:
+            print(table.read_text(encoding="utf-8"), flush=True)  # noqa: T201
 
 
 def _of_networks(

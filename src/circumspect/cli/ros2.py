@@ -35,7 +35,7 @@ class Ros2:
     params_file: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """A ROS 2 parameter file: the same names with _ for -. Flags win over it."""
     local: bool = False
-    """Talk to nodes on this machine only, as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST does."""
+    """Talk to nodes on this machine only, as ROS_LOCALHOST_ONLY=1 does."""
     duration: Annotated[float | None, tyro.conf.arg(metavar="SECONDS")] = None
     """End after this time."""
     json: bool = False
@@ -54,7 +54,6 @@ class Ros2:
     def run(self) -> int:
         """Run the node until Ctrl-C, SIGTERM or the end of --duration."""
         import os
-        from dataclasses import replace
 
         from circumspect.cli.node_run import run_node
         from circumspect.ros.dds_middleware import DdsMiddleware
@@ -62,12 +61,11 @@ class Ros2:
 
         dds = DdsSettings.from_environment(os.environ)
         if self.local:
-            dds = replace(dds, reach="LOCALHOST")
-        where = "this machine" if dds.reach == "LOCALHOST" else "the network"
-        where = f"on {where}, domain {dds.domain}"
+            dds = dds.on_this_machine()
         with contextlib.ExitStack() as pages:
             watch = self._watch(pages) if self.viewer else None
-            run_node(DdsMiddleware(dds), self.node, where, self.json, self.duration, watch)
+            middleware = DdsMiddleware(dds, self.node.node)
+            run_node(middleware, self.node, dds.where, self.json, self.duration, watch)
         return 0
 
     def _watch(self, pages: contextlib.ExitStack) -> NodeWatch:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from circumspect.cli.progress import bars
 from circumspect.errors import printable
 from circumspect.mapping.pose_estimator import GATE_OPEN
+from circumspect.storage import make_new_folder
 
 if TYPE_CHECKING:
     from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
@@ -22,13 +23,15 @@ TELL_EVERY = 6
 
 
 def new_run_folder(command: str) -> Path:
-    """A folder that does not exist yet: runs/COMMAND-DATE-TIME in the current folder."""
-    name = f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
-    folder, count = Path("runs") / name, 1
-    while folder.exists():
-        count += 1
-        folder = Path("runs") / f"{name}-{count}"
-    return folder
+    """Make a folder for a run alone: runs/COMMAND-DATE-TIME in the current folder.
+
+    Args:
+        command: What it is named after; runs that begin in the same second are numbered.
+
+    Raises:
+        OutputError: It can not be made.
+    """
+    return make_new_folder(Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}")
 
 
 class RunScreen:

@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from circumspect.cli.given_flags import given_flags
 from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from circumspect.classification import InputRecipe
     from circumspect.training import TrainingSettings
+
+CHANGES = ("stretch", "partial", "damage")
+"""Flags on how objects are changed at random."""
 
 
 @dataclass(frozen=True)
@@ -80,10 +84,12 @@ class Train:
         from circumspect.cli.say import say
         from circumspect.cli.training_progress import TrainingProgress
         from circumspect.datasets import GridCache, open_data_set
+        from circumspect.nets.registry import require_takes
 
         net = pooled_net(self.net, self.pool)
         # What is wrong with the flags is told before meshes are sampled.
         settings, recipe = self._settings(net), self._recipe(net)
+        require_takes(net, recipe)
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(self.data, "train", progress)
         if self.passes is None and (passes := passes_for(len(objects))) > 1:
@@ -123,10 +129,12 @@ class Train:
         given = {name: getattr(self, name) for name in known}
         given = {name: value for name, value in given.items() if value is not None}
         given = {**net_spec(net).training, **given, "net": net}
-        changes = {name: getattr(self, name) for name in ("stretch", "partial", "damage")}
+        changes = {name: getattr(self, name) for name in CHANGES}
         changes = {name: value for name, value in changes.items() if value is not None}
-        given["augmentation"] = Augmentation(**changes)
-        return TrainingSettings(**given)
+        settings = TrainingSettings(**given, augmentation=Augmentation(**changes))
+        if not settings.augmented and (idle := given_flags(self, *CHANGES)):
+            raise InputError(f"{net} is shown objects as they are; leave out {', '.join(idle)}")
+        return settings
 
 
 def pooled_net(net: str, pool: str | None) -> str:

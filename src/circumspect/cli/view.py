@@ -60,8 +60,9 @@ class View:
         return 0
 
     def _exported(self, played: PlayedRun, file: Path) -> int:
+        from circumspect.errors import printable
         from circumspect.viewer.html_export import export_html
 
         size = export_html(played, file)
-        print(f"{file}: {size / 1e6:.1f} MB, opens in any browser")  # noqa: T201
+        print(f"{printable(str(file))}: {size / 1e6:.1f} MB, opens in any browser")  # noqa: T201
         return 0

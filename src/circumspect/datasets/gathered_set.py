@@ -169,7 +169,7 @@ def read_points(path: Path, name: str, count: int = POINTS) -> NDArray[np.float3
             raise ValueError("areas")
     except ValueError as error:
         raise InputError(f"{path}: is no cloud of a gathered scan ({error})") from error
-    seed = int.from_bytes(hashlib.sha256(name.encode()).digest()[:8])
+    seed = int.from_bytes(hashlib.sha256(name.encode(errors="surrogatepass")).digest()[:8])
     drawn = np.random.default_rng(seed).choice(len(points), count, p=areas / areas.sum())
     return points[np.sort(drawn)].astype(np.float32)
 

@@ -20,7 +20,7 @@ class ObjectSet:
     Attributes:
         points_xyz: (n, p, 3) float32: p points on the surface of each object, z up, any unit.
         labels: (n,) int64 indices into `classes`.
-        names: (n,) names, such as chair_0001.
+        names: (n,) names, such as chair_0001; who trains or evaluates tells objects apart by them.
         classes: The class names, in alphabetical order.
 
     Raises:
@@ -62,7 +62,9 @@ class ObjectSet:
     @cached_property
     def digest(self) -> str:
         """A hash of all that the set holds: names, labels, classes and coordinates."""
-        state = hashlib.sha256("\n".join([*self.classes, "", *self.names.tolist()]).encode())
+        words = "\n".join([*self.classes, "", *self.names.tolist()])
+        # Names of files need not be text to the system; their surrogates are hashed like signs.
+        state = hashlib.sha256(words.encode(errors="surrogatepass"))
         state.update(self.labels.astype("<i8").tobytes())
         state.update(np.ascontiguousarray(self.points_xyz, dtype="<f4").tobytes())
         return state.hexdigest()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -19,7 +20,7 @@ from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.errors import InputError
 from circumspect.geometry import read_mesh
 
-VERSION = 1
+VERSION = 2
 log = logging.getLogger(__name__)
 
 
@@ -58,7 +59,18 @@ def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> O
             if progress:
                 progress(done, len(files))
     labels = np.array([classes.index(file.parent.parent.name) for file in files], np.int64)
-    return ObjectSet(points, labels, np.array([file.stem for file in files]), classes)
+    return ObjectSet(points, labels, np.array([object_name(file) for file in files]), classes)
+
+
+def object_name(file: Path) -> str:
+    """What the object in a file is called, unlike any of another class.
+
+    chair/train/chair_0001.off is chair_0001; chair/train/0001.off is chair/0001, since there may be
+    a table/train/0001.off.
+    """
+    name_of_class = file.parent.parent.name
+    own = file.stem.rpartition("_")[0] == name_of_class
+    return file.stem if own else f"{name_of_class}/{file.stem}"
 
 
 def sampled_file(file: Path) -> NDArray[np.float32]:
@@ -74,5 +86,6 @@ def _fingerprint(files: list[Path]) -> str:
     state = hashlib.sha256(f"{VERSION} {POINTS} {CANDIDATES}".encode())
     for file in files:
         facts = file.stat()
-        state.update(f"{file.resolve()} {facts.st_size} {facts.st_mtime_ns}\n".encode())
+        state.update(os.fsencode(file.resolve()))
+        state.update(f" {facts.st_size} {facts.st_mtime_ns}\n".encode())
     return state.hexdigest()[:32]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
@@ -35,7 +36,8 @@ def open_data_set(
         salt: Of the validation split.
 
     Raises:
-        InputError: Nothing of that kind is there, or a file is broken.
+        InputError: Nothing of that kind is there, a file is broken, or two objects of a pack share
+            a name.
     """
     source = "test" if split == "test" else "train"
     if path.is_file() and split in ("fit", "validation"):
@@ -51,12 +53,23 @@ def _read(path: Path, source: str, progress: Callable[[int, int], None] | None) 
     if path.is_file():
         return _lone_pack(path, source)
     if (path / f"{source}.npz").is_file():
-        return read_point_pack(path / f"{source}.npz")
+        return _pack(path / f"{source}.npz")
     if is_gathered(path):
         return _gathered(path, source)
     if path.is_dir():
+        _require_meshes_or_packs(path, source)
         return read_off_folder(path, source, progress)
     raise InputError(f"{path}: no such folder or file; give point packs or the OFF folder")
+
+
+def _require_meshes_or_packs(path: Path, source: str) -> None:
+    """That a folder of point packs is not taken for an OFF folder where the other pack lies."""
+    other = "train" if source == "test" else "test"
+    if (path / f"{other}.npz").is_file() and not any(path.glob(f"*/{source}/*.off")):
+        raise InputError(
+            f"{path}: {source}.npz is missing, only {other}.npz is there; the {source} split needs "
+            "a pack of its own"
+        )
 
 
 def _gathered(path: Path, source: str) -> ObjectSet:
@@ -70,4 +83,16 @@ def _lone_pack(path: Path, source: str) -> ObjectSet:
         raise InputError(f"{path}: the training split is no test of anything; say --split train")
     if source == "train" and path.stem == "test":
         raise InputError(f"{path}: the test split is for reports, not for training or choosing")
-    return read_point_pack(path)
+    return _pack(path)
+
+
+def _pack(path: Path) -> ObjectSet:
+    """Objects that share a name can not be told apart: what was trained on is known by names."""
+    objects = read_point_pack(path)
+    counts = Counter(objects.names.tolist())
+    if twice := sorted(name for name, count in counts.items() if count > 1):
+        raise InputError(
+            f"{path}: {len(twice)} names stand for more than one object, as {twice[0]} does; name "
+            "each object otherwise, such as CLASS/NAME"
+        )
+    return objects

@@ -21,7 +21,8 @@ class ResumedDownload:
     """Keeps what has come beside the target and asks only for the rest.
 
     Args:
-        part: Where to keep what has come; a second file beside it tells the version of it.
+        part: Where to keep what has come; a second file beside it tells the version of it. Once
+            all has come it is called .whole until it is at the target.
         attempts: How often to go on after the connection broke without a further byte.
         pause: Before the second attempt [s]; it doubles from attempt to attempt.
         progress: Called with (bytes there, bytes in all).
@@ -36,6 +37,7 @@ class ResumedDownload:
     ) -> None:
         self.part, self.attempts, self.pause, self.progress = part, attempts, pause, progress
         self._version = part.with_suffix(part.suffix + ".version")
+        self._whole = part.with_suffix(".whole")
 
     def __call__(self, url: str, output_file: Any, pooch: Any, **_: Any) -> None:  # noqa: ARG002
         """Download; the signature is pooch's.
@@ -43,7 +45,17 @@ class ResumedDownload:
         Raises:
             InputError: It is no address of a file.
             CircumspectError: The server can not be reached, refuses, or breaks off too often.
+            OSError: The disk fails; what has come stays for the next attempt.
         """
+        if not self._whole.exists():
+            self._download(url)
+            self.part.replace(self._whole)
+        self._version.unlink(missing_ok=True)
+        # Renamed on the same disk, so that it needs no room twice.
+        shutil.move(self._whole, output_file)
+
+    def _download(self, url: str) -> None:
+        """Bring all of it into the part."""
         import requests
         from requests.exceptions import InvalidSchema, InvalidURL, MissingSchema
 
@@ -70,10 +82,6 @@ class ResumedDownload:
                 f"{url}: can not be fetched ({reason}); the same command goes on with the "
                 f"{self._there():,} bytes that are there"
             )
-        self._version.unlink(missing_ok=True)
-        with self.part.open("rb") as source, Path(output_file).open("wb") as target:
-            shutil.copyfileobj(source, target)
-        self.part.unlink()
 
     def _there(self) -> int:
         return self.part.stat().st_size if self.part.exists() else 0

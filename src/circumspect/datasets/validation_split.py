@@ -58,4 +58,4 @@ def _drawn(groups: NDArray[np.int64], names: NDArray[np.str_], salt: str) -> NDA
 
 
 def _hash(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from circumspect.classification import CellEvidence, NearExample
 from circumspect.classification.evidence_colours import evidence_colours, evidence_span
+from circumspect.errors import printable
 from circumspect.evaluation.figure_canvas import new_figure
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid
@@ -143,5 +144,5 @@ def _draw_words(axes: Axes, explained: CellEvidence, near: Sequence[NearExample]
     lines = [f"{name.replace('_', ' '):<14}{100 * share:5.1f} %" for name, share in ranked]
     if near:
         lines += ["", "nearest training objects"]
-        lines += [f"{example.name:<18}{example.distance:6.3f}" for example in near]
+        lines += [f"{printable(example.name):<18}{example.distance:6.3f}" for example in near]
     axes.text(0.0, 0.98, "\n".join(lines), va="top", family="monospace", fontsize=9)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from circumspect.datasets import ObjectSet
+from circumspect.errors import printable
 from circumspect.evaluation.calibration import reliability
 from circumspect.evaluation.figure_canvas import new_figure
 from circumspect.evaluation.yaw_sweep import YawSweep
@@ -148,10 +149,11 @@ def draw_surest_mistakes(sweep: YawSweep, objects: ObjectSet, count: int = 15) -
         axes = figure.add_subplot(3, 5, cell + 1)
         _draw_object(axes, objects.points_xyz[index])
         truth, answer = sweep.classes[sweep.labels[index]], sweep.classes[answers[index]]
+        name = printable(str(objects.names[index]))
         axes.set_title(
-            f"{objects.names[index]}\ncalled {answer}, {100 * mean[index, answers[index]]:.0f} %"
-            if truth in str(objects.names[index])
-            else f"{objects.names[index]} ({truth})\ncalled {answer}",
+            f"{name}\ncalled {answer}, {100 * mean[index, answers[index]]:.0f} %"
+            if truth in name
+            else f"{name} ({truth})\ncalled {answer}",
             fontsize=8,
             color=WRONG,
         )

@@ -94,11 +94,20 @@ def begin(folder: Path, settings: Mapping[str, object]) -> None:
         InputError: The folder holds something else.
         OutputError: It can not be written.
     """
-    if folder.exists() and not _is_free(folder):
-        raise InputError(f"{folder}: holds something else; give an empty or a new folder")
+    require_free(folder)
     write_json(folder / SETTINGS, dict(settings))
     with atomic_open(folder / MANIFEST) as stream:
         stream.write("")
+
+
+def require_free(folder: Path) -> None:
+    """Find out whether a set can begin in a folder.
+
+    Raises:
+        InputError: It holds something else.
+    """
+    if folder.exists() and not _is_free(folder):
+        raise InputError(f"{folder}: holds something else; give an empty or a new folder")
 
 
 def _is_free(folder: Path) -> bool:

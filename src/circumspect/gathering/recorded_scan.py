@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from scipy.spatial.transform import RigidTransform
 
 from circumspect import __version__
-from circumspect.classification import Classifier
 from circumspect.datasets.gathered_set import (
     GatheredScan,
     is_gathered,
     read_manifest,
 )
 from circumspect.errors import InputError
-from circumspect.gathering.gather import append, begin
+from circumspect.gathering.gather import append, begin, require_free
 from circumspect.gathering.scan_files import told_quality, write_scan
+from circumspect.pipeline import RecognitionPipeline, RecognitionResult
 from circumspect.pipeline.camera_path import increasing
-from circumspect.pipeline.replayed import replay_pipeline
-from circumspect.recording import GivenPoses, open_recording
 from circumspect.sensing import RgbdFrame
 
 
@@ -48,41 +47,103 @@ class RecordedObject:
             raise InputError(f"--start {self.start_deg:g}: give degrees from 0 up to 360")
 
 
-def gather_recording(folder: Path, recording: Path, shown: RecordedObject) -> GatheredScan:
-    """Replay a recording and add what comes out to a set.
+class RecordedScan:
+    """A recording that is to be a scan of a set."""
 
-    Args:
-        folder: Of the set; made where missing.
-        recording: A bag.
-        shown: What it shows.
+    def __init__(
+        self, folder: Path, recording: Path, shown: RecordedObject, replace: bool = False
+    ) -> None:
+        """See whether the set can take it.
 
-    Raises:
-        InputError: It can not be replayed, is in the set already, or another scan of the object
-            is of another split or class.
-        OutputError: A file can not be written.
-    """
-    scans = read_manifest(folder) if is_gathered(folder) else []
-    name = f"{shown.name}@{recording.stem}"
-    for scan in scans:
-        if scan.scan == name:
-            raise InputError(f"{folder}: holds {name} already")
-        if scan.object == shown.name and (scan.split, scan.label) != (shown.split, shown.label):
+        Args:
+            folder: Of the set; may be missing.
+            recording: A bag or a folder; the scan is named after it.
+            shown: What it shows.
+            replace: Take the place of a scan of the same name. One that never saw its object gives
+                way without this.
+
+        Raises:
+            InputError: It is in the set already, another scan of the object is of another split or
+                class, or the folder holds something else.
+        """
+        self._folder, self._recording, self._shown = folder, recording, shown
+        self._name = f"{shown.name}@{recording.stem}"
+        self._before: GatheredScan | None = None
+        if not is_gathered(folder):
+            require_free(folder)
+            return
+        for scan in read_manifest(folder):
+            if scan.scan == self._name:
+                self._before = scan
+            elif scan.object == shown.name:
+                self._require_same_kind(scan)
+        if self._before is not None and "cloud" in self._before.files and not replace:
             raise InputError(
-                f"{folder}: {shown.name} is a {scan.label} of the {scan.split} split there; all "
-                "scans of an object belong together"
+                f"{folder}: holds {self._name} already; --replace puts this recording in its place"
             )
-    frames = open_recording(recording, poses=GivenPoses.NONE)
-    pipeline = replay_pipeline(frames, Classifier.load())
-    wheels = _Wheels()
-    result = pipeline.run(wheels.heard(frame) for frame in frames.placed())
-    if not is_gathered(folder):
-        begin(folder, {"source": "recordings"})
-    # Recordings are added over years: each says which version replayed it.
-    quality = {**told_quality(result), "recording": recording.name, "version": __version__}
-    files = write_scan(folder, name, result, increasing(wheels.told))
-    scan = GatheredScan(name, shown.name, shown.label, shown.split, shown.start_deg, files, quality)
-    append(folder, scan)
-    return scan
+
+    def gather(
+        self,
+        frames: Iterable[RgbdFrame],
+        pipeline: RecognitionPipeline,
+        reading: Mapping[str, Any] | None = None,
+    ) -> GatheredScan:
+        """Take all frames and add what comes out to the set.
+
+        Args:
+            frames: Of the recording.
+            pipeline: Takes them.
+            reading: How they were read, where that is not the usual way; JSON types.
+
+        Raises:
+            InputError: No frame can be read, or none showed the object; nothing is added.
+            OutputError: A file can not be written.
+        """
+        wheels = _Wheels()
+        result = pipeline.run(wheels.heard(frame) for frame in frames)
+        if result.last is None or result.last.grid is None:
+            reasons = ", ".join(sorted({step.outcome for step in result.steps})) or "no frames"
+            raise InputError(
+                f"{self._recording}: shows no object in {len(result.steps)} frames ({reasons}); "
+                f"nothing was added to {self._folder}; where it does show one, say by --box or "
+                "--mount how it is to be read"
+            )
+        if not is_gathered(self._folder):
+            begin(self._folder, {"source": "recordings"})
+        scan = self._scan(result, wheels, dict(reading or {}))
+        append(self._folder, scan)
+        self._drop_what_is_left_of_before(scan)
+        return scan
+
+    def _require_same_kind(self, scan: GatheredScan) -> None:
+        if (scan.split, scan.label) != (self._shown.split, self._shown.label):
+            raise InputError(
+                f"{self._folder}: {scan.object} is a {scan.label} of the {scan.split} split there, "
+                f"as in {scan.scan}; all scans of an object belong together: give the same "
+                "--label and --split, or another --name"
+            )
+
+    def _scan(
+        self, result: RecognitionResult, wheels: _Wheels, reading: dict[str, Any]
+    ) -> GatheredScan:
+        shown = self._shown
+        # Recordings are added over years: each says which version replayed it.
+        quality = {
+            **told_quality(result),
+            "recording": self._recording.name,
+            "reading": reading,
+            "version": __version__,
+        }
+        files = write_scan(self._folder, self._name, result, increasing(wheels.told))
+        return GatheredScan(
+            self._name, shown.name, shown.label, shown.split, shown.start_deg, files, quality
+        )
+
+    def _drop_what_is_left_of_before(self, scan: GatheredScan) -> None:
+        """Files of the scan whose place this one took, of kinds that it lacks."""
+        there = {} if self._before is None else self._before.files
+        for name in set(there.values()) - set(scan.files.values()):
+            (self._folder / name).unlink(missing_ok=True)
 
 
 class _Wheels:

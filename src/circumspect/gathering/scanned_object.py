@@ -124,7 +124,7 @@ def _in_packs(name: str, packs: list[Path]) -> tuple[str, NDArray[np.float32]] |
 
 def _in_off_folder(name: str, data: Path) -> tuple[str, NDArray[np.float32]] | None:
     """The same, of its mesh alone: to sample all of them takes minutes."""
-    from circumspect.datasets.off_folder import sampled_file
+    from circumspect.datasets.off_folder import object_name, sampled_file
 
     files = sorted(file for split in ("train", "test") for file in data.glob(f"*/{split}/*.off"))
     if not files:
@@ -132,6 +132,6 @@ def _in_off_folder(name: str, data: Path) -> tuple[str, NDArray[np.float32]] | N
             f"{data}: no point packs there (test.npz, train.npz), nor <class>/{{train,test}}/*.off"
         )
     for file in files:
-        if file.stem == name:
+        if object_name(file) == name:
             return file.parent.parent.name, sampled_file(file)
     return None

@@ -10,6 +10,7 @@ import numpy as np
 from circumspect.errors import InputError
 from circumspect.localization.ceiling_image import CeilingImage
 from circumspect.localization.fixed_camera import FixedCamera
+from circumspect.localization.leap_guard import CONFIRMED, LeapGuard
 from circumspect.localization.sighting import Sighting
 from circumspect.localization.slots import slots
 from circumspect.localization.space_fix import SpaceFix
@@ -18,9 +19,10 @@ from circumspect.localization.space_tracker import SpaceTracker
 from circumspect.localization.tag_mount import TagMount
 from circumspect.localization.tag_watch import TagWatch
 
-LEAP, BEHIND, CONFIRMED = 10.0, 1.0, 3
-"""Stamps so far ahead of the latest fix, or behind it [s], are believed once so many times in a row
-were that."""
+BEHIND = 1.0
+"""Stamps so far behind the latest fix [s] are believed after a few of them in a row."""
+MOST_WAITING = 30
+"""So many times wait at most for those that tell whether their stamps can be believed."""
 
 
 class IntelligentSpace:
@@ -49,7 +51,8 @@ class IntelligentSpace:
         self.mount, self.settings = mount or TagMount(), settings or SpaceSettings()
         self._watches = {c.name: TagWatch(c, self.mount, self.settings) for c in cameras}
         self._tracker = SpaceTracker(self.settings)
-        self._leaps = self._behind = 0
+        self._guard = LeapGuard(self._watches)
+        self._behind = 0
         self._set_back: list[str] = []
         self._pool = ThreadPoolExecutor(min(self.settings.workers, len(names)))
 
@@ -59,20 +62,33 @@ class IntelligentSpace:
         return (*self._tracker.watch.reports, *self._set_back)
 
     def track(self, images: Iterable[CeilingImage]) -> Iterator[SpaceFix]:
-        """A fix for the images of each time.
+        """A fix for the images of each time, in the order of arrival.
+
+        Images whose stamps leap ahead wait until those that follow tell whether they can be
+        believed: then they are fixes like others, and else such of the time before, with the
+        reason.
 
         Args:
             images: Of all cameras, in the order of arrival.
         """
+        waiting: list[Sequence[CeilingImage]] = []
         for slot in slots(images, self.settings.slot):
-            yield self.locate(slot)
+            until = self._guard.until(slot, self._tracker.stamp)
+            waiting.append(slot)
+            leaps = max(image.stamp for image in slot) > until
+            if not leaps or len(waiting) >= MOST_WAITING:
+                yield from (self._located(held, until) for held in waiting)
+                waiting = []
+        until = self._guard.until_the_end(self._tracker.stamp)
+        yield from (self._located(held, until) for held in waiting)
 
     def locate(self, images: Sequence[CeilingImage]) -> SpaceFix:
         """Where the robot is by the images of one time.
 
         Args:
             images: At least one, at most one a camera. Cameras that are not calibrated, images
-                that come late and tags that can not be are left out, with the reason.
+                that come late, stamps that leap ahead and tags that can not be are left out, with
+                the reason. A leap of all cameras at once is believed, another one the third time.
 
         Returns:
             The fix; where all images come late, that of the time before, with the reasons.
@@ -82,14 +98,14 @@ class IntelligentSpace:
         """
         if not images:
             raise InputError("there is no image to see the robot in")
+        return self._located(images, self._guard.until(images, self._tracker.stamp))
+
+    def _located(self, images: Sequence[CeilingImage], until: float) -> SpaceFix:
+        """See `locate`; stamps later than `until` [s] are leaps."""
         self._begin_anew_if_set_back(max(image.stamp for image in images))
         after = self._tracker.stamp
-        # A clock that leaps once must not make everything after it late.
-        patient = np.isfinite(after) and self._leaps < CONFIRMED
-        until = after + LEAP if patient else np.inf
         sightings = list(self._pool.map(lambda image: self._look(image, after, until), images))
         fresh = [s.stamp for s in sightings if after < s.stamp <= until]
-        self._leaps = self._leaps + 1 if any(s.stamp > until for s in sightings) else 0
         return self._tracker.take(float(np.median(fresh)) if fresh else after, sightings)
 
     def _begin_anew_if_set_back(self, newest: float) -> None:

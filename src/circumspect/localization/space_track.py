@@ -23,22 +23,29 @@ class SpaceTrack:
         reports: What was noticed about cameras and clocks.
         late: Fixes that are not later than one before: of images that came late, or of a clock
             that was set back. They are part of no path.
+        leaps: Fixes without news, of images whose stamps leapt ahead. Nor are they.
     """
 
     fixes: tuple[SpaceFix, ...]
     reports: tuple[str, ...] = ()
     late: tuple[SpaceFix, ...] = ()
+    leaps: tuple[SpaceFix, ...] = ()
 
     @classmethod
     def of(cls, fixes: Iterable[SpaceFix], reports: Iterable[str] = ()) -> SpaceTrack:
         """Those whose stamp is later than all before, and the others apart."""
         kept: list[SpaceFix] = []
         late: list[SpaceFix] = []
+        leaps: list[SpaceFix] = []
         for fix in fixes:
-            in_time = not kept or fix.stamp > kept[-1].stamp
-            (kept if in_time else late).append(fix)
+            if not kept or fix.stamp > kept[-1].stamp:
+                kept.append(fix)
+            else:
+                (leaps if _leapt(fix) else late).append(fix)
         told = [f"{len(late)} times came late and are part of no path"] if late else []
-        return cls(tuple(kept), (*reports, *told), tuple(late))
+        if leaps:
+            told.append(f"{len(leaps)} times leapt ahead of the others and are part of no path")
+        return cls(tuple(kept), (*reports, *told), tuple(late), tuple(leaps))
 
     def known(self, bridged: bool = True) -> tuple[SpaceFix, ...]:
         """Fixes that have a pose.
@@ -74,13 +81,14 @@ class SpaceTrack:
         views: Counter[str] = Counter(name for fix in self.fixes for name in fix.cameras)
         reasons: Counter[str] = Counter(
             f"{s.camera}: {s.reason}"
-            for fix in (*self.fixes, *self.late)
+            for fix in (*self.fixes, *self.late, *self.leaps)
             for s in fix.sightings
             if s.reason
         )
         return {
             "times": len(self.fixes),
             "late": len(self.late),
+            "leaps": len(self.leaps),
             "states": dict(states),
             "cameras": dict(sorted(views.items())),
             "rejected": dict(reasons.most_common(20)),
@@ -88,6 +96,11 @@ class SpaceTrack:
             "space_yaw_error_deg": self.stated_yaw_error_deg,
             "reports": list(self.reports),
         }
+
+
+def _leapt(fix: SpaceFix) -> bool:
+    """Whether all of its images are of a later time than it tells of."""
+    return bool(fix.sightings) and all(s.stamp > fix.stamp for s in fix.sightings)
 
 
 def _rms(values: list[float]) -> float | None:

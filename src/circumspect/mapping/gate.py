@@ -19,11 +19,14 @@ class Verdict:
     Attributes:
         reason: "open", or why the registration is not to be believed.
         contradicts: The frame does not show what it should from there: the belief itself is in
-            doubt. Where False and not open, the frame just says too little.
+            doubt.
+        mute: The frame says nothing: it neither supports the belief nor contradicts. One that is
+            not open, but neither of both, agrees as far as it says something.
     """
 
     reason: str = GATE_OPEN
     contradicts: bool = False
+    mute: bool = False
 
     @property
     def is_open(self) -> bool:
@@ -72,7 +75,9 @@ class GateSettings:
         """
         least = self.least_overlap if least_overlap is None else least_overlap
         if found.points < self.fewest_points:
-            return Verdict(f"{found.points} points in range; {self.fewest_points} are needed")
+            return Verdict(
+                f"{found.points} points in range; {self.fewest_points} are needed", mute=True
+            )
         if found.inliers < self.fewest_inliers:
             return Verdict(f"{found.inliers} inliers; {self.fewest_inliers} are needed", True)
         if found.overlap < least:
@@ -90,7 +95,7 @@ class GateSettings:
                 f"{np.sqrt(distance):.1f} standard deviations from where it was expected", True
             )
         if not found.converged:
-            return Verdict(f"not converged after {found.iterations} steps")
+            return Verdict(f"not converged after {found.iterations} steps", mute=True)
         weakest = weakest_direction(found.hessian)
         if weakest > self.weakest:
             return Verdict(f"the scene holds one direction to {weakest:.3f} m only")

@@ -96,7 +96,8 @@ def pair_edge(
         and the wheels do.
     """
     expected = one.T_map_camera.inv() * other.T_map_camera
-    consecutive, loop = other.number - one.number == 1, closes_a_loop(one.number, other.number)
+    consecutive = is_consecutive(one.number, other.number)
+    loop = closes_a_loop(one.number, other.number)
     # Both were fitted to the same map, from frame to frame.
     tracked = one.passage.stretch == other.passage.stretch and not loop
     broken = consecutive and other.passage.broken
@@ -154,6 +155,11 @@ def joined(
     total = information + other_information
     step = np.linalg.solve(total, other_information @ se3.log(T.inv() * T_other))
     return T * se3.exp(step), total
+
+
+def is_consecutive(first: int, second: int) -> bool:
+    """Whether a keyframe was the next one after another, by their numbers."""
+    return second - first == 1
 
 
 def closes_a_loop(first: int, second: int) -> bool:

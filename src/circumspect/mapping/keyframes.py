@@ -15,6 +15,7 @@ from circumspect.mapping.heirs import Heirs
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.keyframe_pairs import (
     closes_a_loop,
+    is_consecutive,
     pair_edge,
     showing_the_same,
     view_covariance,
@@ -208,9 +209,9 @@ class Keyframes:
 
     def fit_next(self) -> None:
         """Fit the next pair that waits to each other: an edge of the graph."""
-        first, second = self._queue.popleft()
-        if first not in self._by_number or second not in self._by_number:
-            return
+        self._fit(*self._queue.popleft())
+
+    def _fit(self, first: int, second: int) -> None:
         edge = pair_edge(self[first], self[second], self._voxel, self._registration, self._gate)
         if edge is not None:
             self._edges.append(edge)
@@ -272,6 +273,9 @@ class Keyframes:
             if apart.min() < least:
                 least, closest = float(apart.min()), (number, numbers[int(apart.argmin())])
         gone, heir = closest
+        # The chain of the drive goes over to the heir, too; it is fitted while both ends are there.
+        for pair in [pair for pair in self._queue if gone in pair and is_consecutive(*pair)]:
+            self._fit(*pair)
         T_heir_gone = self[heir].T_map_camera.inv() * self[gone].T_map_camera
         self._heirs.gave_way(gone, heir, T_heir_gone)
         edges = bridged(self._edges, gone, heir, T_heir_gone)

@@ -202,7 +202,8 @@ def thinned(edges: list[Edge], most: int) -> list[Edge]:
     """At most one edge a pair of poses, the firmest, and no more than `most` in all.
 
     Bridging hangs edges of one pose after another on the same heirs. Of too many, those between
-    the poses with the most edges go first; what is not robust, the chain of the drive, stays.
+    the poses with the most edges go first. What is not robust, the chain of the drive, stays, and
+    what alone holds two parts together.
     """
     best: dict[tuple[int, int], Edge] = {}
     for edge in edges:
@@ -211,14 +212,27 @@ def thinned(edges: list[Edge], most: int) -> list[Edge]:
         if known is None or _firmness(edge) > _firmness(known):
             best[pair] = edge
     kept = list(best.values())
+    holding = _spanning(kept) if len(kept) > most else set()
     while len(kept) > most:
         ends = Counter(number for edge in kept for number in (edge.first, edge.second))
-        loose = [index for index, edge in enumerate(kept) if edge.robust]
+        loose = [n for n, edge in enumerate(kept) if edge.robust and edge not in holding]
         if not loose:
             break
         crowd = [min(ends[kept[index].first], ends[kept[index].second]) for index in loose]
         del kept[loose[int(np.argmax(crowd))]]
     return kept
+
+
+def _spanning(edges: list[Edge]) -> set[Edge]:
+    """The firmest edges that hold together all that is connected: a spanning forest, by Kruskal."""
+    part = {number: number for edge in edges for number in (edge.first, edge.second)}
+    chosen = set()
+    for edge in sorted(edges, key=_firmness, reverse=True):
+        one, other = part[edge.first], part[edge.second]
+        if one != other:
+            chosen.add(edge)
+            part = {number: one if at == other else at for number, at in part.items()}
+    return chosen
 
 
 def _firmness(edge: Edge) -> tuple[bool, float]:

@@ -46,6 +46,15 @@ class Recognition:
         """A frame was where it should be, or told of nowhere."""
         self._supposed, self._times = None, 0
 
+    def carry(self, T_before_now: RigidTransform) -> None:
+        """Keep what is supposed over a frame that says nothing.
+
+        Args:
+            T_before_now: How the camera moved since the last frame.
+        """
+        if self._supposed is not None:
+            self._supposed = self._supposed * T_before_now
+
     def believed(
         self,
         fits: list[Registration],

@@ -101,12 +101,16 @@ class RegisteredPoses(PoseEstimator):
         # A frame that fits nowhere near: perhaps the robot was carried off
         if best.verdict.contradicts:
             best = self._recognised(frame, scan, best.belief) or best
+        elif best.verdict.mute:
+            # A doubt is not removed by a frame that says nothing.
+            self._recognition.carry(self._belief.T_map_camera.inv() * best.belief.T_map_camera)
         else:
             self._recognition.forget()
         if best.verdict.contradicts:
             best = best.doubted(self.settings.doubt)
-
-        self._doubts = self._doubts + 1 if best.verdict.contradicts else 0
+            self._doubts += 1
+        elif not best.verdict.mute:
+            self._doubts = 0
         self._remember(frame, best)
         # A direction that the scene does not hold is held by the wheels for a while.
         if self._is_certain(best) and len(scan) >= self.settings.gate.fewest_points:
@@ -186,9 +190,8 @@ class RegisteredPoses(PoseEstimator):
         if verdict.is_open and is_hasty(
             scan, self.scene, found, believed, self._most_usual, self.settings.registration
         ):
-            return Attempt(believed, Verdict("far from where it was expected"), source)
-        says = found.converged and found.points >= self.settings.gate.fewest_points
-        if verdict.contradicts or not says:
+            return Attempt(believed, Verdict("far from where it was expected", mute=True), source)
+        if verdict.contradicts or verdict.mute:
             return Attempt(believed, verdict, source, found)
         # By their information; directions that the scene does not hold stay as predicted.
         fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
@@ -327,7 +330,7 @@ class RegisteredPoses(PoseEstimator):
         """Whether to build on it: nothing speaks against it, and it is known well enough."""
         turn, place = attempt.belief.sigmas
         known = turn < self.settings.certain[0] and place < self.settings.certain[1]
-        return known and not attempt.verdict.contradicts
+        return known and self._doubts == 0
 
     def _told(self, frame: RgbdFrame, attempt: Attempt) -> PoseEstimate:
         believed = self._belief or attempt.belief

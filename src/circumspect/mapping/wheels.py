@@ -15,6 +15,9 @@ from circumspect.sensing import Odometry, RgbdFrame
 
 MISLED = np.array([0.015, 0.05])
 """Wheels whose step differs by more than this [m], [rad] and half of it spin, jump or are stuck."""
+FARTHEST_STEP = 1e3
+"""Wheels that tell of more than this [m] from one frame to the next tell nothing: a counter leapt
+or a message is broken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +66,7 @@ class Wheels:
         Wheels that misled when the scene last knew better are worth no more than a guess.
         """
         mounts, before, now = self._mounts(frame), self._last, frame.odometry
-        if mounts is None or before is None or now is None:
+        if mounts is None or before is None or now is None or self._told(now) is None:
             return None
         moved, covariance = wheel_motion(
             before, now, self.grip, mounts, self._settings, self._unheld
@@ -99,19 +102,24 @@ class Wheels:
         before, now = self._mount, frame.T_base_camera
         return None if now is None else (now if before is None else before, now)
 
+    def _told(self, now: Odometry | None) -> PlanarPose | None:
+        """The robot in its frame before, by the wheels; None where they tell nothing."""
+        if self._last is None or now is None:
+            return None
+        told = self._last.T_odom_base.inverse() @ now.T_odom_base
+        return told if np.abs(told.xy).max() <= FARTHEST_STEP else None
+
     def _further(self, now: Odometry | None) -> tuple[float, float]:
         """Way [m] and turn [rad] by the wheels alone, up to now."""
-        way, turn = self._unheld
-        if self._last is None or now is None:
+        (way, turn), told = self._unheld, self._told(now)
+        if told is None:
             return way, turn
-        told = self._last.T_odom_base.inverse() @ now.T_odom_base
         return way + float(np.hypot(told.x, told.y)), turn + abs(told.yaw)
 
     def _learn(self, frame: RgbdFrame, T_before_now: RigidTransform) -> None:
-        mounts, before, now = self._mounts(frame), self._last, frame.odometry
-        if mounts is None or before is None or now is None:
+        mounts, told = self._mounts(frame), self._told(frame.odometry)
+        if mounts is None or told is None:
             return
-        told = before.T_odom_base.inverse() @ now.T_odom_base
         found = PlanarPose.from_transform(mounts[0] * T_before_now * mounts[1].inv())
         if self.grip.is_contradicted(told, found, MISLED):
             self._misled = True

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
 from torch import Tensor, nn
 
 from circumspect.classification import InputRecipe, recipe_from_dict
 from circumspect.errors import InputError, WeightsError
 from circumspect.nets.registry import build_net
-from circumspect.storage import atomic_path
+from circumspect.nets.tensor_file import save_tensors
 
 HEADER = "circumspect"
 
@@ -67,9 +66,7 @@ class Checkpoint:
             "grid": self.recipe.to_dict(),
             "training": dict(self.training),
         }
-        tensors = {name: value.contiguous() for name, value in self.weights.items()}
-        with atomic_path(path) as aside:
-            save_file(tensors, aside, {HEADER: json.dumps(header)})
+        save_tensors(path, self.weights, {HEADER: json.dumps(header)})
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Checkpoint:

@@ -191,3 +191,18 @@ def build_net(name: str, classes: int, recipe: InputRecipe) -> nn.Module:
         if layout := layouts.get(parameter.ndim):
             parameter.data = parameter.data.contiguous(memory_format=layout)
     return net
+
+
+def require_takes(name: str, recipe: InputRecipe) -> None:
+    """Find out before long work whether a network can be shown such inputs.
+
+    Args:
+        name: One of `NETS`.
+        recipe: What it would be shown.
+
+    Raises:
+        InputError: No network of that name, or it can not be shown that.
+    """
+    # Shapes without numbers: the largest of them have millions.
+    with torch.device("meta"):
+        build_net(name, 2, recipe)

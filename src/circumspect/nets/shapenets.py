@@ -26,7 +26,7 @@ class ShapeNets(nn.Module):
         super().__init__()
         left = [(((cells - 6) // 2 + 1) - 5) // 2 + 1 - 3 for cells in shape]
         if min(left) < 1:
-            raise InputError(f"3dshapenets needs 24 cells or more along each axis, not {shape}")
+            raise InputError(f"3dshapenets needs 26 cells or more along each axis, not {shape}")
         self.layers = nn.Sequential(
             nn.Conv3d(1, 48, 6, stride=2),
             nn.ReLU(),

@@ -73,7 +73,7 @@ def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str,
     prediction, last = result.prediction, result.last
     if prediction is None or last is None:
         return "no answer", ""
-    title = f"{_words(prediction.label)}, {prediction.probability:.0%} sure"
+    title = f"{_words(prediction.label)}, {prediction.probability:.0%} sure{prediction.doubt}"
     truth = config.get("truth")
     if truth is not None:
         right = truth == prediction.label

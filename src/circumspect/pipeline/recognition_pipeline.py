@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import closing, nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -73,6 +74,7 @@ class RecognitionPipeline:
         self._corrections = poses.corrections
         self._stamp: float | None = None
         self._count = 0
+        self._seen = 0.0
 
     def run(self, frames: Iterable[RgbdFrame]) -> RecognitionResult:
         """Take all frames, telling the observers.
@@ -80,7 +82,7 @@ class RecognitionPipeline:
         A further run goes on with the object as it is known; its frames are counted from 0 again.
 
         Whatever ends the run early, Ctrl-C included, the observers' `on_end` gets the steps so
-        far before the exception goes on.
+        far before the exception goes on. Before that a generator of frames is closed.
 
         Args:
             frames: In the order in which they were taken.
@@ -96,13 +98,15 @@ class RecognitionPipeline:
         complete = False
         self._count = 0
         try:
-            for frame in frames:
-                step = self.step(frame)
-                if steps:
-                    steps[-1] = steps[-1].lightened()
-                steps.append(step)
-                for observer in self.observers:
-                    observer.on_step(steps[-1])
+            # What drives for its frames stops before loops are closed and files written.
+            with closing(frames) if isinstance(frames, Generator) else nullcontext():
+                for frame in frames:
+                    step = self.step(frame)
+                    if steps:
+                        steps[-1] = steps[-1].lightened()
+                    steps.append(step)
+                    for observer in self.observers:
+                        observer.on_step(steps[-1])
             complete = True
         finally:
             result = RecognitionResult(self._settled(steps), interrupted=not complete)
@@ -198,6 +202,13 @@ class RecognitionPipeline:
         return True
 
     def _grid_model(self) -> bool:
+        """Grid the model and tell how much of it was seen; False where there is too little."""
+        gridded = self._fill_grid()
+        if self.grid is not None:
+            self._seen = share_seen(self.model.views_xyz, self.grid)
+        return gridded
+
+    def _fill_grid(self) -> bool:
         """Fit and fill the grid; False where too little is known to span one."""
         try:
             cloud = self.model.cloud()
@@ -237,7 +248,7 @@ class RecognitionPipeline:
             outcome=outcome,
             pose=pose,
             object_pixels=object_pixels,
-            seen=0.0 if self.grid is None else share_seen(self.model.views_xyz, self.grid),
+            seen=self._seen,
             model=self.model,
             grid=self.grid,
             prediction=self.prediction,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator
 
 import numpy as np
 
@@ -121,7 +121,8 @@ class ObjectScan:
     def run(self) -> RecognitionResult:
         """Scan until there is a reason to end, which `ended` then tells.
 
-        Whatever ends it, Ctrl-C included, the robot stops and the observers get what was gathered.
+        Whatever ends it, Ctrl-C included, the robot stops, and then the observers get what was
+        gathered.
         """
         told = self.pipeline.observers
         self.pipeline.observers = (_Listener(self), *told)
@@ -131,8 +132,11 @@ class ObjectScan:
             self.pipeline.observers = told
             self.robot.stop()
 
-    def _frames(self) -> Iterator[RgbdFrame]:
-        """The algorithm: each frame goes through the pipeline before the robot moves on."""
+    def _frames(self) -> Frames:
+        """The algorithm: each frame goes through the pipeline before the robot moves on.
+
+        However it ends, closed from outside included, the robot stops at once.
+        """
         try:
             # Find the object
             yield from self._look()
@@ -153,6 +157,8 @@ class ObjectScan:
                 yield from self._turn_until(lambda: self._known.certain, LOST)
         except ScanOver as over:
             self.ended = str(over)
+        finally:
+            self.robot.stop()
 
     @timed("plan")
     def _next_view(self) -> NextView:
@@ -210,7 +216,7 @@ class ObjectScan:
     @timed("plan")
     def _hindrance(self, way: Route, watch: ProgressWatch) -> str:
         """What keeps the robot from going on; `REACHED` where nothing does."""
-        if watch.stuck(self.robot.now, self.T_map_base):
+        if watch.stuck(self.robot.now - self.robot.held, self.T_map_base):
             return BLOCKED
         known, settings = self._known, self.settings
         if known.doubted_for > settings.unsure_after or known.blind_for > settings.blind_after:

@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.geometry import wrapped
 from circumspect.grid import OccupancyGrid
 
-HALF_VIEW = float(np.radians(45.0))
-"""A view shows the sides that face it within this angle [rad]."""
 SECTORS = 72
+WIDTH = 2 * np.pi / SECTORS
+"""Of a sector [rad]."""
+HALF_VIEW = SECTORS // 8
+"""A view shows the sides that face it within 45°: so many sectors to either side."""
+FACING = (np.arange(SECTORS)[:, None] + np.arange(1 - HALF_VIEW, 1 + HALF_VIEW)) % SECTORS
+"""(72, 18) the borders between sectors that are within 45° of each sector's middle; border k is
+where sector k begins."""
 
 
 def share_seen(views_xyz: NDArray[np.floating], grid: OccupancyGrid) -> float:
@@ -23,10 +27,9 @@ def share_seen(views_xyz: NDArray[np.floating], grid: OccupancyGrid) -> float:
     Returns:
         0 without views, 0.25 for a single one, 1 all round.
     """
-    if len(views_xyz) == 0:
-        return 0.0
     offset = views_xyz[:, :2] - np.asarray(grid.grid.centre_xyz[:2])
     bearings = np.arctan2(offset[:, 1], offset[:, 0])
-    sectors = (np.arange(SECTORS) + 0.5) * (2 * np.pi / SECTORS)
-    apart = np.abs(wrapped(sectors[:, None] - bearings[None, :]))
-    return float((apart.min(axis=1) <= HALF_VIEW).mean())
+    # Views that are nearest to the same border show the same sectors.
+    from_border = np.zeros(SECTORS, bool)
+    from_border[np.rint(bearings / WIDTH).astype(np.intp) % SECTORS] = True
+    return float(from_border[FACING].any(axis=1).mean())

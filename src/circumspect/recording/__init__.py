@@ -4,7 +4,7 @@ from circumspect.recording.bag_recording import BagRecording, BagSettings
 from circumspect.recording.ceiling_bag import CeilingBag
 from circumspect.recording.frame_folder import FrameFolder
 from circumspect.recording.open_recording import is_bag, open_bag, open_recording
-from circumspect.recording.recording import GivenPoses, Recording
+from circumspect.recording.recording import Recording
 from circumspect.recording.recording_robot import RecordingRobot
 from circumspect.recording.run_recorder import CALIBRATED, RunRecorder
 from circumspect.recording.seven_scenes import SevenScenesFolder
@@ -17,7 +17,6 @@ __all__ = [
     "BagSettings",
     "CeilingBag",
     "FrameFolder",
-    "GivenPoses",
     "Recording",
     "RecordingRobot",
     "RunRecorder",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from scipy.spatial.transform import RigidTransform
 
@@ -12,7 +12,7 @@ from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
 from circumspect.recording.bag import Bag
 from circumspect.recording.frame_assembly import AssemblySettings, ClockError, FrameAssembly
-from circumspect.recording.recording import GivenPoses, Recording
+from circumspect.recording.recording import Recording
 from circumspect.recording.run_recorder import MAP, SYNCHRONOUS
 from circumspect.recording.topic_choice import TopicNames, chosen, require_info
 from circumspect.sensing import RgbdFrame
@@ -52,7 +52,7 @@ class BagRecording(Recording):
         self,
         bag: Bag,
         every: int = 1,
-        poses: GivenPoses = GivenPoses.ALL,
+        poses: bool = True,
         settings: BagSettings | None = None,
     ) -> None:
         """Choose the topics.
@@ -60,7 +60,7 @@ class BagRecording(Recording):
         Args:
             bag: The messages.
             every: Take each n-th frame only.
-            poses: Which of the poses that transforms tell frames bring along.
+            poses: Whether frames bring along the poses that transforms tell.
             settings: How the bag is to be understood.
 
         Raises:
@@ -122,24 +122,24 @@ class BagRecording(Recording):
                 yield frame
                 continue
             left += 1
-            self.skipped[UNTOLD] = f"{left}, for no transforms told {what} by then"
+            self.skipped[UNTOLD] = f"{left}, for no transforms told {what} at their time"
         if not given:
             # Who reads the complaint need not be told of every frame as well.
             self.skipped.pop(UNTOLD)
             names = sorted(assembly.known_frames)
             told = ", ".join(names[:SHOWN]) + (", …" if len(names) > SHOWN else "")
             raise InputError(
-                f"{self.path}: no transforms tell {what}; they tell of: {told or 'none'}; {remedy}"
+                f"{self.path}: no transforms tell {what} when an image was taken; they tell of: "
+                f"{told or 'none'}; {remedy}"
             )
 
     def _given(self, assembly: FrameAssembly) -> Iterator[RgbdFrame]:
-        given, posed = 0, False
+        given = 0
         for number, frame in enumerate(self._frames(assembly)):
             if number % self.every:
                 continue
-            hidden = self.poses is GivenPoses.FIRST and posed
-            given, posed = given + 1, posed or _has_pose(frame)
-            yield replace(frame, T_map_camera=None) if hidden else frame
+            given += 1
+            yield frame
         for name, reason in self.bag.left_out.items():
             self.skipped[name] = reason
             _log.warning("%s: %s left out: %s", self.path, name, reason)
@@ -149,7 +149,7 @@ class BagRecording(Recording):
 
     def _assembly(self) -> FrameAssembly:
         s = self.settings
-        wanted = None if self.poses is GivenPoses.NONE else s.map_frame
+        wanted = s.map_frame if self.poses else None
         synchronous = self.bag.notes.get(SYNCHRONOUS) == "true"
         return FrameAssembly(
             self.topics, AssemblySettings(s.camera, s.T_base_camera, wanted, synchronous)

@@ -34,6 +34,8 @@ WITHOUT_CAMERA = 30
 LEAP, BACK = 5.0, 1.0
 """From image to image stamps gain no more than this on the clock by which they are heard, and fall
 by no more than that [s]. They may lose any time: a source that was paused goes on where it was."""
+LASTING = "tf_static"
+"""Last word of the topics on which transforms are told for good."""
 MOST_WAITING = 100
 """So many depth images wait at most, whatever the clocks say."""
 
@@ -82,6 +84,8 @@ class FrameAssembly:
     Attributes:
         skipped: Name of a frame to why it was left out.
         unread: Topic to why its last message that could not be used was left out.
+        odom_frame: That of the odometry, by its messages or else by the settings; None as long as
+            neither tells it.
     """
 
     def __init__(
@@ -105,6 +109,7 @@ class FrameAssembly:
         self._tree = TransformTree()
         self._buffer = OdometryBuffer()
         self._since_image: Odometry | None = None
+        self.odom_frame = settings.odom_frame
         self._base = settings.base_frame
         self._colours: deque[Any] = deque(maxlen=COLOURS)
         self._waiting: deque[tuple[BagMessage, Odometry | None]] = deque()
@@ -129,12 +134,10 @@ class FrameAssembly:
             if message.topic == topics.info and self._settings.camera is None:
                 self._learn_camera(told)
             elif message.topic in topics.transforms:
-                self._tree.heard(told)
+                self._tree.heard(told, lasting=message.topic.endswith(LASTING))
                 self._hear_moving_base(told)
             elif message.topic == topics.odometry:
-                self._base = told.child_frame_id or self._base
-                self._since_image = odometry_of(told)
-                self._buffer.heard(self._since_image)
+                self._hear_odometry(told)
             elif message.topic == topics.colour:
                 self._colours.append(told)
         except CircumspectError as error:
@@ -145,7 +148,7 @@ class FrameAssembly:
         yield from self._complete(message.log_time)
 
     def restart(self) -> None:
-        """Forget what belongs to the time before a leap; camera and last transforms stay."""
+        """Forget what belongs to the time before a leap; the camera and what stands still stay."""
         self._buffer, self._since_image, self._clock = OdometryBuffer(), None, None
         self._colours.clear()
         self.let_go()
@@ -159,6 +162,12 @@ class FrameAssembly:
         """The frames that still wait when no more messages come."""
         while self._waiting:
             yield from self._next()
+
+    def _hear_odometry(self, told: Any) -> None:
+        self._base = told.child_frame_id or self._base
+        self._since_image = odometry_of(told)
+        self._buffer.heard(self._since_image)
+        self.odom_frame = plain(told.header.frame_id) or self.odom_frame
 
     def _hear_moving_base(self, told: Any) -> None:
         """Take transforms for odometry where no topic holds it."""

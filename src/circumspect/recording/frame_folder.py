@@ -6,14 +6,13 @@ import logging
 import os
 from abc import abstractmethod
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.recording.matrix_file import read_numbers
-from circumspect.recording.recording import GivenPoses, Recording
+from circumspect.recording.recording import Recording
 from circumspect.sensing import RgbdFrame
 
 INTRINSICS_FILE = "camera-intrinsics.txt"
@@ -27,7 +26,7 @@ class FrameFolder(Recording):
     A frame that can not be read is left out and the reason kept in `skipped`.
     """
 
-    def __init__(self, path: str | os.PathLike[str], every: int, poses: GivenPoses) -> None:
+    def __init__(self, path: str | os.PathLike[str], every: int, poses: bool) -> None:
         """Check what needs no look into files.
 
         Raises:
@@ -72,9 +71,8 @@ class FrameFolder(Recording):
                 self.skipped[name] = str(error)
                 _log.warning("frame left out: %s", error)
                 continue
-            hidden = self.poses is GivenPoses.FIRST and read > 0
             read += 1
-            yield replace(frame, T_map_camera=None) if hidden else frame
+            yield frame
         if not read:
             raise InputError(
                 f"{self.path}: none of {len(self)} frames can be read; the first: "

@@ -176,17 +176,27 @@ def camera_info(
 
 
 def camera_of(info: Any) -> PinholeCamera:
-    """The camera of a `sensor_msgs/CameraInfo`, of ROS 2 or ROS 1.
+    """The camera of rectified images by a `sensor_msgs/CameraInfo`, of ROS 2 or ROS 1.
+
+    P is of the rectified image. Some drivers leave it empty; then K, of the raw one, has to do.
 
     Raises:
         InputError: It states no focal length, or binned images.
     """
-    K = np.asarray(info.k if hasattr(info, "k") else info.K, np.float64)
-    if K.shape != (9,) or not np.isfinite(K).all() or not (K[[0, 4]] > 0).all():
+    P = _stated(info, "p", (3, 4))[:, :3]
+    matrix = P if P[0, 0] > 0 else _stated(info, "k", (3, 3))
+    (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
+    if not np.isfinite(matrix).all() or not (fx > 0 and fy > 0):
         raise InputError("the CameraInfo states no focal length: is the camera calibrated?")
     if max(info.binning_x, info.binning_y) > 1:
         raise InputError("the CameraInfo tells of binned images, which are not known here")
-    return PinholeCamera(info.width, info.height, K[0], K[4], K[2], K[5])
+    return PinholeCamera(info.width, info.height, fx, fy, cx, cy)
+
+
+def _stated(info: Any, name: str, shape: tuple[int, int]) -> NDArray[np.float64]:
+    """A matrix of a CameraInfo, whose names ROS 1 writes in capitals; zeros where it is none."""
+    stated = np.asarray(getattr(info, name if hasattr(info, name) else name.upper()), np.float64)
+    return stated.reshape(shape) if stated.size == shape[0] * shape[1] else np.zeros(shape)
 
 
 def is_distorted(info: Any) -> bool:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 
-from circumspect.geometry import PlanarPose, wrapped
+from circumspect.geometry import PlanarPose
+from circumspect.recording.pose_interpolation import APART, KEPT, NEAR, between
+from circumspect.robot import arc
 from circumspect.sensing import Odometry
-
-NEAR = 0.2
-"""Odometry further away in time [s] tells nothing of a frame."""
-KEPT = 10.0
-"""Older messages are forgotten [s]."""
 
 
 class OdometryBuffer:
@@ -38,29 +36,38 @@ class OdometryBuffer:
         return bool(self._heard) and self._heard[-1].stamp >= stamp
 
     def at(self, stamp: float) -> Odometry | None:
-        """The odometry at a time [s]: between the two messages around it, or the nearest one.
+        """The odometry at a time [s], or None where no message within `NEAR` tells it.
 
-        None where there is none within `NEAR`.
+        Between two messages no further than `APART` from each other it is on the even arc. A
+        message that is left alone by a gap or by the end is carried on by its own velocity.
         """
         after = next((k for k, o in enumerate(self._heard) if o.stamp >= stamp), len(self._heard))
         around = [self._heard[k] for k in (after - 1, after) if 0 <= k < len(self._heard)]
-        near = [o for o in around if abs(o.stamp - stamp) <= NEAR]
-        exact = [o for o in near if o.stamp == stamp]
-        if exact or not near:
-            return exact[0] if exact else None
-        return near[0] if len(near) == 1 else between(near[0], near[1], stamp)
+        nearest = min(around, key=lambda odometry: abs(odometry.stamp - stamp), default=None)
+        if nearest is None or abs(nearest.stamp - stamp) > NEAR:
+            return None
+        if nearest.stamp == stamp:
+            return nearest
+        if len(around) == 2 and around[1].stamp - around[0].stamp <= APART:
+            return _on_the_arc(around[0], around[1], stamp)
+        return _carried(nearest, stamp)
 
 
-def between(one: Odometry, other: Odometry, stamp: float) -> Odometry:
+def _on_the_arc(before: Odometry, after: Odometry, stamp: float) -> Odometry:
     """The odometry between two messages, as if the robot had driven an even arc."""
-    share = (stamp - one.stamp) / (other.stamp - one.stamp)
-    a, b = one.T_odom_base, other.T_odom_base
-    turned = wrapped(b.yaw - a.yaw)
-    x, y = (1 - share) * a.xy + share * b.xy
+    share = (stamp - before.stamp) / (after.stamp - before.stamp)
+    ends = before.T_odom_base.as_transform(), after.T_odom_base.as_transform()
     return Odometry(
         stamp,
-        PlanarPose(float(x), float(y), a.yaw + share * turned),
-        (1 - share) * one.covariance + share * other.covariance,
-        (1 - share) * one.forward + share * other.forward,
-        (1 - share) * one.turn + share * other.turn,
+        PlanarPose.from_transform(between(*ends, share)),
+        (1 - share) * before.covariance + share * after.covariance,
+        (1 - share) * before.forward + share * after.forward,
+        (1 - share) * before.turn + share * after.turn,
     )
+
+
+def _carried(odometry: Odometry, stamp: float) -> Odometry:
+    """The odometry a little later or earlier, at the same velocity."""
+    time = stamp - odometry.stamp
+    moved = arc(odometry.forward * time, odometry.turn * time)
+    return replace(odometry, stamp=stamp, T_odom_base=odometry.T_odom_base @ moved)

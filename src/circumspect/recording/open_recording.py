@@ -9,7 +9,7 @@ from circumspect.errors import InputError
 from circumspect.recording.bag import Bag
 from circumspect.recording.bag_recording import BagRecording, BagSettings
 from circumspect.recording.mcap_bag import McapBag
-from circumspect.recording.recording import GivenPoses, Recording
+from circumspect.recording.recording import Recording
 from circumspect.recording.ros_bag import RosBag
 from circumspect.recording.seven_scenes import DEPTH_NAME, SevenScenesFolder
 from circumspect.recording.tum_rgbd import DEPTH_LIST, TumRgbdFolder
@@ -22,7 +22,7 @@ BAG_SUFFIXES = (MCAP_SUFFIX, ".db3", ".bag")
 def open_recording(
     path: str | os.PathLike[str],
     every: int = 1,
-    poses: GivenPoses = GivenPoses.ALL,
+    poses: bool = True,
     settings: BagSettings | None = None,
 ) -> Recording:
     """Open a recording, whichever kind it is.
@@ -31,7 +31,7 @@ def open_recording(
         path: An MCAP file, a bag of ROS 2 (folder or db3 file) or ROS 1, or a folder of 7-Scenes
             (frame-*.depth.png) or of TUM RGB-D (depth.txt).
         every: Take each n-th frame only.
-        poses: Which of the recorded poses frames bring along.
+        poses: Whether frames bring the recorded poses along.
         settings: How a bag is to be understood.
 
     Raises:

@@ -16,6 +16,8 @@ from circumspect.sensing import Odometry
 
 PLANAR = [0, 1, 5]
 """x, y and yaw among ROS's six."""
+FARTHEST = 1e9
+"""No robot is further away from where its frame begins [m]."""
 
 
 def odometry_message(odometry: Odometry, frame_id: str, child_frame_id: str) -> Any:
@@ -74,12 +76,13 @@ def transform_of(place: Any, orientation: Any) -> RigidTransform:
     """A pose of its two parts, whatever their types are called.
 
     Raises:
-        InputError: It is not finite, or the quaternion's length is far from 1.
+        InputError: It is not finite, or further away than any, or the quaternion's length is far
+            from 1.
     """
     xyz = np.array([place.x, place.y, place.z])
     xyzw = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
     length = math.hypot(*xyzw)  # Unlike NumPy's it can not overflow.
-    if not np.isfinite(xyz).all() or not abs(length - 1) < 0.01:
+    if not (np.abs(xyz) <= FARTHEST).all() or not abs(length - 1) < 0.01:
         at = [round(value, 3) for value in xyz.tolist()]
         raise InputError(f"a pose at {at} with the quaternion {xyzw.tolist()}")
     return RigidTransform.from_components(xyz, Rotation.from_quat(xyzw))

@@ -5,21 +5,11 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, MutableMapping
-from enum import Enum
 from pathlib import Path
 
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.sensing import RgbdFrame
-
-
-class GivenPoses(Enum):
-    """Which of the recorded poses frames bring along."""
-
-    ALL = "all"
-    FIRST = "first"
-    """Only the first one: it says where the map lies; the others are to be found."""
-    NONE = "none"
 
 
 class Recording(ABC):

@@ -15,7 +15,6 @@ from circumspect.geometry import PinholeCamera
 from circumspect.recording.frame_folder import FrameFolder
 from circumspect.recording.image_files import read_colour, read_depth
 from circumspect.recording.matrix_file import read_numbers, read_pose
-from circumspect.recording.recording import GivenPoses
 from circumspect.sensing import RgbdFrame
 
 FRAME_RATE = 30.0
@@ -44,14 +43,14 @@ class SevenScenesFolder(FrameFolder):
         self,
         path: str | os.PathLike[str],
         every: int = 1,
-        poses: GivenPoses = GivenPoses.ALL,
+        poses: bool = True,
     ) -> None:
         """Look the folder over; frames are read when they are asked for.
 
         Args:
             path: The folder.
             every: Take each n-th frame only.
-            poses: Which poses frames bring along.
+            poses: Whether frames bring the recorded poses along.
 
         Raises:
             InputError: No such folder, no frames in it, broken intrinsics or gravity direction.
@@ -78,7 +77,7 @@ class SevenScenesFolder(FrameFolder):
         number, depth_file = self._files[index]
         stem = depth_file.name.removesuffix(".depth.png")
         T_map_camera = None
-        if self.poses is not GivenPoses.NONE:
+        if self.poses:
             T_map_camera = self.T_map_world * read_pose(self.path / f"{stem}.pose.txt")
         millimetres = read_depth(depth_file)
         height, width = millimetres.shape

@@ -16,8 +16,9 @@ from circumspect.recording.ros_types import (
 )
 
 COMPRESSED = "/compressedDepth"
-USUAL = ("image_rect_raw", "image_raw", "image_rect", "image")
-"""Last words of the names of depth topics, the likeliest first."""
+USUAL = ("image_rect_raw", "image_rect", "image_raw", "image")
+"""Last words of the names of depth topics, the likeliest first: rectified ones are of use as they
+are."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""One frame in its parent, over the last second."""
+"""One frame in its parent, over the last seconds."""
 
 from __future__ import annotations
 
@@ -7,15 +7,20 @@ from collections import deque
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-KEPT = 1.0
-"""Older transforms are forgotten; one that is older by more belongs to a clock that was set back
-[s]."""
-LIVELY = 0.2
-"""Transforms that follow each other within this [s] tell of something that moves."""
+from circumspect.recording.pose_interpolation import APART, KEPT, NEAR, between, same
+
+BACK = 1.0
+"""A transform that is older than the last one by more belongs to a clock that was set back [s]."""
+MOST = 2000
+"""So many transforms of a frame are kept at most."""
 
 
 class TransformHistory:
     """What was told of one frame.
+
+    One that was never told to lie elsewhere than at first, or that was told for good, stays where
+    it is. One that moves is known only for a while after what was told last: else a localization
+    that died would still tell where the robot is.
 
     Attributes:
         parent: The frame in which it lies.
@@ -24,50 +29,73 @@ class TransformHistory:
     def __init__(self, parent: str) -> None:
         """Begin with nothing told."""
         self.parent = parent
-        self._told: deque[tuple[float, RigidTransform]] = deque()
+        self._told: deque[tuple[float, RigidTransform]] = deque(maxlen=MOST)
+        self._moves = False
 
-    def heard(self, stamp: float, T_parent_child: RigidTransform) -> None:
-        """Take a transform in; one that comes late is left out."""
+    def heard(self, stamp: float, T_parent_child: RigidTransform, lasting: bool = False) -> None:
+        """Take a transform in; one that comes late is left out.
+
+        Args:
+            stamp: From when it holds [s].
+            T_parent_child: The transform.
+            lasting: It was told for good, as on /tf_static: it holds until another is told.
+        """
         told = self._told
-        if told and stamp < told[-1][0] - KEPT:
+        if told and stamp < told[-1][0] - BACK:
             told.clear()
         if told and stamp < told[-1][0]:
             return
         if told and stamp == told[-1][0]:
+            told.pop()
+        if told and not lasting and not same(told[-1][1], T_parent_child):
+            self._moves = True
+        if not self._moves and self._repeats(T_parent_child):
             told.pop()
         told.append((stamp, T_parent_child))
         while told[0][0] < stamp - KEPT:
             told.popleft()
 
     def begin_anew(self) -> None:
-        """Keep what was told last, whenever that was: the clock is another one now."""
-        _, last = self._told[-1]
-        self._told = deque([(-np.inf, last)])
+        """Go on with another clock: what does not move is still where it was told to be."""
+        last = [] if self._moves else [T for _, T in self._told][-1:]
+        self._told = deque([(-np.inf, T) for T in last], MOST)
 
     def awaits(self, stamp: float) -> bool:
-        """Whether it moves, and where it is at a time [s] is still to be told."""
+        """Whether it moves, and where it is at a time [s] is still to be told soon."""
         told = self._told
         if len(told) < 2 or told[-1][0] >= stamp:
             return False
         (before, one), (last, other) = told[-2], told[-1]
-        return last - before <= LIVELY and not _same(one, other)
+        return last - before <= APART and not same(one, other)
 
-    def at(self, stamp: float) -> RigidTransform:
-        """`T_parent_child` at a time [s]: between the two told around it, or the nearest one."""
-        later = [k for k, (told, _) in enumerate(self._told) if told >= stamp]
-        if not later:
-            return self._told[-1][1]
-        after, T_after = self._told[later[0]]
-        if later[0] == 0 or after == stamp:
-            return T_after
-        before, T_before = self._told[later[0] - 1]
-        # What does not move stays exactly as it was told.
-        if _same(T_before, T_after):
-            return T_before
-        share = (stamp - before) / (after - before)
-        screw = (T_before.inv() * T_after).as_exp_coords()
-        return T_before * RigidTransform.from_exp_coords(share * screw)
+    def at(self, stamp: float) -> RigidTransform | None:
+        """`T_parent_child` at a time [s], or None where nothing tells it any more, or yet."""
+        told = self._told
+        if not told:
+            return None
+        k = next((k for k in reversed(range(len(told))) if told[k][0] <= stamp), None)
+        if k is None:
+            first, T_parent_child = told[0]
+            return T_parent_child if not self._moves or first - stamp <= NEAR else None
+        if not self._moves or told[k][0] == stamp:
+            return told[k][1]
+        return self._moved(k, stamp)
 
+    def _moved(self, k: int, stamp: float) -> RigidTransform | None:
+        """Where that which moves is after what was told k-th, and before the next, if any."""
+        (before, T_before), lasts = self._told[k], self._lasts(k)
+        if k + 1 < len(self._told):
+            after, T_after = self._told[k + 1]
+            if after - before <= max(APART, lasts):
+                return between(T_before, T_after, (stamp - before) / (after - before))
+            if after - stamp <= NEAR:
+                return T_after
+        return T_before if stamp - before <= lasts else None
 
-def _same(one: RigidTransform, other: RigidTransform) -> bool:
-    return np.array_equal(one.as_matrix(), other.as_matrix())
+    def _lasts(self, k: int) -> float:
+        """How long what was told k-th is believed [s]: what is told rarely changes slowly."""
+        return NEAR if k == 0 else max(NEAR, 2 * (self._told[k][0] - self._told[k - 1][0]))
+
+    def _repeats(self, T: RigidTransform) -> bool:
+        """Whether a transform was told twice already; then only the last time is of use."""
+        return len(self._told) > 1 and all(same(self._told[k][1], T) for k in (-2, -1))

@@ -19,13 +19,17 @@ MOST = 5000
 
 
 class TransformTree:
-    """The transforms of each frame in its parent over the last second."""
+    """The transforms of each frame in its parent over the last seconds."""
 
     def __init__(self) -> None:
         self._frames: dict[str, TransformHistory] = {}
 
-    def heard(self, told: Any) -> None:
+    def heard(self, told: Any, lasting: bool = False) -> None:
         """Take a `tf2_msgs/TFMessage` in.
+
+        Args:
+            told: The message.
+            lasting: It tells of what does not move, as those on /tf_static do.
 
         Raises:
             InputError: A transform is not finite, or there are more frames than any robot has.
@@ -37,7 +41,7 @@ class TransformTree:
                 raise InputError(f"transforms of more than {MOST} frames")
             if child not in self._frames or self._frames[child].parent != parent:
                 self._frames[child] = TransformHistory(parent)
-            self._frames[child].heard(seconds(stamped), T)
+            self._frames[child].heard(seconds(stamped), T, lasting)
 
     def begin_anew(self) -> None:
         """Go on with another clock."""
@@ -50,7 +54,7 @@ class TransformTree:
         return {*self._frames, *(history.parent for history in self._frames.values())}
 
     def between(self, target: str, source: str, stamp: float) -> RigidTransform | None:
-        """`T_target_source` at a time [s]; None where nothing links them."""
+        """`T_target_source` at a time [s]; None where nothing links them then."""
         up_target = self._upwards(plain(target), stamp)
         for frame, T_frame_source in self._upwards(plain(source), stamp).items():
             if frame in up_target:
@@ -63,7 +67,7 @@ class TransformTree:
         return any(self._frames[name].awaits(stamp) for name in below if name in self._frames)
 
     def _upwards(self, frame: str, stamp: float) -> dict[str, RigidTransform]:
-        """T_ancestor_frame of a frame and of all its ancestors, the nearest first."""
+        """T_ancestor_frame of a frame and of all ancestors known then, the nearest first."""
         chain = {frame: RigidTransform.identity()}
         while frame in self._frames and len(chain) < DEEPEST:
             history = self._frames[frame]
@@ -71,6 +75,8 @@ class TransformTree:
             if parent in chain:
                 break
             T_parent_frame = history.at(stamp)
+            if T_parent_frame is None:
+                break
             # The mount of a camera that hangs directly on the base stays exactly as it was told.
             below = chain[frame]
             chain[parent] = T_parent_frame if len(chain) == 1 else T_parent_frame * below

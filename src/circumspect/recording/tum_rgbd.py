@@ -16,7 +16,6 @@ from circumspect.errors import InputError, reason_of
 from circumspect.geometry import PinholeCamera, Trajectory, read_tum
 from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder
 from circumspect.recording.image_files import read_colour, read_depth
-from circumspect.recording.recording import GivenPoses
 from circumspect.sensing import RgbdFrame
 from circumspect.sensing.regular_file import require_regular
 
@@ -25,6 +24,8 @@ DEPTH_FACTOR = 5000.0
 """Depth images hold metres times this."""
 TOLERANCE = 0.02
 """Depth, colour and pose belong together when their stamps differ by no more than this [s]."""
+APART = 0.05
+"""Between two poses no further apart in time [s] the motion is taken as even."""
 LARGEST_LIST = 50_000_000
 """Longer lists of images are something else [bytes]."""
 # fx, fy, cx, cy that the benchmark states for the colour cameras, onto which depth is registered.
@@ -68,14 +69,14 @@ class TumRgbdFolder(FrameFolder):
         self,
         path: str | os.PathLike[str],
         every: int = 1,
-        poses: GivenPoses = GivenPoses.ALL,
+        poses: bool = True,
     ) -> None:
         """Look the folder over; frames are read when they are asked for.
 
         Args:
             path: The folder.
             every: Take each n-th frame only.
-            poses: Which poses frames bring along.
+            poses: Whether frames bring the recorded poses along.
 
         Raises:
             InputError: No such folder, no list of depth images or none in it, a broken list of
@@ -99,7 +100,7 @@ class TumRgbdFolder(FrameFolder):
         """See `FrameFolder.read`."""
         file = self._depth[index]
         T_map_camera = None
-        if self.truth is not None and self.poses is not GivenPoses.NONE:
+        if self.truth is not None and self.poses:
             T_map_camera = pose_at(self.truth, file.stamp)
         raw = read_depth(self.path / file.name)
         height, width = raw.shape
@@ -181,7 +182,7 @@ def _entry(words: list[str], place: str) -> StampedFile:
 
 
 def pose_at(trajectory: Trajectory, stamp: float) -> RigidTransform:
-    """The pose at a time: between the two nearest ones, or the nearest alone.
+    """The pose at a time: between the two around it, or the nearest one where they are far apart.
 
     Raises:
         InputError: The nearest is more than `TOLERANCE` away in time.
@@ -189,14 +190,15 @@ def pose_at(trajectory: Trajectory, stamp: float) -> RigidTransform:
     stamps = trajectory.stamps
     after = int(np.searchsorted(stamps, stamp))
     around = [index for index in (after - 1, after) if 0 <= index < len(stamps)]
-    near = [index for index in around if abs(stamps[index] - stamp) <= TOLERANCE]
-    if not near:
+    nearest = min(around, key=lambda index: abs(stamps[index] - stamp), default=None)
+    if nearest is None or abs(stamps[nearest] - stamp) > TOLERANCE:
         raise InputError(
             f"no true pose within {TOLERANCE * 1e3:.0f} ms of {stamp:.4f} s in {POSE_LIST}"
         )
-    if len(near) == 1:
-        return trajectory.T_map_camera[near[0]]
-    share = (stamp - stamps[near[0]]) / (stamps[near[1]] - stamps[near[0]])
-    pair = trajectory.T_map_camera[near]
+    gap = stamps[around[-1]] - stamps[around[0]]
+    if not 0 < gap <= APART:
+        return trajectory.T_map_camera[nearest]
+    share = (stamp - stamps[around[0]]) / gap
+    pair = trajectory.T_map_camera[around]
     place = (1 - share) * pair.translation[0] + share * pair.translation[1]
     return RigidTransform.from_components(place, Slerp([0.0, 1.0], pair.rotation)(share))

@@ -2,6 +2,7 @@
 
 from circumspect.reproduction.contenders import Comparison
 from circumspect.reproduction.rivals import reproduce_rivals
+from circumspect.reproduction.robot_scans import RobotScans
 from circumspect.reproduction.robustness import reproduce_robustness
 from circumspect.reproduction.table2 import Table2, reproduce_table2
 from circumspect.reproduction.table2_robot import reproduce_robot
@@ -9,6 +10,7 @@ from circumspect.reproduction.unknown import Unknown, reproduce_unknown
 
 __all__ = [
     "Comparison",
+    "RobotScans",
     "Table2",
     "Unknown",
     "reproduce_rivals",

@@ -27,7 +27,7 @@ class Experiment(ABC):
         seed: Of all chance.
 
     Raises:
-        InputError: Epochs or precision of a network that it does not train.
+        InputError: Epochs or precision of a network that it does not train, or no yaws.
     """
 
     epochs: int | None = None
@@ -38,6 +38,8 @@ class Experiment(ABC):
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if self.yaw_count < 1:
+            raise InputError(f"--yaw-count must be at least 1, not {self.yaw_count}")
         for flag, single in (("epochs", self.epochs_of), ("precision", self.precision_of)):
             if strange := set(single) - set(self.trained_nets):
                 raise InputError(

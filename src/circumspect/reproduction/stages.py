@@ -16,10 +16,10 @@ from circumspect.evaluation.predictor import load_predictor
 from circumspect.evaluation.yaw_sweep import YawSweep, sweep_yaw
 from circumspect.storage import atomic_open, write_json
 from circumspect.training import TrainingSettings, train
-from circumspect.training.run_config import run_config
-from circumspect.training.train import BEST, STATE, TrainingObserver
+from circumspect.training.config_differences import config_differences
+from circumspect.training.run_config import BEST, MADE_OF, STATE, run_config
+from circumspect.training.train import TrainingObserver
 
-MADE_OF = "made_of.json"
 SWEEP = "sweep.npz"
 RESULT = "result.json"
 
@@ -128,9 +128,6 @@ def is_done(folder: Path, made_of: dict[str, Any]) -> bool:
             f"{folder / MADE_OF}: tells of no result, but holds a {type(found).__name__}; choose "
             "another --out"
         )
-    if found != json.loads(json.dumps(made_of)):
-        differing = sorted(k for k in {*found, *made_of} if found.get(k) != made_of.get(k))
-        raise InputError(
-            f"{folder}: holds a result with other {', '.join(differing)}; choose another --out"
-        )
+    if other := config_differences(found, json.loads(json.dumps(made_of))):
+        raise InputError(f"{folder}: holds a result with other {other}; choose another --out")
     return True

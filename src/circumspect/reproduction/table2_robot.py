@@ -11,14 +11,13 @@ import numpy as np
 
 from circumspect import __version__
 from circumspect.classification import GridRecipe
-from circumspect.datasets import GridCache, ObjectSet
-from circumspect.datasets.gathered_set import read_gathered, read_manifest, read_training
-from circumspect.errors import InputError
+from circumspect.datasets import GridCache
 from circumspect.evaluation.figures import draw_confusion, save_figure
 from circumspect.evaluation.markdown import table
 from circumspect.evaluation.yaw_sweep import YawSweep
 from circumspect.nets.registry import net_spec
 from circumspect.reproduction.published import ANGLES_DEG, ROBOT
+from circumspect.reproduction.robot_scans import RobotScans
 from circumspect.reproduction.stages import measured, trained, write_report
 from circumspect.reproduction.table2 import NETS, OURS, Table2
 from circumspect.reproduction.training_record import training_record, training_table
@@ -32,7 +31,7 @@ thousands of ModelNet10; a network that saw each as rarely would have learnt not
 
 
 def reproduce_robot(
-    gathered: Path, how: Table2, folder: Path, watched: Watched, cache: GridCache | None = None
+    scans: RobotScans, how: Table2, folder: Path, watched: Watched, cache: GridCache | None = None
 ) -> dict[str, Any]:
     """Train on scans from the first start, test on other objects' scans from every start.
 
@@ -40,7 +39,7 @@ def reproduce_robot(
     it, whose map begins where it started.
 
     Args:
-        gathered: Folder of a gathered set with the paper's starts, 0°, 45°, 90° and 135°.
+        scans: That train and test.
         how: Settings.
         folder: For the runs, `table2_robot.md`, `table2_robot.json` and the figures.
         watched: Told of the progress.
@@ -50,28 +49,18 @@ def reproduce_robot(
         What `table2_robot.json` holds.
 
     Raises:
-        InputError: The set lacks a start or a split, or the folder holds results of another
-            experiment.
+        InputError: The folder holds results of another experiment.
         OutputError: It can not be written.
     """
-    scans = read_manifest(gathered)
-    starts = sorted({scan.start_deg for scan in scans if scan.start_deg is not None})
-    lacking = [start for start in ANGLES_DEG if start not in starts]
-    if lacking:
-        raise InputError(f"{gathered}: holds no scans from {', '.join(f'{s:g}°' for s in lacking)}")
-    train = read_training(gathered)
-    tests = {start: read_gathered(gathered, "test", [start]) for start in starts}
     rows = []
     for kind, pool in ROBOT:
         recipe = GridRecipe(kind, how.shape)
         name = f"robot-{kind}-{pool}"
-        sweeps, record = _tested(
-            name, NETS[pool], train, tests, how, folder, watched, cache, recipe
-        )
+        sweeps, record = _tested(name, NETS[pool], scans, how, folder, watched, cache, recipe)
         figure = draw_confusion(_joined(sweeps), PAPERS_STARTS)
         save_figure(figure, folder / _confusions(f"{kind}, {pool}"))
         rows.append(_row(f"{kind}, {pool}", sweeps, record, ROBOT[kind, pool]))
-    sweeps, record = _tested(f"robot-{OURS}", OURS, train, tests, how, folder, watched, cache)
+    sweeps, record = _tested(f"robot-{OURS}", OURS, scans, how, folder, watched, cache)
     figure = draw_confusion(_joined(sweeps), PAPERS_STARTS)
     ours = f"ours ({OURS})"
     save_figure(figure, folder / _confusions(ours))
@@ -79,9 +68,9 @@ def reproduce_robot(
     document = {
         "circumspect": __version__,
         "command": how.command("table2 --data modelnet10 --robot gathered"),
-        "classes": list(train.classes),
-        "train_scans": len(train),
-        "test_scans": {f"{start:g}": len(objects) for start, objects in tests.items()},
+        "classes": list(scans.train.classes),
+        "train_scans": len(scans.train),
+        "test_scans": {f"{start:g}": len(objects) for start, objects in scans.tests.items()},
         "precision": how.precisions,
         "seed": how.seed,
         "rows": rows,
@@ -93,8 +82,7 @@ def reproduce_robot(
 def _tested(
     name: str,
     net: str,
-    train: ObjectSet,
-    tests: dict[float, ObjectSet],
+    scans: RobotScans,
     how: Table2,
     folder: Path,
     watched: Watched,
@@ -105,11 +93,11 @@ def _tested(
     settings = for_few(how.settings(net))
     with watched.training(name, settings.epochs) as observer:
         weights = trained(
-            train, settings, recipe or net_spec(net).recipe, folder / name / "training", observer,
-            cache,
+            scans.train, settings, recipe or net_spec(net).recipe, folder / name / "training",
+            observer, cache,
         )  # fmt: skip
     sweeps = {}
-    for start, objects in tests.items():
+    for start, objects in scans.tests.items():
         with watched.measuring(f"{name} from {start:g}°") as progress:
             at = folder / name / f"start_{start:g}"
             sweeps[start] = measured(weights, objects, [0.0], at, progress)

@@ -12,6 +12,7 @@ import numpy as np
 from circumspect.evaluation.markdown import table
 from circumspect.nets import Checkpoint
 from circumspect.training.examiner import YAWS
+from circumspect.training.run_log import LOG
 from circumspect.training.train import FEWEST_TO_CHOOSE
 
 
@@ -26,7 +27,7 @@ def training_record(weights: Path) -> dict[str, float]:
         all epochs, without their measurement on held-back objects.
     """
     reached = Checkpoint.load(weights).training["reached"]
-    with (weights.parent / "epochs.csv").open(encoding="utf-8", newline="") as stream:
+    with (weights.parent / LOG).open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     return {
         "epoch": int(reached["epoch"]),

@@ -38,6 +38,11 @@ class MobileRobot(ABC):
         """Time [s]."""
 
     @property
+    def held(self) -> float:
+        """How much of that time somebody made it stand, who is no obstacle [s]."""
+        return 0.0
+
+    @property
     @abstractmethod
     def max_forward(self) -> float:
         """The largest speed that `drive` takes [m/s]."""

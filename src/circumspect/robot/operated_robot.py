@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -98,14 +99,20 @@ class Operator:
             self._pace = frames_per_second
             self._changed.notify_all()
 
-    def admit(self) -> None:
+    def admit(self, before_waiting: Callable[[], None] | None = None) -> None:
         """Wait until a frame may be taken.
+
+        Args:
+            before_waiting: Called once where it can not be taken at once.
 
         Raises:
             RunStopped: The run is to end.
         """
         with self._changed:
             while not self._stopped and (wait := self._wait()) != 0:
+                if before_waiting is not None:
+                    before_waiting()
+                    before_waiting = None
                 self._changed.wait(wait)
             if self._stopped:
                 raise RunStopped("stopped by the operator")
@@ -135,16 +142,26 @@ class OperatedRobot(WrappedRobot):
         super().__init__(robot)
         self._operator = operator
         self._rng = np.random.default_rng(seed)
+        self._held = 0.0
+
+    @property
+    def held(self) -> float:
+        """See `MobileRobot.held`."""
+        return self.robot.held + self._held
 
     def observe(self) -> RgbdFrame:
-        """See `MobileRobot.observe`; waits for the operator.
+        """See `MobileRobot.observe`; waits for the operator, the robot standing still.
 
         Raises:
             RunStopped: The operator wants the run to end.
         """
-        self._operator.admit()
+        asked = self.now
+        self._operator.admit(before_waiting=self.stop)
         while self._rng.random() < self._operator.dropped:
+            # Nobody drives on without seeing anything.
+            self.stop()
             self.robot.wait(FRAME_PERIOD)
+        self._held += self.now - asked
         return super().observe()
 
     def _seen(self, frame: RgbdFrame) -> RgbdFrame:

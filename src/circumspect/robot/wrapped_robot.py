@@ -41,6 +41,11 @@ class WrappedRobot(MobileRobot):
         return self.robot.now
 
     @property
+    def held(self) -> float:
+        """See `MobileRobot.held`."""
+        return self.robot.held
+
+    @property
     def max_forward(self) -> float:
         """See `MobileRobot.max_forward`."""
         return self.robot.max_forward

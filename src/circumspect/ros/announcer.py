@@ -87,13 +87,22 @@ class Announcer:
         self.advised: NextView | None = None
         self._told_at = -float("inf")
 
-    def step(self, step: RecognitionStep, frame: RgbdFrame, poses: PoseEstimator) -> None:
-        """Tell what a frame led to."""
+    def step(
+        self, step: RecognitionStep, frame: RgbdFrame, poses: PoseEstimator, odom_frame: str
+    ) -> None:
+        """Tell what a frame led to.
+
+        Args:
+            step: What the pipeline made of it.
+            frame: The frame.
+            poses: Of all frames so far.
+            odom_frame: What the frame of the odometry is called.
+        """
         self._stamp = step.stamp
         self._views.heard(step, frame)
         if step.pose is not None:
             self._path.heard(step.stamp, step.pose, frame.T_base_camera)
-            self._tell_place(step, frame)
+            self._tell_place(step, frame, odom_frame)
         if step.outcome != CLASSIFIED or step.prediction is None:
             return
         self._answer(step.model, step.prediction)
@@ -121,7 +130,7 @@ class Announcer:
         told = (status.level, f"{name}: recognition", status.text, about, status.values)
         self._tell_status(diagnostics_message(*told, time.time()))
 
-    def _tell_place(self, step: RecognitionStep, frame: RgbdFrame) -> None:
+    def _tell_place(self, step: RecognitionStep, frame: RgbdFrame, odom_frame: str) -> None:
         """Hang the frame in which all is told below that of the odometry."""
         pose = step.pose
         if self._tell_transforms is None or pose is None or pose.T_map_odom is None:
@@ -129,7 +138,7 @@ class Announcer:
         if frame.odometry is None or not pose.certain:
             return
         T_odom_told = pose.T_map_odom.inverse().as_transform()
-        moved = transform_message(T_odom_told, step.stamp, self._settings.odom_frame, self._frame)
+        moved = transform_message(T_odom_told, step.stamp, odom_frame, self._frame)
         self._tell_transforms(transforms_message([moved]))
 
     def _answer(self, model: ObjectModel, prediction: Prediction) -> None:

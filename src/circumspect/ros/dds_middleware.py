@@ -31,7 +31,7 @@ _log = logging.getLogger(__name__)
 class DdsMiddleware(Middleware):
     """A participant of a DDS domain, and the thread in which messages are heard."""
 
-    def __init__(self, settings: DdsSettings, node: str = "") -> None:
+    def __init__(self, settings: DdsSettings, node: str) -> None:
         """Join a domain.
 
         Args:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import ipaddress
+import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from circumspect.errors import InputError
 
@@ -26,7 +27,7 @@ class DdsSettings:
     Attributes:
         domain: Number of the DDS domain; only nodes of the same one hear each other.
         reach: One of `RANGES`.
-        peers: Hosts that are asked besides.
+        peers: Hosts that are asked besides, where the reach is LOCALHOST or SUBNET.
         config: Cyclone DDS's own settings, which win over these: XML, or where they are.
     """
 
@@ -58,18 +59,33 @@ class DdsSettings:
                 f"ROS_DOMAIN_ID is {number[:20]!r}; give a number from 0 to {LAST_DOMAIN}"
             )
         reach = environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip().upper() or "SUBNET"
-        # The older variable goes before the newer one, as in ROS 2.
-        if environ.get("ROS_LOCALHOST_ONLY", "").strip() == "1":
-            reach = "LOCALHOST"
         hosts = [host.strip() for host in environ.get("ROS_STATIC_PEERS", "").split(";")]
         peers = tuple(host for host in hosts if host)
+        # The older variable goes before the newer ones, as in ROS 2.
+        if environ.get("ROS_LOCALHOST_ONLY", "").strip() == "1":
+            reach, peers = "LOCALHOST", ()
         return cls(int(number), reach, peers, environ.get("CYCLONEDDS_URI", "").strip())
+
+    def on_this_machine(self) -> DdsSettings:
+        """The same, but nobody on another machine, peers included."""
+        return replace(self, reach="LOCALHOST", peers=())
+
+    @property
+    def where(self) -> str:
+        """How others are reached, in words."""
+        if self.reach == "OFF":
+            return f"of nobody (discovery is OFF), domain {self.domain}"
+        if self.reach != "LOCALHOST":
+            return f"on the network, domain {self.domain}"
+        besides = " and the ROS_STATIC_PEERS" if self.peers else ""
+        return f"on this machine{besides}, domain {self.domain}"
 
     def cyclone(self) -> str:
         """All of it in Cyclone DDS's words; what comes later in the list wins."""
         own = (
             "<CycloneDDS><Domain>"
-            f"{self._interfaces()}{self._discovery()}"
+            f"<General>{self._general()}</General>"
+            f"<Discovery>{self._discovery()}</Discovery>"
             f"<Internal><MaxSampleSize>{LARGEST_SAMPLE} B</MaxSampleSize>"
             '<SocketReceiveBufferSize max="16 MiB"/>'
             # Whoever went without a word must not hold up the end, once for each topic.
@@ -78,26 +94,26 @@ class DdsSettings:
         )
         return f"{own},{self.config}" if self.config else own
 
-    def _interfaces(self) -> str:
-        if self.reach != "LOCALHOST":
-            return ""
-        lo = '<NetworkInterface address="127.0.0.1"/>'
-        return f"<General><Interfaces>{lo}</Interfaces></General>"
+    def _general(self) -> str:
+        # Peers on other machines are not reached over loopback.
+        if self.reach == "LOCALHOST" and not self.peers:
+            return '<Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
+        quiet = self.reach in ("OFF", "LOCALHOST")
+        return "<AllowMulticast>false</AllowMulticast>" if quiet else ""
 
     def _discovery(self) -> str:
         if self.reach == "SYSTEM_DEFAULT":
             return ""
-        peers = list(self.peers)
-        if self.reach == "LOCALHOST":
-            peers = ["127.0.0.1"]
+        if self.reach == "OFF":
+            # Others find no port to knock at, and would have to give the same tag.
+            tag = f"circumspect_discovery_off_{os.getpid()}"
+            return f"<ParticipantIndex>none</ParticipantIndex><Tag>{tag}</Tag>"
         # Without multicast, participants are found by knocking at the usual ports.
-        asked = "".join(f'<Peer address="{peer}"/>' for peer in peers)
+        here = ("127.0.0.1",) if self.reach == "LOCALHOST" else ()
+        asked = "".join(f'<Peer address="{peer}"/>' for peer in (*here, *self.peers))
         found = f"<Peers>{asked}</Peers>" if asked else ""
         index = "<ParticipantIndex>auto</ParticipantIndex>"
-        index += "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
-        off = "<General><AllowMulticast>false</AllowMulticast></General>"
-        quiet = off if self.reach == "OFF" else ""
-        return f"{quiet}<Discovery>{index}{found}</Discovery>"
+        return f"{index}<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>{found}"
 
 
 def _is_host(name: str) -> bool:

@@ -106,6 +106,11 @@ class LiveFrames:
             with self._condition:
                 self._queue.clear()
 
+    @property
+    def odom_frame(self) -> str:
+        """The frame of the odometry: as its messages call it, or else as the settings do."""
+        return self._assembly.odom_frame or self._settings.odom_frame
+
     def missing(self) -> str | None:
         """What the frames lack, in words with the remedy; None where all is there."""
         health, depth, info = self._health, self._topics.depth, self._topics.info
@@ -123,7 +128,10 @@ class LiveFrames:
     def _no_pose(self) -> str:
         s = self._settings
         if s.poses == "given":
-            return f"no transforms link {s.map_frame} to the camera's frame: no pose is given"
+            return (
+                f"no transforms link {s.map_frame} to the camera's frame at the images' time: no "
+                "pose is given"
+            )
         return (
             f"no transforms link {s.base_frame} to the camera's frame: nothing tells where it is "
             "mounted; give --mount X Y Z PAN TILT"

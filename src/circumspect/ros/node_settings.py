@@ -40,7 +40,7 @@ class NodeSettings:
         depth: Depth images (16UC1 or 32FC1); "" for the driver's.
         info: Their CameraInfo; "" for camera_info beside the depth images.
         odometry: nav_msgs/Odometry; "" takes it from transforms.
-        odom_frame: Frame of the odometry in transforms.
+        odom_frame: Frame of the odometry in transforms; its messages name theirs themselves.
         base_frame: The robot's frame.
         poses: "found": by registration, from odometry. "given": transforms from map_frame to the
             camera are taken as true.

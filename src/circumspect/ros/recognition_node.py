@@ -165,7 +165,7 @@ class RecognitionNode:
         self.frame = frame
         try:
             step = self._pipeline.step(frame)
-            self._announcer.step(step, frame, self._pipeline.poses)
+            self._announcer.step(step, frame, self._pipeline.poses, self._frames.odom_frame)
         except CircumspectError as error:
             self._failed(str(error))
             return None

@@ -31,8 +31,8 @@ class RgbdFrame:
         T_base_camera: Where the camera is mounted on the robot, or None.
 
     Raises:
-        InputError: The depth or the colour has not the camera's size, or the stamp or the pose
-            is not finite.
+        InputError: The depth or the colour has not the camera's size, or the stamp, the pose or
+            the mount is not finite.
     """
 
     depth: NDArray[np.float32]
@@ -54,7 +54,9 @@ class RgbdFrame:
         if not np.isfinite(self.stamp):
             raise InputError(f"the frame's stamp is {self.stamp}; give seconds")
         if self.T_map_camera is not None:
-            _finite(self.T_map_camera, self.stamp)
+            _finite(self.T_map_camera, "pose", self.stamp)
+        if self.T_base_camera is not None:
+            _finite(self.T_base_camera, "mount (T_base_camera)", self.stamp)
         if self.colour is not None:
             colour = np.array(self.colour, dtype=np.uint8)
             if colour.shape != (*size, 3):
@@ -121,7 +123,7 @@ class RgbdFrame:
         """
         # The image was checked when it came in and can not have changed since.
         frame = copy(self)
-        object.__setattr__(frame, "T_map_camera", _finite(T_map_camera, self.stamp))
+        object.__setattr__(frame, "T_map_camera", _finite(T_map_camera, "pose", self.stamp))
         return frame
 
     def points_map(self, mask: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
@@ -164,7 +166,7 @@ class RgbdFrame:
         return points @ matrix[:3, :3].T.astype(np.float32) + matrix[:3, 3]
 
 
-def _finite(T_map_camera: RigidTransform, stamp: float) -> RigidTransform:
-    if not np.isfinite(T_map_camera.as_matrix()).all():
-        raise InputError(f"the pose of the frame at {stamp:.3f} s is not finite")
-    return T_map_camera
+def _finite(T: RigidTransform, name: str, stamp: float) -> RigidTransform:
+    if not np.isfinite(T.as_matrix()).all():
+        raise InputError(f"the {name} of the frame at {stamp:.3f} s is not finite")
+    return T

@@ -9,12 +9,11 @@ from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
 from torch import Tensor
 from torch.optim import Optimizer
 
 from circumspect.errors import WeightsError
-from circumspect.storage import atomic_path
+from circumspect.nets.tensor_file import save_tensors
 
 HEADER = "circumspect_state"
 
@@ -38,9 +37,7 @@ def save_state(
         tensors |= {f"{name}/{key}": value.clone() for key, value in module.state_dict().items()}
     for index, slots in optimizer.state_dict()["state"].items():
         tensors |= {f"optimizer/{index}/{key}": torch.as_tensor(v) for key, v in slots.items()}
-    with atomic_path(path) as aside:
-        contiguous = {name: value.contiguous() for name, value in tensors.items()}
-        save_file(contiguous, aside, {HEADER: json.dumps(progress)})
+    save_tensors(path, tensors, {HEADER: json.dumps(progress)})
 
 
 def load_state(

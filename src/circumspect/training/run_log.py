@@ -11,6 +11,8 @@ from torch.utils.tensorboard import SummaryWriter
 
 from circumspect.storage import atomic_open
 
+LOG = "epochs.csv"
+
 
 class RunLog:
     """Writes the history of a run.
@@ -22,7 +24,7 @@ class RunLog:
 
     def __init__(self, folder: Path, history: Sequence[Mapping[str, Any]] = ()) -> None:
         self.history = [dict(row) for row in history]
-        self._csv = folder / "epochs.csv"
+        self._csv = folder / LOG
         self._board = SummaryWriter(str(folder / "tensorboard"), purge_step=len(self.history) + 1)
 
     def add(self, row: Mapping[str, float]) -> None:
@@ -44,3 +46,12 @@ class RunLog:
     def close(self) -> None:
         """Close the TensorBoard file."""
         self._board.close()
+
+
+def logged_epochs(folder: Path) -> int:
+    """How many epochs the log of a run tells of; 0 where there is none."""
+    try:
+        with (folder / LOG).open(encoding="utf-8", newline="") as stream:
+            return sum(1 for _ in csv.DictReader(stream))
+    except (OSError, ValueError, csv.Error):
+        return 0

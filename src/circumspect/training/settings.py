@@ -43,6 +43,8 @@ class TrainingSettings:
         augmentation: The random changes.
     """
 
+    # Stored settings that lack a field are taken to have its default: that of a new one must mean
+    # what was done before, here and in `Augmentation`.
     net: str = "planes"
     epochs: int = 24
     passes: int = 1

@@ -18,23 +18,21 @@ from torch.optim.swa_utils import AveragedModel
 from circumspect.classification import InputRecipe
 from circumspect.classification.onnx_classifier import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet
-from circumspect.datasets.validation_split import validation_split
 from circumspect.errors import InputError
 from circumspect.nets import Checkpoint, build_net
 from circumspect.nets.headed_planes import Headed
 from circumspect.nets.registry import net_spec
 from circumspect.training.draws import draw_epoch, learning_rate_at
 from circumspect.training.examiner import Examiner
+from circumspect.training.held_back import fitted_and_held_back
 from circumspect.training.mixing import mixed
 from circumspect.training.optimisation import forgetful_average, optimizer_for
 from circumspect.training.resume import load_state, save_state
-from circumspect.training.run_config import claim_folder, run_config
+from circumspect.training.run_config import BEST, STATE, claim_folder, run_config
 from circumspect.training.run_log import RunLog
 from circumspect.training.samples import TrainingSamples
 from circumspect.training.settings import TrainingSettings
 
-STATE = "state.safetensors"
-BEST = "best.safetensors"
 FEWEST_TO_CHOOSE = 100
 """Held-back objects from which on they choose the epoch; of fewer it would be luck."""
 
@@ -91,12 +89,13 @@ def train(
         `FEWEST_TO_CHOOSE` are held back, else the last.
 
     Raises:
-        InputError: The folder holds a run with other settings.
-        OutputError: The folder can not be written.
+        InputError: The folder holds a run with other settings, or one that is finished and has no
+            state to go on from.
+        OutputError: The folder can not be written, or holds files of something else.
     """
     recipe = recipe or net_spec(settings.net).recipe
-    fit, validation = _split(objects, settings)
-    claim_folder(folder, run_config(settings, recipe, objects), (folder / STATE).exists())
+    fit, validation = fitted_and_held_back(objects, settings)
+    claim_folder(folder, run_config(settings, recipe, objects))
     run = _prepare(fit, settings, recipe, cache or GridCache(), observer)
     examiner = Examiner(validation, recipe, run.accelerator.device) if len(validation) else None
     history = _resumed(run, folder)
@@ -108,9 +107,11 @@ def train(
             with _precise(run):
                 row |= examiner.examine(run.averaged)
         if log:
-            if len(validation) < FEWEST_TO_CHOOSE or _is_best(row, log.history):
-                _checkpoint(run, objects, recipe, row).save(folder / BEST)
+            kept = len(validation) < FEWEST_TO_CHOOSE or _is_best(row, log.history)
+            # First, so that a network without a state is known to be of a cut first epoch.
             log.add(row)
+            if kept:
+                _checkpoint(run, objects, recipe, row).save(folder / BEST)
             _save(run, folder, log.history)
             observer.finished_epoch(row)
         run.accelerator.wait_for_everyone()
@@ -202,19 +203,6 @@ def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
         yield mixed(*pair, rng) if rng.random() < settings.mixing else pair
 
 
-def _split(objects: ObjectSet, settings: TrainingSettings) -> tuple[ObjectSet, ObjectSet]:
-    held_back = np.zeros(len(objects), bool)
-    if settings.validation:
-        held_back = validation_split(objects, settings.validation_salt)
-    fit = objects.subset(~held_back)
-    if missing := set(range(len(objects.classes))) - set(fit.labels.tolist()):
-        names = ", ".join(objects.classes[i] for i in sorted(missing))
-        raise InputError(f"no training object of class {names}; complete the data set")
-    if settings.validation and not held_back.any():
-        raise InputError("no object falls into the validation split; train with --no-validation")
-    return fit, objects.subset(held_back)
-
-
 def _prepare(
     fit: ObjectSet,
     settings: TrainingSettings,
@@ -225,10 +213,11 @@ def _prepare(
     accelerator = Accelerator(mixed_precision="no")  # `precision` is ours to apply.
     if min(settings.batch_size, len(fit)) < 2 * accelerator.num_processes:
         raise InputError("batch norm needs two objects a process and batch; raise --batch-size")
-    with accelerator.main_process_first():
-        samples = TrainingSamples(fit, settings, recipe, cache, observer.preparing)
+    # Before the grids, which take long: a network may not be made for their cells.
     torch.manual_seed(settings.seed)
     net = build_net(settings.net, len(fit.classes), recipe)
+    with accelerator.main_process_first():
+        samples = TrainingSamples(fit, settings, recipe, cache, observer.preparing)
     optimizer = optimizer_for(net, settings)
     net, optimizer = accelerator.prepare(net, optimizer)
     averaged = AveragedModel(

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from circumspect.classification import Classifier, OnnxClassifier
 from circumspect.classification.evidence import CellEvidence, cell_evidence
 from circumspect.classification.example_table import NearExample, nearest_examples
-from circumspect.errors import CircumspectError
+from circumspect.errors import CircumspectError, printable
 from circumspect.grid import OccupancyGrid
 from circumspect.viewer.publisher import Publisher
 
@@ -87,7 +87,7 @@ class Why:
         )
         if self.found.nearest:
             rows = "".join(
-                f"<tr><td style='padding-right:1em'>{escape(near.name)}</td>"
+                f"<tr><td style='padding-right:1em'>{escape(printable(near.name))}</td>"
                 f"<td style='padding-right:1em'>{escape(near.label)}</td>"
                 f"<td style='text-align:right'>{near.distance:.3f}</td></tr>"
                 for near in self.found.nearest

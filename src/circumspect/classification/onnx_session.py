@@ -1,0 +1,81 @@
+"""What a network in ONNX Runtime takes and gives, and how many inputs it is given at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import WeightsError
+
+MOST_INPUTS = 32
+"""At once: what a network remembers of each input takes many times the room of the input."""
+MOST_NUMBERS = 32 << 15
+"""At once, over all inputs: those of so many grids of 32³ cells."""
+
+
+def check_shapes(session: Any, input_shape: Sequence[int], classes: int) -> None:
+    """That a network takes one kind of input and gives a score of each class for each.
+
+    Args:
+        session: The network.
+        input_shape: Of one input.
+        classes: How many its description names.
+
+    Raises:
+        WeightsError: It takes or gives something else.
+    """
+    taken, given = session.get_inputs(), session.get_outputs()
+    if len(taken) != 1 or not given:
+        raise WeightsError(
+            f"takes {len(taken)} inputs and gives {len(given)} outputs, not one input and its "
+            "scores"
+        )
+    expected, actual, scores = list(input_shape), list(taken[0].shape), list(given[0].shape)
+    if given[0].type != "tensor(float)" or len(scores) != 2:
+        raise WeightsError(f"gives {given[0].type} of shape {scores}, not a row of scores an input")
+    if actual[1:] != expected or scores[1] != classes:
+        raise WeightsError(
+            f"takes {actual[1:]} and gives {scores[1]} values, but its description says "
+            f"{expected} and {classes} classes"
+        )
+
+
+def run_in_parts(session: Any, inputs: NDArray[Any], output: int) -> NDArray[np.float32]:
+    """One output of a network for many inputs, a few of them at once.
+
+    Args:
+        session: The network.
+        inputs: (n, *input_shape).
+        output: Its number.
+
+    Returns:
+        (n, w).
+
+    Raises:
+        WeightsError: The network fails, or gives something else.
+    """
+    size = max(1, min(MOST_INPUTS, MOST_NUMBERS // math.prod(inputs.shape[1:])))
+    starts = range(0, len(inputs), size)
+    parts = [_run(session, inputs[start : start + size], output) for start in starts]
+    if len({part.shape[1] for part in parts}) > 1:
+        raise WeightsError("these weights give now more, now fewer numbers for an input")
+    return np.concatenate(parts)
+
+
+def _run(session: Any, inputs: NDArray[Any], output: int) -> NDArray[np.float32]:
+    wanted = [session.get_outputs()[output].name]
+    try:
+        (found,) = session.run(wanted, {session.get_inputs()[0].name: inputs})
+    # ONNX Runtime's faults share no base class of their own.
+    except Exception as error:
+        raise WeightsError(
+            "these weights can not be run: the network is broken, or takes too much memory"
+        ) from error
+    shape = np.shape(found)
+    if len(shape) != 2 or len(found) != len(inputs) or found.dtype != np.float32:
+        raise WeightsError(f"these weights give {shape} numbers for {len(inputs)} inputs")
+    return found

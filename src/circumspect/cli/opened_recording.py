@@ -1,0 +1,55 @@
+"""A recording, opened as its flags say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+from circumspect.classification import Classifier
+from circumspect.cli.recorded_poses import RecordedPoses
+from circumspect.cli.run_screen import RunScreen
+from circumspect.pipeline import RecognitionPipeline
+from circumspect.pipeline.replayed import replay_pipeline
+from circumspect.recording import BagRecording, Recording
+from circumspect.sensing import BoxSegmentation, RgbdFrame
+
+
+class OpenedRecording:
+    """Frames, and what tells their poses and their object."""
+
+    def __init__(self, frames: Recording, box: BoxSegmentation | None, hidden: bool) -> None:
+        """Put together what belongs together.
+
+        Args:
+            frames: The recording.
+            box: Round the object; None means what stands on the floor before the robot.
+            hidden: Poses are found by registration; else the recorded ones are taken as true.
+        """
+        self.frames, self.box, self.hidden = frames, box, hidden
+        self.poses = RecordedPoses()
+        """Those of the frames, noted where they are hidden."""
+
+    def pipeline(self, classifier: Classifier) -> RecognitionPipeline:
+        """The pipeline for it; see `replay_pipeline`."""
+        return replay_pipeline(self.frames, classifier, self.box, self.hidden)
+
+    def given(self) -> Iterable[RgbdFrame]:
+        """The frames as the pipeline is to have them.
+
+        Raises:
+            InputError: Of a bag, nothing tells where the camera is; or no frame can be read.
+        """
+        if self.hidden:
+            return self.poses.noted(self.frames.placed())
+        # A bag's frames may lack poses.
+        return self.frames.with_poses() if isinstance(self.frames, BagRecording) else self.frames
+
+    @contextmanager
+    def screen(self) -> Iterator[RunScreen]:
+        """Progress over the frames; in the end what was left out is told."""
+        with RunScreen("replaying frames", len(self.frames)) as screen:
+            try:
+                yield screen
+            finally:
+                for name, reason in self.frames.skipped.items():
+                    screen.say(f"{name} left out: {reason}")

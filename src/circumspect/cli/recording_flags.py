@@ -1,0 +1,130 @@
+"""Flags that say how a recording is to be read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from circumspect.cli.given_flags import given_flags
+from circumspect.errors import InputError
+
+if TYPE_CHECKING:
+    from circumspect.cli.opened_recording import OpenedRecording
+    from circumspect.recording import BagSettings, Recording
+    from circumspect.sensing import BoxSegmentation
+
+Box = tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class RecordingFlags:
+    """Part of every command that takes a recording through the pipeline."""
+
+    box: Annotated[Box | None, tyro.conf.arg(metavar="X Y Z X Y Z")] = None
+    """Two opposite corners of an upright box round the object [m]. Without it the object is what
+    stands on the floor nearest to where the camera looks, which needs a bag's robot."""
+    box_frame: Literal["world", "map"] = "world"
+    """Frame of the corners: world, that of the recorded poses, or map, the same turned so that z
+    is up. The edges of the box are along the map's axes in both cases."""
+    poses: Literal["given", "hidden"] | None = None
+    """given: the recorded poses are taken as true (the default for folders). hidden: only the
+    first one is; the others are found by registration, from the odometry where there is any, and
+    `replay` compares them with the recorded ones at the end. Of a bag, without this flag, none is
+    used."""
+    every: int = 1
+    """Take each n-th frame of the recording only."""
+    depth_topic: str | None = None
+    """Of a bag: the depth images; without it the only likely topic."""
+    info_topic: str | None = None
+    """Of a bag: the depth camera's CameraInfo; without it that beside the images."""
+    colour_topic: str | None = None
+    """Of a bag: colour images that lie on the depth images."""
+    odometry_topic: str | None = None
+    """Of a bag: the wheels' odometry; "" for none."""
+    map_frame: str = "map"
+    """Of a bag: the frame in which its transforms tell the recorded poses."""
+    intrinsics: Annotated[
+        tuple[float, float, float, float] | None, tyro.conf.arg(metavar="FX FY CX CY")
+    ] = None
+    """Of a bag without CameraInfo, with --size: focal lengths and principal point [px]."""
+    size: Annotated[tuple[int, int], tyro.conf.arg(metavar="WIDTH HEIGHT")] = (640, 480)
+    """Of the depth images that --intrinsics describe [px]."""
+    mount: Annotated[
+        tuple[float, float, float, float, float] | None,
+        tyro.conf.arg(metavar="X Y Z PAN TILT"),
+    ] = None
+    """Of a bag whose transforms do not tell it: where the camera stands on the robot [m], and
+    where it looks: counter-clockwise from straight on, and down [degrees]."""
+
+    def opened(self, path: Path) -> OpenedRecording:
+        """Open a recording.
+
+        Args:
+            path: A bag or a folder.
+
+        Raises:
+            InputError: It is none, does not hold what the flags say, or they do not fit it.
+            MissingExtraError: It is a bag, and what reads bags is not installed.
+        """
+        from circumspect.cli.opened_recording import OpenedRecording
+        from circumspect.recording import is_bag, open_recording
+
+        self._require_bag_for_its_flags(path)
+        hidden = self.poses == "hidden" or (self.poses is None and is_bag(path))
+        # What a bag's transforms tell may be another pipeline's guess: asked for, or not used.
+        wanted = not (hidden and self.poses is None)
+        frames = open_recording(path, self.every, wanted, self._bag_settings())
+        return OpenedRecording(frames, self._boxed(frames), hidden)
+
+    def told(self) -> dict[str, Any]:
+        """The values that are not the usual ones, JSON types."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        usual = RecordingFlags()
+        return {name: told for name, told in values.items() if told != getattr(usual, name)}
+
+    def _require_bag_for_its_flags(self, path: Path) -> None:
+        from circumspect.recording import is_bag
+
+        if is_bag(path) or not path.is_dir():
+            return
+        given = given_flags(
+            self, "depth_topic", "info_topic", "colour_topic", "odometry_topic", "map_frame",
+            "intrinsics", "size", "mount",
+        )  # fmt: skip
+        if given:
+            raise InputError(
+                f"{path}: is no bag; only bags take {', '.join(given)}; a folder tells of its "
+                "camera in camera-intrinsics.txt"
+            )
+
+    def _bag_settings(self) -> BagSettings:
+        import numpy as np
+
+        from circumspect.geometry import PinholeCamera
+        from circumspect.recording import BagSettings, TopicNames
+        from circumspect.sensing.viewing import looking
+
+        topics = TopicNames(
+            self.depth_topic, self.info_topic, self.colour_topic, self.odometry_topic
+        )
+        camera = None if self.intrinsics is None else PinholeCamera(*self.size, *self.intrinsics)
+        mount = None
+        if self.mount is not None:
+            pan, tilt = np.radians(self.mount[3:])
+            mount = looking(self.mount[:3], float(pan), float(tilt))
+        return BagSettings(topics, camera, mount, self.map_frame)
+
+    def _boxed(self, frames: Recording) -> BoxSegmentation | None:
+        import numpy as np
+
+        from circumspect.sensing import BoxSegmentation
+
+        if self.box is None:
+            return None
+        corners = np.array(self.box).reshape(2, 3)
+        if self.box_frame == "world":
+            corners = frames.T_map_world.apply(corners)
+        return BoxSegmentation(corners[0], corners[1])

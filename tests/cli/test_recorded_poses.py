@@ -1,0 +1,91 @@
+"""`replay --poses hidden`: which pose is used, and which are only compared with."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.cli.main import main
+from circumspect.cli.recorded_poses import RecordedPoses
+from circumspect.geometry import PinholeCamera
+from circumspect.mapping import RegisteredPoses
+from circumspect.sensing import DepthNoise, RgbdFrame
+from circumspect.simulation import Orbit, Scene, SimulatedCamera, block
+
+CAMERA = PinholeCamera(320, 240, 285.0, 285.0, 159.5, 119.5)
+THING = block((-0.25, -0.35, 0.0), (0.25, 0.35, 0.6))
+BOX = ["--box", "-0.4", "-0.5", "0.02", "0.4", "0.5", "0.7"]
+PATCH = np.s_[100:120, 140:160]
+"""Too little for a map to begin with."""
+
+
+def covered_but(frame: RgbdFrame, seen: tuple[slice, slice] | None) -> RgbdFrame:
+    depth = np.full_like(frame.depth, np.nan)
+    if seen is not None:
+        depth[seen] = frame.depth[seen]
+    return replace(frame, depth=depth)
+
+
+@pytest.fixture(scope="module")
+def frames() -> list[RgbdFrame]:
+    orbit = Orbit.around(THING, CAMERA)
+    camera = SimulatedCamera(
+        Scene.with_object(THING), orbit.stations(400).__next__, CAMERA, DepthNoise(), 0
+    )
+    return list(islice(camera.frames(400), 7))
+
+
+def write(folder: Path, frames: list[RgbdFrame]) -> Path:
+    """In the layout of 7-Scenes."""
+    folder.mkdir()
+    for number, frame in enumerate(frames):
+        stem = folder / f"frame-{number:06d}"
+        millimetres = np.nan_to_num(1e3 * frame.depth).round().astype(np.uint16)
+        Image.fromarray(millimetres).save(f"{stem}.depth.png")
+        np.savetxt(f"{stem}.pose.txt", frame.pose.as_matrix())
+    c = CAMERA
+    matrix = [[c.fx, 0, c.cx], [0, c.fy, c.cy], [0, 0, 1]]
+    np.savetxt(folder / "camera-intrinsics.txt", matrix)
+    np.savetxt(folder / "gravity-direction.txt", [0, 0, -1])
+    return folder
+
+
+@pytest.mark.parametrize("seen", [None, PATCH], ids=["blank", "too little"])
+def test_first_frames_without_enough_depth_do_not_end_a_replay(
+    seen: tuple[slice, slice] | None,
+    frames: list[RgbdFrame],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture,
+) -> None:
+    shots = [*(covered_but(frame, seen) for frame in frames[:2]), *frames[2:]]
+    folder = write(tmp_path / "scene", shots)
+    out = ["--out", str(tmp_path / "run"), "--json"]
+    assert main(["replay", str(folder), *BOX, "--poses", "hidden", *out]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["frames"] == 7
+    # The map lies where the recorded poses say, or there would be nothing in the box.
+    assert told["outcomes"]["classified"] >= 3
+    assert told["ate_rmse_m"] < 0.05
+
+
+def test_poses_after_the_one_that_the_map_begins_with_have_no_say(frames: list[RgbdFrame]) -> None:
+    """Frames keep them, so that this must hold: the others are only compared with."""
+    shots = [covered_but(frames[0], None), *frames[1:]]
+    wrong = RigidTransform.from_translation([3.0, -2.0, 1.0])
+    lies = [*shots[:2], *(frame.at(wrong * frame.pose) for frame in shots[2:])]
+    none = [*shots[:2], *(replace(frame, T_map_camera=None) for frame in shots[2:])]
+    np.testing.assert_array_equal(found(shots), found(lies))
+    np.testing.assert_array_equal(found(shots), found(none))
+
+
+def found(frames: list[RgbdFrame]) -> np.ndarray:
+    poses = RegisteredPoses()
+    noted = RecordedPoses().noted(frames)
+    return np.array([poses.estimate(frame).T_map_camera.as_matrix() for frame in noted])

@@ -1,0 +1,100 @@
+"""Clocks of ceiling cameras that leap, stand still or are set back, and photos far apart."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from ceiling_room import MOUNT, still_rig, three_cameras, truth
+
+from circumspect.localization import BRIDGED, TRACKED, IntelligentSpace, SpaceTrack
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return three_cameras()
+
+
+@pytest.fixture(scope="module")
+def rig(pair):
+    return still_rig(pair)
+
+
+def test_a_clock_that_leaps_once_does_not_make_the_rest_late(rig, pair):
+    space = IntelligentSpace(pair[:2], MOUNT)
+
+    def at(stamp):
+        return space.locate([replace(i, stamp=stamp) for i in rig.images(truth(stamp=stamp))[:2]])
+
+    assert at(1.0).state == TRACKED
+    leap = space.locate([replace(rig.images(truth())[0], stamp=5000.0)])
+    assert leap.sightings[0].reason == "its stamp leaps ahead by 4999.0 s"
+    assert at(1.1).state == TRACKED
+    # A pause of all cameras is believed at once, that of one the third time in a row.
+    assert [at(100.0 + n / 10).state for n in range(3)] == [TRACKED] * 3
+    alone = [space.locate(rig.images(truth(stamp=200.0 + n / 10))[:1]) for n in range(4)]
+    assert [fix.state for fix in alone] == [BRIDGED, BRIDGED, TRACKED, TRACKED]
+
+
+def tracked(rig, space, stamps, clock=None):
+    """What a camera says that leaves photos, one of them with the stamp of a wrong clock."""
+    images = [rig.images(truth(0.02 * n, stamp=stamp))[0] for n, stamp in enumerate(stamps)]
+    if clock is not None:
+        images[clock[0]] = replace(images[clock[0]], stamp=clock[1])
+    return SpaceTrack.of(space.track(images), space.reports)
+
+
+@pytest.mark.parametrize("count", [3, 5])
+def test_photos_far_apart_are_all_part_of_the_path(rig, pair, count):
+    stamps = [15.0 * n for n in range(count)]
+    track = tracked(rig, IntelligentSpace(pair[:1], MOUNT), stamps)
+    assert [fix.stamp for fix in track.known(bridged=False)] == stamps
+    assert [fix.T_map_base.x for fix in track.fixes] == pytest.approx(
+        [0.02 * n for n in range(count)], abs=0.01
+    )
+    assert (track.late, track.leaps, track.reports) == ((), (), ())
+
+
+@pytest.mark.parametrize("step", [0.1, 15.0])
+@pytest.mark.parametrize("which", [1, 4, 6])
+def test_a_track_leaves_a_single_leap_out_and_tells_it_apart(rig, pair, step, which):
+    stamps = [step * n for n in range(7)]
+    track = tracked(rig, IntelligentSpace(pair[:1], MOUNT), stamps, (which, 5000.0))
+    del stamps[which]
+    assert [fix.stamp for fix in track.known(bridged=False)] == stamps
+    (leap,) = track.leaps
+    assert leap.sightings[0].reason.startswith("its stamp leaps ahead by ")
+    assert track.reports == ("1 times leapt ahead of the others and are part of no path",)
+    assert (track.late, track.summary()["late"], track.summary()["leaps"]) == ((), 0, 1)
+
+
+def test_a_clock_that_stands_still_ahead_is_not_waited_for_without_end(rig, pair):
+    space = IntelligentSpace(pair[:1], MOUNT)
+    first, second = rig.images(truth())[0], rig.images(truth(0.1))[0]
+    taken = []
+
+    def images():
+        for n in range(200):
+            taken.append(n)
+            yield replace(second, stamp=5000.0) if n else first
+
+    fixes = space.track(images())
+    assert [next(fixes).state for _ in range(2)] == [TRACKED, BRIDGED]
+    assert len(taken) < 40
+
+
+def test_a_clock_that_is_set_back_does_not_keep_the_robot_where_it_was(rig, pair):
+    space = IntelligentSpace(pair[:2], MOUNT)
+
+    def at(stamp, x):
+        images = rig.images(truth(x, stamp=stamp))[:2]
+        return space.locate([replace(image, stamp=stamp) for image in images])
+
+    assert at(100.0, 0.0).state == TRACKED
+    assert at(99.9, 0.0).state == BRIDGED
+    assert not space.reports
+    fixes = [at(40.0 + n / 10, 0.4) for n in range(4)]
+    assert [fix.state for fix in fixes] == [BRIDGED, BRIDGED, TRACKED, TRACKED]
+    assert fixes[-1].T_map_base.x == pytest.approx(0.4, abs=0.01)
+    assert fixes[-1].stamp == 40.3
+    assert space.reports == ("the cameras' clock was set back by 59.8 s at 40.200 s",)
