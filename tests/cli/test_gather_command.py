@@ -13,6 +13,7 @@ from PIL import Image
 from circumspect.cli.main import main, parsed
 from circumspect.datasets.gathered_set import GatheredScan, read_manifest
 from circumspect.gathering.gather import append, begin
+from circumspect.gathering.recorded_scan import recording_name
 from circumspect.geometry import read_cloud, read_tum
 from circumspect.recording import RunRecorder, open_recording
 
@@ -152,7 +153,7 @@ def test_a_wrong_label_is_put_right(
     assert main([*flags, "--label", "sofa"]) == 0
     right = [*flags, "--label", "chair", "--odometry-topic", ""]
     assert main(right) == 2
-    assert "holds blue@first already; --replace puts" in capsys.readouterr().err
+    assert "holds blue@first already, of first.mcap; --replace puts" in capsys.readouterr().err
     assert main([*right, "--replace"]) == 0
     (scan,) = read_manifest(tmp_path / "mine")
     assert scan.label == "chair"
@@ -162,6 +163,36 @@ def test_a_wrong_label_is_put_right(
     second.write_bytes(recording.read_bytes())
     assert main([*flags, "--from", str(second), "--label", "sofa", "--replace"]) == 2
     assert "blue is a chair of the train split there, as in blue@first" in capsys.readouterr().err
+
+
+def test_a_wrong_label_of_all_recordings_is_put_right(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    second = recording.with_name("second.mcap")
+    second.write_bytes(recording.read_bytes())
+    flags = ["gather", "--name", "blue", "--out", str(tmp_path / "mine")]
+    for path in (recording, second):
+        assert main([*flags, "--from", str(path), "--label", "sofa"]) == 0
+    capsys.readouterr()
+    right = ["--from", str(second), "--label", "chair", "--split", "test", "--replace"]
+    assert main([*flags, *right]) == 0
+    assert "blue@first: chair of the test split now, too" in capsys.readouterr().err
+    scans = read_manifest(tmp_path / "mine")
+    assert {(scan.scan, scan.label, scan.split) for scan in scans} == {
+        ("blue@first", "chair", "test"), ("blue@second", "chair", "test"),
+    }  # fmt: skip
+
+
+def test_recordings_in_folders_are_called_by_their_whole_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walk = tmp_path / "walk_2024.01.05"
+    walk.mkdir()
+    (tmp_path / "run.01.mcap").touch()
+    assert recording_name(walk) == "walk_2024.01.05"
+    assert recording_name(tmp_path / "run.01.mcap") == "run.01"
+    monkeypatch.chdir(walk)
+    assert recording_name(Path()) == "walk_2024.01.05"
 
 
 def test_scans_that_saw_nothing_are_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

@@ -320,7 +320,10 @@ def test_a_finished_network_is_not_trained_over(trained, data, tmp_path, capsys)
     before = (tmp_path / "run" / "best.safetensors").read_bytes()
     words = ("train", "--data", data, "--out", tmp_path / "run", *BRIEF)
     assert run(*words) == 2
-    assert "holds a finished run and its network; choose another --out" in capsys.readouterr().err
+    assert (
+        "holds a run's network without the state to go on from; choose another --out"
+        in capsys.readouterr().err
+    )
     assert (tmp_path / "run" / "best.safetensors").read_bytes() == before
 
 

@@ -230,8 +230,12 @@ class TestOffFolder:
                 write_off(tmp_path / name / "train" / f"{file}.off", 1.0)
         names = open_data_set(tmp_path, "train").names.tolist()
         assert len(set(names)) == 6
-        assert names[:3] == ["night/0001", "night_0001", "night/night_stand_0001"]
-        assert names[3:] == ["night_stand/0001", "night_stand/night_0001", "night_stand_0001"]
+        assert names[:3] == ["night/train/0001", "night_0001", "night/train/night_stand_0001"]
+        assert names[3:] == [
+            "night_stand/train/0001",
+            "night_stand/train/night_0001",
+            "night_stand_0001",
+        ]
 
     def test_modelnet10_is_named_after_its_files_alone(self):
         for split, names in expected_names().items():

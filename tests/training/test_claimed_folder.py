@@ -116,7 +116,11 @@ def test_a_finished_run_without_its_state_is_not_begun_anew(folder, sign):
     if sign == "made_of.json":
         (folder / BEST).unlink()
         shutil.copy(folder / CONFIG, folder / sign)
-    assert_refused(folder, InputError, "holds a finished run and its network; choose another --out")
+    assert_refused(
+        folder,
+        InputError,
+        "holds a run's network without the state to go on from; choose another --out",
+    )
     assert_refused(folder, InputError, "finished run", settings=replace(QUICK, epochs=1))
 
 

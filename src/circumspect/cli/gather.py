@@ -73,7 +73,7 @@ class Gather:
     """Of --from: azimuth of the start [degrees], where you measured it."""
     replace: bool = False
     """Of --from: where the set holds the recording already, put it in the place of what is there,
-    as after a wrong --label."""
+    as after a wrong --label, which its object's other scans then change, too."""
     json: bool = False
     """One JSON line at the end and nothing else on standard output."""
     reading: Annotated[RecordingFlags, tyro.conf.arg(name="")] = field(
@@ -117,8 +117,13 @@ class Gather:
 
     def _recorded(self, recording: Path) -> list[GatheredScan]:
         from circumspect.classification import Classifier
+        from circumspect.cli.say import say
         from circumspect.datasets.gathered_set import read_manifest
-        from circumspect.gathering.recorded_scan import RecordedObject, RecordedScan
+        from circumspect.gathering.recorded_scan import (
+            RecordedObject,
+            RecordedScan,
+            recording_name,
+        )
 
         if given := given_flags(
             self, "classes", "objects", "starts", "at", "seed", "slip", "frame_interval", "frames",
@@ -128,7 +133,7 @@ class Gather:
         if self.label is None:
             raise InputError("--from RECORDING needs the --label of what it shows")
         shown = RecordedObject(
-            self.label, self.name or recording.stem, self.split or "train", self.start
+            self.label, self.name or recording_name(recording), self.split or "train", self.start
         )
         scan = RecordedScan(self.out, recording, shown, self.replace)
         opened = self.reading.opened(recording)
@@ -136,6 +141,8 @@ class Gather:
         with opened.screen() as screen:
             pipeline.observers = (screen,)
             scan.gather(opened.given(), pipeline, self.reading.told())
+        if scan.corrected:
+            say(f"{', '.join(scan.corrected)}: {self.label} of the {shown.split} split now, too")
         return read_manifest(self.out)
 
     def _draw(self, scans: list[GatheredScan]) -> None:

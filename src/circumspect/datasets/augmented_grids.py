@@ -6,11 +6,13 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification import GridRecipe
+from circumspect.datasets.augmentation import Augmentation
 from circumspect.datasets.augmented_clouds import TRIANGLES, AugmentedClouds
 from circumspect.datasets.grid_cache import GridCache, PackedGrids
 from circumspect.grid import hits_batch
@@ -66,12 +68,20 @@ def _cached(
     key = {
         "objects": clouds.objects.digest,
         "recipe": recipe.to_dict(),
-        "augmentation": asdict(clouds.augmentation),
+        "augmentation": _changes(clouds.augmentation),
         "triangles": TRIANGLES,
         "seed": clouds.seed,
         "replica": replica,
     }
     return cache.get(key, len(clouds), recipe.shape, lambda: _made(clouds, recipe, replica))
+
+
+def _changes(augmentation: Augmentation) -> dict[str, Any]:
+    """All of its settings, but those that came later and are not used: grids stay the same."""
+    settings = asdict(augmentation)
+    if not augmentation.damage:
+        del settings["damage"]
+    return settings
 
 
 def _made(clouds: AugmentedClouds, recipe: GridRecipe, replica: int) -> Iterator[NDArray[np.uint8]]:

@@ -46,7 +46,8 @@ def _holed(samples: Samples, rng: np.random.Generator) -> Samples:
     size = int(len(samples) * rng.uniform(*MISSING) / holes)
     for _ in range(holes):
         away = ((samples - samples[rng.integers(len(samples))]) ** 2).sum(axis=1)
-        samples = samples[np.argsort(away)[size:]]
+        # In their order: evenly spread points come first.
+        samples = samples[np.sort(np.argsort(away)[size:])]
     return samples
 
 

@@ -63,14 +63,14 @@ def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> O
 
 
 def object_name(file: Path) -> str:
-    """What the object in a file is called, unlike any of another class.
+    """What the object in a file is called, unlike any of another class or split.
 
-    chair/train/chair_0001.off is chair_0001; chair/train/0001.off is chair/0001, since there may be
-    a table/train/0001.off.
+    chair/train/chair_0001.off is chair_0001; chair/train/0001.off is chair/train/0001, since there
+    may be a table/train/0001.off and a chair/test/0001.off.
     """
     name_of_class = file.parent.parent.name
     own = file.stem.rpartition("_")[0] == name_of_class
-    return file.stem if own else f"{name_of_class}/{file.stem}"
+    return file.stem if own else f"{name_of_class}/{file.parent.name}/{file.stem}"
 
 
 def sampled_file(file: Path) -> NDArray[np.float32]:

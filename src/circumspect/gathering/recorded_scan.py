@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -47,11 +47,17 @@ class RecordedObject:
             raise InputError(f"--start {self.start_deg:g}: give degrees from 0 up to 360")
 
 
+def recording_name(recording: Path) -> str:
+    """What a recording is called: a file without its suffix, a folder as it is."""
+    whole = recording.resolve()
+    return whole.name if whole.is_dir() else whole.stem
+
+
 class RecordedScan:
     """A recording that is to be a scan of a set."""
 
     def __init__(
-        self, folder: Path, recording: Path, shown: RecordedObject, replace: bool = False
+        self, folder: Path, recording: Path, shown: RecordedObject, replaces: bool = False
     ) -> None:
         """See whether the set can take it.
 
@@ -59,28 +65,33 @@ class RecordedScan:
             folder: Of the set; may be missing.
             recording: A bag or a folder; the scan is named after it.
             shown: What it shows.
-            replace: Take the place of a scan of the same name. One that never saw its object gives
-                way without this.
+            replaces: Take the place of a scan of the same name; the object's other scans get its
+                class and split. One that never saw its object gives way without this.
 
         Raises:
             InputError: It is in the set already, another scan of the object is of another split or
                 class, or the folder holds something else.
         """
         self._folder, self._recording, self._shown = folder, recording, shown
-        self._name = f"{shown.name}@{recording.stem}"
+        self._name = f"{shown.name}@{recording_name(recording)}"
         self._before: GatheredScan | None = None
+        self._others: list[GatheredScan] = []
         if not is_gathered(folder):
             require_free(folder)
             return
         for scan in read_manifest(folder):
             if scan.scan == self._name:
                 self._before = scan
-            elif scan.object == shown.name:
-                self._require_same_kind(scan)
-        if self._before is not None and "cloud" in self._before.files and not replace:
+            elif scan.object == shown.name and (scan.split, scan.label) != self._kind:
+                self._others.append(scan)
+        if self._before is not None and "cloud" in self._before.files and not replaces:
+            there = self._before.quality.get("recording", "a simulated scan")
             raise InputError(
-                f"{folder}: holds {self._name} already; --replace puts this recording in its place"
+                f"{folder}: holds {self._name} already, of {there}; --replace puts this recording "
+                "in its place"
             )
+        if self._others and not (replaces and self._before is not None):
+            raise self._other_kind(self._others[0])
 
     def gather(
         self,
@@ -112,16 +123,26 @@ class RecordedScan:
             begin(self._folder, {"source": "recordings"})
         scan = self._scan(result, wheels, dict(reading or {}))
         append(self._folder, scan)
+        for other in self._others:
+            append(self._folder, replace(other, label=scan.label, split=scan.split))
         self._drop_what_is_left_of_before(scan)
         return scan
 
-    def _require_same_kind(self, scan: GatheredScan) -> None:
-        if (scan.split, scan.label) != (self._shown.split, self._shown.label):
-            raise InputError(
-                f"{self._folder}: {scan.object} is a {scan.label} of the {scan.split} split there, "
-                f"as in {scan.scan}; all scans of an object belong together: give the same "
-                "--label and --split, or another --name"
-            )
+    @property
+    def corrected(self) -> list[str]:
+        """Names of the object's other scans that get its class and split."""
+        return [scan.scan for scan in self._others]
+
+    @property
+    def _kind(self) -> tuple[str, str]:
+        return self._shown.split, self._shown.label
+
+    def _other_kind(self, scan: GatheredScan) -> InputError:
+        return InputError(
+            f"{self._folder}: {scan.object} is a {scan.label} of the {scan.split} split there, "
+            f"as in {scan.scan}; all scans of an object belong together: give the same "
+            "--label and --split, or another --name, or --replace one that is there"
+        )
 
     def _scan(
         self, result: RecognitionResult, wheels: _Wheels, reading: dict[str, Any]

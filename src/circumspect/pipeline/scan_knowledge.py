@@ -40,7 +40,7 @@ class ScanKnowledge:
         self.whereabouts = Whereabouts(robot.T_base_camera)
         self.frames = 0
         self.in_view = self.certain = False
-        self._certain_at = robot.now
+        self._certain_at = self._clock
         self._doubtful = False
         self.unreachable: list[NextView] = []
         self._given_up: list[NextView] = []
@@ -59,12 +59,17 @@ class ScanKnowledge:
     @property
     def doubted_for(self) -> float:
         """So long no frame could be placed with certainty though there was depth [s]."""
-        return self._robot.now - self._certain_at if self._doubtful else 0.0
+        return self._clock - self._certain_at if self._doubtful else 0.0
 
     @property
     def blind_for(self) -> float:
         """So long no frame could be placed with certainty for whatever reason [s]."""
-        return self._robot.now - self._certain_at
+        return self._clock - self._certain_at
+
+    @property
+    def _clock(self) -> float:
+        """Stands still while somebody holds the robot [s]."""
+        return self._robot.now - self._robot.held
 
     def heard(self, step: RecognitionStep, frame: RgbdFrame) -> None:
         """Take what a frame led to."""
@@ -75,7 +80,7 @@ class ScanKnowledge:
             self.whereabouts.corrected(step.pose, frame.odometry)
             self._doubtful = not self.certain
             if self.certain:
-                self._certain_at = self._robot.now
+                self._certain_at = self._clock
                 self._obstacles = self._obstacles.with_frame(frame, step.pose.T_map_camera)
         if self.in_view and step.prediction is not None:
             self._visit()

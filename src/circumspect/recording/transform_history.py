@@ -31,6 +31,7 @@ class TransformHistory:
         self.parent = parent
         self._told: deque[tuple[float, RigidTransform]] = deque(maxlen=MOST)
         self._moves = False
+        self._stood_until = -np.inf
 
     def heard(self, stamp: float, T_parent_child: RigidTransform, lasting: bool = False) -> None:
         """Take a transform in; one that comes late is left out.
@@ -43,22 +44,26 @@ class TransformHistory:
         told = self._told
         if told and stamp < told[-1][0] - BACK:
             told.clear()
+            self._stood_until = -np.inf
         if told and stamp < told[-1][0]:
             return
         if told and stamp == told[-1][0]:
             told.pop()
         if told and not lasting and not same(told[-1][1], T_parent_child):
+            self._stood_until = self._stood_until if self._moves else told[-1][0]
             self._moves = True
         if not self._moves and self._repeats(T_parent_child):
             told.pop()
         told.append((stamp, T_parent_child))
-        while told[0][0] < stamp - KEPT:
+        # The last two tell how far apart they come, however long that is.
+        while len(told) > 2 and told[0][0] < stamp - KEPT:
             told.popleft()
 
     def begin_anew(self) -> None:
         """Go on with another clock: what does not move is still where it was told to be."""
         last = [] if self._moves else [T for _, T in self._told][-1:]
         self._told = deque([(-np.inf, T) for T in last], MOST)
+        self._stood_until = -np.inf
 
     def awaits(self, stamp: float) -> bool:
         """Whether it moves, and where it is at a time [s] is still to be told soon."""
@@ -77,7 +82,7 @@ class TransformHistory:
         if k is None:
             first, T_parent_child = told[0]
             return T_parent_child if not self._moves or first - stamp <= NEAR else None
-        if not self._moves or told[k][0] == stamp:
+        if not self._moves or stamp <= max(self._stood_until, told[k][0]):
             return told[k][1]
         return self._moved(k, stamp)
 

@@ -49,7 +49,9 @@ def claim_folder(folder: Path, config: dict[str, Any]) -> None:
         if other:
             raise InputError(f"{folder}: holds a run with other {other}; choose another --out")
     elif _is_finished(folder, same=not other):
-        raise InputError(f"{folder}: holds a finished run and its network; choose another --out")
+        raise InputError(
+            f"{folder}: holds a run's network without the state to go on from; choose another --out"
+        )
     write_json(path, config)
 
 
