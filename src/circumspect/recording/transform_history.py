@@ -50,7 +50,9 @@ class TransformHistory:
         if told and stamp == told[-1][0]:
             told.pop()
         if told and not lasting and not same(told[-1][1], T_parent_child):
-            self._stood_until = self._stood_until if self._moves else told[-1][0]
+            # Told twice alike it stood; told once it may have been on its way.
+            if not self._moves and len(told) > 1:
+                self._stood_until = told[-1][0]
             self._moves = True
         if not self._moves and self._repeats(T_parent_child):
             told.pop()
@@ -81,7 +83,8 @@ class TransformHistory:
         k = next((k for k in reversed(range(len(told))) if told[k][0] <= stamp), None)
         if k is None:
             first, T_parent_child = told[0]
-            return T_parent_child if not self._moves or first - stamp <= NEAR else None
+            stood = not self._moves or first <= self._stood_until
+            return T_parent_child if stood or first - stamp <= NEAR else None
         if not self._moves or stamp <= max(self._stood_until, told[k][0]):
             return told[k][1]
         return self._moved(k, stamp)
