@@ -121,7 +121,9 @@ def test_a_finished_run_without_its_state_is_not_begun_anew(folder, sign):
         InputError,
         "holds a run's network without the state to go on from; choose another --out",
     )
-    assert_refused(folder, InputError, "finished run", settings=replace(QUICK, epochs=1))
+    assert_refused(
+        folder, InputError, "without the state to go on from", settings=replace(QUICK, epochs=1)
+    )
 
 
 @pytest.mark.parametrize("name", [STATE, BEST, "made_of.json", "epochs.csv"])
@@ -165,7 +167,12 @@ def test_a_run_that_ended_before_its_first_state_was_there_is_begun_anew(tmp_pat
         with pytest.raises(OutputError, match="no space"):
             run(tmp_path / "run")
     assert (tmp_path / "run" / BEST).exists()
-    assert_refused(tmp_path / "run", InputError, "finished", settings=replace(QUICK, seed=2))
+    assert_refused(
+        tmp_path / "run",
+        InputError,
+        "without the state to go on from",
+        settings=replace(QUICK, seed=2),
+    )
     assert run(tmp_path / "run").training["reached"]["epoch"] == 3
 
 
