@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ceiling_room import ASIDE, FAR, MOUNT, SIZE, hung, still_rig, three_cameras, truth
+from ceiling_room import ASIDE, FAR, MOUNT, SIZE, hung, truth
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
@@ -44,16 +44,6 @@ from circumspect.simulation import (
 @pytest.fixture(scope="module")
 def caster():
     return RayCaster(Scene.with_object(FAR))
-
-
-@pytest.fixture(scope="module")
-def pair():
-    return three_cameras()
-
-
-@pytest.fixture(scope="module")
-def rig(pair):
-    return still_rig(pair)
 
 
 def test_the_tag_is_found_where_it_is(rig, pair):

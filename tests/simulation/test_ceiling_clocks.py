@@ -5,19 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from ceiling_room import MOUNT, still_rig, three_cameras, truth
+from ceiling_room import MOUNT, truth
 
 from circumspect.localization import BRIDGED, TRACKED, IntelligentSpace, SpaceTrack
-
-
-@pytest.fixture(scope="module")
-def pair():
-    return three_cameras()
-
-
-@pytest.fixture(scope="module")
-def rig(pair):
-    return still_rig(pair)
 
 
 def test_a_clock_that_leaps_once_does_not_make_the_rest_late(rig, pair):
