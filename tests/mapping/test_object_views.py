@@ -4,7 +4,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 from tracking_world import SHORT, T_BASE_CAMERA, short_drive, true_camera
 
-from circumspect.mapping import FrameSurface, ModelSettings, ObjectModel, ObjectViews, se3
+from circumspect.mapping import (
+    FrameSurface,
+    ModelSettings,
+    ObjectModel,
+    ObjectViews,
+    Rebuild,
+    se3,
+)
 from circumspect.mapping.object_views import MOST
 from circumspect.sensing import GroundSegmentation
 
@@ -27,7 +34,9 @@ def fused_both_ways() -> tuple[ObjectModel, ObjectModel]:
         drifted = drifted.with_surface(surface)
         T_map_anchor = DRIFT * anchors[anchor] if anchor else anchors[anchor]
         views = views.with_view(anchor, T_map_anchor, surface, drifted)
-    return direct, views.rebuilt(settings, drifted.voxel, anchors.__getitem__)
+    rebuild = Rebuild(views, settings, drifted.voxel, anchors.__getitem__)
+    assert rebuild.go_on()
+    return direct, rebuild.model
 
 
 def test_the_rebuilt_model_is_the_one_fused_with_the_corrected_poses() -> None:
@@ -60,7 +69,26 @@ def test_patches_are_bounded() -> None:
     assert MOST + 2 in views.patches
 
 
+def test_a_rebuild_a_few_patches_at_a_time_is_the_one_at_once() -> None:
+    frame = short_drive()[0]
+    mask = GroundSegmentation().object_mask(frame.at(T_BASE_CAMERA))
+    surface = FrameSurface.of(frame, mask, T_BASE_CAMERA)
+    model, views = ObjectModel().with_surface(surface), ObjectViews()
+    places = {n: se3.exp([0.0, 0.0, 0.02 * n, 0.0, 0.0, 0.0]) * T_BASE_CAMERA for n in range(5)}
+    for number in places:
+        views = views.with_view(number, T_BASE_CAMERA, surface, model)
+    del places[3]  # forgotten long ago
+    at_once, bit_by_bit = (
+        Rebuild(views, ModelSettings(), model.voxel, places.__getitem__) for _ in range(2)
+    )
+    assert at_once.go_on()
+    assert [bit_by_bit.go_on(most) for most in (0, 3, 3)] == [False, False, True]
+    assert at_once.model.frames == bit_by_bit.model.frames == 4
+    np.testing.assert_array_equal(at_once.model.points_xyz, bit_by_bit.model.points_xyz)
+
+
 def test_no_views_make_an_empty_model() -> None:
-    empty = ObjectViews().rebuilt(ModelSettings(), 0.01, {}.__getitem__)
-    assert empty.frames == 0
-    assert len(empty.points_xyz) == 0
+    rebuild = Rebuild(ObjectViews(), ModelSettings(), 0.01, {}.__getitem__)
+    assert rebuild.go_on(0)
+    assert rebuild.model.frames == 0
+    assert len(rebuild.model.points_xyz) == 0

@@ -5,6 +5,7 @@ from circumspect.mapping.gate import GATE_OPEN
 from circumspect.mapping.object_model import ModelSettings, ObjectModel
 from circumspect.mapping.object_views import ObjectViews
 from circumspect.mapping.pose_estimator import KnownPoses, PoseEstimate, PoseEstimator
+from circumspect.mapping.rebuild import Rebuild
 from circumspect.mapping.registered_poses import RegisteredPoses
 from circumspect.mapping.sight_rays import SightRays
 from circumspect.mapping.tracking_settings import TrackingSettings
@@ -18,6 +19,7 @@ __all__ = [
     "ObjectViews",
     "PoseEstimate",
     "PoseEstimator",
+    "Rebuild",
     "RegisteredPoses",
     "SightRays",
     "TrackingSettings",

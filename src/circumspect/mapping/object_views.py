@@ -1,8 +1,8 @@
-"""What frames showed of the object, kept so that the model can be rebuilt after a correction."""
+"""What frames showed of the object, kept so that the model can be built anew: `Rebuild`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import surface_area
-from circumspect.mapping.frame_share import COLUMNS, FRAMES, NORMAL, POINT, WEIGHT, FrameShare
+from circumspect.mapping.frame_share import COLUMNS, FrameShare
 from circumspect.mapping.frame_surface import FrameSurface
-from circumspect.mapping.object_model import ModelSettings, ObjectModel
+from circumspect.mapping.object_model import ObjectModel
 from circumspect.mapping.sight_rays import SightRays
-from circumspect.mapping.voxel_sums import VoxelSums, largest, voxel_keys
+from circumspect.mapping.voxel_sums import VoxelSums
 
 MOST = 300
 """So many patches are kept; the one that fewest frames showed gives way."""
@@ -97,54 +97,3 @@ class ObjectViews:
             others = [number for number in patches if number != anchor]
             del patches[min(others, key=lambda number: len(patches[number].views_xyz))]
         return replace(self, patches=MappingProxyType(patches))
-
-    def rebuilt(
-        self, settings: ModelSettings, voxel: float | None, place: Callable[[int], RigidTransform]
-    ) -> ObjectModel:
-        """The model with every patch where its keyframe is now.
-
-        Args:
-            settings: How frames are fused.
-            voxel: Side of the model's voxels [m].
-            place: Number of a keyframe to its `T_map_camera`; patches of keyframes that it
-                raises KeyError for are left out.
-        """
-        model = ObjectModel(settings, voxel)
-        for number, patch in self.patches.items():
-            try:
-                T_map_patch = place(number) * patch.T_anchor_patch
-            except KeyError:  # the keyframe gave way so long ago that it is forgotten
-                continue
-            model = _with_patch(model, patch, T_map_patch)
-        return model
-
-
-def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_patch: RigidTransform) -> ObjectModel:
-    matrix = T_map_patch.as_matrix()
-    R, t = matrix[:3, :3], matrix[:3, 3]
-    rows = patch.sums.totals
-    local = rows[:, POINT] / rows[:, WEIGHT, None]
-    local_normals = rows[:, NORMAL] / rows[:, WEIGHT, None]
-    points = local @ R.T + t
-    columns = rows.copy()
-    columns[:, POINT] = points * rows[:, WEIGHT, None]
-    columns[:, NORMAL] = rows[:, NORMAL] @ R.T
-    keys = voxel_keys(points, model.voxel or FINE)
-    sums = VoxelSums.of(keys, columns)
-    # Two voxels of a patch may come to lie in one: it was seen in as many frames as either.
-    sums.totals[:, FRAMES] = largest(keys, rows[:, FRAMES])
-    areas = surface_area.several_frames_areas(
-        points,
-        local_normals @ R.T,
-        surface_area.point_areas(patch.areas, local, local_normals),
-        len(patch.views_xyz),
-    )
-    ends = patch.rays.ends_xyz @ R.T.astype(np.float32) + t.astype(np.float32)
-    origins = patch.rays.origins_xyz @ R.T.astype(np.float32) + t.astype(np.float32)
-    return replace(
-        model,
-        sums=model.sums.plus(sums),
-        areas=model.areas.plus(areas),
-        rays=model.rays.with_rays(origins, ends, patch.rays.on_object),
-        views_xyz=np.vstack([model.views_xyz, patch.views_xyz @ R.T + t]),
-    )

@@ -19,6 +19,7 @@ from circumspect.mapping import (
     ObjectViews,
     PoseEstimate,
     PoseEstimator,
+    Rebuild,
 )
 from circumspect.pipeline.records import (
     CLASSIFIED,
@@ -40,6 +41,8 @@ SHORTEST, LONGEST = 0.05, 50.0
 """Median depths outside of this [m] are in another unit."""
 SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
+PATCHES_A_FRAME = 8
+"""So many are put together anew after a correction: about 80 ms; the rest waits."""
 
 
 class RecognitionPipeline:
@@ -71,6 +74,7 @@ class RecognitionPipeline:
         self.prediction: Prediction | None = None
         self._known_xyz: NDArray[np.float64] | None = None
         self._views = ObjectViews()
+        self._rebuild: Rebuild | None = None
         self._corrections = poses.corrections
         self._stamp: float | None = None
         self._count = 0
@@ -142,7 +146,7 @@ class RecognitionPipeline:
 
         # What the object looks like
         with clock.stage("fuse"):
-            self._rebuild_if_corrected()
+            self._rebuild_if_corrected(PATCHES_A_FRAME)
             self._fuse(FrameSurface.of(placed, mask, pose.T_map_camera), pose)
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
@@ -187,18 +191,28 @@ class RecognitionPipeline:
         if share is None:
             return
         self.model = self.model.with_share(share)
+        if self._rebuild is not None:
+            self._rebuild.with_share(share)
         if pose.anchor is not None:
             T_map_anchor = self.poses.anchor_pose(pose.anchor)
             self._views = self._views.with_share(pose.anchor, T_map_anchor, share)
 
-    def _rebuild_if_corrected(self) -> bool:
-        """Put the model together anew where poses told earlier were corrected since."""
-        if self.poses.corrections == self._corrections:
+    def _rebuild_if_corrected(self, patches: int | None = None) -> bool:
+        """Put the model together anew where poses told earlier were corrected since.
+
+        Args:
+            patches: So many at most; meanwhile the model stays as it was. None means all.
+
+        Returns:
+            Whether the model is a new one.
+        """
+        if self.poses.corrections != self._corrections:
+            self._corrections = self.poses.corrections
+            settings, voxel = self.model.settings, self.model.voxel
+            self._rebuild = Rebuild(self._views, settings, voxel, self.poses.anchor_pose)
+        if self._rebuild is None or not self._rebuild.go_on(patches):
             return False
-        self._corrections = self.poses.corrections
-        self.model = self._views.rebuilt(
-            self.model.settings, self.model.voxel, self.poses.anchor_pose
-        )
+        self.model, self._rebuild = self._rebuild.model, None
         return True
 
     def _grid_model(self) -> bool:
