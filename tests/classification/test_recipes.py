@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from circumspect.classification import GridRecipe, PointsRecipe, recipe_from_dict
+from circumspect.classification.input_recipe import MOST_MARGIN
 from circumspect.errors import GeometryError, InputError
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud
@@ -18,9 +19,9 @@ def chair(points=3000):
     return make_furniture("chair", 1).sampled(points, 0)
 
 
-@given(st.integers(1, 4), st.integers(1, 5000), st.booleans())
-def test_points_recipes_survive_json(views, count, surface):
-    recipe = PointsRecipe(count, surface, views)
+@given(st.integers(1, 4), st.integers(1, 5000), st.booleans(), st.floats(1, MOST_MARGIN))
+def test_points_recipes_survive_json(views, count, surface, margin):
+    recipe = PointsRecipe(count, surface, views, margin=margin)
     assert recipe_from_dict(json.loads(json.dumps(recipe.to_dict()))) == recipe
     assert recipe.with_views(7).azimuth_views == 7
 
@@ -34,7 +35,16 @@ def test_a_rectangular_grid_has_one_view():
 
 
 @pytest.mark.parametrize(
-    "document", [{"kind": "points", "shape": 3}, {"kind": "points", "count": 0}]
+    "document",
+    [
+        {"kind": "points", "shape": 3},
+        {"kind": "points", "count": 0},
+        {"kind": "points", "margin": 0.99},
+        {"margin": 4.01},
+        {"margin": float("nan")},
+        {"margin": "1.1"},
+        {"margin": True},
+    ],
 )
 def test_settings_that_make_no_sense_are_refused(document):
     with pytest.raises(InputError):
@@ -58,6 +68,29 @@ def test_points_lie_within_the_cylinder_and_reach_its_wall():
     points = PointsRecipe(3000).inputs(chair())[0, 0]
     reach = max(np.hypot(points[:, 0], points[:, 1]).max(), np.abs(points[:, 2]).max())
     assert reach == pytest.approx(1.0, abs=1e-5)
+
+
+@given(st.sampled_from(["cylindrical", "rectangular"]), st.floats(1, MOST_MARGIN))
+def test_a_grid_with_a_margin_is_that_of_a_larger_object(kind, margin):
+    cloud = chair(500)
+    tight, wide = (GridRecipe(kind, margin=m).bounds(cloud) for m in (1.0, margin))
+    assert wide.centre_xyz == tight.centre_xyz
+    lengths = [[v for v in vars(b).values() if isinstance(v, float) and v] for b in (tight, wide)]
+    np.testing.assert_allclose(lengths[1], np.multiply(margin, lengths[0]))
+
+
+@given(st.floats(1, MOST_MARGIN))
+def test_points_with_a_margin_are_those_without_drawn_together(margin):
+    cloud = chair(500)
+    tight, wide = (PointsRecipe(400, margin=m).inputs(cloud) for m in (1.0, margin))
+    np.testing.assert_allclose(margin * wide, tight, rtol=1e-5, atol=1e-6)
+
+
+def test_what_was_stored_before_there_was_a_margin_has_none():
+    for recipe in (GridRecipe(), PointsRecipe()):
+        document = recipe.to_dict()
+        del document["margin"]
+        assert recipe_from_dict(document) == recipe
 
 
 @pytest.mark.parametrize("surface", [False, True])

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 import circumspect
+from circumspect.classification import Classifier
+from circumspect.cli.grid import Grid
 from circumspect.cli.main import COMMANDS, main
 from circumspect.furniture import make_furniture
 from circumspect.geometry import write_ply
+from circumspect.grid import OccupancyGrid
 
 
 def run(*words):
@@ -84,6 +87,20 @@ class TestGrid:
         assert run("classify", out, "--json") == 0
         record = json.loads(capsys.readouterr().out.splitlines()[-1])
         assert record["label"] == "chair"
+
+    def test_has_the_margin_that_the_shipped_classifier_expects(self, chair, tmp_path):
+        out = tmp_path / "g.npz"
+        assert Grid.margin == Classifier.load().recipe.margin
+        radii = {}
+        for flags in ((), ("--margin", 1.1), ("--margin", 1)):
+            assert run("grid", chair, "--out", out, *flags) == 0
+            radii[flags] = OccupancyGrid.load(out).grid.radius
+        assert radii[()] == radii["--margin", 1.1]
+        assert radii[()] == pytest.approx(1.1 * radii["--margin", 1])
+
+    def test_a_margin_that_cuts_the_object_off_is_refused(self, chair, tmp_path, capsys):
+        assert run("grid", chair, "--out", tmp_path / "g.npz", "--margin", 0.5) == 2
+        assert "margin must be a number from 1 to 4" in capsys.readouterr().err
 
     def test_only_npz_names_are_taken(self, chair, tmp_path, capsys):
         assert run("grid", chair, "--out", tmp_path / "g.png") == 2

@@ -20,6 +20,7 @@ from two_kinds import two_kinds
 from circumspect.classification import GridRecipe
 from circumspect.datasets import Augmentation
 from circumspect.errors import CircumspectError, InputError, OutputError, WeightsError
+from circumspect.nets.registry import net_spec
 from circumspect.training import TrainingSettings
 from circumspect.training.config_differences import MOST, config_differences
 from circumspect.training.run_config import run_config
@@ -73,6 +74,7 @@ def forget(folder: Path, *names: str) -> dict:
         settings = config["settings"]
         settings.pop(name, None)
         settings["augmentation"].pop(name, None)
+        config["grid"].pop(name, None)
     (folder / CONFIG).write_text(json.dumps(config))
     return config
 
@@ -85,7 +87,12 @@ def test_a_run_of_before_a_setting_was_there_goes_on(folder):
     assert run(folder).training["reached"]["epoch"] == 3
     # All of it is written, for readers of this version.
     written = json.loads((folder / CONFIG).read_text())
-    assert written == run_config(QUICK, GridRecipe(), two_kinds())
+    assert written == run_config(QUICK, net_spec(QUICK.net).recipe, two_kinds())
+
+
+def test_a_run_of_before_there_was_a_margin_had_none(folder):
+    forget(folder, "margin")
+    assert_refused(folder, InputError, r"other grid\.margin \(1\.0, not 1\.1\);")
 
 
 @given(st.sets(st.sampled_from(sorted(TrainingSettings().to_dict()))), st.booleans())

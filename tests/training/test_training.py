@@ -132,6 +132,16 @@ def test_objects_that_are_not_augmented_are_all_the_same(tmp_path):
     assert (grid >= vertices).all()
 
 
+def test_the_margin_of_a_recipe_is_none_of_the_training_grids(tmp_path):
+    clouds = AugmentedClouds(two_kinds(4), Augmentation(), 0)
+    made = []
+    for recipe in (GridRecipe(), GridRecipe(margin=1.3)):
+        AugmentedGrids(clouds, recipe, 1, GridCache(tmp_path))
+        made.append(sorted(path for path in tmp_path.rglob("*") if path.is_file()))
+    assert made[0]
+    assert made[1] == made[0]
+
+
 def test_points_of_a_batch_are_those_of_each_object():
     clouds = AugmentedClouds(two_kinds(6), Augmentation(), 3)
     made = AugmentedPoints(clouds, PointsRecipe(200, surface=True))

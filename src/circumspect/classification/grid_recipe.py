@@ -13,11 +13,13 @@ from circumspect.classification.input_recipe import (
     MOST_POINTS,
     MOST_VIEWS,
     InputRecipe,
+    cylinder_round,
     require_counts,
+    require_margin,
     turned,
 )
 from circumspect.errors import InputError
-from circumspect.geometry import PointCloud, fill_surface, require_extent
+from circumspect.geometry import PointCloud, fill_surface
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid, hits_batch
 from circumspect.grid.grid_arguments import checked_shape
 
@@ -34,9 +36,10 @@ class GridRecipe(InputRecipe):
         fill_below: Clouds of fewer points have holes at this resolution; their surface is
             filled between near neighbours.
         fill_samples: Points added to fill a surface.
+        margin: The grid is this many times as large as the smallest one that holds the object.
 
     Raises:
-        InputError: Another kind, no shape of a grid, or counts out of range.
+        InputError: Another kind, no shape of a grid, or numbers out of range.
     """
 
     kind: str = "cylindrical"
@@ -44,6 +47,7 @@ class GridRecipe(InputRecipe):
     azimuth_views: int = 1
     fill_below: int = 20_000
     fill_samples: int = 16_384
+    margin: float = 1.0
 
     def __post_init__(self) -> None:
         if self.kind not in ("cylindrical", "rectangular"):
@@ -51,6 +55,7 @@ class GridRecipe(InputRecipe):
         object.__setattr__(self, "shape", checked_shape(self.shape))
         require_counts(self, "azimuth_views", most=MOST_VIEWS)
         require_counts(self, "fill_below", "fill_samples", most=MOST_POINTS)
+        require_margin(self)
 
     def to_dict(self) -> dict[str, Any]:
         """See `InputRecipe.to_dict`."""
@@ -83,8 +88,7 @@ class GridRecipe(InputRecipe):
 
     def bounds(self, cloud: PointCloud) -> CylindricalGrid | RectangularGrid:
         """See `InputRecipe.bounds`."""
-        require_extent(cloud)
-        cylinder = CylindricalGrid.fit(cloud, self.shape)
+        cylinder = cylinder_round(cloud, self.margin, self.shape)
         if self.kind == "cylindrical":
             return cylinder
         # The cube round the cylinder: it holds the object at every yaw.
@@ -131,6 +135,10 @@ class GridRecipe(InputRecipe):
                 "--azimuth-views"
             )
         return replace(self, azimuth_views=azimuth_views)
+
+    def with_margin(self, margin: float) -> GridRecipe:
+        """See `InputRecipe.with_margin`."""
+        return replace(self, margin=margin)
 
     def accepts(self, grid: OccupancyGrid) -> None:
         """See `InputRecipe.accepts`: it must be of this kind and shape, and not empty."""

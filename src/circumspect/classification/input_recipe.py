@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
-from circumspect.geometry import PointCloud
+from circumspect.geometry import PointCloud, require_extent
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
 
 MOST_VIEWS = 64
 MOST_POINTS = 1_000_000
 """Of an object, as it is shown to a network."""
+MOST_MARGIN = 4.0
 
 
 class InputRecipe(ABC):
@@ -26,6 +28,8 @@ class InputRecipe(ABC):
     azimuth_views: int
     """Inputs an object, each turned by a further fraction of an azimuth cell; the classifier
     averages over them."""
+    margin: float
+    """Networks see the object in a cylinder this many times as large as the one round it."""
 
     @property
     @abstractmethod
@@ -64,6 +68,14 @@ class InputRecipe(ABC):
         """
 
     @abstractmethod
+    def with_margin(self, margin: float) -> InputRecipe:
+        """The same with another margin.
+
+        Raises:
+            InputError: Out of range.
+        """
+
+    @abstractmethod
     def accepts(self, grid: OccupancyGrid) -> None:
         """Check that a grid can be shown as it is.
 
@@ -74,6 +86,26 @@ class InputRecipe(ABC):
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """The recipe as JSON types; `recipe_from_dict` reads it back."""
+
+
+def cylinder_round(
+    cloud: PointCloud, margin: float, shape: Sequence[int] = (32, 32, 32)
+) -> CylindricalGrid:
+    """The cylinder in which an object is seen.
+
+    Args:
+        cloud: (n, 3) points.
+        margin: How many times as large as the smallest one about the area-weighted centre.
+        shape: Cells along (radius, azimuth, height).
+
+    Raises:
+        GeometryError: The points span no shape.
+    """
+    require_extent(cloud)
+    smallest = CylindricalGrid.fit(cloud, shape)
+    return replace(
+        smallest, radius=margin * smallest.radius, half_height=margin * smallest.half_height
+    )
 
 
 def turned(points_xyz: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
@@ -87,6 +119,21 @@ def turned(points_xyz: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
         return points_xyz
     cosine, sine = np.cos(yaw), np.sin(yaw)
     return points_xyz @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def require_margin(recipe: InputRecipe) -> None:
+    """Check the margin; it may come from a stranger's file.
+
+    Raises:
+        InputError: It is not a number from 1 to `MOST_MARGIN`.
+    """
+    value = recipe.margin
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not 1 <= value <= MOST_MARGIN
+    ):
+        raise InputError(f"margin must be a number from 1 to {MOST_MARGIN:g}, not {value!r:.40}")
 
 
 def require_counts(recipe: object, *names: str, most: int) -> None:

@@ -13,17 +13,19 @@ from circumspect.classification.input_recipe import (
     MOST_POINTS,
     MOST_VIEWS,
     InputRecipe,
+    cylinder_round,
     require_counts,
+    require_margin,
     turned,
 )
 from circumspect.errors import InputError
-from circumspect.geometry import PointCloud, fill_surface, require_extent
+from circumspect.geometry import PointCloud, fill_surface
 from circumspect.grid import CylindricalGrid, OccupancyGrid
 
 
 @dataclass(frozen=True)
 class PointsRecipe(InputRecipe):
-    """Points about the object's axis, in units of the radius of the cylinder round it.
+    """Points about the object's axis, in units of the radius of a cylinder round it.
 
     Attributes:
         count: Points an object.
@@ -31,18 +33,21 @@ class PointsRecipe(InputRecipe):
             points are taken twice.
         azimuth_views: Inputs an object, turned by fractions of a 32nd of a turn.
         kind: "points".
+        margin: The cylinder is this many times as large as the smallest one.
     """
 
     count: int = 1024
     surface: bool = False
     azimuth_views: int = 1
     kind: str = "points"
+    margin: float = 1.0
 
     def __post_init__(self) -> None:
         if self.kind != "points":
             raise InputError(f"points are of the kind 'points', not {self.kind!r}")
         require_counts(self, "count", most=MOST_POINTS)
         require_counts(self, "azimuth_views", most=MOST_VIEWS)
+        require_margin(self)
 
     @property
     def input_shape(self) -> tuple[int, ...]:
@@ -76,12 +81,15 @@ class PointsRecipe(InputRecipe):
 
     def bounds(self, cloud: PointCloud) -> CylindricalGrid:
         """See `InputRecipe.bounds`."""
-        require_extent(cloud)
-        return CylindricalGrid.fit(cloud)
+        return cylinder_round(cloud, self.margin)
 
     def with_views(self, azimuth_views: int) -> PointsRecipe:
         """See `InputRecipe.with_views`."""
         return replace(self, azimuth_views=azimuth_views)
+
+    def with_margin(self, margin: float) -> PointsRecipe:
+        """See `InputRecipe.with_margin`."""
+        return replace(self, margin=margin)
 
     def accepts(self, grid: OccupancyGrid) -> None:  # noqa: ARG002 - none is
         """See `InputRecipe.accepts`: no grid can be shown as points."""

@@ -47,6 +47,9 @@ class Evaluate:
     default."""
     corrupt: bool = False
     """Instead of turning objects, corrupt them in twelve ways and five severities each."""
+    margin: float | None = None
+    """Show objects in a grid this many times as large as the smallest one, in place of the
+    weights' own margin."""
     out: Path = Path("evaluation")
     """Folder for metrics.json and figures."""
     json: bool = False
@@ -58,7 +61,7 @@ class Evaluate:
         """Evaluate, write and tell."""
         from circumspect.cli.progress import progress_bar
         from circumspect.evaluation.evaluation_set import open_evaluation_set
-        from circumspect.evaluation.predictor import load_predictor
+        from circumspect.evaluation.predictor import load_predictor, with_margin
         from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
         from circumspect.storage import write_json
 
@@ -70,17 +73,20 @@ class Evaluate:
         count = YAWS if self.yaw_count is None else self.yaw_count
         yaws = spread_yaws(count) if self.yaw is None else _parsed(self.yaw)
         predictor = load_predictor(self.weights, self.threads)
+        if self.margin is not None:
+            predictor = with_margin(predictor, self.margin)
         with progress_bar("sampling meshes") as progress:
             evaluated = open_evaluation_set(predictor, self.data, self.split, progress)
         # First of all, so that a folder that can not be written is found out before the work.
         how = {"corrupt": True} if self.corrupt else {"yaw_deg": yaws}
-        config = {"data": str(self.data), "split": self.split, **how}
+        shown = {"margin": predictor.recipe.margin}
+        config = {"data": str(self.data), "split": self.split, **shown, **how}
         write_json(self.out / "evaluation.json", config)
         if self.corrupt:
             return self._corrupt(predictor, evaluated)
         with progress_bar("objects") as progress:
             sweep = sweep_yaw(predictor, evaluated.objects, yaws, progress)
-        metrics = {**self._head(evaluated), **sweep.metrics()}
+        metrics = {**self._head(predictor, evaluated), **sweep.metrics()}
         if self.split == "validation":
             metrics |= _choices(sweep, predictor.temperature)
         write_json(self.out / "metrics.json", metrics)
@@ -88,13 +94,14 @@ class Evaluate:
         self._draw(sweep, evaluated.objects)
         return 0
 
-    def _head(self, evaluated: EvaluationSet) -> dict[str, Any]:
+    def _head(self, predictor: Predictor, evaluated: EvaluationSet) -> dict[str, Any]:
         return {
             "circumspect": __version__,
             "weights": "shipped" if self.weights is None else self.weights.name,
             "split": self.split,
             "data": evaluated.objects.digest,
             "seen_in_training": evaluated.seen,
+            "margin": predictor.recipe.margin,
         }
 
     def _corrupt(self, predictor: Predictor, evaluated: EvaluationSet) -> int:
@@ -104,7 +111,8 @@ class Evaluate:
 
         with progress_bar("corruptions") as progress:
             found = measure_robustness(predictor, evaluated.objects, progress=progress)
-        metrics = {**self._head(evaluated), "objects": len(evaluated.objects), **found.to_dict()}
+        head, count = self._head(predictor, evaluated), len(evaluated.objects)
+        metrics = {**head, "objects": count, **found.to_dict()}
         write_json(self.out / "robustness.json", metrics)
         print(json.dumps(metrics) if self.json else _robust(metrics, self.out))  # noqa: T201
         return 0

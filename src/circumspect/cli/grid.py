@@ -34,6 +34,9 @@ class Grid:
     """Along radius, azimuth and height, or along x, y and z."""
     up: Literal["x", "y", "z"] = "z"
     """The axis that points up in the file."""
+    margin: float = 1.1
+    """The grid is this many times as large as the smallest one that holds the object. The shipped
+    classifier expects 1.1; the paper has 1."""
     turn: tuple[float, ...] = ()
     """Draw both kinds of grid of the object turned by these angles [degrees], too: cylindrical
     ones shift, rectangular ones change."""
@@ -48,7 +51,7 @@ class Grid:
         out = self.out or Path(f"{self.file.stem}-grid.npz")
         if out.suffix.lower() != ".npz":
             raise InputError(f"--out {out}: a grid is an npz; give a name that ends in .npz")
-        recipe = GridRecipe(kind=self.kind, shape=self.cells)
+        recipe = GridRecipe(kind=self.kind, shape=self.cells, margin=self.margin)
         cloud = read_cloud(self.file, up=self.up, samples=self.samples)
         with blamed_on(self.file):
             grid = recipe.bounds(cloud).hits(recipe.surface(cloud).points_xyz)

@@ -28,7 +28,8 @@ class Augmentation:
         stretch: Each axis is scaled by e^u, u uniform in ± this.
         jitter: Largest standard deviation of noise on each point.
         shift: Largest displacement of the centre, in the plane and along the axis.
-        scale: Range of the object's size against the grid.
+        scale: Range of the grid's size in units of the object's: in training it is drawn, and takes
+            the place of the recipe's margin.
         thin: Half of the objects keep a share of their samples, drawn from this … 1.
         holes: Chance that up to four balls are cut out.
         hole_radius: Range of their radius.

@@ -67,13 +67,20 @@ def _cached(
 ) -> PackedGrids:
     key = {
         "objects": clouds.objects.digest,
-        "recipe": recipe.to_dict(),
+        "recipe": _filling(recipe),
         "augmentation": _changes(clouds.augmentation),
         "triangles": TRIANGLES,
         "seed": clouds.seed,
         "replica": replica,
     }
     return cache.get(key, len(clouds), recipe.shape, lambda: _made(clouds, recipe, replica))
+
+
+def _filling(recipe: GridRecipe) -> dict[str, Any]:
+    """All but the margin: the augmentation draws one of its own for each variant."""
+    settings = recipe.to_dict()
+    del settings["margin"]
+    return settings
 
 
 def _changes(augmentation: Augmentation) -> dict[str, Any]:

@@ -104,9 +104,21 @@ def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
         mean = torch.cat(parts).double().view(count, views, -1).mean(1)
         return mean.softmax(1).numpy()
 
-    return _CheckpointPredictor(
+    return _Predictor(
         checkpoint.classes, checkpoint.recipe, 1.0, checkpoint.training, probabilities
     )
+
+
+def with_margin(predictor: Predictor, margin: float) -> Predictor:
+    """The same network, shown objects with another margin.
+
+    Raises:
+        InputError: The margin is out of range.
+    """
+    return _Predictor(
+        predictor.classes, predictor.recipe.with_margin(margin), predictor.temperature,
+        predictor.training, predictor.probabilities,
+    )  # fmt: skip
 
 
 class _Function(Protocol):
@@ -114,7 +126,7 @@ class _Function(Protocol):
 
 
 @dataclass(frozen=True)
-class _CheckpointPredictor:
+class _Predictor:
     classes: tuple[str, ...]
     recipe: InputRecipe
     temperature: float

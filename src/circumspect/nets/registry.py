@@ -24,7 +24,11 @@ from circumspect.nets.shapenets import ShapeNets
 from circumspect.nets.voxelnet import VoxelNet
 from circumspect.nets.voxnet import VoxNet
 
-SURFACE = PointsRecipe(8192, surface=True)
+MARGIN = 1.1
+"""Of what is trained on objects of varied size; `docs/networks.md` says why."""
+CYLINDER = GridRecipe(margin=MARGIN)
+CUBE = GridRecipe("rectangular", margin=MARGIN)
+SURFACE = PointsRecipe(8192, surface=True, margin=MARGIN)
 """Enough points that images of them have no holes."""
 PLAIN: Mapping[str, Any] = MappingProxyType({"mixing": 0.0, "label_smoothing": 0.0})
 AS_THE_PAPER: Mapping[str, Any] = MappingProxyType(
@@ -70,12 +74,14 @@ NETS = {
             "planes",
             "wrapped 2D convolutions on two stacks of planes, circular mixing, RWMP and mean",
             Planes,
+            CYLINDER,
             whole_cells=True,
         ),
         NetSpec(
             "headed-planes",
             "`planes`, narrower, that also learns which way the object faces",
             HeadedPlanes,
+            CYLINDER,
             whole_cells=True,
         ),
         NetSpec(
@@ -96,7 +102,7 @@ NETS = {
             "voxnet",
             "two convolutions, pooling and one hidden layer on voxels",
             VoxNet,
-            GridRecipe("rectangular"),
+            CUBE,
             "Maturana and Scherer 2015",
             "AdamW in the place of SGD; not trained on turned copies, no vote over them; "
             "surface cells only, not a density grid",
@@ -106,7 +112,7 @@ NETS = {
             "3dshapenets",
             "three convolutions and two hidden layers on voxels",
             ShapeNets,
-            GridRecipe("rectangular"),
+            CUBE,
             "Wu et al. 2015",
             "feed-forward: the top layers are plain hidden ones, all is trained at once by "
             "back-propagation instead of layer by layer; 32 cells a side instead of 30, "
@@ -137,7 +143,7 @@ NETS = {
             "pointnet",
             "every point by itself, the largest of each feature over the points",
             PointNet,
-            PointsRecipe(1024),
+            PointsRecipe(1024, margin=MARGIN),
             "Qi et al. 2017",
             "no loss on the feature transform; not trained on turned copies",
             {**PLAIN, "epochs": 30},

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from circumspect.classification import GridRecipe
 from circumspect.training.settings import TrainingSettings
 
 LONGEST = 24
@@ -30,10 +31,10 @@ def config_differences(stored: Mapping[str, Any], asked: Mapping[str, Any]) -> s
 
 def _completed(stored: Mapping[str, Any]) -> Mapping[str, Any]:
     """With the settings that came after it was stored: their defaults mean what was done before."""
-    if not isinstance(stored.get("settings"), dict):
-        return stored
-    defaults = json.loads(json.dumps(TrainingSettings().to_dict()))
-    return {**stored, "settings": _filled(stored["settings"], defaults)}
+    settings = json.loads(json.dumps(TrainingSettings().to_dict()))
+    defaults = {"settings": settings, "grid": {"margin": GridRecipe().margin}}
+    found = {name: stored[name] for name in defaults if isinstance(stored.get(name), dict)}
+    return {**stored, **{name: _filled(part, defaults[name]) for name, part in found.items()}}
 
 
 def _filled(found: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
