@@ -29,6 +29,14 @@ def test_a_cylindrical_grid_shifts_and_a_rectangular_one_changes(grids: dict) ->
     assert min(rectangular[1:]) > 0.5
 
 
+def test_a_margin_makes_both_kinds_of_grid_larger() -> None:
+    cloud = make_furniture("chair", 5).sampled(2000, 0)
+    tight, wide = (turned_grids(cloud, (32, 32, 32), [0.0], margin) for margin in (1.0, 1.5))
+    radii = [found["cylindrical"][0].grid.radius for found in (tight, wide)]
+    widths = [found["rectangular"][0].grid.half_width for found in (tight, wide)]
+    assert radii[1] / radii[0] == widths[1] / widths[0] == pytest.approx(1.5)
+
+
 def test_each_turn_has_two_panels(grids: dict) -> None:
     figure = draw_turning(grids, TURNS)
     assert len(figure.axes) == 2 * len(TURNS)

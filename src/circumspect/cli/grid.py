@@ -70,7 +70,8 @@ class Grid:
 
         if not all(abs(turn) < 1e6 for turn in self.turn):
             raise InputError(f"--turn {' '.join(f'{t:g}' for t in self.turn)}: give degrees")
-        save_figure(draw_turning(turned_grids(cloud, self.cells, self.turn), self.turn), picture)
+        grids = turned_grids(cloud, self.cells, self.turn, self.margin)
+        save_figure(draw_turning(grids, self.turn), picture)
         print(f"{printable(str(picture))}: both kinds of grid, turned")  # noqa: T201
 
     def _draw(self, grid: OccupancyGrid, picture: Path) -> None:

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 
 def turned_grids(
-    cloud: PointCloud, shape: tuple[int, int, int], turns_deg: Sequence[float]
+    cloud: PointCloud,
+    shape: tuple[int, int, int],
+    turns_deg: Sequence[float],
+    margin: float = 1.0,
 ) -> dict[str, list[OccupancyGrid]]:
     """Kind of grid to the grids of a cloud at several yaws, within the same bounds.
 
@@ -27,13 +30,15 @@ def turned_grids(
         cloud: A surface, z up.
         shape: Of the grids.
         turns_deg: Counter-clockwise, seen from above [degrees].
+        margin: See `GridRecipe`.
 
     Raises:
+        InputError: The margin is out of range.
         GeometryError: The cloud spans no grid.
     """
     found: dict[str, list[OccupancyGrid]] = {}
     for kind in ("cylindrical", "rectangular"):
-        recipe = GridRecipe(kind=kind, shape=shape)
+        recipe = GridRecipe(kind=kind, shape=shape, margin=margin)
         bounds = recipe.bounds(cloud)
         points = recipe.surface(cloud).points_xyz
         grids = []

@@ -17,7 +17,7 @@ from circumspect.mapping.voxel_sums import VoxelSums, largest, voxel_keys
 
 
 class Rebuild:
-    """Every patch where its keyframe is now, a few at a time: all at once take about a second.
+    """Every patch where its keyframe is now, a few at a time, lest a frame waits for all.
 
     Attributes:
         model: What is put together so far.

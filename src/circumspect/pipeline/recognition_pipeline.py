@@ -42,7 +42,7 @@ SHORTEST, LONGEST = 0.05, 50.0
 SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
 PATCHES_A_FRAME = 8
-"""So many are put together anew after a correction: about 80 ms; the rest waits."""
+"""So many are put together anew after a correction; the rest waits."""
 
 
 class RecognitionPipeline:
