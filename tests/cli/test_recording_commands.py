@@ -209,6 +209,7 @@ def test_notes_of_a_stranger_are_only_text(tmp_path: Path, capsys: pytest.Captur
         (["replay", "run.mcap", "--info-topic", "/odom"], "/camera/depth/camera_info would fit"),
         (["replay", "run.mcap", "--mount", "0", "0", "1", "0", "90"], "a tilt within 90"),
         (["replay", "run.mcap", "--intrinsics", "0", "1", "2", "3"], "focal lengths"),
+        (["replay", "run.mcap", "--size", "320", "240"], "--intrinsics describe: give both"),
         (["record", "info", "nowhere"], "is no bag"),
         (
             ["replay", "run", "--intrinsics", "3", "3", "1", "1", "--map-frame", "world"],

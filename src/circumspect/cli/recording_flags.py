@@ -107,6 +107,8 @@ class RecordingFlags:
         from circumspect.recording import BagSettings, TopicNames
         from circumspect.sensing.viewing import looking
 
+        if self.intrinsics is None and given_flags(self, "size"):
+            raise InputError("--size tells of the images that --intrinsics describe: give both")
         topics = TopicNames(
             self.depth_topic, self.info_topic, self.colour_topic, self.odometry_topic
         )
