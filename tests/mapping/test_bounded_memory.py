@@ -37,7 +37,7 @@ def rounds_of_keyframes(most: int, count: int, fitting: bool = True) -> Keyframe
     for number in range(count):
         place = se3.exp([0, 0, 0.002 * number, 0.1 * np.sin(number), 0.1 * np.cos(number), 0])
         keys.add(place, 1e-6 * I6, corner(rng), AHEAD, Passage())
-        if fitting and keys.pending:
+        if fitting and len(keys.queue):
             keys.fit_next()
     return keys
 
@@ -55,7 +55,7 @@ def test_keyframes_edges_and_what_waits_stay_few() -> None:
     keys = rounds_of_keyframes(most=6, count=60)
     assert len(keys) == 6
     assert len(keys.graph().edges) <= 6 * 5 / 2
-    assert keys.pending <= 6 * 5
+    assert len(keys.queue) <= 6 * 5
     # Whatever gave way is still placed by what stands for it.
     for number in range(60):
         keys.anchored(number, RigidTransform.identity())
@@ -65,7 +65,7 @@ def test_keyframes_edges_and_what_waits_stay_few() -> None:
 def test_the_graph_stays_in_one_piece_though_pairs_wait(fitting: bool) -> None:
     """A robot with few frames between its keyframes: what gives way was not fitted yet."""
     keys = rounds_of_keyframes(most=6, count=24, fitting=fitting)
-    while keys.pending:
+    while len(keys.queue):
         keys.fit_next()
     assert pieces(keys.graph().edges, range(6)) == 1
 

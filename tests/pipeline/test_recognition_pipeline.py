@@ -21,7 +21,6 @@ from circumspect.pipeline import (
     RecognitionPipeline,
     RecognitionResult,
     RecognitionStep,
-    recognition_pipeline,
 )
 from circumspect.pipeline.panels import draw_probabilities
 from circumspect.sensing import RgbdFrame, Segmentation
@@ -234,59 +233,6 @@ def test_a_pose_estimator_drops_in() -> None:
         true.last.model.cloud().points_xyz.mean(axis=0),
         atol=0.004,
     )
-
-
-DRIFT = RigidTransform.from_translation([0.1, -0.05, 0.0])
-
-
-class Corrected(PoseEstimator):
-    """Off by `DRIFT` up to some frame; every frame is a keyframe."""
-
-    def __init__(self, at: int) -> None:
-        self.at, self.true = at, []
-
-    @property
-    def corrections(self):
-        return int(len(self.true) > self.at)
-
-    def estimate(self, frame):
-        self.true.append(frame.pose)
-        number = len(self.true) - 1
-        return PoseEstimate(
-            self.anchor_pose(number), anchor=number, T_anchor_camera=RigidTransform.identity()
-        )
-
-    def anchor_pose(self, number):
-        return self.true[number] if self.corrections else DRIFT * self.true[number]
-
-
-def centre(step: RecognitionStep) -> np.ndarray:
-    return step.model.cloud().points_xyz.mean(axis=0)
-
-
-def corrected_line(at: int) -> RecognitionPipeline:
-    parts = pipeline()
-    return RecognitionPipeline(parts.segmentation, Corrected(at), parts.classifier)
-
-
-def test_a_corrected_model_is_put_together_over_several_frames(monkeypatch) -> None:
-    monkeypatch.setattr(recognition_pipeline, "PATCHES_A_FRAME", 2)
-    shots, at = list(frames(8)), 4
-    true, line = pipeline(), corrected_line(at)
-    wanted, steps = ([one.step(shot) for shot in shots] for one in (true, line))
-    # Four patches, two with every frame: the second frame after the correction has the new model.
-    assert [step.model.frames for step in steps] == list(range(1, 9))
-    off = [np.abs(centre(a) - centre(b)).max() for a, b in zip(steps, wanted, strict=True)]
-    assert min(off[: at + 1]) > 0.04
-    assert max(off[at + 1 :]) < 0.01
-
-
-def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> None:
-    monkeypatch.setattr(recognition_pipeline, "PATCHES_A_FRAME", 1)
-    shots = list(frames(8))
-    wanted, result = pipeline().run(shots), corrected_line(7).run(shots)
-    np.testing.assert_allclose(centre(result.last), centre(wanted.last), atol=0.004)
-    assert result.last.model.frames == 8
 
 
 def test_the_parts_are_those_given() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +19,7 @@ from circumspect.mapping.keyframe_pairs import (
     showing_the_same,
     view_covariance,
 )
+from circumspect.mapping.pair_queue import PairQueue
 from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged, thinned
 from circumspect.mapping.registration import RegistrationSettings
@@ -73,7 +73,8 @@ class Keyframes:
         self._level_information = level_information
         self._by_number: dict[int, Keyframe] = {}
         self._edges: list[Edge] = []
-        self._queue: deque[tuple[int, int]] = deque()
+        self.queue = PairQueue()
+        """What waits for being fitted."""
         self._heirs = Heirs()
         self._matrices: NDArray[np.float64] | None = None
         self._next = 0
@@ -166,7 +167,7 @@ class Keyframes:
             others = list(self._by_number.values())
             last = others[-1].number
             same = showing_the_same(key, others, self._poses())
-            self._queue.extend((n, number) for n in [last, *(n for n in same if n != last)])
+            self.queue.put((n, number) for n in [last, *(n for n in same if n != last)])
             key = replace(key, covariance=self._anchored_covariance(key, to_scene, same))
         self._by_number[number] = key
         self._matrices = None
@@ -202,14 +203,13 @@ class Keyframes:
             empty[others] = key.looks_through(points_xyz[others])
         return empty
 
-    @property
-    def pending(self) -> int:
-        """Pairs of keyframes that wait for being fitted."""
-        return len(self._queue)
+    def fit_next(self, hurry: bool = False) -> None:
+        """Fit the next pair that waits to each other: an edge of the graph.
 
-    def fit_next(self) -> None:
-        """Fit the next pair that waits to each other: an edge of the graph."""
-        self._fit(*self._queue.popleft())
+        Args:
+            hurry: Rather one that a correction needs.
+        """
+        self._fit(*self.queue.take(hurry))
 
     def _fit(self, first: int, second: int) -> None:
         edge = pair_edge(self[first], self[second], self._voxel, self._registration, self._gate)
@@ -274,12 +274,12 @@ class Keyframes:
                 least, closest = float(apart.min()), (number, numbers[int(apart.argmin())])
         gone, heir = closest
         # The chain of the drive goes over to the heir, too; it is fitted while both ends are there.
-        for pair in [pair for pair in self._queue if gone in pair and is_consecutive(*pair)]:
-            self._fit(*pair)
+        for pair in self.queue.take_out(gone):
+            if is_consecutive(*pair):
+                self._fit(*pair)
         T_heir_gone = self[heir].T_map_camera.inv() * self[gone].T_map_camera
         self._heirs.gave_way(gone, heir, T_heir_gone)
         edges = bridged(self._edges, gone, heir, T_heir_gone)
         self._edges = thinned(edges, EDGES_EACH * self.settings.most)
-        self._queue = deque(pair for pair in self._queue if gone not in pair)
         del self._by_number[gone]
         self._matrices = None

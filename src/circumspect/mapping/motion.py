@@ -157,21 +157,6 @@ def wheel_motion(
     return RigidTransform.from_matrix(motion), covariance
 
 
-def steady_motion(
-    last_motion: RigidTransform, last_time: float, time: float, settings: MotionSettings
-) -> tuple[RigidTransform, NDArray[np.float64]]:
-    """The same motion going on, with its covariance.
-
-    Args:
-        last_motion: Camera in its frame before.
-        last_time: What that took [s]; 0 for standing still.
-        time: For how long [s] it goes on.
-        settings: How far it may stray.
-    """
-    share = 0.0 if last_time <= 0 else min(time, settings.longest) / last_time
-    return se3.exp(share * se3.log(last_motion)), guessed(time, settings)
-
-
 def guessed(time: float, settings: MotionSettings) -> NDArray[np.float64]:
     """(6, 6) covariance of a motion that nothing told of [rad, m].
 

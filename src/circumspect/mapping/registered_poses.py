@@ -18,6 +18,7 @@ from circumspect.mapping.leap import BETTER, is_hasty
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.news import is_out_of_place, rest_is_news
 from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
+from circumspect.mapping.recent_motion import RecentMotion
 from circumspect.mapping.recognition import Recognition
 from circumspect.mapping.registration import Registration, register
 from circumspect.mapping.relocalisation import nearby, relocalise
@@ -79,8 +80,7 @@ class RegisteredPoses(PoseEstimator):
         self._belief: Belief | None = None
         self._stamp = 0.0
         self._wheels = Wheels(s.motion)
-        self._motion = RigidTransform.identity()
-        self._motion_time = 0.0
+        self._recent = RecentMotion(s.motion)
         self._recognition = Recognition(s.relocalisation, s.gate.farthest)
         self._overlap = 0.0
         self._inliers = 0.0
@@ -245,8 +245,7 @@ class RegisteredPoses(PoseEstimator):
         """As if the last motion went on."""
         assert self._belief is not None
         s, mount, time = self.settings.motion, frame.T_base_camera, frame.stamp - self._stamp
-        step = motion.steady_motion(self._motion, self._motion_time, time, s)
-        steady = self._belief.moved(*step)
+        steady = self._belief.moved(*self._recent.going_on(time))
         return steady if mount is None else steady.held_to_floor(mount, s)
 
     def _remember(self, frame: RgbdFrame, attempt: Attempt) -> None:
@@ -256,9 +255,10 @@ class RegisteredPoses(PoseEstimator):
             moved = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
         self._wheels.heard(frame, moved if held else None, recognised or contradicts)
         if moved is not None and not contradicts:
-            self._motion, self._motion_time = moved, frame.stamp - self._stamp
-        elif recognised:
-            self._motion, self._motion_time = RigidTransform.identity(), 0.0
+            self._recent.add(moved, frame.stamp - self._stamp)
+        elif recognised or self._doubts >= self.settings.lost_after:
+            # A lost camera does not drive on as it did when it was last seen.
+            self._recent.forget()
         if held and attempt.found is not None:
             self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
             before = self._distance if np.isfinite(self._distance) else attempt.found.distance
@@ -268,22 +268,27 @@ class RegisteredPoses(PoseEstimator):
         self._belief, self._stamp = attempt.belief, frame.stamp
 
     def _grow(self, frame: RgbdFrame, scan: Scan, attempt: Attempt) -> None:
-        """Take a new keyframe in, or work a little on what the last ones are to be fitted to."""
+        """Take a new keyframe in, and work a little on what the last ones are to be fitted to."""
         assert self._belief is not None
         keys, T_map_camera = self.keyframes, self._belief.T_map_camera
-        if len(keys) == 0 or keys.nearest(T_map_camera)[1] >= 1:
+        is_news = len(keys) == 0 or keys.nearest(T_map_camera)[1] >= 1
+        if is_news:
             covariance = self._belief.covariance
             found = attempt.found
             by_scene = found.hessian if found is not None and found.converged else None
             passage = self._wheels.at_keyframe(by_scene)
             key = keys.add(T_map_camera, covariance, scan, frame, passage)
             self.scene = self.scene.with_surface(key.surface, T_map_camera)
-        elif keys.pending:
-            keys.fit_next()
-            # Neighbours along the way say little that the map does not say; a closed loop does.
-            if not keys.pending and keys.loops > self._loops:
-                self._loops = keys.loops
-                self._correct(anyway=False)
+        # A new keyframe is work enough for a frame, unless they come too fast.
+        hurry = keys.queue.is_crowded
+        pairs = min(2 if hurry else int(not is_news), len(keys.queue))
+        for _ in range(pairs):
+            keys.fit_next(hurry)
+        # Neighbours along the way say little that the map does not say; a closed loop does.
+        waits = keys.queue.holds_up if hurry else len(keys.queue) > 0
+        if pairs and keys.loops > self._loops and not waits:
+            self._loops = keys.loops
+            self._correct(anyway=False)
 
     def _correct(self, anyway: bool) -> None:
         """Move the keyframes to where their graph says, and what hangs on them."""
@@ -322,7 +327,7 @@ class RegisteredPoses(PoseEstimator):
         """See `PoseEstimator.settle`."""
         if len(self.keyframes) < 2:
             return
-        while self.keyframes.pending:
+        while len(self.keyframes.queue):
             self.keyframes.fit_next()
         self._correct(anyway=True)
 

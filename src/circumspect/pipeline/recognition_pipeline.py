@@ -101,6 +101,7 @@ class RecognitionPipeline:
         steps: list[RecognitionStep] = []
         complete = False
         self._count = 0
+        corrections = self.poses.corrections
         try:
             # What drives for its frames stops before loops are closed and files written.
             with closing(frames) if isinstance(frames, Generator) else nullcontext():
@@ -113,7 +114,7 @@ class RecognitionPipeline:
                         observer.on_step(steps[-1])
             complete = True
         finally:
-            result = RecognitionResult(self._settled(steps), interrupted=not complete)
+            result = RecognitionResult(self._settled(steps, corrections), interrupted=not complete)
             for observer in self.observers:
                 observer.on_end(result)
         return result
@@ -200,13 +201,17 @@ class RecognitionPipeline:
     def _rebuild_if_corrected(self, patches: int | None = None) -> bool:
         """Put the model together anew where poses told earlier were corrected since.
 
+        What was begun is finished before the next correction is looked at, lest frequent ones
+        leave the model as it was for ever; where all is done at once, only the last one counts.
+
         Args:
             patches: So many at most; meanwhile the model stays as it was. None means all.
 
         Returns:
             Whether the model is a new one.
         """
-        if self.poses.corrections != self._corrections:
+        free = self._rebuild is None or patches is None
+        if free and self.poses.corrections != self._corrections:
             self._corrections = self.poses.corrections
             settings, voxel = self.model.settings, self.model.voxel
             self._rebuild = Rebuild(self._views, settings, voxel, self.poses.anchor_pose)
@@ -236,9 +241,17 @@ class RecognitionPipeline:
         self.grid = grid
         return True
 
-    def _settled(self, steps: list[RecognitionStep]) -> tuple[RecognitionStep, ...]:
-        """The steps by what is known when no more frames come."""
-        if not self.settle() or not steps:
+    def _settled(
+        self, steps: list[RecognitionStep], corrections: int
+    ) -> tuple[RecognitionStep, ...]:
+        """The steps by what is known when no more frames come.
+
+        Args:
+            steps: As they were told.
+            corrections: Of poses before the first of them.
+        """
+        changed = self.settle() or self.poses.corrections != corrections
+        if not changed or not steps:
             return tuple(steps)
         told = [number for number, step in enumerate(steps) if step.pose is not None]
         poses = self.poses.corrected([step.pose for step in steps if step.pose is not None])

@@ -1,0 +1,131 @@
+"""Poses that are corrected later: what becomes of the model and of the steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+from small_world import frames, pipeline
+
+from circumspect.mapping import PoseEstimate, PoseEstimator
+from circumspect.pipeline import RecognitionPipeline, RecognitionStep, recognition_pipeline
+
+DRIFT = RigidTransform.from_translation([0.1, -0.05, 0.0])
+
+
+class Corrected(PoseEstimator):
+    """Off by `DRIFT` up to some frame; every frame is a keyframe."""
+
+    def __init__(self, at: int) -> None:
+        self.at, self.true = at, []
+
+    @property
+    def corrections(self):
+        return int(len(self.true) > self.at)
+
+    def estimate(self, frame):
+        self.true.append(frame.pose)
+        number = len(self.true) - 1
+        return PoseEstimate(
+            self.anchor_pose(number), anchor=number, T_anchor_camera=RigidTransform.identity()
+        )
+
+    def anchor_pose(self, number):
+        return self.true[number] if self.corrections else DRIFT * self.true[number]
+
+    def corrected(self, told):
+        return [self.anchor_pose(estimate.anchor) for estimate in told]
+
+
+def centre(step: RecognitionStep) -> np.ndarray:
+    return step.model.cloud().points_xyz.mean(axis=0)
+
+
+def corrected_line(at: int) -> RecognitionPipeline:
+    parts = pipeline()
+    return RecognitionPipeline(parts.segmentation, Corrected(at), parts.classifier)
+
+
+def test_a_corrected_model_is_put_together_over_several_frames(monkeypatch) -> None:
+    monkeypatch.setattr(recognition_pipeline, "PATCHES_A_FRAME", 2)
+    shots, at = list(frames(8)), 4
+    true, line = pipeline(), corrected_line(at)
+    wanted, steps = ([one.step(shot) for shot in shots] for one in (true, line))
+    # Four patches, two with every frame: the second frame after the correction has the new model.
+    assert [step.model.frames for step in steps] == list(range(1, 9))
+    off = [np.abs(centre(a) - centre(b)).max() for a, b in zip(steps, wanted, strict=True)]
+    assert min(off[: at + 1]) > 0.04
+    assert max(off[at + 1 :]) < 0.01
+
+
+def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> None:
+    monkeypatch.setattr(recognition_pipeline, "PATCHES_A_FRAME", 1)
+    shots = list(frames(8))
+    wanted, result = pipeline().run(shots), corrected_line(7).run(shots)
+    np.testing.assert_allclose(centre(result.last), centre(wanted.last), atol=0.004)
+    assert result.last.model.frames == 8
+
+
+class Restless(Corrected):
+    """After the correction another one, which moves nothing, is told with every frame."""
+
+    @property
+    def corrections(self):
+        return max(0, len(self.true) - self.at)
+
+
+def restless_line(at: int) -> RecognitionPipeline:
+    parts = pipeline()
+    return RecognitionPipeline(parts.segmentation, Restless(at), parts.classifier)
+
+
+def test_further_corrections_do_not_keep_the_model_from_being_put_together(monkeypatch) -> None:
+    monkeypatch.setattr(recognition_pipeline, "PATCHES_A_FRAME", 2)
+    shots, at = list(frames(12)), 4
+    true, line = pipeline(), restless_line(at)
+    wanted, steps = ([one.step(shot) for shot in shots] for one in (true, line))
+    assert [step.model.frames for step in steps] == list(range(1, 13))
+    off = [np.abs(centre(a) - centre(b)).max() for a, b in zip(steps, wanted, strict=True)]
+    assert min(off[: at + 1]) > 0.04
+    # Four patches, two with every frame, as if it had been the only correction.
+    assert max(off[at + 1 :]) < 0.01
+
+
+class Twice(Corrected):
+    """Half of `DRIFT` is corrected at one frame, the rest some frames later."""
+
+    def __init__(self, at: int, again: int) -> None:
+        super().__init__(at)
+        self.again = again
+
+    @property
+    def corrections(self):
+        return int(len(self.true) > self.at) + int(len(self.true) > self.again)
+
+    def anchor_pose(self, number):
+        left = RigidTransform.from_translation((1 - self.corrections / 2) * DRIFT.translation)
+        return left * self.true[number]
+
+
+@pytest.mark.parametrize("again", [5, 6, 7])
+def test_at_the_end_all_lies_where_the_last_correction_puts_it(again: int, monkeypatch) -> None:
+    """Though the model was still being put together by the one before."""
+    monkeypatch.setattr(recognition_pipeline, "PATCHES_A_FRAME", 1)
+    parts, shots = pipeline(), list(frames(8))
+    line = RecognitionPipeline(parts.segmentation, Twice(4, again), parts.classifier)
+    result = line.run(shots)
+    np.testing.assert_allclose(centre(result.last), centre(pipeline().run(shots).last), atol=0.004)
+    assert result.last.model.frames == 8
+    assert not line.settle()
+
+
+@pytest.mark.parametrize("at", [2, 5, 7])
+def test_steps_are_told_by_the_corrected_poses_whenever_the_correction_was(at: int) -> None:
+    shots = list(frames(8))
+    line = corrected_line(at)
+    for shots_of_run in (shots[:6], shots[6:]):
+        result = line.run(shots_of_run)
+        if not line.poses.corrections:
+            continue
+        for step, shot in zip(result.steps, shots_of_run, strict=True):
+            np.testing.assert_allclose(step.pose.T_map_camera.translation, shot.pose.translation)
