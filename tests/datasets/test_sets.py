@@ -1,14 +1,18 @@
 import os
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
+from circumspect.classification.onnx_classifier import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet, open_data_set, validation_split
 from circumspect.datasets.farthest_points import farthest_points
+from circumspect.datasets.fitted_objects import fitted_objects
 from circumspect.datasets.near_duplicates import near_duplicates
 from circumspect.datasets.off_folder import object_name
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
@@ -43,6 +47,38 @@ def families(points=300, seed=0):
     return ObjectSet(np.array(clouds, np.float32), labels, names, ("block",))
 
 
+def scanned(objects, times):
+    """Each object several times, from starts that nobody knows."""
+    rng = np.random.default_rng(0)
+    clouds = []
+    for cloud in np.tile(objects.points_xyz, (times, 1, 1)):
+        turned = Rotation.from_rotvec([0, 0, rng.uniform(0, 2 * np.pi)]).apply(cloud)
+        clouds.append(turned + rng.normal(0, 0.004, cloud.shape))
+    names = [f"{name}@run{number}" for number in range(times) for name in objects.names]
+    of = np.tile(objects.names, times)
+    labels = np.tile(objects.labels, times)
+    return ObjectSet(np.array(clouds, np.float32), labels, np.array(names), objects.classes, of)
+
+
+class TestFittedObjects:
+    def test_every_scan_of_a_fitted_object_is_known(self):
+        scans = scanned(families(), times=2)
+        first = scans.subset(np.arange(3))
+        known = fitted_objects({OBJECTS: first.names.tolist()}, scans)
+        assert scans.shown[known].tolist() == 2 * first.shown.tolist()
+        later = scans.subset(np.arange(len(scans) // 2, len(scans)))
+        assert fitted_objects({OBJECTS: first.names.tolist()}, later).sum() == 3
+
+    def test_an_at_sign_in_the_names_of_other_sets_says_nothing(self):
+        scans = scanned(families(), times=2)
+        objects = replace(scans, scan_of=None)
+        assert fitted_objects({OBJECTS: scans.names[:3].tolist()}, objects).sum() == 3
+
+    def test_a_scanned_object_is_not_the_modelnet_object_of_that_name(self):
+        scans = scanned(families(), times=2)
+        assert not fitted_objects({OBJECTS: scans.shown.tolist()}, scans).any()
+
+
 class TestObjectSet:
     @pytest.mark.parametrize(
         ("change", "complaint"),
@@ -51,6 +87,7 @@ class TestObjectSet:
             ({"labels": np.zeros(5, np.int64)}, "as many labels"),
             ({"labels": np.full(6, 7, np.int64)}, "outside"),
             ({"points_xyz": np.full((6, 20, 3), np.nan, np.float32)}, "NaN"),
+            ({"scan_of": np.array(["bed"] * 5)}, "6 scans need as many objects"),
         ],
     )
     def test_refuses_what_does_not_belong_together(self, change, complaint):
@@ -186,6 +223,25 @@ class TestSplit:
         assert held_back.any()
         assert not held_back[0]
 
+    def test_scans_of_one_object_are_on_one_side_whatever_their_yaw(self):
+        scans = scanned(families(), times=3)
+        held_back = validation_split(scans)
+        of_each = held_back.reshape(3, -1)
+        assert (of_each == of_each[0]).all()
+        assert SHARE <= held_back.mean() <= SHARE + 0.1
+        shuffled = np.random.default_rng(0).permutation(len(scans))
+        assert (validation_split(scans.subset(shuffled)) == held_back[shuffled]).all()
+
+    def test_objects_that_were_scanned_once_are_parted_as_ever(self):
+        once = scanned(families(), times=1)
+        apart = replace(once, scan_of=None)
+        assert (validation_split(once) == validation_split(apart)).all()
+        assert once.digest == apart.digest
+
+    def test_the_scans_of_the_only_object_of_a_class_are_trained_on(self):
+        one = families().subset(np.array([0]))
+        assert not validation_split(scanned(one, times=4)).any()
+
     def test_an_object_without_shape_is_named(self):
         flat = small_set()
         flat.points_xyz[2] = 0
@@ -236,6 +292,19 @@ class TestOffFolder:
             "night_stand/train/night_0001",
             "night_stand_0001",
         ]
+
+    def test_splits_that_are_numbered_anew_hold_other_objects(self, tmp_path):
+        """What trains keeps its name; packs that were cached before are not taken for these."""
+        test = tmp_path / "mug" / "test"
+        for number in (1, 2):
+            write_off(test / f"mug_{number:04d}.off", number)
+        before = open_data_set(tmp_path, "test")
+        assert before.names.tolist() == ["mug_0001", "mug_0002"]
+        write_off(tmp_path / "mug" / "train" / "mug_0001.off", 3.0)
+        train, after = (open_data_set(tmp_path, split) for split in ("train", "test"))
+        assert train.names.tolist() == ["mug_0001"]
+        assert after.names.tolist() == ["mug/test/mug_0001", "mug_0002"]
+        assert not fitted_objects({OBJECTS: train.names.tolist()}, after).any()
 
     def test_modelnet10_is_named_after_its_files_alone(self):
         for split, names in expected_names().items():

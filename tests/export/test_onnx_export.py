@@ -12,6 +12,7 @@ from circumspect.classification import Classifier, GridRecipe, PointsRecipe, rec
 from circumspect.classification.onnx_classifier import METADATA_KEY, shipped_path
 from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.export import export_onnx, onnx_export
+from circumspect.export.eight_bit import require_convolutions
 from circumspect.export.features import write_with_features
 from circumspect.furniture import make_furniture
 from circumspect.nets import NETS, Checkpoint
@@ -169,6 +170,23 @@ def test_networks_of_points_go_into_eight_bits_too(tmp_path, monkeypatch):
     assert {"QuantizeLinear", "DequantizeLinear", "Conv"} <= kinds
     shares = Classifier.load(path).probabilities(some_inputs(original.recipe, 2).numpy()[:, None])
     np.testing.assert_allclose(shares.sum(axis=1), 1.0, atol=1e-5)
+
+
+def test_eight_bits_are_refused_where_there_is_nothing_to_quantise(tmp_path):
+    original = checkpoint("pointnet")
+    calibration = some_inputs(original.recipe, 8).numpy()
+    with pytest.raises(InputError, match="pointnet has no convolutions to quantise; leave out"):
+        export_onnx([original], tmp_path / "net.onnx", calibration=calibration)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_has_convolutions_is_known_before_the_conversion(exported):
+    original, path = exported
+    if any(node.op_type == "Conv" for node in onnx.load(path).graph.node):
+        require_convolutions([original])
+    else:
+        with pytest.raises(InputError, match=original.net):
+            require_convolutions([original])
 
 
 def test_eight_bits_that_change_labels_are_not_kept(tmp_path, monkeypatch):

@@ -104,6 +104,7 @@ class Export:
         """Export and tell how close the outputs are."""
         try:
             from circumspect.export import export_onnx
+            from circumspect.export.eight_bit import require_convolutions
         except ImportError as error:
             raise MissingExtraError("torch or onnx", "train") from error
         from circumspect.evaluation.predictor import checkpoint_path
@@ -113,7 +114,10 @@ class Export:
         members = [Checkpoint.load(checkpoint_path(path)) for path in paths]
         # What is wrong with the flag is told before the data are opened.
         members[0].recipe.with_views(self.azimuth_views)
-        calibration = None if self.int8 is None else _calibration(self.int8, members[0].recipe)
+        calibration = None
+        if self.int8 is not None:
+            require_convolutions(members)
+            calibration = _calibration(self.int8, members[0].recipe)
         fidelity = export_onnx(
             members, self.out, self.azimuth_views, self.temperature, calibration, self.unknown_below
         )

@@ -50,11 +50,10 @@ class Augmentation:
     damage: float = 0.0
 
     @classmethod
-    def none(cls) -> Augmentation:
-        """Objects as they are."""
-        return cls(
-            mirror=0.0, stretch=0.0, jitter=0.0, shift=0.0, scale=(1.0, 1.0), thin=1.0, holes=0.0
-        )
+    def none(cls, margin: float = 1.0) -> Augmentation:
+        """Objects as they are, in a grid that is this many times as large as the smallest."""
+        scale = (margin, margin)
+        return cls(mirror=0.0, stretch=0.0, jitter=0.0, shift=0.0, scale=scale, thin=1.0, holes=0.0)
 
     def __post_init__(self) -> None:
         for name in ("mirror", "stretch", "jitter", "shift", "thin", "holes", "partial", "damage"):

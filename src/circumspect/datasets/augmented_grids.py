@@ -77,7 +77,7 @@ def _cached(
 
 
 def _filling(recipe: GridRecipe) -> dict[str, Any]:
-    """All but the margin: the augmentation draws one of its own for each variant."""
+    """All but the margin: the augmentation's scale has the sizes of the grids."""
     settings = recipe.to_dict()
     del settings["margin"]
     return settings

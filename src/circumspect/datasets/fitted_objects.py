@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification.onnx_classifier import OBJECTS
+from circumspect.datasets.gathered_set import scanned_name
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.validation_split import validation_split
 
@@ -17,15 +18,15 @@ def fitted_objects(training: Mapping[str, Any], objects: ObjectSet) -> NDArray[n
     """Mark the objects that a network knows from its training, by their names.
 
     Another copy of a set (its meshes sampled anew, a part of it, a few objects more) holds the same
-    objects under the same names. Records of older versions name none; they tell of their own set
-    alone.
+    objects under the same names; other scans of an object show the same object. Records of older
+    versions name none; they tell of their own set alone.
 
     Args:
         training: How the network was trained; see `Checkpoint`.
         objects: Any set.
 
     Returns:
-        (n,) True where it was fitted to the object.
+        (n,) True where it was fitted to the object, or to another scan of it.
 
     Raises:
         InputError: An object spans no shape.
@@ -33,10 +34,21 @@ def fitted_objects(training: Mapping[str, Any], objects: ObjectSet) -> NDArray[n
     names = training.get(OBJECTS)
     if isinstance(names, list):
         known = {name for name in names if isinstance(name, str)}
-        return np.array([name in known for name in objects.names.tolist()], bool)
+        return _named(objects.names, known) | _scanned(objects, known)
     if training.get("data") != objects.digest:
         return np.zeros(len(objects), bool)
     settings = training.get("settings", {})
     if not settings.get("validation", True):
         return np.ones(len(objects), bool)
     return ~validation_split(objects, settings.get("validation_salt", ""))
+
+
+def _named(names: NDArray[np.str_], known: Collection[str | None]) -> NDArray[np.bool_]:
+    return np.array([name in known for name in names.tolist()], bool)
+
+
+def _scanned(objects: ObjectSet, known: Collection[str]) -> NDArray[np.bool_]:
+    """(n,) those of which there is a scan among the known."""
+    if objects.scan_of is None:
+        return np.zeros(len(objects), bool)
+    return _named(objects.scan_of, {scanned_name(name) for name in known})

@@ -238,9 +238,19 @@ def _clouds_of(
         np.array([classes.index(scan.label) for scan in chosen], np.int64),
         np.array([scan.scan for scan in chosen]),
         classes,
+        np.array([scan.object for scan in chosen]),
     )
 
 
 def simulated_name(thing: str, start_deg: float) -> str:
     """The name of an object's simulated scan; recordings are named after their file."""
     return f"{thing}@{start_deg:05.1f}".removesuffix(".0")
+
+
+def scanned_name(scan: str) -> str | None:
+    """The name of the object that a scan, simulated or recorded, is named after.
+
+    Names of objects hold no @, those of recordings may. None where the name is that of no scan.
+    """
+    thing, at, _ = scan.partition("@")
+    return thing if at else None

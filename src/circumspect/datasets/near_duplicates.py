@@ -1,7 +1,8 @@
 """Which objects of a set are near duplicates of each other.
 
 CAD collections hold families: one sofa in ten variants. Where one is trained on and another is
-held back, the held-back one measures memory. ModelNet10's training split is full of them.
+held back, the held-back one measures memory. ModelNet10's training split is full of them. Gathered
+sets hold several scans of one object, each in the frame of its own robot.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from circumspect.datasets.object_set import ObjectSet
 
 
 def near_duplicates(objects: ObjectSet) -> NDArray[np.int64]:
-    """Group near duplicates: objects of one class, in the same pose.
+    """Group near duplicates: objects of one class, in the same pose, and scans of one object.
 
-    Those are near duplicates that overlap by `ALIKE`, see `occupied_and_beside`. Groups are
-    connected components, so a group's ends may differ.
+    Those are near duplicates that overlap by `ALIKE`, see `occupied_and_beside`; scans of one
+    object are in any pose. Groups are connected components, so a group's ends may differ.
 
     Args:
         objects: The set.
@@ -35,7 +36,9 @@ def near_duplicates(objects: ObjectSet) -> NDArray[np.int64]:
     groups, count = np.empty(len(objects), np.int64), 0
     for label in np.unique(objects.labels):
         members = np.flatnonzero(objects.labels == label)
-        found, numbers = connected_components(_overlaps(objects, members) >= ALIKE)
+        _, shown = np.unique(objects.shown[members], return_inverse=True)
+        alike = (_overlaps(objects, members) >= ALIKE) | (shown[:, None] == shown)
+        found, numbers = connected_components(alike)
         groups[members] = count + numbers
         count += found
     return groups

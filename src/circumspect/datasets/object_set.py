@@ -22,6 +22,8 @@ class ObjectSet:
         labels: (n,) int64 indices into `classes`.
         names: (n,) names, such as chair_0001; who trains or evaluates tells objects apart by them.
         classes: The class names, in alphabetical order.
+        scan_of: (n,) the name of the object that each cloud is a scan of, where several may be of
+            one; None where each cloud is an object of its own.
 
     Raises:
         InputError: The arrays do not belong together.
@@ -31,6 +33,7 @@ class ObjectSet:
     labels: NDArray[np.int64]
     names: NDArray[np.str_]
     classes: tuple[str, ...]
+    scan_of: NDArray[np.str_] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.points_xyz)
@@ -41,6 +44,8 @@ class ObjectSet:
                 f"{count} objects need as many labels and names, not "
                 f"{self.labels.shape} and {self.names.shape}"
             )
+        if self.scan_of is not None and self.scan_of.shape != (count,):
+            raise InputError(f"{count} scans need as many objects, not {self.scan_of.shape}")
         if count and not 0 <= self.labels.min() <= self.labels.max() < len(self.classes):
             raise InputError(f"labels lie outside the {len(self.classes)} classes")
         if not np.isfinite(self.points_xyz).all():
@@ -56,8 +61,17 @@ class ObjectSet:
     def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> ObjectSet:
         """The objects that a mask or an index array names."""
         return ObjectSet(
-            self.points_xyz[chosen], self.labels[chosen], self.names[chosen], self.classes
+            self.points_xyz[chosen],
+            self.labels[chosen],
+            self.names[chosen],
+            self.classes,
+            None if self.scan_of is None else self.scan_of[chosen],
         )
+
+    @property
+    def shown(self) -> NDArray[np.str_]:
+        """(n,) the name of the object that each cloud shows; clouds of one object share it."""
+        return self.names if self.scan_of is None else self.scan_of
 
     @cached_property
     def digest(self) -> str:

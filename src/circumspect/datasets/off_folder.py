@@ -66,11 +66,20 @@ def object_name(file: Path) -> str:
     """What the object in a file is called, unlike any of another class or split.
 
     chair/train/chair_0001.off is chair_0001; chair/train/0001.off is chair/train/0001, since there
-    may be a table/train/0001.off and a chair/test/0001.off.
+    may be a table/train/0001.off and a chair/test/0001.off. Where the splits are numbered anew,
+    unlike ModelNet10's, chair/test/chair_0001.off is chair/test/chair_0001.
     """
     name_of_class = file.parent.parent.name
-    own = file.stem.rpartition("_")[0] == name_of_class
+    own = file.stem.rpartition("_")[0] == name_of_class and not _is_of_both_splits(file)
     return file.stem if own else f"{name_of_class}/{file.parent.name}/{file.stem}"
+
+
+def _is_of_both_splits(file: Path) -> bool:
+    """Whether a test file is named like a training file of its class.
+
+    What trains keeps its name whatever tests come later: networks remember it.
+    """
+    return file.parent.name == "test" and (file.parent.parent / "train" / file.name).exists()
 
 
 def sampled_file(file: Path) -> NDArray[np.float32]:
@@ -88,4 +97,7 @@ def _fingerprint(files: list[Path]) -> str:
         facts = file.stat()
         state.update(os.fsencode(file.resolve()))
         state.update(f" {facts.st_size} {facts.st_mtime_ns}\n".encode())
+        # The only part of a name that the path alone does not tell.
+        if _is_of_both_splits(file):
+            state.update(b"of both splits\n")
     return state.hexdigest()[:32]

@@ -22,7 +22,7 @@ def validation_split(objects: ObjectSet, salt: str = "") -> NDArray[np.bool_]:
     The large groups of a class are trained on; the others are held back in an order drawn by a
     hash of their names until a share of the class is, or half of them. A class that is one group
     can not be parted so: its objects count as groups of their own. The only object of a class is
-    trained on.
+    trained on. Scans of one object count as one, and are all on one side.
 
     Args:
         objects: The set.
@@ -38,8 +38,11 @@ def validation_split(objects: ObjectSet, salt: str = "") -> NDArray[np.bool_]:
     groups = near_duplicates(objects)
     for label in np.unique(objects.labels):
         members = np.flatnonzero(objects.labels == label)
-        chosen = _drawn(groups[members], objects.names[members], salt)
-        held_back[members[chosen]] = True
+        # Sorted, so that the first scan of an object, which stands for it, is always the same.
+        members = members[np.argsort(objects.names[members])]
+        _, firsts, of = np.unique(objects.shown[members], return_index=True, return_inverse=True)
+        first = members[firsts]
+        held_back[members] = _drawn(groups[first], objects.names[first], salt)[of]
     return held_back
 
 

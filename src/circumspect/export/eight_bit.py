@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,8 +19,28 @@ from onnxruntime.quantization import (
     quantize_static,
 )
 from onnxruntime.quantization.shape_inference import quant_pre_process
+from torch import nn
+
+from circumspect.errors import InputError
+from circumspect.nets import Checkpoint
 
 BATCH = 16
+CONVOLUTIONS = (nn.Conv1d, nn.Conv2d, nn.Conv3d)
+
+
+def require_convolutions(members: Sequence[Checkpoint]) -> None:
+    """Find out before long work whether eight bits would change anything.
+
+    Args:
+        members: The networks that are to be exported together.
+
+    Raises:
+        InputError: None of them has a convolution.
+    """
+    layers = (layer for member in members for layer in member.build().modules())
+    if not any(isinstance(layer, CONVOLUTIONS) for layer in layers):
+        names = " + ".join(member.net for member in members)
+        raise InputError(f"{names} has no convolutions to quantise; leave out --int8")
 
 
 def in_eight_bits(network: onnx.ModelProto, inputs: NDArray[Any]) -> onnx.ModelProto:

@@ -24,7 +24,7 @@ from circumspect.classification.onnx_classifier import (
     checked_threshold,
 )
 from circumspect.errors import CircumspectError, InputError
-from circumspect.export.eight_bit import in_eight_bits
+from circumspect.export.eight_bit import in_eight_bits, require_convolutions
 from circumspect.export.features import LOGITS, add_features
 from circumspect.geometry.ignored_warnings import ignored_warnings
 from circumspect.nets import Checkpoint
@@ -87,11 +87,14 @@ def export_onnx(
         others having set the ranges.
 
     Raises:
-        InputError: Views, temperature or threshold out of range; members of different tasks.
+        InputError: Views, temperature or threshold out of range; members of different tasks; or
+            eight bits are asked of networks without convolutions.
         CircumspectError: The file answers otherwise than the networks; it is not kept.
         OutputError: The file can not be written.
     """
     _require_same_task(members)
+    if calibration is not None:
+        require_convolutions(members)
     nets = [member.build() for member in members]
     net = _AsStored(nets[0] if len(nets) == 1 else Committee(nets)).eval()
     recipe = members[0].recipe.with_views(azimuth_views)

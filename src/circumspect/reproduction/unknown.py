@@ -32,6 +32,9 @@ from circumspect.reproduction.stages import (
 from circumspect.reproduction.watched import Watched
 
 Scores = NDArray[np.float64]
+SAMPLES = 32768
+"""Drawn on each other thing, as `classify` draws them on a mesh: the holes between fewer would look
+strange in themselves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,7 +182,7 @@ def _of_shipped(
     """Of other things the share that the shipped classifier calls unknown, by kind."""
     classifier = OnnxClassifier.load(shipped_path())
     least = float(classifier.description.get("unknown_below", 0.0))
-    things = other_things(classes, how.each, 1024)
+    things = other_things(classes, how.each, SAMPLES)
     with watched.measuring("other things") as progress:
         yaws = spread_yaws(how.yaw_count)
         sweep = measured(shipped_path(), things, yaws, folder / "other_things", progress)

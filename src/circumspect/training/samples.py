@@ -87,7 +87,7 @@ def _augmented(
     progress: Callable[[int, int], None],
 ) -> AugmentedGrids | AugmentedPoints:
     filled = not isinstance(recipe, PointsRecipe) or recipe.surface
-    clouds = AugmentedClouds(source, settings.changes, settings.seed, filled)
+    clouds = AugmentedClouds(source, settings.changes(recipe.margin), settings.seed, filled)
     if isinstance(recipe, PointsRecipe):
         return AugmentedPoints(clouds, recipe)
     assert isinstance(recipe, GridRecipe)

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from circumspect.datasets import Augmentation
-from circumspect.errors import CircumspectError
+from circumspect.errors import CircumspectError, InputError
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ class TrainingSettings:
         validation_salt: Another salt holds back other objects.
         precision: "fp32" or "bf16" (automatic mixed precision).
         seed: Of all chance.
-        augmented: Objects are changed at random; without it they are shown as they are.
+        augmented: Objects are changed at random; without it they are shown as they are, with the
+            recipe's margin.
         augmentation: The random changes.
     """
 
@@ -84,10 +85,22 @@ class TrainingSettings:
             if not 0 <= getattr(self, name) <= 1:
                 raise CircumspectError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
 
-    @property
-    def changes(self) -> Augmentation:
-        """The random changes that are made."""
-        return self.augmentation if self.augmented else Augmentation.none()
+    def changes(self, margin: float) -> Augmentation:
+        """The random changes that are made for a network that will be asked with a margin."""
+        return self.augmentation if self.augmented else Augmentation.none(margin)
+
+    def require_margin(self, margin: float) -> None:
+        """Check that a network is trained on grids as large as those that it will be asked with.
+
+        Raises:
+            InputError: The random changes make none of that size.
+        """
+        least, most = self.changes(margin).scale
+        if not least <= margin <= most:
+            raise InputError(
+                f"a recipe with margin {margin:g} asks about sizes that are not trained on: "
+                f"augmentation.scale is {least:g} … {most:g}; change one of them"
+            )
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as JSON types."""
