@@ -8,7 +8,7 @@ against first; after each twentieth the classifier is asked how probable the lab
 
 from __future__ import annotations
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -33,8 +33,11 @@ SHOWN = (0.05, 0.1, 0.2, 0.3, 0.5)
 ORDERS = ("most evidence first", "random", "least evidence first")
 
 
-def main(data: Path) -> None:
-    objects = open_data_set(data, "test")
+def main() -> None:
+    """Measure and write `deletion.md` and `deletion.json`."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", type=Path, help="ModelNet10")
+    objects = open_data_set(parser.parse_args().data, "test")
     classifier = Classifier.load(threads=1)
     recipe = classifier.recipe
     assert isinstance(recipe, GridRecipe), "the shipped classifier is shown grids"
@@ -121,4 +124,4 @@ def report(
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main()

@@ -8,8 +8,8 @@ the minimum says more than the median.
 
 from __future__ import annotations
 
+import argparse
 import math
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -127,10 +127,13 @@ def _trimesh_mesh(cube: RectangularGrid, mesh: Any) -> Callable[[], object]:
     return partial(trimesh.voxel.creation.voxelize, other, pitch)
 
 
-def main(folder: Path = RESULTS) -> None:
+def main() -> None:
     """Measure, print, and write `grid_speed.md` and `grid_speed.json` into a folder."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, nargs="?", default=RESULTS)
+    folder: Path = parser.parse_args().folder
     write_report("grid_speed", COMMAND, rows(), NOTES, folder)
 
 
 if __name__ == "__main__":
-    main(*(Path(argument) for argument in sys.argv[1:2]))
+    main()

@@ -8,6 +8,7 @@ round the object at 0.2 m/s while each camera takes ten images a second.
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 import time
@@ -228,8 +229,11 @@ def sizes() -> list[list[str]]:
     return rows
 
 
-def main(folder: Path = RESULTS) -> None:
+def main() -> None:
     """Measure, print, and write `intelligent_space.md` and `.json` into a folder."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, nargs="?", default=RESULTS)
+    folder: Path = parser.parse_args().folder
     load = os.getloadavg()[0]
     found: dict[str, Errors] = {}
     for kind, seed in RUNS:
@@ -298,4 +302,4 @@ def _markdown(runs: dict[str, Any], parts: dict[str, list[list[str]]]) -> str:
 
 
 if __name__ == "__main__":
-    main(*(Path(argument) for argument in sys.argv[1:2]))
+    main()

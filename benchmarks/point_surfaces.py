@@ -6,6 +6,8 @@ depth images from eight sides.
 
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 
 from circumspect.datasets.farthest_points import evenly_sampled
@@ -21,6 +23,7 @@ CLEARLY = 0.05
 
 def main() -> None:
     """Print one line a category and the mean."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     head = ("", "through", "missed", "before", "median [mm]", "90 % [mm]")
     print("{:12} {:>8} {:>8} {:>8} {:>12} {:>12}".format(*head))
     rows = []

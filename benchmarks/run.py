@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import subprocess
 import sys
@@ -11,6 +12,7 @@ SUITE = ("benchmarks.grid_speed", "benchmarks.classifier_speed")
 
 def main() -> int:
     """Run every module in a process of its own."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     load = os.getloadavg()[0]
     if load > 0.5:
         print(f"note: the machine is busy (load {load:.1f}); the times will be too long")

@@ -8,9 +8,9 @@ Needs the extra viewer, playwright, and Chromium.
 
 from __future__ import annotations
 
+import argparse
 import io
 import shutil
-import sys
 from pathlib import Path
 
 from PIL import Image
@@ -28,7 +28,10 @@ FLAGS = (
 SIZE, PATIENCE = (1280, 900), 60_000
 
 
-def main(run: str) -> None:
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("run", help="folder of a run")
+    run: str = parser.parse_args().run
     played = PlayedRun(SavedRun.load(run))
     with Dashboard(Classifier.load(), port=0) as dashboard, sync_playwright() as driver:
         player = Player(played, dashboard)
@@ -56,4 +59,4 @@ def main(run: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main()

@@ -17,7 +17,8 @@ def share_kept(one: np.ndarray, other: np.ndarray) -> float:
 def main() -> None:
     """Compare the grids of a chair before and after turns."""
     chair = cs.make_furniture("chair", 3).sampled(200_000, rng=0)
-    grid = cs.CylindricalGrid.fit(chair).hits(chair)
+    cylinder = cs.CylindricalGrid.fit(chair)
+    grid = cylinder.hits(chair)
     cells = grid.occupied.shape[AZIMUTH_AXIS]
     print(f"{grid.occupied.sum()} of {grid.occupied.size} cells are occupied")
 
@@ -29,7 +30,7 @@ def main() -> None:
         shifted = np.roll(grid.occupied, round(shift), axis=AZIMUTH_AXIS)
 
         # The same cube both times, round the object at every yaw.
-        cube = cs.RectangularGrid(half_width=grid.grid.radius, centre_xyz=grid.grid.centre_xyz)
+        cube = cs.RectangularGrid(half_width=cylinder.radius, centre_xyz=cylinder.centre_xyz)
         other = cs.RectangularGrid(half_width=cube.half_width, centre_xyz=later.grid.centre_xyz)
         stayed = share_kept(cube.hits(chair).occupied, other.hits(moved).occupied)
         print(

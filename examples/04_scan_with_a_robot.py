@@ -30,9 +30,10 @@ def main(arguments: list[str]) -> None:
     scan = ObjectScan(robot, pipeline, SurfaceNormalPlanner(), settings)
 
     result = scan.run()
-    error = absolute_trajectory_error(camera_path(result), robot.trajectory, Alignment.FIRST_POSE)
     print(f"the end: {scan.ended}; {scan.driven_m:.1f} m driven, {len(result.steps)} frames")
-    print(f"path known within {1e3 * error.rmse_m:.1f} mm")
+    if (path := camera_path(result)) is not None:
+        error = absolute_trajectory_error(path, robot.trajectory, Alignment.FIRST_POSE)
+        print(f"path known within {1e3 * error.rmse_m:.1f} mm")
     if result.prediction is not None:
         print(f"it is named {result.prediction.label}, {result.prediction.probability:.2f}")
 

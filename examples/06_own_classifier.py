@@ -15,15 +15,20 @@ from circumspect.evaluation import spread_yaws, sweep_yaw
 class PowerClassifier(cs.Classifier):
     """The nearest class mean of the angular power spectrum, which does not know the yaw."""
 
-    recipe = cs.GridRecipe(shape=(16, 32, 16))
-    classes = ()
-
     def __init__(self, objects: ObjectSet) -> None:
-        self.classes, self.training = objects.classes, {"data": objects.digest}
+        self._classes, self._recipe = objects.classes, cs.GridRecipe(shape=(16, 32, 16))
         inputs = [self.recipe.inputs(objects.cloud(index)) for index in range(len(objects))]
         fingerprints = self._fingerprints(np.concatenate(inputs))
         each = [fingerprints[objects.labels == label] for label in range(len(self.classes))]
         self.means = np.array([found.mean(axis=0) for found in each])
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        return self._classes
+
+    @property
+    def recipe(self) -> cs.GridRecipe:
+        return self._recipe
 
     def _fingerprints(self, inputs: np.ndarray) -> np.ndarray:
         grids = inputs.reshape(-1, *self.recipe.shape).astype(float)
@@ -41,9 +46,8 @@ class PowerClassifier(cs.Classifier):
 
     def classify_grid(self, grid: cs.OccupancyGrid) -> cs.Prediction:
         self.recipe.accepts(grid)
-        return cs.Prediction.from_probabilities(
-            self.classes, self.probabilities(grid.occupied[None])[0]
-        )
+        shares = self.probabilities(grid.occupied[None])
+        return cs.Prediction.from_probabilities(self.classes, shares[0])
 
 
 if __name__ == "__main__":

@@ -68,6 +68,25 @@ def test_the_answer_is_that_of_classify(chair, tmp_path, capsys):
     assert why["points"] == named["points"]
 
 
+def test_of_many_near_objects_the_picture_names_a_dozen(chair, tmp_path, capsys, monkeypatch):
+    from circumspect.evaluation import evidence_picture
+
+    drawn, draw = [], evidence_picture.draw_evidence
+
+    def kept(*given):
+        drawn.append(draw(*given))
+        return drawn[-1]
+
+    monkeypatch.setattr(evidence_picture, "draw_evidence", kept)
+    assert run("explain", chair, "--out", tmp_path, "--json", "--near", 100_000) == 0
+    nearest = json.loads(capsys.readouterr().out)["nearest"]
+    assert len(nearest) > 1000
+    words = drawn[0].findobj(lambda one: "nearest training" in getattr(one, "get_text", str)())
+    lines = words[0].get_text().splitlines()
+    assert len(lines[lines.index("nearest training objects") + 1 :]) == 13
+    assert lines[-1] == f"… and {len(nearest) - 12} more"
+
+
 def test_a_saved_grid_and_another_label(chair, tmp_path, capsys):
     grid = tmp_path / "g.npz"
     cloud = read_cloud(chair)

@@ -176,11 +176,30 @@ def test_a_wrong_label_of_all_recordings_is_put_right(
     capsys.readouterr()
     right = ["--from", str(second), "--label", "chair", "--split", "test", "--replace"]
     assert main([*flags, *right]) == 0
-    assert "blue@first: chair of the test split now, too" in capsys.readouterr().err
+    told = "chair of the test split now, was sofa of the train split"
+    assert f"blue@first, blue@second: {told}" in capsys.readouterr().err
     scans = read_manifest(tmp_path / "mine")
     assert {(scan.scan, scan.label, scan.split) for scan in scans} == {
         ("blue@first", "chair", "test"), ("blue@second", "chair", "test"),
     }  # fmt: skip
+
+
+def test_an_object_stays_in_its_split_unless_another_is_given(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    second = recording.with_name("second.mcap")
+    second.write_bytes(recording.read_bytes())
+    flags = ["gather", "--name", "red", "--out", str(tmp_path / "mine"), "--from"]
+    assert main([*flags, str(recording), "--label", "toilet", "--split", "test"]) == 0
+    assert main([*flags, str(second), "--label", "toilet"]) == 0
+    capsys.readouterr()
+    right = [*flags, str(recording), "--label", "chair", "--replace"]
+    told = "red@first, red@second: chair of the {} split now, was {} of the test split"
+    for split, was, now in (([], "toilet", "test"), (["--split", "train"], "chair", "train")):
+        assert main([*right, *split]) == 0
+        assert told.format(now, was) in capsys.readouterr().err
+        scans = read_manifest(tmp_path / "mine")
+        assert [(s.label, s.split) for s in scans] == [("chair", now)] * 2
 
 
 def test_recordings_in_folders_are_called_by_their_whole_name(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,8 @@ from circumspect.cli.main import main
 from circumspect.cli.scan import Scan
 from circumspect.geometry import read_tum
 from circumspect.localization import read_calibration
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def run(*words):
@@ -70,22 +74,33 @@ def test_simulate_leaves_a_run(room):
     assert set(first["rejected"]) | set(first["cameras"]) == {"ceiling_0", "ceiling_1"}
 
 
-def test_calibrate_and_track_from_the_images(room, tmp_path, capsys):
-    images, file = room / "images", tmp_path / "room.json"
+def steps_of_the_page():
+    """The commands of docs/intelligent-space.md for images, by subcommand."""
+    lines = (ROOT / "docs" / "intelligent-space.md").read_text().splitlines()
+    found = [line.split()[2:] for line in lines if re.match("circumspect locate .* images/", line)]
+    return {words[0]: words for words in found}
+
+
+def test_calibrate_and_track_from_the_images(room, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("images").symlink_to(room / "images")
+    file, steps = tmp_path / "room.json", steps_of_the_page()
     for name in ("ceiling_0", "ceiling_1"):
-        assert run("intrinsics", images / "board" / name, "--out", file, "--json") == 0
+        lens_words, place_words = (
+            [word.replace("ceiling_0", name) for word in steps[step]]
+            for step in ("intrinsics", "extrinsics")
+        )
+        assert run(*lens_words, "--json") == 0
         lens = told(capsys)
         assert (lens["camera"], lens["rms_px"] < 0.3) == (name, True)
-        words = ("--survey", images / "survey.json", "--intrinsics", file, "--out", file)
-        tag = ("--tag", 0, 0.2, 0.3)
-        assert run("extrinsics", images / "floor" / name, *words, *tag, "--json") == 0
+        assert run(*place_words, "--json") == 0
         place = told(capsys)
         assert place["position_xyz"][2] == pytest.approx(3.0, abs=0.05)
         assert place["tags"] >= 8
     assert read_calibration(file).mount.height == 0.3
     out = tmp_path / "run"
-    words = ("--calibration", file, "--truth", room / "run" / "truth.txt", "--out", out)
-    assert run("track", images / "track", *words, "--json") == 0
+    words = ("--truth", room / "run" / "truth.txt", "--out", out)
+    assert run(*steps["track"], *words, "--json") == 0
     record = told(capsys)
     assert record["states"] == {"tracked": 8}
     assert record["error"]["position_rmse_m"] < 5e-3
@@ -254,9 +269,21 @@ def test_a_track_that_finds_nobody_says_why_and_keeps_nothing_old(room, tmp_path
     assert run(*words, "--out", tmp_path / "run", "--tag", 7, 0.2, 0.3) == 0
     out, err = capsys.readouterr()
     assert "Located 0 of 8 times" in out
-    assert "8 times ceiling_0: the tag is not in view, unknown tags are: 0" in out
+    assert "8 times ceiling_0: the tag is not in view (first: unknown tags are: 0)" in out
     assert "Warning" not in err
     assert not (tmp_path / "run" / "trajectory.txt").exists()
+
+
+def test_a_tag_of_a_wrong_size_is_told_before_one_that_is_not_in_view(room, tmp_path, capsys):
+    words = ("track", room / "images" / "track", "--calibration", room / "images/calibration.json")
+    assert run(*words, "--out", tmp_path / "run", "--tag", 0, 0.16, 0.31) == 0
+    told = capsys.readouterr().out.splitlines()[1]
+    misfits = r"\d+ times ceiling_\d: the corners are not those of a level tag of 0.16 m: blurred, "
+    assert re.fullmatch(misfits + r"tilted or of another size \(first: misfit \d+\)", told)
+    assert int(told.split()[0]) > 1
+    lines = (tmp_path / "run" / "space.jsonl").read_text().splitlines()
+    reasons = [r for line in lines for r in json.loads(line)["rejected"].values()]
+    assert len({r for r in reasons if "(misfit " in r}) > 1
 
 
 def test_a_folder_that_can_not_be_written_is_found_out_before_any_image(room, tmp_path, capsys):

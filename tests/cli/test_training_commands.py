@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from network_inputs import small_recipe, trained_looking
 
 from circumspect.classification import Classifier, ExampleTable
 from circumspect.classification.onnx_classifier import shipped_path
@@ -154,6 +155,18 @@ def test_eight_bits_need_a_data_set(trained, tmp_path, capsys):
 def test_export_of_nothing(tmp_path, capsys):
     assert run("export", tmp_path, tmp_path / "own.onnx") == 2
     assert "train first" in capsys.readouterr().err
+
+
+def test_eight_bits_of_a_network_without_convolutions(tmp_path, capsys):
+    """Told before the data are opened, which may take minutes."""
+    net = trained_looking("pointnet")
+    weights = tmp_path / "net.safetensors"
+    Checkpoint("pointnet", ("a", "b", "c"), small_recipe("pointnet"), net.state_dict()).save(
+        weights
+    )
+    words = ("export", weights, tmp_path / "own.onnx", "--int8", tmp_path / "none")
+    assert run(*words) == 2
+    assert "pointnet has no convolutions to quantise; leave out --int8" in capsys.readouterr().err
 
 
 def test_evaluation_of_a_folder_without_weights(data, tmp_path, capsys):

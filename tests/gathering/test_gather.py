@@ -235,6 +235,7 @@ def test_recordings_train_beside_simulated_scans(gathered: Path, tmp_path: Path)
         append(folder, scan(name, object=thing, label="lamp", start_deg=start, files=files))
     train = open_data_set(folder, "train")
     assert train.names.tolist()[2:] == ["blue@run1", "red@run2"], "from the first start"
+    assert train.shown.tolist()[2:] == ["blue", "red"]
     assert train.classes == ("bed", "chair", "lamp")
     assert verify_gathered(folder).missing == ()
 

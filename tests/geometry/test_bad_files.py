@@ -79,6 +79,14 @@ def test_missing_file_suggests_near_names(tmp_path: Path):
         read_cloud(tmp_path / "nowhere" / "chair.off")
 
 
+def test_a_link_to_nothing_tells_its_target(tmp_path: Path):
+    (tmp_path / "chair.ply").symlink_to("gone.ply")
+    with pytest.raises(InputError) as caught:
+        read_cloud(tmp_path / "chair.ply")
+    told = f"{tmp_path / 'chair.ply'}: is a link to gone.ply, which does not exist"
+    assert str(caught.value) == told
+
+
 def test_folder(tmp_path: Path):
     with pytest.raises(InputError, match="is a folder; name a file in it"):
         read_cloud(tmp_path)
@@ -236,6 +244,12 @@ def test_counts_that_lie_take_no_memory(name: str, data: bytes, refused: Callabl
         ("a.npy", b"\x93NUMPY", "NPY"),
         ("a.npy", shape_files.npy(np.zeros(3)), "shape (n, 3) or wider, not (3,)"),
         ("a.npy", shape_files.npy(np.zeros((3, 2))), "not (3, 2)"),
+        (
+            "a.npy",
+            shape_files.npy(np.zeros((3, 20_000))),
+            "has shape (3, 20000); points are rows: save its transpose",
+        ),
+        ("a.npz", shape_files.saved(points=np.zeros((3, 17))), "points has shape (3, 17); points"),
         ("a.npy", shape_files.npy(np.zeros((3, 3), complex)), "complex128"),
         ("a.npy", shape_files.npy(np.array([["a", "b", "c"]])), "not of numbers"),
         ("a.npz", shape_files.saved(), "no arrays"),

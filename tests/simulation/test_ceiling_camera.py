@@ -152,7 +152,7 @@ def test_other_tags_are_told_and_the_own_one_twice_is_nobodys(rig, pair):
     assert first.pose is not None
     assert first.others == (7,)
     only = watch.look(other.images(truth(-0.4, stamp=1.0))[0])
-    assert only.reason == "the tag is not in view, unknown tags are: 7"
+    assert only.why == "the tag is not in view (unknown tags are: 7)"
     twice = watch.look(rig.images(truth(-0.4, stamp=2.0), rig.robot([T]))[0])
     assert twice.reason == "tag 3 is in the image 2 times; which is it?"
     assert twice.pose is None

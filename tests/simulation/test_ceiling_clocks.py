@@ -18,7 +18,7 @@ def test_a_clock_that_leaps_once_does_not_make_the_rest_late(rig, pair):
 
     assert at(1.0).state == TRACKED
     leap = space.locate([replace(rig.images(truth())[0], stamp=5000.0)])
-    assert leap.sightings[0].reason == "its stamp leaps ahead by 4999.0 s"
+    assert leap.sightings[0].why == "its stamp leaps ahead (by 4999.0 s)"
     assert at(1.1).state == TRACKED
     # A pause of all cameras is believed at once, that of one the third time in a row.
     assert [at(100.0 + n / 10).state for n in range(3)] == [TRACKED] * 3
@@ -53,7 +53,7 @@ def test_a_track_leaves_a_single_leap_out_and_tells_it_apart(rig, pair, step, wh
     del stamps[which]
     assert [fix.stamp for fix in track.known(bridged=False)] == stamps
     (leap,) = track.leaps
-    assert leap.sightings[0].reason.startswith("its stamp leaps ahead by ")
+    assert leap.sightings[0].reason == "its stamp leaps ahead"
     assert track.reports == ("1 times leapt ahead of the others and are part of no path",)
     assert (track.late, track.summary()["late"], track.summary()["leaps"]) == ((), 0, 1)
 

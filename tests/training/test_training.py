@@ -32,6 +32,7 @@ from circumspect.training.draws import (
     learning_rate_at,
     passes_for,
 )
+from circumspect.training.samples import TrainingSamples
 from circumspect.training.train import _is_best
 
 
@@ -142,6 +143,39 @@ def test_the_margin_of_a_recipe_is_none_of_the_training_grids(tmp_path):
     assert made[1] == made[0]
 
 
+@pytest.mark.parametrize("recipe", [GridRecipe(margin=1.3), PointsRecipe(128, margin=1.3)])
+def test_objects_as_they_are_are_shown_with_the_recipes_margin(tmp_path, recipe):
+    objects, cache = two_kinds(4), GridCache(tmp_path)
+    settings = replace(QUICK, augmented=False, replicas=1)
+
+    def shown(asked):
+        samples = TrainingSamples(objects, settings, asked, cache, Silent().preparing)
+        return samples.inputs(np.arange(4), np.zeros(4, int))
+
+    wide, tight = shown(recipe), shown(replace(recipe, margin=1.0))
+    if isinstance(recipe, GridRecipe):
+        # Cells are as large as the recipe's: at most one more or less of them is reached.
+        for index in range(4):
+            asked = recipe.inputs(objects.cloud(index))[0, 0, 0]
+            assert np.abs(reach(wide[index, 0]) - reach(asked)).max() <= 1
+        assert len(list(tmp_path.iterdir())) == 2
+    else:
+        np.testing.assert_allclose(wide * np.float32(1.3), tight, rtol=1e-5, atol=1e-6)
+
+
+def reach(grid):
+    """Of the occupied cells: the outermost radius, the lowest and the highest."""
+    heights = np.flatnonzero(grid.any(axis=(0, 1)))
+    return np.array([np.flatnonzero(grid.any(axis=(1, 2))).max(), heights[0], heights[-1]])
+
+
+def test_a_margin_that_is_not_trained_on_is_refused(tmp_path):
+    settings = replace(QUICK, augmentation=Augmentation(scale=(0.95, 1.05)))
+    with pytest.raises(InputError, match=r"margin 1\.1 .* augmentation.scale is 0\.95 … 1\.05"):
+        run(tmp_path / "run", settings)
+    assert not (tmp_path / "run").exists()
+
+
 def test_points_of_a_batch_are_those_of_each_object():
     clouds = AugmentedClouds(two_kinds(6), Augmentation(), 3)
     made = AugmentedPoints(clouds, PointsRecipe(200, surface=True))
@@ -207,7 +241,7 @@ def test_a_class_without_objects_is_named(tmp_path):
 
 def test_settings_that_can_not_work_are_refused_before_anything_is_written(tmp_path):
     for settings, complaint in (
-        (TrainingSettings(batch_size=1), "batch norm"),
+        (TrainingSettings(batch_size=1), "--batch-size 1: batch norm .* give 2 or more"),
         (TrainingSettings(net="plane"), "did you mean planes"),
     ):
         with pytest.raises(InputError, match=complaint):
@@ -218,6 +252,22 @@ def test_settings_that_can_not_work_are_refused_before_anything_is_written(tmp_p
     assert not (tmp_path / "grids").exists(), "grids that no network takes were made"
     # The corrected command is not refused.
     run(tmp_path / "run", stop_after=1)
+
+
+@pytest.mark.parametrize(
+    ("validation", "count", "remedy"),
+    [(True, 2, "add objects, or hold none back with --no-validation$"), (False, 1, "add objects$")],
+)
+def test_too_few_objects_are_told_with_a_remedy_that_works(tmp_path, validation, count, remedy):
+    every = two_kinds()
+    few = ObjectSet(
+        every.points_xyz[:count], every.labels[:count] * 0, every.names[:count], ("plate",)
+    )
+    settings = replace(QUICK, validation=validation)
+    with pytest.raises(InputError, match=f"left to train on: 1; batch norm .*: {remedy}"):
+        run(tmp_path / "run", settings, objects=few)
+    if validation:
+        run(tmp_path / "run", replace(settings, validation=False, epochs=1), objects=few)
 
 
 @pytest.mark.parametrize(

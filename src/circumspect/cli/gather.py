@@ -68,12 +68,13 @@ class Gather:
     """Of --from: the object's own name; all recordings of one object have the same. Without it
     that of the file."""
     split: Literal["train", "test"] | None = None
-    """Scan the objects of this split only. Of --from: what the object is for, train without it."""
+    """Scan the objects of this split only. Of --from: what the object is for; without it what the
+    set has it for, train where it is new."""
     start: float | None = None
     """Of --from: azimuth of the start [degrees], where you measured it."""
     replace: bool = False
     """Of --from: where the set holds the recording already, put it in the place of what is there,
-    as after a wrong --label, which its object's other scans then change, too."""
+    as after a wrong --label or --split, which its object's other scans then change, too."""
     json: bool = False
     """One JSON line at the end and nothing else on standard output."""
     reading: Annotated[RecordingFlags, tyro.conf.arg(name="")] = field(
@@ -133,7 +134,7 @@ class Gather:
         if self.label is None:
             raise InputError("--from RECORDING needs the --label of what it shows")
         shown = RecordedObject(
-            self.label, self.name or recording_name(recording), self.split or "train", self.start
+            self.label, self.name or recording_name(recording), self.split, self.start
         )
         scan = RecordedScan(self.out, recording, shown, self.replace)
         opened = self.reading.opened(recording)
@@ -141,8 +142,12 @@ class Gather:
         with opened.screen() as screen:
             pipeline.observers = (screen,)
             scan.gather(opened.given(), pipeline, self.reading.told())
-        if scan.corrected:
-            say(f"{', '.join(scan.corrected)}: {self.label} of the {shown.split} split now, too")
+        if scan.changed:
+            names, was = ", ".join(one.scan for one in scan.changed), scan.changed[0]
+            say(
+                f"{names}: {self.label} of the {scan.split} split now, was {was.label} of the "
+                f"{was.split} split"
+            )
         return read_manifest(self.out)
 
     def _draw(self, scans: list[GatheredScan]) -> None:

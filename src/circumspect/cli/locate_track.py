@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 REASONS = 3
-"""So many of the commonest reasons why the robot was not seen are told."""
+"""So many of the first reasons why the robot was not located are told."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """How good an answer is: accuracy over yaw, confusion, calibration, and figures of them."""
 
 from circumspect.evaluation.calibration import Reliability, reliability
-from circumspect.evaluation.predictor import Predictor, load_predictor
+from circumspect.evaluation.predictor import Predictor, TrainedPredictor, load_predictor
 from circumspect.evaluation.trajectory_error import (
     Alignment,
     TrajectoryError,
@@ -14,6 +14,7 @@ __all__ = [
     "Alignment",
     "Predictor",
     "Reliability",
+    "TrainedPredictor",
     "TrajectoryError",
     "YawSweep",
     "absolute_trajectory_error",

@@ -9,7 +9,7 @@ from typing import Literal
 
 from circumspect.datasets import ObjectSet, open_data_set, validation_split
 from circumspect.datasets.fitted_objects import fitted_objects
-from circumspect.evaluation.predictor import Predictor
+from circumspect.evaluation.predictor import TrainedPredictor
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class EvaluationSet:
 
 
 def open_evaluation_set(
-    predictor: Predictor,
+    predictor: TrainedPredictor,
     data: Path,
     split: Literal["validation", "test", "train"],
     progress: Callable[[int, int], None] | None = None,

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 SIDES_DEG = (-60.0, 30.0, 120.0, 210.0)
 ELEVATION_DEG = 22.0
 MOST_POINTS = 24_000
+MOST_NAMES = 12
+"""Of training objects; there is room for no more."""
 
 
 def draw_evidence(
@@ -32,7 +34,7 @@ def draw_evidence(
     Args:
         explained: The evidence.
         cloud: The object's surface, in the frame of the grid.
-        near: Training objects, the nearest first.
+        near: Training objects, the nearest first; `MOST_NAMES` of them are named.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -144,5 +146,8 @@ def _draw_words(axes: Axes, explained: CellEvidence, near: Sequence[NearExample]
     lines = [f"{name.replace('_', ' '):<14}{100 * share:5.1f} %" for name, share in ranked]
     if near:
         lines += ["", "nearest training objects"]
-        lines += [f"{printable(example.name):<18}{example.distance:6.3f}" for example in near]
+        named = near[:MOST_NAMES]
+        lines += [f"{printable(example.name):<18}{example.distance:6.3f}" for example in named]
+    if len(near) > MOST_NAMES:
+        lines.append(f"… and {len(near) - MOST_NAMES} more")
     axes.text(0.0, 0.98, "\n".join(lines), va="top", family="monospace", fontsize=9)

@@ -30,6 +30,14 @@ class Predictor(Protocol):
         """How clouds become inputs."""
         ...
 
+    def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
+        """(n, views, *input_shape) inputs to (n, c) probabilities."""
+        ...
+
+
+class TrainedPredictor(Predictor, Protocol):
+    """One that tells how it came to be: loaded weights do."""
+
     @property
     def temperature(self) -> float:
         """What its logits are divided by."""
@@ -38,10 +46,6 @@ class Predictor(Protocol):
     @property
     def training(self) -> Mapping[str, Any]:
         """How it was trained: see `Checkpoint`; empty where nothing tells."""
-        ...
-
-    def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
-        """(n, views, *input_shape) inputs to (n, c) probabilities."""
         ...
 
 
@@ -72,7 +76,7 @@ def checkpoint_path(weights: Path) -> Path:
     return best
 
 
-def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
+def load_predictor(weights: Path | None, threads: int = 0) -> TrainedPredictor:
     """Load an ONNX classifier or a checkpoint of a training run.
 
     Args:
@@ -109,7 +113,7 @@ def load_predictor(weights: Path | None, threads: int = 0) -> Predictor:
     )
 
 
-def with_margin(predictor: Predictor, margin: float) -> Predictor:
+def with_margin(predictor: TrainedPredictor, margin: float) -> TrainedPredictor:
     """The same network, shown objects with another margin.
 
     Raises:

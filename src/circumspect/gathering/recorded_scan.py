@@ -30,13 +30,13 @@ class RecordedObject:
     Attributes:
         label: Its class.
         name: The object's own name; all scans of it are of one split.
-        split: train or test.
+        split: train or test; None is what the set has the object for, train where it is new.
         start_deg: Azimuth of the start [degrees], where somebody measured it.
     """
 
     label: str
     name: str
-    split: Literal["train", "test"] = "train"
+    split: Literal["train", "test"] | None = None
     start_deg: float | None = None
 
     def __post_init__(self) -> None:
@@ -68,26 +68,32 @@ class RecordedScan:
             replaces: Take the place of a scan of the same name; the object's other scans get its
                 class and split. One that never saw its object gives way without this.
 
+        Attributes:
+            split: train or test, as told or as the set has the object.
+            changed: Scans of the object that the set has with another class or split, as they are
+                before `gather`.
+
         Raises:
             InputError: It is in the set already, another scan of the object is of another split or
                 class, or the folder holds something else.
         """
         self._folder, self._recording, self._shown = folder, recording, shown
         self._name = f"{shown.name}@{recording_name(recording)}"
-        self._before: GatheredScan | None = None
-        self._others: list[GatheredScan] = []
-        if not is_gathered(folder):
+        there: list[GatheredScan] = []
+        if is_gathered(folder):
+            there = [scan for scan in read_manifest(folder) if scan.object == shown.name]
+        else:
             require_free(folder)
-            return
-        for scan in read_manifest(folder):
-            if scan.scan == self._name:
-                self._before = scan
-            elif scan.object == shown.name and (scan.split, scan.label) != self._kind:
-                self._others.append(scan)
+        held = there[0].split if there else "train"
+        self.split: Literal["train", "test"] = shown.split or held
+        self._before = next((scan for scan in there if scan.scan == self._name), None)
+        other_kind = [s for s in there if (s.split, s.label) != (self.split, shown.label)]
+        self._others = [scan for scan in other_kind if scan is not self._before]
+        self.changed = other_kind
         if self._before is not None and "cloud" in self._before.files and not replaces:
-            there = self._before.quality.get("recording", "a simulated scan")
+            source = self._before.quality.get("recording", "a simulated scan")
             raise InputError(
-                f"{folder}: holds {self._name} already, of {there}; --replace puts this recording "
+                f"{folder}: holds {self._name} already, of {source}; --replace puts this recording "
                 "in its place"
             )
         if self._others and not (replaces and self._before is not None):
@@ -128,15 +134,6 @@ class RecordedScan:
         self._drop_what_is_left_of_before(scan)
         return scan
 
-    @property
-    def corrected(self) -> list[str]:
-        """Names of the object's other scans that get its class and split."""
-        return [scan.scan for scan in self._others]
-
-    @property
-    def _kind(self) -> tuple[str, str]:
-        return self._shown.split, self._shown.label
-
     def _other_kind(self, scan: GatheredScan) -> InputError:
         return InputError(
             f"{self._folder}: {scan.object} is a {scan.label} of the {scan.split} split there, "
@@ -157,7 +154,7 @@ class RecordedScan:
         }
         files = write_scan(self._folder, self._name, result, increasing(wheels.told))
         return GatheredScan(
-            self._name, shown.name, shown.label, shown.split, shown.start_deg, files, quality
+            self._name, shown.name, shown.label, self.split, shown.start_deg, files, quality
         )
 
     def _drop_what_is_left_of_before(self, scan: GatheredScan) -> None:

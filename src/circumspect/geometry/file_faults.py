@@ -25,6 +25,8 @@ def blamed_on(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Turn whatever goes wrong with a file into one line that names it."""
     file = Path(path)
     try:
+        if file.is_symlink() and not file.exists():
+            raise InputError(f"is a link to {file.readlink()}, which does not exist")
         if not file.exists():
             raise InputError(f"does not exist{_suggestion(file)}")
         if file.is_dir():

@@ -15,6 +15,8 @@ from circumspect.geometry.npy_stream import NPZ_FAULTS, array_in, array_in_membe
 
 POINT_KEYS = ("points_xyz", "points", "xyz")
 NORMAL_KEYS = ("normals_xyz", "normals")
+WIDEST = 16
+"""Three rows with more columns than this are a cloud that lies on its side."""
 
 
 def read_npy(path: Path) -> FileShape:
@@ -72,4 +74,6 @@ def _chosen_array(
 def _points(array: NDArray[Any], name: str) -> NDArray[np.float64]:
     if array.ndim != 2 or array.shape[1] < 3:
         raise InputError(f"{name} must have shape (n, 3) or wider, not {array.shape}")
+    if array.shape[0] == 3 and array.shape[1] > WIDEST:
+        raise InputError(f"{name} has shape {array.shape}; points are rows: save its transpose")
     return array[:, :3].astype(np.float64, order="C")

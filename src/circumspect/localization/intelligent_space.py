@@ -122,8 +122,8 @@ class IntelligentSpace:
 
     def _look(self, image: CeilingImage, after: float, until: float) -> Sighting:
         if image.stamp > until:
-            reason = f"its stamp leaps ahead by {image.stamp - after:.1f} s"
-            return Sighting(image.camera, image.stamp, reason=reason)
+            ahead = f"by {image.stamp - after:.1f} s"
+            return Sighting(image.camera, image.stamp, reason="its stamp leaps ahead", detail=ahead)
         watch = self._watches.get(image.camera)
         if watch is None:
             known = ", ".join(self._watches)

@@ -21,7 +21,9 @@ class Sighting:
         camera: Its name.
         stamp: Time of the image [s].
         pose: Where it sees the robot; None where it sees none, or none that can be believed.
-        reason: Why the pose is missing or was not used; None where it was used.
+        reason: Why the pose is missing or was not used, the same words each time, by which it is
+            counted; None where it was used.
+        detail: Of the reason, what differs from image to image: numbers, other tags.
         others: Tags in the image that belong to nobody known.
     """
 
@@ -30,6 +32,12 @@ class Sighting:
     pose: TagPose | None = None
     reason: str | None = None
     others: tuple[int, ...] = ()
+    detail: str | None = None
+
+    @property
+    def why(self) -> str | None:
+        """The reason and its detail."""
+        return self.reason if self.detail is None else f"{self.reason} ({self.detail})"
 
     @property
     def used(self) -> bool:
@@ -40,7 +48,7 @@ class Sighting:
         """JSON types."""
         told: dict[str, Any] = {"camera": self.camera, "stamp": self.stamp, "used": self.used}
         if self.reason is not None:
-            told["reason"] = self.reason
+            told["reason"] = self.why
         if self.others:
             told["unknown_tags"] = list(self.others)
         if self.pose is not None:

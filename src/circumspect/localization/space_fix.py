@@ -69,7 +69,7 @@ class SpaceFix:
                 "yaw_sigma_deg": round(float(np.degrees(self.yaw_sigma)), 4),
             }
         told["cameras"] = list(self.cameras)
-        told["rejected"] = {s.camera: s.reason for s in self.sightings if s.reason is not None}
+        told["rejected"] = {s.camera: s.why for s in self.sightings if s.reason is not None}
         if self.note is not None:
             told["note"] = self.note
         told["sightings"] = [sighting.summary() for sighting in self.sightings]

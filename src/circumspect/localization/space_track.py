@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import Trajectory
+from circumspect.localization.sighting import NO_TAG
 from circumspect.localization.space_fix import BRIDGED, TRACKED, SpaceFix
 
 
@@ -79,23 +80,34 @@ class SpaceTrack:
         """Counts and stated errors, JSON types."""
         states = Counter(fix.state for fix in self.fixes)
         views: Counter[str] = Counter(name for fix in self.fixes for name in fix.cameras)
-        reasons: Counter[str] = Counter(
-            f"{s.camera}: {s.reason}"
-            for fix in (*self.fixes, *self.late, *self.leaps)
-            for s in fix.sightings
-            if s.reason
-        )
         return {
             "times": len(self.fixes),
             "late": len(self.late),
             "leaps": len(self.leaps),
             "states": dict(states),
             "cameras": dict(sorted(views.items())),
-            "rejected": dict(reasons.most_common(20)),
+            "rejected": self._rejected(),
             "space_error_m": self.stated_error_m,
             "space_yaw_error_deg": self.stated_yaw_error_deg,
             "reports": list(self.reports),
         }
+
+    def _rejected(self) -> dict[str, int]:
+        """How often a camera gave which reason, tags that were seen before those not in view."""
+        refused = [
+            sighting
+            for fix in (*self.fixes, *self.late, *self.leaps)
+            for sighting in fix.sightings
+            if sighting.reason
+        ]
+        counts = Counter((s.camera, s.reason) for s in refused)
+        # A detail, a misfit for example, is another one each time: the first stands for all.
+        first = {(s.camera, s.reason): s.detail for s in reversed(refused)}
+        rejected: dict[str, int] = {}
+        for key in sorted(counts, key=lambda key: (key[1] == NO_TAG, -counts[key])):
+            detail = "" if first[key] is None else f" (first: {first[key]})"
+            rejected[f"{key[0]}: {key[1]}{detail}"] = counts[key]
+        return rejected
 
 
 def _leapt(fix: SpaceFix) -> bool:

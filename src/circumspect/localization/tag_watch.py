@@ -48,8 +48,8 @@ class TagWatch:
             image: Of this camera.
             after: Time of the latest fix: what is not later comes too late [s].
         """
-        if (reason := self._unfit(image, after)) is not None:
-            return Sighting(image.camera, image.stamp, reason=reason)
+        if (unfit := self._unfit(image, after)) is not None:
+            return unfit
         self._last = image
         found = self._detector.detect(image.grey)
         own = [tag for tag in found if tag.tag_id == self.mount.tag_id]
@@ -57,7 +57,10 @@ class TagWatch:
         head = (image.camera, image.stamp)
         if len(own) != 1:
             twice = f"tag {self.mount.tag_id} is in the image {len(own)} times; which is it?"
-            return Sighting(*head, reason=twice if own else _missing(others), others=others)
+            known = f"unknown tags are: {', '.join(map(str, others))}" if others else None
+            if own:
+                return Sighting(*head, reason=twice, others=others)
+            return Sighting(*head, reason=NO_TAG, others=others, detail=known)
         if self._cut(own[0]):
             return Sighting(*head, reason="the tag is at the image's edge", others=others)
         sigmas = self.settings.corner_sigma, self.settings.common_sigma
@@ -67,29 +70,34 @@ class TagWatch:
             return Sighting(*head, reason=str(error), others=others)
         if pose.misfit > self.settings.misfit_gate:
             reason = (
-                f"the corners are not those of a level tag of {self.mount.size:g} m (misfit "
-                f"{pose.misfit:.0f}): blurred, tilted or of another size"
+                f"the corners are not those of a level tag of {self.mount.size:g} m: blurred, "
+                "tilted or of another size"
             )
-            return Sighting(*head, reason=reason, others=others)
+            misfit = f"misfit {pose.misfit:.0f}"
+            return Sighting(*head, reason=reason, others=others, detail=misfit)
         return Sighting(*head, pose=pose, others=others)
 
     def begin_anew(self) -> None:
         """Forget the image before: its stamp is of another time."""
         self._last = None
 
-    def _unfit(self, image: CeilingImage, after: float) -> str | None:
+    def _unfit(self, image: CeilingImage, after: float) -> Sighting | None:
         """Why an image can not be used at all."""
+        head = (image.camera, image.stamp, None)
         size = (image.grey.shape[1], image.grey.shape[0])
         if size != self.camera.lens.size:
             w, h = self.camera.lens.size
-            return f"the image has {size[0]}x{size[1]} pixels, calibrated were {w}x{h}"
+            pixels = f"the image has {size[0]}x{size[1]} pixels, calibrated were {w}x{h}"
+            return Sighting(*head, pixels)
         last = self._last
         if last is not None and image.stamp <= last.stamp:
-            return f"stale: its stamp is not later than the last one of {last.stamp:.3f} s"
+            stale = "stale: its stamp is not later than the last one"
+            return Sighting(*head, stale, detail=f"of {last.stamp:.3f} s")
         if image.stamp <= after:
-            return f"late: {after:.3f} s was answered already"
+            late = "late: its time was answered already"
+            return Sighting(*head, late, detail=f"up to {after:.3f} s")
         if last is not None and np.array_equal(last.grey, image.grey):
-            return "frozen: pixel by pixel the image before"
+            return Sighting(*head, "frozen: pixel by pixel the image before")
         return None
 
     def _cut(self, tag: TagDetection) -> bool:
@@ -112,9 +120,3 @@ def suitable_decimation(camera: FixedCamera, mount: TagMount) -> float:
     known = [side for side in sides if np.isfinite(side)]
     fitting = min(min(known, default=0.0) / FOUND_SIDE, MOST_DECIMATION)
     return max((factor for factor in DECIMATIONS if factor <= fitting), default=1.0)
-
-
-def _missing(others: tuple[int, ...]) -> str:
-    if not others:
-        return NO_TAG
-    return f"{NO_TAG}, unknown tags are: {', '.join(map(str, others))}"

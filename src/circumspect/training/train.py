@@ -90,10 +90,11 @@ def train(
 
     Raises:
         InputError: The folder holds a run with other settings, or one that is finished and has no
-            state to go on from.
+            state to go on from; or the recipe's margin is none of the sizes that are trained on.
         OutputError: The folder can not be written, or holds files of something else.
     """
     recipe = recipe or net_spec(settings.net).recipe
+    settings.require_margin(recipe.margin)
     fit, validation = fitted_and_held_back(objects, settings)
     claim_folder(folder, run_config(settings, recipe, objects))
     run = _prepare(fit, settings, recipe, cache or GridCache(), observer)
@@ -203,6 +204,21 @@ def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
         yield mixed(*pair, rng) if rng.random() < settings.mixing else pair
 
 
+def _require_a_batch(objects: int, settings: TrainingSettings, fewest: int) -> None:
+    """Batch norm needs two objects a process and batch."""
+    if settings.batch_size < fewest:
+        raise InputError(
+            f"--batch-size {settings.batch_size}: batch norm needs two objects a process and "
+            f"batch; give {fewest} or more"
+        )
+    if objects < fewest:
+        held = ", or hold none back with --no-validation" if settings.validation else ""
+        raise InputError(
+            f"objects left to train on: {objects}; batch norm needs {fewest} at least: add "
+            f"objects{held}"
+        )
+
+
 def _prepare(
     fit: ObjectSet,
     settings: TrainingSettings,
@@ -211,8 +227,7 @@ def _prepare(
     observer: TrainingObserver,
 ) -> _Run:
     accelerator = Accelerator(mixed_precision="no")  # `precision` is ours to apply.
-    if min(settings.batch_size, len(fit)) < 2 * accelerator.num_processes:
-        raise InputError("batch norm needs two objects a process and batch; raise --batch-size")
+    _require_a_batch(len(fit), settings, 2 * accelerator.num_processes)
     # Before the grids, which take long: a network may not be made for their cells.
     torch.manual_seed(settings.seed)
     net = build_net(settings.net, len(fit.classes), recipe)
