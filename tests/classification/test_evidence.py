@@ -146,11 +146,11 @@ def test_a_rectangular_recipe_is_explained_as_well():
         def __init__(self):
             self._classes = ("chair", "sofa")
             self._recipe = GridRecipe(kind="rectangular", shape=(8, 8, 8))
-            self._temperature, self._unknown_below = 1.0, 0.0
+            self._temperature, self._outputs = 1.0, ["logits"]
 
-        def _mean_over_views(self, inputs, output):
+        def _means_over_views(self, inputs, *outputs):
             corner = inputs[:, 0, 0, :4, :4, :4].sum(axis=(1, 2, 3)).astype(float)
-            return np.stack([corner, np.zeros(len(inputs))], axis=1)
+            return [np.stack([corner, np.zeros(len(inputs))], axis=1)]
 
     states = np.full((8, 8, 8), 2, np.uint8)
     found = cell_evidence(

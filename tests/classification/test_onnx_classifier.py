@@ -194,7 +194,10 @@ def test_prediction_from_a_vector():
     prediction = Prediction.from_probabilities(("a", "b"), np.array([0.25, 0.75]))
     assert (prediction.label, prediction.probability) == ("b", 0.75)
     assert prediction.known
-    assert not Prediction.from_probabilities(("a", "b"), np.array([0.4, 0.6]), None, 0.7).known
+    assert prediction.distance is None
+    far = Prediction.from_probabilities(("a", "b"), np.array([0.4, 0.6]), None, False, 0.7)
+    assert not far.known
+    assert far.distance == 0.7
     with pytest.raises(TypeError):
         prediction.probabilities["a"] = 1.0  # type: ignore[index]
 

@@ -39,7 +39,7 @@ class Sums:
 def test_parts_give_what_the_whole_would_and_are_bounded(count, side):
     inputs = np.broadcast_to(np.arange(count, dtype=np.float32)[:, None], (count, side**3))
     network = Sums()
-    found = run_in_parts(network, inputs, 0)
+    (found,) = run_in_parts(network, inputs, ["sum"])
     np.testing.assert_array_equal(found[:, 0], inputs.sum(axis=1, dtype=np.float32))
     assert max(network.sizes) <= MOST_INPUTS
     assert max(network.sizes) * side**3 <= MOST_NUMBERS
@@ -48,13 +48,13 @@ def test_parts_give_what_the_whole_would_and_are_bounded(count, side):
 
 def test_an_input_larger_than_a_part_goes_alone():
     network = Sums()
-    run_in_parts(network, np.zeros((3, MOST_NUMBERS + 1), np.uint8), 0)
+    run_in_parts(network, np.zeros((3, MOST_NUMBERS + 1), np.uint8), ["sum"])
     assert network.sizes == [1, 1, 1]
 
 
 def test_a_network_that_gives_rows_of_two_widths():
     with pytest.raises(WeightsError, match="now more, now fewer"):
-        run_in_parts(Sums(widths=(1, 2)), np.zeros((MOST_INPUTS + 1, 1)), 0)
+        run_in_parts(Sums(widths=(1, 2)), np.zeros((MOST_INPUTS + 1, 1)), ["sum"])
 
 
 def test_many_yaws_and_views_are_named_as_one_by_one():

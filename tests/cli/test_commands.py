@@ -36,7 +36,8 @@ class TestClassify:
         assert [r["label"] for r in records] == ["chair", "chair"]
         for record in records:
             assert list(record) == [
-                "file", "label", "known", "probability", "probabilities", "points", "milliseconds"
+                "file", "label", "known", "distance", "probability", "probabilities", "points",
+                "milliseconds",
             ]  # fmt: skip
             assert set(record["milliseconds"]) == {"load", "grid", "classify"}
         assert records[0]["points"] == 20_000

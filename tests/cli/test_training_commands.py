@@ -259,6 +259,29 @@ def test_examples_are_what_was_trained_on_and_nothing_else(trained, data, tmp_pa
     assert not (tmp_path / "again.examples.npz").exists()
 
 
+def test_an_object_far_from_all_examples_is_unknown(trained, data, tmp_path, capsys):
+    own, cloud = tmp_path / "own.onnx", open_data_set(data, "test").cloud(0)
+    assert run("export", trained, own) == 0
+    assert Classifier.load(own).classify(cloud).known
+    for beyond, known in ((0.0, False), (2.0, True)):
+        words = ("export", own, own, "--examples", data, "--unknown-beyond", beyond)
+        assert run(*words) == 0
+        answer = Classifier.load(own).classify(cloud)
+        assert answer.known is known
+        assert 0 < answer.distance < 2
+    capsys.readouterr()
+    words = ("evaluate", "--weights", own, "--data", data, "--yaw", "0", "--json")
+    assert run(*words, "--out", tmp_path / "out") == 0
+    assert 0 <= json.loads(capsys.readouterr().out)["unknown_beyond"] <= 2
+    for flags, says in (
+        (("--unknown-beyond", 0.1), "give both"),
+        (("--examples", data, "--unknown-beyond", 3), "lie in 0 … 2, not 3"),
+    ):
+        assert run("export", trained, tmp_path / "no.onnx", *flags) == 2
+        assert says in capsys.readouterr().err
+    assert not (tmp_path / "no.onnx").exists()
+
+
 def test_the_shipped_classifier_knows_what_it_was_fitted_to():
     names = Classifier.load().training["objects"]
     assert len(set(names)) == 3991
@@ -287,8 +310,7 @@ def test_a_run_goes_on_after_it_was_evaluated_in_its_own_folder(trained, data, t
     assert run("train", *words, "--out", tmp_path / "run") == 0
 
 
-@pytest.mark.parametrize("flags", [("--temperature", -3), ("--azimuth-views", 4),
-                                   ("--unknown-below", 0.5)])  # fmt: skip
+@pytest.mark.parametrize("flags", [("--temperature", -3), ("--azimuth-views", 4)])
 def test_an_exported_file_keeps_what_it_has(tmp_path, capsys, flags):
     assert run("export", shipped_path(), tmp_path / "own.onnx", *flags) == 2
     assert f"{flags[0]} goes with checkpoints" in capsys.readouterr().err

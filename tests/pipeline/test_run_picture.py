@@ -126,18 +126,18 @@ def test_stamps_that_go_back_leave_no_place_in_the_path(result: RecognitionResul
     assert increasing([]) is None
 
 
-def named(result: RecognitionResult, unknown_below: float) -> RecognitionResult:
+def named(result: RecognitionResult, known: bool) -> RecognitionResult:
     """The same run with the longest name."""
     answer = Prediction.from_probabilities(
-        ("night_stand", "chair"), np.array([0.55, 0.45]), unknown_below=unknown_below
+        ("night_stand", "chair"), np.array([0.55, 0.45]), known=known
     )
     return replace(result, steps=tuple(replace(step, prediction=answer) for step in result.steps))
 
 
 def test_an_answer_that_may_be_of_no_class_says_so_in_the_title(result: RecognitionResult) -> None:
-    title, _ = captions(named(result, 0.5), {"truth": "night_stand"})
+    title, _ = captions(named(result, True), {"truth": "night_stand"})
     assert title == "night stand, 55% sure (right)"
-    title, _ = captions(named(result, 0.8), {"truth": "bathtub"})
+    title, _ = captions(named(result, False), {"truth": "bathtub"})
     assert title == "night stand, 55% sure, not sure to be of any class (wrong: it is a bathtub)"
 
 
@@ -151,7 +151,7 @@ def test_the_longest_title_fits(
         save(figure, *args, **kwargs)
 
     monkeypatch.setattr(Figure, "savefig", kept)
-    draw_run(tmp_path / "unknown.png", named(result, 0.8), {"truth": "bathtub"})
+    draw_run(tmp_path / "unknown.png", named(result, False), {"truth": "bathtub"})
     title = drawn[0].texts[0]
     assert title.get_text().endswith("(wrong: it is a bathtub)")
     assert title.get_window_extent().x1 < drawn[0].bbox.x1

@@ -67,7 +67,7 @@ def test_every_class_is_left_out_once(tmp_path, monkeypatch):
     monkeypatch.setattr(
         "circumspect.reproduction.unknown._of_shipped",
         lambda *given: (
-            shown.append(given) or {"unknown_below": 0.5, "called_unknown": {"car": 1.0}}
+            shown.append(given) or {"unknown_beyond": 0.5, "called_unknown": {"car": 1.0}}
         ),
     )
     document = run()

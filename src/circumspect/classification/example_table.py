@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +78,11 @@ class ExampleTable:
     def __len__(self) -> int:
         return len(self.features)
 
+    @cached_property
+    def directions(self) -> NDArray[np.float32]:
+        """(n, f) the features, of length 1; zeros stay."""
+        return _directions(self.features)
+
     def nearest(self, features: NDArray[np.floating], count: int = 5) -> tuple[NearExample, ...]:
         """The examples in the direction nearest to some features.
 
@@ -95,7 +100,7 @@ class ExampleTable:
             raise InputError(f"count must be at least 1, not {count}")
         if features.shape != (self.features.shape[1],):
             raise InputError(f"features must be ({self.features.shape[1]},), not {features.shape}")
-        distances = 1.0 - _directions(self.features) @ _directions(features.astype(np.float32))
+        distances = 1.0 - self.directions @ _directions(features.astype(np.float32))
         order = np.argsort(distances, kind="stable")[:count]
         return tuple(
             NearExample(

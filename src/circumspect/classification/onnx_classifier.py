@@ -33,7 +33,9 @@ OBJECTS = "objects"
 """What a network's record of its training calls the names of those that it was fitted to."""
 MOST_THREADS = 1024
 FEATURES = "features"
-"""Name of the second output: what the last layer sees."""
+"""Name of the output that tells what the last layer sees …"""
+DISTANCE = "distance"
+"""… and of the one that tells how far that is from what it saw of any training object."""
 
 
 class OnnxClassifier(Classifier):
@@ -42,12 +44,14 @@ class OnnxClassifier(Classifier):
     def __init__(self, session: Any, description: dict[str, Any]) -> None:
         self._session = session
         self.description = description
-        """What the file says of itself: name, classes, grid, temperature, unknown_below,
-        training."""
+        """What the file says of itself: name, classes, grid, temperature, training and, with its
+        training objects, unknown_beyond."""
         self._classes = _checked_classes(description)
         self._recipe = recipe_from_dict(description["grid"])
         self._temperature = checked_temperature(description.get("temperature", 1.0))
-        self._unknown_below = checked_threshold(description.get("unknown_below", 0.0))
+        beyond = description.get("unknown_beyond")
+        self._unknown_beyond = np.inf if beyond is None else checked_distance(beyond)
+        self._outputs = [output.name for output in session.get_outputs()]
 
     @staticmethod
     def load(path: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
@@ -90,27 +94,26 @@ class OnnxClassifier(Classifier):
         """See `Classifier.classify`."""
         start = time.perf_counter()
         inputs = self._recipe.inputs(cloud)
-        made = time.perf_counter()
-        probabilities = self.probabilities(inputs)[0]
-        done = time.perf_counter()
-        times = {"grid": 1e3 * (made - start), "classify": 1e3 * (done - made)}
-        return self._prediction(probabilities, times)
+        times = {"grid": 1e3 * (time.perf_counter() - start)}
+        return self._prediction(inputs, times)
 
     def classify_grid(self, grid: OccupancyGrid) -> Prediction:
         """See `Classifier.classify_grid`."""
         self._recipe.accepts(grid)
-        start = time.perf_counter()
-        occupied = grid.occupied.astype(np.uint8)[None, None, None]
-        probabilities = self.probabilities(occupied)[0]
-        times = {"classify": 1e3 * (time.perf_counter() - start)}
-        return self._prediction(probabilities, times)
+        return self._prediction(grid.occupied.astype(np.uint8)[None, None, None], {})
 
-    def _prediction(
-        self, probabilities: NDArray[np.float64], milliseconds: Mapping[str, float]
-    ) -> Prediction:
-        return Prediction.from_probabilities(
-            self._classes, probabilities, milliseconds, self._unknown_below
-        )
+    def _prediction(self, inputs: NDArray[Any], milliseconds: Mapping[str, float]) -> Prediction:
+        """Of one object."""
+        start, distance = time.perf_counter(), None
+        if self.gives_distances:
+            logits, distances = self._means_over_views(inputs, self._outputs[0], DISTANCE)
+            distance = float(_single(distances)[0])
+        else:
+            (logits,) = self._means_over_views(inputs, self._outputs[0])
+        probabilities = self._softmax(logits)[0]
+        times = {**milliseconds, "classify": 1e3 * (time.perf_counter() - start)}
+        known = distance is None or distance <= self._unknown_beyond
+        return Prediction.from_probabilities(self._classes, probabilities, times, known, distance)
 
     def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
         """Class probabilities of many objects.
@@ -122,7 +125,11 @@ class OnnxClassifier(Classifier):
         Returns:
             (n, c) that sum to 1 along each row.
         """
-        scores = self.scores(inputs)
+        (logits,) = self._means_over_views(inputs, self._outputs[0])
+        return self._softmax(logits)
+
+    def _softmax(self, logits: NDArray[np.float64]) -> NDArray[np.float64]:
+        scores = self._scores(logits)
         powers = np.exp(scores - scores.max(axis=1, keepdims=True))
         return powers / powers.sum(axis=1, keepdims=True)
 
@@ -135,7 +142,13 @@ class OnnxClassifier(Classifier):
         Returns:
             (n, c), averaged over views.
         """
-        return self._mean_over_views(inputs, 0) / self._temperature
+        (logits,) = self._means_over_views(inputs, self._outputs[0])
+        return self._scores(logits)
+
+    def _scores(self, logits: NDArray[np.float64]) -> NDArray[np.float64]:
+        if logits.shape[1] != len(self._classes):
+            raise WeightsError(f"these weights give {logits.shape[1]} scores an input")
+        return logits / self._temperature
 
     def features(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
         """What the network's last layer sees of many objects: near where they look alike to it.
@@ -151,21 +164,47 @@ class OnnxClassifier(Classifier):
         """
         if not self.gives_features:
             raise WeightsError("these weights give no features; export them anew")
-        return self._mean_over_views(inputs, 1)
+        (features,) = self._means_over_views(inputs, FEATURES)
+        return features
+
+    def distances(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
+        """How far many objects are from the training objects nearest to them, see `NearExample`.
+
+        Args:
+            inputs: (n, views, *input_shape) as `recipe.inputs` makes them.
+
+        Returns:
+            (n,), averaged over views.
+
+        Raises:
+            WeightsError: The file does not hold its training objects.
+        """
+        if not self.gives_distances:
+            raise WeightsError("these weights hold no training objects; use export --examples")
+        (distances,) = self._means_over_views(inputs, DISTANCE)
+        return _single(distances)
 
     @property
     def gives_features(self) -> bool:
-        """Whether the file was exported with its features as second output."""
-        outputs = self._session.get_outputs()
-        return len(outputs) > 1 and outputs[1].name == FEATURES
+        """Whether the file was exported with its features."""
+        return FEATURES in self._outputs[1:]
 
-    def _mean_over_views(self, inputs: NDArray[Any], output: int) -> NDArray[np.float64]:
+    @property
+    def gives_distances(self) -> bool:
+        """Whether the file was exported with its training objects."""
+        return DISTANCE in self._outputs[1:]
+
+    def _means_over_views(self, inputs: NDArray[Any], *outputs: str) -> list[NDArray[np.float64]]:
         count, views = inputs.shape[:2]
         flat = inputs.reshape(count * views, *self._recipe.input_shape)
-        found = run_in_parts(self._session, flat, output)
-        if output == 0 and found.shape[1] != len(self._classes):
-            raise WeightsError(f"these weights give {found.shape} numbers for {len(flat)} inputs")
-        return found.reshape(count, views, -1).mean(axis=1, dtype=np.float64)
+        found = run_in_parts(self._session, flat, outputs)
+        return [one.reshape(count, views, -1).mean(axis=1, dtype=np.float64) for one in found]
+
+
+def _single(distances: NDArray[np.float64]) -> NDArray[np.float64]:
+    if distances.shape[1] != 1:
+        raise WeightsError(f"these weights give {distances.shape[1]} distances an input")
+    return distances[:, 0]
 
 
 def _checked_classes(description: Any) -> tuple[str, ...]:
@@ -206,14 +245,14 @@ def _read(path: Path) -> bytes:
         raise WeightsError(f"{path}: can not be read ({reason_of(error)})") from error
 
 
-def checked_threshold(value: Any) -> float:
-    """A probability below which an answer is called unknown.
+def checked_distance(value: Any) -> float:
+    """A distance from the nearest training object beyond which an object is called unknown.
 
     Raises:
-        InputError: Not within 0 … 1.
+        InputError: Not within 0 … 2.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1:
-        raise InputError(f"the threshold of the unknown must lie in 0 … 1, not {value!r}")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 2:
+        raise InputError(f"the distance of the unknown must lie in 0 … 2, not {value!r}")
     return float(value)
 
 

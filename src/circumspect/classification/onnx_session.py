@@ -44,38 +44,41 @@ def check_shapes(session: Any, input_shape: Sequence[int], classes: int) -> None
         )
 
 
-def run_in_parts(session: Any, inputs: NDArray[Any], output: int) -> NDArray[np.float32]:
-    """One output of a network for many inputs, a few of them at once.
+def run_in_parts(
+    session: Any, inputs: NDArray[Any], outputs: Sequence[str]
+) -> list[NDArray[np.float32]]:
+    """Outputs of a network for many inputs, a few of them at once.
 
     Args:
         session: The network.
         inputs: (n, *input_shape).
-        output: Its number.
+        outputs: Their names.
 
     Returns:
-        (n, w).
+        (n, w) of each.
 
     Raises:
         WeightsError: The network fails, or gives something else.
     """
     size = max(1, min(MOST_INPUTS, MOST_NUMBERS // math.prod(inputs.shape[1:])))
     starts = range(0, len(inputs), size)
-    parts = [_run(session, inputs[start : start + size], output) for start in starts]
-    if len({part.shape[1] for part in parts}) > 1:
+    parts = [_run(session, inputs[start : start + size], outputs) for start in starts]
+    found = list(zip(*parts, strict=True))
+    if any(len({part.shape[1] for part in output}) > 1 for output in found):
         raise WeightsError("these weights give now more, now fewer numbers for an input")
-    return np.concatenate(parts)
+    return [np.concatenate(output) for output in found]
 
 
-def _run(session: Any, inputs: NDArray[Any], output: int) -> NDArray[np.float32]:
-    wanted = [session.get_outputs()[output].name]
+def _run(session: Any, inputs: NDArray[Any], outputs: Sequence[str]) -> list[NDArray[np.float32]]:
     try:
-        (found,) = session.run(wanted, {session.get_inputs()[0].name: inputs})
+        found = session.run(list(outputs), {session.get_inputs()[0].name: inputs})
     # ONNX Runtime's faults share no base class of their own.
     except Exception as error:
         raise WeightsError(
             "these weights can not be run: the network is broken, or takes too much memory"
         ) from error
-    shape = np.shape(found)
-    if len(shape) != 2 or len(found) != len(inputs) or found.dtype != np.float32:
-        raise WeightsError(f"these weights give {shape} numbers for {len(inputs)} inputs")
+    for output in found:
+        shape = np.shape(output)
+        if len(shape) != 2 or len(output) != len(inputs) or output.dtype != np.float32:
+            raise WeightsError(f"these weights give {shape} numbers for {len(inputs)} inputs")
     return found

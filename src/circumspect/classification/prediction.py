@@ -19,8 +19,11 @@ class Prediction:
         probability: Its probability, 0 … 1.
         probabilities: Class to probability, in the classifier's order; they sum to 1.
         milliseconds: Stage to time spent [ms].
-        known: False where the probability is lower than that of nearly all objects of the
-            classes: the object may well be of none of them, and the label is the nearest guess.
+        known: False where the object is less like anything that the classifier was trained on than
+            nearly all objects of the classes: it may well be of none of them, and the label is the
+            nearest guess.
+        distance: To the nearest training object, see `NearExample`; None where the classifier's
+            file does not hold them.
     """
 
     label: str
@@ -28,6 +31,7 @@ class Prediction:
     probabilities: Mapping[str, float]
     milliseconds: Mapping[str, float] = field(default_factory=dict)
     known: bool = True
+    distance: float | None = None
 
     @property
     def doubt(self) -> str:
@@ -40,7 +44,8 @@ class Prediction:
         classes: Sequence[str],
         probabilities: NDArray[np.floating],
         milliseconds: Mapping[str, float] | None = None,
-        unknown_below: float = 0.0,
+        known: bool = True,
+        distance: float | None = None,
     ) -> Prediction:
         """Build from a vector.
 
@@ -48,7 +53,8 @@ class Prediction:
             classes: The c class names.
             probabilities: (c,) that sum to 1.
             milliseconds: Stage to time spent [ms].
-            unknown_below: Less probable answers are not `known`.
+            known: Whether the object is like those that were trained on.
+            distance: To the nearest of them.
 
         Raises:
             ValueError: There are not as many probabilities as classes, or none.
@@ -60,5 +66,6 @@ class Prediction:
             probability=float(probabilities[best]),
             probabilities=MappingProxyType(named),
             milliseconds=MappingProxyType(dict(milliseconds or {})),
-            known=float(probabilities[best]) >= unknown_below,
+            known=known,
+            distance=distance,
         )

@@ -119,6 +119,7 @@ def prediction_record(
         "file": str(file),
         "label": prediction.label,
         "known": prediction.known,
+        "distance": prediction.distance,
         "probability": prediction.probability,
         "probabilities": dict(prediction.probabilities),
         "points": points,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -18,7 +19,7 @@ from circumspect.errors import InputError, MissingExtraError, printable
 if TYPE_CHECKING:
     from circumspect.datasets import ObjectSet
     from circumspect.evaluation.evaluation_set import EvaluationSet
-    from circumspect.evaluation.predictor import Predictor
+    from circumspect.evaluation.predictor import Predictor, TrainedPredictor
     from circumspect.evaluation.yaw_sweep import YawSweep
 
 YAWS = 64
@@ -88,7 +89,7 @@ class Evaluate:
             sweep = sweep_yaw(predictor, evaluated.objects, yaws, progress)
         metrics = {**self._head(predictor, evaluated), **sweep.metrics()}
         if self.split == "validation":
-            metrics |= _choices(sweep, predictor.temperature)
+            metrics |= _choices(sweep, predictor, evaluated.objects)
         write_json(self.out / "metrics.json", metrics)
         print(json.dumps(metrics) if self.json else _readable(metrics, self.out))  # noqa: T201
         self._draw(sweep, evaluated.objects)
@@ -149,28 +150,31 @@ def _readable(metrics: dict[str, Any], out: Path) -> str:
     )
     lines.append(f"expected calibration error {metrics['expected_calibration_error']:.4f}")
     if "fitted_temperature" in metrics:
+        lines.append(f"best temperature {metrics['fitted_temperature']:.3f}")
+    if "unknown_beyond" in metrics:
         lines.append(
-            f"best temperature {metrics['fitted_temperature']:.3f}; with it 95 % of the objects "
-            f"reach {metrics['unknown_below']:.3f}"
+            f"95 % of the objects lie within {metrics['unknown_beyond']:.3f} of a training object"
         )
     lines += _seen(metrics)
     lines.append(f"metrics and figures: {printable(str(out))}")
     return "\n".join(lines)
 
 
-def _choices(sweep: YawSweep, already: float) -> dict[str, float]:
-    """What is chosen on validation: temperature, and from where on an object is known.
+def _choices(sweep: YawSweep, predictor: TrainedPredictor, objects: ObjectSet) -> dict[str, float]:
+    """What is chosen on validation: temperature, and how far a known object may be."""
+    from circumspect.classification import OnnxClassifier
+    from circumspect.evaluation.calibration import fitted_temperature, known_within
+    from circumspect.evaluation.distances import nearest_distances
 
-    The probabilities are those of logits that were divided by `already`.
-    """
-    from circumspect.evaluation.calibration import fitted_temperature, least_known, tempered
-
-    try:
-        temperature = fitted_temperature(*sweep.flat)
-    except InputError:  # of a handful of objects that are all named rightly
-        return {}
-    known = least_known(tempered(sweep.flat[0], temperature))
-    return {"fitted_temperature": already * temperature, "unknown_below": known}
+    chosen: dict[str, float] = {}
+    # None is best of a handful of objects that are all named rightly.
+    with suppress(InputError):
+        # The probabilities are those of logits that were divided by a temperature already.
+        chosen["fitted_temperature"] = predictor.temperature * fitted_temperature(*sweep.flat)
+    if isinstance(predictor, OnnxClassifier) and predictor.gives_distances:
+        found = nearest_distances(predictor, objects, sweep.yaw_deg[:1].tolist())
+        chosen["unknown_beyond"] = known_within(found[0])
+    return chosen
 
 
 def _robust(metrics: dict[str, Any], out: Path) -> str:

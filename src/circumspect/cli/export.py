@@ -43,17 +43,22 @@ class Export:
     """Average over this many grids an object, turned by fractions of an azimuth cell."""
     temperature: float = 1.0
     """Divides the logits: above 1 makes the classifier less sure."""
-
-    unknown_below: float = 0.0
-    """Answers less probable than this are called unknown; `circumspect evaluate` on validation
-    says from where on 95 % of the known objects are known."""
-
     examples: Annotated[Path | None, tyro.conf.arg(metavar="DATA")] = None
-    """The data set it was trained on: a table of the objects that it was fitted to is written
-    beside OUT, by which `circumspect explain` finds the nearest of them."""
+    """The data set it was trained on: the objects that it was fitted to go into OUT, by which it
+    tells how far an object is from the nearest of them, and into a table beside OUT, by which
+    `circumspect explain` names the nearest."""
+    unknown_beyond: float | None = None
+    """With --examples: objects farther than this from all of them are called unknown; `circumspect
+    evaluate` on validation says within what distance 95 % of the known objects are."""
 
     def run(self) -> int:
-        """Export, and write the table of examples where asked for."""
+        """Export, and add the training objects where asked for."""
+        from circumspect.classification.onnx_classifier import checked_distance
+
+        if self.unknown_beyond is not None:
+            if self.examples is None:
+                raise InputError("--unknown-beyond is a distance from --examples DATA; give both")
+            checked_distance(self.unknown_beyond)
         if self.weights.suffix.lower() == ".onnx":
             self._complete()
         else:
@@ -64,9 +69,7 @@ class Export:
 
     def _complete(self) -> None:
         """Give an ONNX file its features."""
-        if given := given_flags(
-            self, "committee", "int8", "azimuth_views", "temperature", "unknown_below"
-        ):
+        if given := given_flags(self, "committee", "int8", "azimuth_views", "temperature"):
             raise InputError(
                 f"{self.weights}: is exported already and keeps what it has; {given[0]} goes with "
                 "checkpoints"
@@ -86,6 +89,7 @@ class Export:
         from circumspect.datasets import open_data_set
         from circumspect.export.examples import example_table
         from circumspect.export.fitted_names import write_fitted_names
+        from circumspect.export.nearest import write_with_distance
 
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(data, "train", progress)
@@ -95,6 +99,7 @@ class Export:
         classifier = Classifier.load(self.out)
         with blamed_on(data), progress_bar("training objects") as progress:
             table = example_table(classifier, objects, progress)
+        write_with_distance(self.out, table, self.unknown_beyond)
         path = examples_path(self.out)
         table.save(path)
         told, size = printable(str(path)), path.stat().st_size / 1e6
@@ -118,9 +123,7 @@ class Export:
         if self.int8 is not None:
             require_convolutions(members)
             calibration = _calibration(self.int8, members[0].recipe)
-        fidelity = export_onnx(
-            members, self.out, self.azimuth_views, self.temperature, calibration, self.unknown_below
-        )
+        fidelity = export_onnx(members, self.out, self.azimuth_views, self.temperature, calibration)
         size = self.out.stat().st_size / 1e6
         print(  # noqa: T201
             f"{printable(str(self.out))}: {size:.1f} MB, logits within {fidelity.difference:.1g}, "

@@ -101,11 +101,13 @@ def tempered(probabilities: NDArray[np.float64], temperature: float) -> NDArray[
     return powers / powers.sum(axis=-1, keepdims=True)
 
 
-def least_known(probabilities: NDArray[np.float64], recall: float = RECALL) -> float:
-    """The probability that this share of known objects reaches; less speaks for an unknown one.
+def known_within(distances: NDArray[np.float64], recall: float = RECALL) -> float:
+    """The distance from training objects within which this share of known objects lies.
+
+    Farther speaks for an object of no known class.
 
     Args:
-        probabilities: (n, c) of known objects that the network was not trained on.
+        distances: (n,) of known objects that the network was not trained on; n at least 1.
         recall: Share of them that is to be called known.
     """
-    return float(np.quantile(probabilities.max(axis=1), 1 - recall))
+    return float(np.quantile(distances, recall))

@@ -21,7 +21,6 @@ from circumspect.classification.onnx_classifier import (
     METADATA_KEY,
     OBJECTS,
     checked_temperature,
-    checked_threshold,
 )
 from circumspect.errors import CircumspectError, InputError
 from circumspect.export.eight_bit import in_eight_bits, require_convolutions
@@ -69,7 +68,6 @@ def export_onnx(
     azimuth_views: int = 1,
     temperature: float = 1.0,
     calibration: NDArray[np.uint8] | None = None,
-    unknown_below: float = 0.0,
 ) -> Fidelity:
     """Write a classifier for ONNX Runtime.
 
@@ -80,14 +78,13 @@ def export_onnx(
         temperature: Divides the logits.
         calibration: (n, *input_shape) inputs of training objects, at least two; with them the
             convolutions compute in eight bits.
-        unknown_below: Less probable answers are called unknown.
 
     Returns:
         What was found on random grids; in eight bits, on every second grid of `calibration`, the
         others having set the ranges.
 
     Raises:
-        InputError: Views, temperature or threshold out of range; members of different tasks; or
+        InputError: Views or temperature out of range; members of different tasks; or
             eight bits are asked of networks without convolutions.
         CircumspectError: The file answers otherwise than the networks; it is not kept.
         OutputError: The file can not be written.
@@ -104,7 +101,6 @@ def export_onnx(
         "classes": list(members[0].classes),
         "grid": recipe.to_dict(),
         "temperature": checked_temperature(temperature),
-        "unknown_below": checked_threshold(unknown_below),
         "training": _training(members),
     }
     probe = _probe(recipe) if calibration is None else calibration[1::2]

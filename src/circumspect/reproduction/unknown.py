@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -15,11 +16,16 @@ from circumspect import __version__
 from circumspect.classification import OnnxClassifier
 from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.datasets import GridCache, ObjectSet, validation_split
-from circumspect.evaluation.calibration import fitted_temperature, least_known, tempered
+from circumspect.evaluation.calibration import known_within
+from circumspect.evaluation.distances import nearest_distances
 from circumspect.evaluation.markdown import table
 from circumspect.evaluation.predictor import check_classes, load_predictor
-from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws
+from circumspect.evaluation.yaw_sweep import spread_yaws
+from circumspect.export import export_onnx
+from circumspect.export.examples import example_table
+from circumspect.export.nearest import write_with_distance
 from circumspect.furniture.other_things import OTHER_THINGS, make_other_thing
+from circumspect.nets import Checkpoint
 from circumspect.nets.registry import net_spec
 from circumspect.reproduction.experiment import Experiment
 from circumspect.reproduction.stages import (
@@ -65,8 +71,8 @@ def reproduce_unknown(
 ) -> dict[str, Any]:
     """Leave every class out in turn, and show things of other kinds to all of them.
 
-    Temperature and threshold are chosen on what training holds back: 95 % of those known objects
-    are to be called known. Every stage whose result is in the folder is left as it is.
+    What is farther from all training objects than 95 % of those that training holds back
+    is called unknown. Every stage whose result is in the folder is left as it is.
 
     Args:
         train: The training split; part of it is held back.
@@ -152,28 +158,32 @@ def _judged(
     watched: Watched,
 ) -> dict[str, float]:
     """What a network that was trained without a class makes of it."""
-    sets = {
-        "held_back": trained_on.subset(validation_split(trained_on)),
-        "known": tested_on[0],
-        "left_out": tested_on[1],
-    }
-    sweeps: dict[str, YawSweep] = {}
-    for name, objects in sets.items():
-        with watched.measuring(f"{folder.name}, {name}") as progress:
-            yaws = spread_yaws(how.yaw_count)
-            sweeps[name] = measured(weights, objects, yaws, folder / name, progress)
-    temperature = fitted_temperature(*sweeps["held_back"].flat)
-    scores = {name: _scores(sweep, temperature) for name, sweep in sweeps.items()}
-    held_back = tempered(sweeps["held_back"].flat[0], temperature)
-    least = least_known(held_back)
+    known, left_out = tested_on
+    yaws = spread_yaws(how.yaw_count)
+    with watched.measuring(f"{folder.name}, known") as progress:
+        sweep = measured(weights, known, yaws, folder / "known", progress)
+    with watched.measuring(f"{folder.name}, training objects") as progress:
+        classifier = _remembering(weights, trained_on, folder / "net.onnx", progress)
+    held_back = trained_on.subset(validation_split(trained_on))
+    beyond = known_within(nearest_distances(classifier, held_back, yaws[:1])[0])
+    near, far = (nearest_distances(classifier, objects, yaws) for objects in (known, left_out))
     return {
-        "accuracy": float(sweeps["known"].accuracy.mean()),
-        "temperature": temperature,
-        "unknown_below": least,
-        "known_called_known": float((scores["known"] >= least).mean()),
-        "left_out_called_unknown": float((scores["left_out"] < least).mean()),
-        "area_under_curve": area_under_curve(scores["known"], scores["left_out"]),
+        "accuracy": float(sweep.accuracy.mean()),
+        "unknown_beyond": beyond,
+        "known_called_known": float((near <= beyond).mean()),
+        "left_out_called_unknown": float((far > beyond).mean()),
+        "area_under_curve": area_under_curve(-near.ravel(), -far.ravel()),
     }
+
+
+def _remembering(
+    weights: Path, trained_on: ObjectSet, path: Path, progress: Callable[[int, int], None]
+) -> OnnxClassifier:
+    """The network as a file that holds its training objects."""
+    export_onnx([Checkpoint.load(weights)], path)
+    classifier = OnnxClassifier.load(path)
+    write_with_distance(path, example_table(classifier, trained_on, progress), None)
+    return OnnxClassifier.load(path)
 
 
 def _of_shipped(
@@ -181,21 +191,24 @@ def _of_shipped(
 ) -> dict[str, Any]:
     """Of other things the share that the shipped classifier calls unknown, by kind."""
     classifier = OnnxClassifier.load(shipped_path())
-    least = float(classifier.description.get("unknown_below", 0.0))
+    beyond = float(classifier.description["unknown_beyond"])
     things = other_things(classes, how.each, SAMPLES)
-    with watched.measuring("other things") as progress:
-        yaws = spread_yaws(how.yaw_count)
-        sweep = measured(shipped_path(), things, yaws, folder / "other_things", progress)
-    unknown = sweep.probabilities.max(axis=2) < least
+    made_of = {
+        "weights": file_digest(shipped_path()), "things": things.digest,
+        "yaw_count": how.yaw_count,
+    }  # fmt: skip
+
+    def far() -> list[list[bool]]:
+        with watched.measuring("other things"):
+            found = nearest_distances(classifier, things, spread_yaws(how.yaw_count))
+        return (found > beyond).tolist()
+
+    unknown = np.array(done_once(folder / "other_things", made_of, far))
     kinds = np.array([name.rsplit("_", 1)[0] for name in things.names])
     return {
-        "unknown_below": least,
+        "unknown_beyond": beyond,
         "called_unknown": {kind: float(unknown[:, kinds == kind].mean()) for kind in OTHER_THINGS},
     }
-
-
-def _scores(sweep: YawSweep, temperature: float) -> Scores:
-    return tempered(sweep.flat[0], temperature).max(axis=1)
 
 
 def area_under_curve(known: Scores, unknown: Scores) -> float:
@@ -217,10 +230,11 @@ def _markdown(document: dict[str, Any]) -> str:
     return (
         "# Objects of no known class\n\n"
         f"`{document['command']}`\n\n"
-        f"`{document['net']}` trained {document['epochs']} epochs without a class; what is below "
-        "the threshold that 95 % of the held-back objects reach is called unknown. On ModelNet10's "
+        f"`{document['net']}` trained {document['epochs']} epochs without a class; what is "
+        "farther from all that was trained on than 95 % of the held-back objects is called "
+        "unknown. On ModelNet10's "
         f"test objects at {document['yaws']} yaws.\n\n"
         + table([*head, "area under ROC"], rows)
-        + f"\n\nThe shipped classifier (threshold {other['unknown_below']:.3f}) on procedural "
+        + f"\n\nThe shipped classifier (beyond {other['unknown_beyond']:.3f}) on procedural "
         "things of other kinds:\n\n" + table(["kind", "called unknown"], shown) + "\n"
     )

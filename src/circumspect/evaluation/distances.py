@@ -1,0 +1,37 @@
+"""How far objects are from those that a classifier was trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.classification import OnnxClassifier
+from circumspect.datasets import ObjectSet
+from circumspect.evaluation.yaw_sweep import inputs_of
+
+
+def nearest_distances(
+    classifier: OnnxClassifier, objects: ObjectSet, yaw_deg: Sequence[float]
+) -> NDArray[np.float64]:
+    """Distances of all objects at some yaws from the nearest training object.
+
+    Args:
+        classifier: Whose features are compared; its file holds its training objects.
+        objects: The set.
+        yaw_deg: y angles [deg].
+
+    Returns:
+        (y, n), see `NearExample`.
+
+    Raises:
+        InputError: An object spans no shape.
+        WeightsError: The file does not hold its training objects.
+    """
+    yaws = np.deg2rad(yaw_deg).tolist()
+    found = [
+        classifier.distances(inputs_of(classifier.recipe, objects, index, yaws))
+        for index in range(len(objects))
+    ]
+    return np.stack(found, axis=1)

@@ -1,0 +1,103 @@
+"""The training objects inside of a network in ONNX: an output tells how far the nearest is.
+
+An object far from all that was trained on is of no known class, whatever the network calls it (Sun,
+Ming, Zhu and Li, "Out-of-distribution detection with deep nearest neighbors", ICML 2022).
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import onnx
+from onnx import TensorProto, helper, numpy_helper
+
+from circumspect.classification import Classifier, ExampleTable
+from circumspect.classification.onnx_classifier import (
+    DISTANCE,
+    FEATURES,
+    METADATA_KEY,
+    checked_distance,
+)
+from circumspect.errors import WeightsError
+from circumspect.storage import atomic_path
+
+OURS = "nearest_"
+"""What the names of these nodes and weights begin with."""
+
+
+def write_with_distance(path: Path, examples: ExampleTable, unknown_beyond: float | None) -> None:
+    """Complete a file by the objects that it was trained on; its answers stay.
+
+    Args:
+        path: A classifier that gives its features.
+        examples: What it makes of its training objects.
+        unknown_beyond: Objects farther than this from all of them are called unknown, 0 … 2; None
+            keeps what the file says.
+
+    Raises:
+        InputError: The distance is out of range.
+        WeightsError: No classifier, or it gives no features.
+        OutputError: The file can not be written.
+    """
+    classifier = Classifier.load(path)
+    if not classifier.gives_features:
+        raise WeightsError(f"{path}: gives no features to compare; export it anew")
+    network = onnx.load_from_string(path.read_bytes())
+    add_distance(network, examples)
+    if unknown_beyond is not None:
+        described = {**classifier.description, "unknown_beyond": checked_distance(unknown_beyond)}
+        (entry,) = (entry for entry in network.metadata_props if entry.key == METADATA_KEY)
+        entry.value = json.dumps(described)
+    with atomic_path(path) as aside:
+        aside.write_bytes(network.SerializeToString())
+
+
+def add_distance(network: onnx.ModelProto, examples: ExampleTable) -> None:
+    """Give a network the distance to the nearest example as an output.
+
+    It takes the place of an older one. Distances are 1 - cos of the angle between features, as
+    `NearExample` has them.
+
+    Args:
+        network: With the output `features`; changed in place.
+        examples: The table.
+    """
+    graph = network.graph
+    _remove(graph)
+    directions = examples.directions.T.astype(np.float16)
+    weights = {"examples": directions, "one": np.ones(1, np.float32), "last": np.array([-1])}
+    graph.initializer.extend(
+        numpy_helper.from_array(value, f"{OURS}{name}") for name, value in weights.items()
+    )
+    # Half precision keeps the file small; ONNX Runtime unpacks it once, when it loads the file.
+    _append(graph, "Cast", ["examples"], "unpacked", to=TensorProto.FLOAT)
+    _append(graph, "LpNormalization", [FEATURES], "direction", axis=-1, p=2)
+    _append(graph, "MatMul", ["direction", "unpacked"], "cosines")
+    _append(graph, "ReduceMax", ["cosines", "last"], "largest", keepdims=1)
+    _append(graph, "Sub", ["one", "largest"], "apart")
+    _append(graph, "Relu", ["apart"], DISTANCE)
+    objects = graph.input[0].type.tensor_type.shape.dim[0].dim_param
+    output = helper.make_tensor_value_info(DISTANCE, TensorProto.FLOAT, [objects or None, 1])
+    graph.output.append(output)
+    onnx.checker.check_model(network)
+
+
+def _append(
+    graph: onnx.GraphProto, kind: str, inputs: list[str], output: str, **attributes: int
+) -> None:
+    outside = (FEATURES, DISTANCE)
+    names = [name if name in outside else f"{OURS}{name}" for name in (*inputs, output)]
+    node = helper.make_node(kind, names[:-1], names[-1:], name=f"{OURS}{kind}", **attributes)
+    graph.node.append(node)
+
+
+def _remove(graph: onnx.GraphProto) -> None:
+    for part in (graph.node, graph.initializer):
+        kept = [one for one in part if not one.name.startswith(OURS)]
+        del part[:]
+        part.extend(kept)
+    outputs = [output for output in graph.output if output.name != DISTANCE]
+    del graph.output[:]
+    graph.output.extend(outputs)
