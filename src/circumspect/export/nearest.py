@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import onnx
@@ -85,7 +86,7 @@ def add_distance(network: onnx.ModelProto, examples: ExampleTable) -> None:
 
 
 def _append(
-    graph: onnx.GraphProto, kind: str, inputs: list[str], output: str, **attributes: int
+    graph: onnx.GraphProto, kind: str, inputs: list[str], output: str, **attributes: Any
 ) -> None:
     outside = (FEATURES, DISTANCE)
     names = [name if name in outside else f"{OURS}{name}" for name in (*inputs, output)]
@@ -94,10 +95,10 @@ def _append(
 
 
 def _remove(graph: onnx.GraphProto) -> None:
-    for part in (graph.node, graph.initializer):
-        kept = [one for one in part if not one.name.startswith(OURS)]
-        del part[:]
-        part.extend(kept)
+    nodes = [node for node in graph.node if not node.name.startswith(OURS)]
+    weights = [tensor for tensor in graph.initializer if not tensor.name.startswith(OURS)]
     outputs = [output for output in graph.output if output.name != DISTANCE]
-    del graph.output[:]
+    del graph.node[:], graph.initializer[:], graph.output[:]
+    graph.node.extend(nodes)
+    graph.initializer.extend(weights)
     graph.output.extend(outputs)
