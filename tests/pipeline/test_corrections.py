@@ -37,22 +37,34 @@ class Corrected(PoseEstimator):
         return [self.anchor_pose(estimate.anchor) for estimate in told]
 
 
+class Restless(Corrected):
+    """After the correction another one, which moves nothing, is told with every frame."""
+
+    @property
+    def corrections(self):
+        return max(0, len(self.true) - self.at)
+
+
 def centre(step: RecognitionStep) -> np.ndarray:
     return step.model.cloud().points_xyz.mean(axis=0)
 
 
-def corrected_line(at: int) -> RecognitionPipeline:
+def corrected_line(at: int, poses: type[Corrected] = Corrected) -> RecognitionPipeline:
     parts = pipeline()
-    return RecognitionPipeline(parts.segmentation, Corrected(at), parts.classifier)
+    return RecognitionPipeline(parts.segmentation, poses(at), parts.classifier)
 
 
-def test_a_corrected_model_is_put_together_over_several_frames(monkeypatch) -> None:
+@pytest.mark.parametrize("poses", [Corrected, Restless])
+def test_a_corrected_model_is_put_together_over_several_frames(
+    poses: type[Corrected], monkeypatch
+) -> None:
+    """Further corrections do not keep it from being put together."""
     monkeypatch.setattr(recognition_pipeline, "PATCHES_A_FRAME", 2)
-    shots, at = list(frames(8)), 4
-    true, line = pipeline(), corrected_line(at)
+    shots, at = list(frames(12)), 4
+    true, line = pipeline(), corrected_line(at, poses)
     wanted, steps = ([one.step(shot) for shot in shots] for one in (true, line))
     # Four patches, two with every frame: the second frame after the correction has the new model.
-    assert [step.model.frames for step in steps] == list(range(1, 9))
+    assert [step.model.frames for step in steps] == list(range(1, 13))
     off = [np.abs(centre(a) - centre(b)).max() for a, b in zip(steps, wanted, strict=True)]
     assert min(off[: at + 1]) > 0.04
     assert max(off[at + 1 :]) < 0.01
@@ -64,31 +76,6 @@ def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> Non
     wanted, result = pipeline().run(shots), corrected_line(7).run(shots)
     np.testing.assert_allclose(centre(result.last), centre(wanted.last), atol=0.004)
     assert result.last.model.frames == 8
-
-
-class Restless(Corrected):
-    """After the correction another one, which moves nothing, is told with every frame."""
-
-    @property
-    def corrections(self):
-        return max(0, len(self.true) - self.at)
-
-
-def restless_line(at: int) -> RecognitionPipeline:
-    parts = pipeline()
-    return RecognitionPipeline(parts.segmentation, Restless(at), parts.classifier)
-
-
-def test_further_corrections_do_not_keep_the_model_from_being_put_together(monkeypatch) -> None:
-    monkeypatch.setattr(recognition_pipeline, "PATCHES_A_FRAME", 2)
-    shots, at = list(frames(12)), 4
-    true, line = pipeline(), restless_line(at)
-    wanted, steps = ([one.step(shot) for shot in shots] for one in (true, line))
-    assert [step.model.frames for step in steps] == list(range(1, 13))
-    off = [np.abs(centre(a) - centre(b)).max() for a, b in zip(steps, wanted, strict=True)]
-    assert min(off[: at + 1]) > 0.04
-    # Four patches, two with every frame, as if it had been the only correction.
-    assert max(off[at + 1 :]) < 0.01
 
 
 class Twice(Corrected):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,10 @@ from circumspect.evaluation.yaw_sweep import inputs_of
 
 
 def nearest_distances(
-    classifier: OnnxClassifier, objects: ObjectSet, yaw_deg: Sequence[float]
+    classifier: OnnxClassifier,
+    objects: ObjectSet,
+    yaw_deg: Sequence[float],
+    progress: Callable[[int, int], None] | None = None,
 ) -> NDArray[np.float64]:
     """Distances of all objects at some yaws from the nearest training object.
 
@@ -21,6 +24,7 @@ def nearest_distances(
         classifier: Whose features are compared; its file holds its training objects.
         objects: The set.
         yaw_deg: y angles [deg].
+        progress: Called with (done, all) objects.
 
     Returns:
         (y, n), see `NearExample`.
@@ -29,9 +33,9 @@ def nearest_distances(
         InputError: An object spans no shape.
         WeightsError: The file does not hold its training objects.
     """
-    yaws = np.deg2rad(yaw_deg).tolist()
-    found = [
-        classifier.distances(inputs_of(classifier.recipe, objects, index, yaws))
-        for index in range(len(objects))
-    ]
+    yaws, found = np.deg2rad(yaw_deg).tolist(), []
+    for index in range(len(objects)):
+        found.append(classifier.distances(inputs_of(classifier.recipe, objects, index, yaws)))
+        if progress:
+            progress(index + 1, len(objects))
     return np.stack(found, axis=1)

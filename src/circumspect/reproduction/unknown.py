@@ -166,7 +166,9 @@ def _judged(
         classifier = _remembering(weights, trained_on, folder / "net.onnx", progress)
     held_back = trained_on.subset(validation_split(trained_on))
     beyond = known_within(nearest_distances(classifier, held_back, yaws[:1])[0])
-    near, far = (nearest_distances(classifier, objects, yaws) for objects in (known, left_out))
+    with watched.measuring(f"{folder.name}, distances") as progress:
+        near = nearest_distances(classifier, known, yaws, progress)
+    far = nearest_distances(classifier, left_out, yaws)
     return {
         "accuracy": float(sweep.accuracy.mean()),
         "unknown_beyond": beyond,
@@ -199,8 +201,8 @@ def _of_shipped(
     }  # fmt: skip
 
     def far() -> list[list[bool]]:
-        with watched.measuring("other things"):
-            found = nearest_distances(classifier, things, spread_yaws(how.yaw_count))
+        with watched.measuring("other things") as progress:
+            found = nearest_distances(classifier, things, spread_yaws(how.yaw_count), progress)
         return (found > beyond).tolist()
 
     unknown = np.array(done_once(folder / "other_things", made_of, far))
