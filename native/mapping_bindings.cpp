@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "given.hpp"
 #include "groups.hpp"
 #include "plane_fits.hpp"
 #include "plane_map.hpp"
@@ -32,14 +33,6 @@ using Rows = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void require(bool fulfilled, const char* message) {
   if (!fulfilled) throw std::invalid_argument(message);
-}
-
-// Hands a vector over to NumPy without copying.
-template <typename Array, typename T>
-Array given(std::vector<T>&& values, std::initializer_list<std::size_t> shape) {
-  auto* kept = new std::vector<T>(std::move(values));
-  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return Array(kept->data(), shape, owner);
 }
 
 PlaneMap* make_planes(Points points_xyz, Points normals_xyz, Values sigmas, Values slopes,

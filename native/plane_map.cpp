@@ -6,20 +6,6 @@
 namespace circumspect {
 namespace {
 
-constexpr int kBits = 21;
-constexpr uint64_t kMask = (uint64_t(1) << kBits) - 1;
-
-// Cells repeat after 2²¹ along an axis; distances are checked, so that harms nothing.
-inline uint64_t key_of(int64_t i, int64_t j, int64_t k) {
-  return ((uint64_t(i) & kMask) << (2 * kBits)) | ((uint64_t(j) & kMask) << kBits) |
-         (uint64_t(k) & kMask);
-}
-
-inline uint64_t mixed(uint64_t key) {
-  key *= 0x9E3779B97F4A7C15ull;
-  return key ^ (key >> 29);
-}
-
 inline double square(double v) { return v * v; }
 
 struct Match {
@@ -99,41 +85,12 @@ void accumulate(const std::vector<Match>& matches, double noise, const FitRules&
 
 PlaneMap::PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
                    const double* slopes, std::size_t count, double cell)
-    : cell_(cell), per_metre_(1.0 / cell), planes_(count) {
-  std::size_t capacity = 16;
-  while (capacity < 2 * count) capacity *= 2;
-  slots_.assign(capacity, Slot{0, 0, 0});
-  // First how many there are in each cell, then where each cell begins, then the planes.
-  std::vector<std::size_t> slot_of(count);
-  for (std::size_t n = 0; n < count; ++n) {
-    const double* p = points_xyz + 3 * n;
-    const uint64_t key = key_of(int64_t(std::floor(p[0] * per_metre_)),
-                                int64_t(std::floor(p[1] * per_metre_)),
-                                int64_t(std::floor(p[2] * per_metre_)));
-    std::size_t at = mixed(key) & (capacity - 1);
-    while (slots_[at].end > 0 && slots_[at].key != key) at = (at + 1) & (capacity - 1);
-    slots_[at].key = key, slots_[at].end += 1;
-    slot_of[n] = at;
-  }
-  int32_t begin = 0;
-  for (Slot& slot : slots_) {
-    const int32_t here = slot.end;
-    slot.begin = slot.end = begin;
-    begin += here;
-  }
-  for (std::size_t n = 0; n < count; ++n) {
+    : cell_(cell), cells_(points_xyz, count, cell), planes_(count) {
+  for (std::size_t place = 0; place < count; ++place) {
+    const auto n = std::size_t(cells_.order()[place]);
     const double *p = points_xyz + 3 * n, *normal = normals_xyz + 3 * n;
-    planes_[std::size_t(slots_[slot_of[n]].end++)] =
+    planes_[place] =
         Plane{p[0], p[1], p[2], normal[0], normal[1], normal[2], square(sigmas[n]), slopes[n]};
-  }
-}
-
-const PlaneMap::Slot* PlaneMap::find(uint64_t key) const {
-  const std::size_t last = slots_.size() - 1;
-  for (std::size_t at = mixed(key) & last;; at = (at + 1) & last) {
-    const Slot& slot = slots_[at];
-    if (slot.begin == slot.end) return nullptr;
-    if (slot.key == key) return &slot;
   }
 }
 
@@ -142,12 +99,12 @@ const Plane* PlaneMap::nearest(double x, double y, double z, const std::array<do
   if (!(std::fabs(x) < kFarthest && std::fabs(y) < kFarthest && std::fabs(z) < kFarthest)) {
     return nullptr;
   }
-  const double at[3] = {x * per_metre_, y * per_metre_, z * per_metre_};
+  const double at[3] = {cells_.in_cells(x), cells_.in_cells(y), cells_.in_cells(z)};
   int64_t own[3];
   for (int a = 0; a < 3; ++a) own[a] = int64_t(std::floor(at[a]));
   const Plane* best = nullptr;
   const auto look = [&](int64_t i, int64_t j, int64_t k) {
-    const Slot* slot = find(key_of(own[0] + i, own[1] + j, own[2] + k));
+    const CellTable::Slot* slot = cells_.find(own[0] + i, own[1] + j, own[2] + k);
     if (slot == nullptr) return;
     for (int32_t n = slot->begin; n < slot->end; ++n) {
       const Plane& plane = planes_[std::size_t(n)];
@@ -162,7 +119,7 @@ const Plane* PlaneMap::nearest(double x, double y, double z, const std::array<do
     const double gap = i == 0 ? 0.0 : i > 0 ? double(i) - inside : inside - double(i + 1);
     return square(gap * cell_ * (1.0 - 1e-9));
   };
-  const int64_t most = int64_t(std::ceil(std::sqrt(within2) * per_metre_));
+  const int64_t most = int64_t(std::ceil(cells_.in_cells(std::sqrt(within2))));
   for (int64_t i = -most; i <= most; ++i) {
     const double di = apart2(0, i);
     if (di >= within2) continue;

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "cell_table.hpp"
+
 namespace circumspect {
 
 constexpr double kFarthest = 1e6;  // [m]; coordinates beyond are no part of any scene
@@ -48,14 +50,8 @@ class PlaneMap {
                        const double* pose, const FitRules& rules) const;
 
  private:
-  struct Slot {
-    uint64_t key;
-    int32_t begin, end;  // begin == end: a slot that is not used
-  };
-  const Slot* find(uint64_t key) const;
-
-  double cell_, per_metre_;
-  std::vector<Slot> slots_;
+  double cell_;
+  CellTable cells_;
   std::vector<Plane> planes_;
 };
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "depth_image.hpp"
+#include "given.hpp"
 
 namespace nb = nanobind;
 using namespace circumspect;
@@ -38,14 +39,6 @@ template <typename Array>
 void require_size(const Array& array, const Depth& depth) {
   require(array.shape(0) == depth.shape(0) && array.shape(1) == depth.shape(1),
           "an array of the image's size");
-}
-
-// Hands a vector over to NumPy without copying.
-template <typename Array, typename T>
-Array given(std::vector<T>&& values) {
-  auto* kept = new std::vector<T>(std::move(values));
-  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return Array(kept->data(), {kept->size()}, owner);
 }
 
 Size size_of(const Depth& depth) { return {depth.shape(0), depth.shape(1)}; }
@@ -98,8 +91,9 @@ nb::tuple cells(Depth depth, Mask mask, std::tuple<double, double, double, doubl
     found = plan_cells(depth.data(), mask.data(), size_of(depth), values, pose.data(), cell,
                        kMostCells);
   }
-  return nb::make_tuple(given<Cells>(std::move(found.cell)), given<Sums>(std::move(found.counts)),
-                        found.low_x, found.low_y, found.rows, found.columns);
+  const std::size_t pixels = found.cell.size(), cells = found.counts.size();
+  return nb::make_tuple(given<Cells>(std::move(found.cell), {pixels}),
+                        given<Sums>(std::move(found.counts), {cells}), found.low_x, found.low_y, found.rows, found.columns);
 }
 
 void keep(nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu> cell,

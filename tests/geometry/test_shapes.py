@@ -158,6 +158,17 @@ def test_bad_meshes(vertices: object, faces: object, word: str):
         TriangleMesh(vertices, faces)
 
 
+@given(seed=seeds)
+def test_areas_and_normals_are_those_of_the_cross_product(seed: int):
+    mesh = random_mesh(np.random.default_rng(seed), faces=40)
+    a, b, c = np.moveaxis(mesh.corners_xyz, 1, 0)
+    spans = np.cross(b - a, c - a)
+    lengths = np.linalg.norm(spans, axis=1)
+    np.testing.assert_allclose(mesh.areas, 0.5 * lengths, atol=1e-14)
+    units = spans[lengths > 1e-9] / lengths[lengths > 1e-9, None]
+    assert (mesh.sampled(500, seed).normals_xyz @ units.T).max(axis=1).min() > 1 - 1e-9
+
+
 @given(seed=seeds, exponent=st.integers(-12, 12))
 def test_areas_grow_with_the_square_of_the_scale(seed: int, exponent: int):
     mesh = random_mesh(np.random.default_rng(seed))

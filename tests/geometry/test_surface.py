@@ -16,8 +16,8 @@ from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import (
     PointCloud,
     TriangleMesh,
+    _native,
     fill_surface,
-    near_neighbours,
     short_edge_triangles,
 )
 
@@ -59,31 +59,42 @@ def triangles_by_definition(
     count=st.integers(3, 40),
     neighbours=st.integers(2, 12),
     reach=st.floats(0.8, 3),
-    tree=st.booleans(),
+    sheets=st.integers(1, 3),
 )
 def test_triangles_are_those_of_the_definition(
-    seed: int, count: int, neighbours: int, reach: float, tree: bool
+    seed: int, count: int, neighbours: int, reach: float, sheets: int
 ):
     points = np.random.default_rng(seed).normal(size=(count, 3)) * [1, 1, 0.1]
+    points = np.concatenate([points + np.array([0, 0, 0.003 * sheet]) for sheet in range(sheets)])
     expected = triangles_by_definition(points, neighbours, reach)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(near_neighbours, "_DENSE_LIMIT", 0 if tree else count)
-        if not expected:
-            with pytest.raises(GeometryError, match="no three points"):
-                short_edge_triangles(points, neighbours, reach)
-            return
-        faces = short_edge_triangles(points, neighbours, reach).faces
-    assert len(faces) == len(expected)  # Each once.
-    assert set(map(tuple, faces.tolist())) == expected
+    if not expected:
+        with pytest.raises(GeometryError, match="no three points"):
+            short_edge_triangles(points, neighbours, reach)
+        return
+    faces = short_edge_triangles(points, neighbours, reach).faces
+    assert [tuple(face) for face in faces.tolist()] == sorted(expected)
 
 
-@pytest.mark.parametrize("limit", [0, 4096])
+def test_triangles_of_many_points_are_those_of_a_tree():
+    points = BOX.sampled(20_000, 3).points_xyz
+    scaled = (points - points[0]) / float(np.ptp(points, axis=0).max())
+    longest = 3.0 * _native.spacing(np.ascontiguousarray(scaled))
+    away, near = KDTree(scaled).query(scaled[:50], 9, distance_upper_bound=longest)
+    expected = set()
+    for apex, (distances, row) in enumerate(zip(away[:, 1:], near[:, 1:], strict=True)):
+        for one, other in combinations(row[np.isfinite(distances)].tolist(), 2):
+            if np.linalg.norm(scaled[one] - scaled[other]) <= longest:
+                expected.add(tuple(sorted((apex, one, other))))
+    faces = set(map(tuple, short_edge_triangles(points, 8, 3.0).faces.tolist()))
+    assert len(expected) > 500
+    assert expected <= faces
+
+
 @pytest.mark.parametrize("sheets", [1, 2, 4])
-def test_spacing_is_that_within_a_sheet(sheets: int, limit: int, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(near_neighbours, "_DENSE_LIMIT", limit)
+def test_spacing_is_that_within_a_sheet(sheets: int):
     grid = np.stack(np.meshgrid(np.arange(16), np.arange(16), [0.0]), axis=-1).reshape(-1, 3) / 16
     points = np.concatenate([grid + np.array([0, 0, 0.002 * sheet**2]) for sheet in range(sheets)])
-    assert near_neighbours.spacing(points) == pytest.approx(1 / 16, rel=0.1)
+    assert _native.spacing(points) == pytest.approx(1 / 16, rel=0.1)
 
 
 def test_the_surface_of_a_box_is_closed():
@@ -120,9 +131,7 @@ def test_scale_and_place_do_not_matter(seed: int, exponent: int):
     np.testing.assert_array_equal(short_edge_triangles(points + 1024.0).faces, expected)
 
 
-@pytest.mark.parametrize("limit", [0, 4096])
-def test_points_that_stand_there_many_times(limit: int, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(near_neighbours, "_DENSE_LIMIT", limit)
+def test_points_that_stand_there_many_times():
     mesh = short_edge_triangles(np.repeat(BOX_POINTS, 5, axis=0))
     np.testing.assert_allclose(mesh.areas.sum(), short_edge_triangles(BOX_POINTS).areas.sum())
 
@@ -142,6 +151,26 @@ def test_too_few_places_for_a_triangle(points: np.ndarray):
 def test_senseless_numbers(neighbours: int, reach: float):
     with pytest.raises(InputError):
         short_edge_triangles(BOX_POINTS, neighbours, reach)
+
+
+def test_a_far_point_and_a_dense_clump():
+    """Distances of many scales: the cells are as large as the reach all the same."""
+    rng = np.random.default_rng(4)
+    clump, far = rng.random((300, 3)) * 1e-9, np.array([[1e3, 0, 0], [1e3, 1e-3, 0]])
+    points = np.concatenate([BOX_POINTS, clump, far])
+    expected = triangles_by_definition(points, 16, 1.9)
+    assert set(map(tuple, short_edge_triangles(points).faces.tolist())) == expected
+
+
+def test_kernels_refuse_what_lies_outside_their_arrays():
+    for faces in ([[0, 1, 3]], [[-1, 0, 1]]):
+        with pytest.raises(ValueError, match="vertices"):
+            _native.face_normals(np.eye(3), np.array(faces))
+    for kernel in (_native.spacing, lambda points: _native.short_edge_faces(points, 16, 1.9)):
+        with pytest.raises(ValueError, match="two points"):
+            kernel(np.zeros((1, 3)))
+        with pytest.raises(TypeError):
+            kernel(np.zeros((5, 2)))
 
 
 def test_not_finite():

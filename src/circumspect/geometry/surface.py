@@ -6,16 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import GeometryError, InputError
+from circumspect.geometry import _native
 from circumspect.geometry.frozen_array import frozen, require_coordinates
-from circumspect.geometry.near_neighbours import distances, nearest_within_reach
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.triangle_mesh import TriangleMesh
 
 # Wide enough to close the surface of a Poisson-disk sample, and enough for doubled sheets.
 NEIGHBOURS = 16
 REACH = 1.9
-# So many points at a time are looked at as corners, to bound the memory.
-_CORNERS_AT_ONCE = 2**15
 
 
 def short_edge_triangles(
@@ -104,43 +102,4 @@ def _short_edge_faces(
     if len(points) < 3:
         return np.empty((0, 3), dtype=np.int64)
     scaled = (points - points[0]) / float(np.ptp(points, axis=0).max())
-    table, longest = nearest_within_reach(scaled, neighbours, reach)
-    triangles = [
-        _closed_wedges(scaled, table[first : first + _CORNERS_AT_ONCE], first, longest)
-        for first in range(0, len(points), _CORNERS_AT_ONCE)
-    ]
-    return _unique_rows(np.concatenate(triangles), len(points))
-
-
-def _closed_wedges(
-    points: NDArray[np.float64], table: NDArray[np.int64], first: int, longest: float
-) -> NDArray[np.int64]:
-    """Triangles of a point and two of its neighbours that lie within reach of each other.
-
-    Args:
-        points: (n, 3) all points.
-        table: (m, k) neighbours of the points from number `first` on, filled up with -1.
-        first: See there.
-        longest: The reach.
-
-    Returns:
-        (t, 3) corners, smallest index first; a triangle may occur from each of its corners.
-    """
-    one, other = np.triu_indices(table.shape[1], k=1)
-    filled = np.flatnonzero(table[:, other] >= 0)  # Then the column `one` is filled, too.
-    apex, wedge = np.divmod(filled, len(other))
-    left, right = table[apex, one[wedge]], table[apex, other[wedge]]
-    closed = distances(points, left, right) <= longest
-    triangles = np.stack([apex[closed] + first, left[closed], right[closed]], axis=1)
-    triangles.sort(axis=1)
-    return triangles
-
-
-def _unique_rows(triangles: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    """Sorted rows without repetition, by one sort of whole numbers: (a * count + b) * count + c."""
-    if count**3 > np.iinfo(np.int64).max:
-        return np.unique(triangles, axis=0)
-    keys = (triangles[:, 0] * count + triangles[:, 1]) * count + triangles[:, 2]
-    keys.sort()  # Much quicker than `np.unique`.
-    pairs, last = np.divmod(keys[np.diff(keys, prepend=-1) > 0], count)
-    return np.stack([*np.divmod(pairs, count), last], axis=1)
+    return _native.short_edge_faces(scaled, min(neighbours, len(points)), reach)

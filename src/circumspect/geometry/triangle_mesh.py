@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
+from circumspect.geometry import _native
 from circumspect.geometry.frozen_array import frozen, require_coordinates
 from circumspect.geometry.point_cloud import PointCloud
 
@@ -52,7 +53,8 @@ class TriangleMesh:
     @property
     def areas(self) -> NDArray[np.float64]:
         """(f,) [m²]: the area of each triangle."""
-        return 0.5 * np.linalg.norm(_spans(self.corners_xyz), axis=1)
+        _, doubled, longest = _native.face_normals(self.vertices_xyz, self.faces)
+        return 0.5 * longest**2 * doubled
 
     def sampled(self, count: int, rng: np.random.Generator | int = 0) -> PointCloud:
         """Points drawn evenly over the surface, with the normals of their triangles.
@@ -92,20 +94,13 @@ class TriangleMesh:
         return _evenly_chosen(self._normals_and_shares()[1], count, np.random.default_rng(rng))
 
     def _normals_and_shares(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(f, 3) unit normals, and (f,) shares of the largest area: 0 where there is no normal.
-
-        Measured in units of the longest edge, so that no scale is too small or too large.
-        """
-        corners = self.corners_xyz
-        longest = float(np.abs(np.roll(corners, 1, axis=1) - corners).max())
-        spans = _spans(corners / longest) if longest > 0 else np.zeros((len(corners), 3))
-        doubled = np.linalg.norm(spans, axis=1, keepdims=True)
+        """(f, 3) unit normals, and (f,) shares of the area: 0 where there is no normal."""
+        normals, doubled, _ = _native.face_normals(self.vertices_xyz, self.faces)
         if not float(doubled.max()) > 0:
             raise GeometryError(
                 "the mesh has no area: all its points lie on a line or in one place"
             )
-        normals = np.divide(spans, doubled, out=np.zeros_like(spans), where=doubled > 0)
-        return normals, doubled[:, 0]
+        return normals, doubled
 
 
 def _evenly_chosen(
@@ -119,9 +114,3 @@ def _evenly_chosen(
     cumulated = np.cumsum(shares[usable])
     places = np.searchsorted(cumulated, steps * cumulated[-1], side="right")
     return usable[places.clip(max=len(usable) - 1)]
-
-
-def _spans(corners_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(f, 3) normals as long as twice the area of each triangle."""
-    a, b, c = np.moveaxis(corners_xyz, 1, 0)
-    return np.cross(b - a, c - a)
