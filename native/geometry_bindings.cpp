@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "extent.hpp"
 #include "face_normals.hpp"
 #include "given.hpp"
 #include "short_edges.hpp"
@@ -20,8 +21,7 @@ namespace {
 
 using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Faces = nb::ndarray<const int64_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Values = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
-using Vectors = nb::ndarray<nb::numpy, double, nb::shape<-1, 3>>;
+using Values = nb::ndarray<nb::numpy, double>;
 using OutFaces = nb::ndarray<nb::numpy, int64_t, nb::shape<-1, 3>>;
 
 void require(bool fulfilled, const char* message) {
@@ -62,8 +62,22 @@ nb::tuple normals_of(Points vertices_xyz, Faces faces) {
     nb::gil_scoped_release release;
     found = face_normals(vertices_xyz.data(), vertices_xyz.shape(0), faces.data(), count);
   }
-  return nb::make_tuple(given<Vectors>(std::move(found.normals_xyz), {count, 3}),
+  return nb::make_tuple(given<Values>(std::move(found.normals_xyz), {count, 3}),
                         given<Values>(std::move(found.doubled_areas), {count}), found.longest);
+}
+
+nb::tuple extent_of(Points points_xyz) {
+  require(points_xyz.shape(0) >= 1, "a point");
+  Extent found;
+  {
+    nb::gil_scoped_release release;
+    found = extent(points_xyz.data(), points_xyz.shape(0));
+  }
+  const auto vector = [](const auto& values, std::initializer_list<std::size_t> shape) {
+    return given<Values>(std::vector<double>(values.begin(), values.end()), shape);
+  };
+  return nb::make_tuple(vector(found.low, {3}), vector(found.high, {3}),
+                        vector(found.scatter, {3, 3}));
 }
 
 }  // namespace
@@ -71,6 +85,7 @@ nb::tuple normals_of(Points vertices_xyz, Faces faces) {
 NB_MODULE(_native, m) {
   using namespace nb::literals;
   m.doc() = "Native kernels of geometry.";
+  m.def("extent", &extent_of, "points_xyz"_a);
   m.def("face_normals", &normals_of, "vertices_xyz"_a, "faces"_a);
   m.def("short_edge_faces", &faces_of, "points_xyz"_a, "neighbours"_a, "reach"_a);
   m.def("spacing", &spacing_of, "points_xyz"_a);

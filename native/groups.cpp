@@ -6,30 +6,20 @@
 namespace circumspect {
 
 Groups group(const int64_t* keys, std::size_t count) {
-  std::size_t capacity = 16;
-  while (capacity < 2 * count) capacity *= 2;
-  std::vector<int64_t> slots(capacity, -1);
+  KeyNumbers numbers(count);
   Groups found;
   found.of_row.resize(count);
   // Groups in the order in which they come, …
-  std::vector<int64_t> some, first;
+  std::vector<int64_t> first;
   for (std::size_t n = 0; n < count; ++n) {
     if (n > 0 && keys[n] == keys[n - 1]) {
       found.of_row[n] = found.of_row[n - 1];
       continue;
     }
-    uint64_t hash = uint64_t(keys[n]) * 0x9E3779B97F4A7C15ull;
-    hash ^= hash >> 29;
-    std::size_t at = hash & (capacity - 1);
-    while (slots[at] >= 0 && some[std::size_t(slots[at])] != keys[n]) {
-      at = (at + 1) & (capacity - 1);
-    }
-    if (slots[at] < 0) {
-      slots[at] = int64_t(some.size());
-      some.push_back(keys[n]), first.push_back(int64_t(n));
-    }
-    found.of_row[n] = slots[at];
+    found.of_row[n] = numbers.number(keys[n]);
+    if (numbers.keys().size() > first.size()) first.push_back(int64_t(n));
   }
+  const std::vector<int64_t>& some = numbers.keys();
   // … then in the order of their keys.
   std::vector<std::pair<int64_t, std::size_t>> order(some.size());
   for (std::size_t n = 0; n < some.size(); ++n) order[n] = {some[n], n};
@@ -42,6 +32,35 @@ Groups group(const int64_t* keys, std::size_t count) {
   }
   for (int64_t& of : found.of_row) of = rank[std::size_t(of)];
   return found;
+}
+
+std::vector<int64_t> crowds(const int64_t* keys, std::size_t count) {
+  KeyNumbers numbers(count);
+  std::vector<int64_t> of_row(count), crowd(count, 0);
+  for (std::size_t n = 0; n < count; ++n) {
+    of_row[n] = n > 0 && keys[n] == keys[n - 1] ? of_row[n - 1] : numbers.number(keys[n]);
+    ++crowd[std::size_t(of_row[n])];
+  }
+  for (int64_t& row : of_row) row = crowd[std::size_t(row)];
+  return of_row;
+}
+
+std::vector<double> mean_shares(const Table& table, const int64_t* keys, std::size_t count) {
+  KeyNumbers numbers(table.count);
+  for (std::size_t n = 0; n < table.count; ++n) numbers.number(table.keys[n]);
+  std::vector<int64_t> of_row(count);
+  std::vector<double> crowd(table.count, 0.0);
+  for (std::size_t n = 0; n < count; ++n) {
+    of_row[n] = n > 0 && keys[n] == keys[n - 1] ? of_row[n - 1] : numbers.find(keys[n]);
+    if (of_row[n] != KeyNumbers::kNone) crowd[std::size_t(of_row[n])] += 1.0;
+  }
+  std::vector<double> shares(count, 0.0);
+  for (std::size_t n = 0; n < count; ++n) {
+    if (of_row[n] == KeyNumbers::kNone) continue;
+    const auto at = std::size_t(of_row[n]);
+    shares[n] = table.totals[2 * at] / table.totals[2 * at + 1] / crowd[at];
+  }
+  return shares;
 }
 
 MergedTable merged(const Table& one, const Table& other, std::size_t columns) {

@@ -8,6 +8,49 @@
 
 namespace circumspect {
 
+// Numbers keys in the order in which they come, by a hash of each.
+class KeyNumbers {
+ public:
+  // Room for so many different keys.
+  explicit KeyNumbers(std::size_t most) {
+    std::size_t capacity = 16;
+    while (capacity < 2 * most) capacity *= 2;
+    slots_.assign(capacity, kNone);
+  }
+
+  static constexpr int64_t kNone = -1;
+
+  // The number of a key, which is the next one where the key is new.
+  int64_t number(int64_t key) {
+    const std::size_t at = slot_of(key);
+    if (slots_[at] == kNone) {
+      slots_[at] = int64_t(keys_.size());
+      keys_.push_back(key);
+    }
+    return slots_[at];
+  }
+
+  // The number of a key that came already, or `kNone`.
+  int64_t find(int64_t key) const { return slots_[slot_of(key)]; }
+
+  const std::vector<int64_t>& keys() const { return keys_; }
+
+ private:
+  std::size_t slot_of(int64_t key) const {
+    const std::size_t last = slots_.size() - 1;
+    uint64_t hash = uint64_t(key) * 0x9E3779B97F4A7C15ull;
+    hash ^= hash >> 29;
+    std::size_t at = hash & last;
+    while (slots_[at] != kNone && keys_[std::size_t(slots_[at])] != key) at = (at + 1) & last;
+    return at;
+  }
+
+  std::vector<int64_t> slots_, keys_;
+};
+
+// How many rows have the key of each row.
+std::vector<int64_t> crowds(const int64_t* keys, std::size_t count);
+
 // Groups of rows in ascending order of their keys.
 struct Groups {
   std::vector<int64_t> keys;
@@ -59,6 +102,10 @@ struct MergedTable {
   std::vector<int64_t> keys;
   std::vector<double> totals;
 };
+
+// Of a table of sums of area and frames: the mean area of a row's key in equal parts for all rows of
+// that key, and none for keys that are not in the table.
+std::vector<double> mean_shares(const Table& table, const int64_t* keys, std::size_t count);
 
 // Rays with ascending keys, each once.
 struct Rays {

@@ -104,6 +104,26 @@ nb::tuple groups(Keys keys) {
                         given<Whole>(std::move(found.of_row), {keys.shape(0)}));
 }
 
+Whole crowds_of(Keys keys) {
+  std::vector<int64_t> found;
+  {
+    nb::gil_scoped_release release;
+    found = crowds(keys.data(), keys.shape(0));
+  }
+  return given<Whole>(std::move(found), {keys.shape(0)});
+}
+
+Real shares_of(Keys table_keys, Rows<double> totals, Keys keys) {
+  require(totals.shape(0) == table_keys.shape(0) && totals.shape(1) == 2, "area and frames a key");
+  std::vector<double> found;
+  {
+    nb::gil_scoped_release release;
+    const Table table{table_keys.data(), totals.data(), table_keys.shape(0)};
+    found = mean_shares(table, keys.data(), keys.shape(0));
+  }
+  return given<Real>(std::move(found), {keys.shape(0)});
+}
+
 template <typename T>
 nb::tuple row_sums(Keys keys, Rows<T> values) {
   const std::size_t columns = values.shape(1);
@@ -260,6 +280,8 @@ NB_MODULE(_native, m) {
            "standing"_a, "fewest"_a);
   m.def("plane_fits", &plane_fits, "points_xyz"_a, "near"_a);
   m.def("groups", &groups, "keys"_a);
+  m.def("crowds", &crowds_of, "keys"_a);
+  m.def("mean_shares", &shares_of, "table_keys"_a, "totals"_a, "keys"_a);
   m.def("row_sums", &row_sums<double>, "keys"_a, "values"_a);
   m.def("row_sums", &row_sums<float>, "keys"_a, "values"_a);
   m.def("packed_cells", &packed_cells<double>, "points_xyz"_a, "side"_a, "bits"_a, "offset"_a);

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from circumspect.errors import GeometryError
-from circumspect.geometry import read_cloud, require_extent
+from circumspect.geometry import _native, read_cloud, require_extent
 
 
 def cloud_of(points: object, folder: Path) -> object:
@@ -44,3 +44,17 @@ def test_a_plane_has_an_extent(scale: float, offset: float, tmp_path: Path):
     require_extent(
         cloud_of((LINE + [[0, 0.001 * (i % 2), 0] for i in range(100)] + offset) * scale, tmp_path)
     )
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+@pytest.mark.parametrize("count", [1, 2, 1000])
+def test_the_kernel_is_numpy(count: int, offset: float):
+    points = np.random.default_rng(count).normal(size=(count, 3)) * [1, 2, 0.3] + offset
+    low, high, scatter = _native.extent(points)
+    np.testing.assert_array_equal(low, points.min(axis=0))
+    np.testing.assert_array_equal(high, points.max(axis=0))
+    about = points - points.mean(axis=0)
+    expected = about.T @ about / (float(np.ptp(points, axis=0).max()) or 1.0) ** 2
+    np.testing.assert_allclose(scatter, expected, atol=1e-6)
+    with pytest.raises(ValueError, match="a point"):
+        _native.extent(np.zeros((0, 3)))

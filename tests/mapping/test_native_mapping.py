@@ -116,6 +116,7 @@ def test_groups_and_sums(seed: int, count: int, different: int) -> None:
     keys = rng.integers(-different, different, count) * (2**53 + 1)
     for one, other in zip(_native.groups(keys), twin.groups(keys), strict=True):
         np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(_native.crowds(keys), twin.crowds(keys))
     for dtype in (np.float32, np.float64):
         values = rng.normal(size=(count, 3)).astype(dtype)
         found, sums = _native.row_sums(keys, values)
@@ -184,12 +185,28 @@ def test_rays_merge_by_their_keys_and_the_first_stay(seed: int, one: int, other:
         assert merged.on_object[number] == hit
 
 
+@given(seeds, st.integers(0, 200), st.integers(0, 300))
+def test_shares_of_means(seed: int, known: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    table = np.unique(rng.integers(-200, 200, known)) * (2**53 + 1)
+    totals = rng.uniform(1, 2, (len(table), 2))
+    keys = rng.integers(-200, 200, count) * (2**53 + 1)
+    shares = _native.mean_shares(table, totals, keys)
+    np.testing.assert_array_equal(shares, twin.mean_shares(table, totals, keys))
+    # All of a mean is shared out where any row has its key.
+    expected = (totals[:, 0] / totals[:, 1])[np.isin(table, keys)].sum()
+    assert shares.sum() == pytest.approx(expected)
+
+
 def test_arrays_that_do_not_belong_together_are_refused() -> None:
     keys, rows = np.arange(4), np.zeros((3, 2))
     with pytest.raises(ValueError, match="one row a key"):
         _native.row_sums(keys, rows)
     with pytest.raises(ValueError, match="as many columns"):
         _native.table_sum(keys[:3], rows, keys[:3], np.zeros((3, 5)))
+    for totals in (np.zeros((3, 3)), np.zeros((2, 2))):
+        with pytest.raises(ValueError, match="area and frames a key"):
+            _native.mean_shares(keys[:3], totals, keys)
     with pytest.raises(ValueError, match="one normal a cell"):
         _native.patch_keys(keys, np.zeros((3, 3)))
     with pytest.raises(ValueError, match="side and bits"):

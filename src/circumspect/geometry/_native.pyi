@@ -3,6 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+def extent(
+    points_xyz: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
 def face_normals(
     vertices_xyz: NDArray[np.float64], faces: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]: ...

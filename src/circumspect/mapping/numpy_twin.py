@@ -101,6 +101,20 @@ def groups(
     return unique, first, of_row
 
 
+def crowds(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Twin of `_native.crowds`."""
+    _, of_row, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    return counts[of_row]
+
+
+def mean_shares(
+    table_keys: NDArray[np.int64], totals: NDArray[np.float64], keys: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Twin of `_native.mean_shares`."""
+    means = dict(zip(table_keys.tolist(), totals[:, 0] / totals[:, 1], strict=True))
+    return np.array([means.get(key, 0.0) for key in keys.tolist()]) / crowds(keys)
+
+
 def row_sums(
     keys: NDArray[np.int64], values: NDArray[np.floating]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

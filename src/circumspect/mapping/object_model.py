@@ -149,6 +149,8 @@ class ObjectModel:
         kept = self._kept
         points, normals = (values.take(kept, axis=0) for values in self._means)
         areas = surface_area.point_areas(self.areas, points, normals)
+        for values in (points, normals):
+            values.flags.writeable = False  # Else the cloud copies them.
         return PointCloud(points, areas=areas, normals_xyz=normals)
 
     def occupancy(self, grid: Grid) -> OccupancyGrid:
@@ -170,8 +172,7 @@ class ObjectModel:
 
     def _confirmed(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
         blocks = voxel_keys(points_xyz, 3 * (self.voxel or 0.0))
-        _, _, block = _native.groups(blocks)
-        kept = np.bincount(block)[block] >= self.settings.crowd
+        kept = _native.crowds(blocks) >= self.settings.crowd
         if self.frames >= self.settings.frames_until_strict:
             kept &= self.sums.totals[:, FRAMES] >= self.settings.confirmed_by
         # Of an object of a few points everything is kept rather than nothing.

@@ -63,13 +63,8 @@ def point_areas(
     Returns:
         (n,) [m²].
     """
-    keys, _, patch = _native.groups(_patches(points_xyz, normals_xyz))
-    crowd = np.bincount(patch)
-    places = np.minimum(np.searchsorted(areas.keys, keys), len(areas) - 1)
-    mean = areas.totals[places, 0] / areas.totals[places, 1]
     # A point whose mean normal turns like none of its views has no patch, and no area.
-    mean[areas.keys[places] != keys] = 0.0
-    return (mean / crowd)[patch]
+    return _native.mean_shares(areas.keys, areas.totals, _patches(points_xyz, normals_xyz))
 
 
 def _patches(

@@ -41,7 +41,7 @@ SHORTEST, LONGEST = 0.05, 50.0
 """Median depths outside of this [m] are in another unit."""
 SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
-PATCHES_A_FRAME = 8
+PATCHES_A_FRAME = 4
 """So many are put together anew after a correction; the rest waits."""
 
 
