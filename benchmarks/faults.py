@@ -169,7 +169,7 @@ def rows(found: list[dict[str, Any]]) -> list[list[str]]:
             answered = sum(r["label"] is not None for r in some)
             lines.append([
                 fault, f"{right} right of {answered} answers", _worst(some, "ate_rmse_m"),
-                _worst(some, "worst_trusted_m"), _mean(some, "trusted"),
+                _while_sure(some), _mean(some, "trusted"),
                 "; ".join(sorted({str(r["ended"]) for r in some})),
             ])  # fmt: skip
     return lines
@@ -178,6 +178,11 @@ def rows(found: list[dict[str, Any]]) -> list[list[str]]:
 def _worst(some: list[dict[str, Any]], name: str) -> str:
     known = [1e3 * r[name] for r in some if r.get(name) is not None]
     return f"{max(known):.0f}" if known else "–"
+
+
+def _while_sure(some: list[dict[str, Any]]) -> str:
+    sigmas = [r["worst_trusted_sigmas"] for r in some if r.get("worst_trusted_sigmas") is not None]
+    return _worst(some, "worst_trusted_m") + (f" ({max(sigmas):.1f} σ)" if sigmas else "")
 
 
 def _mean(some: list[dict[str, Any]], name: str) -> str:

@@ -12,6 +12,9 @@ from circumspect.geometry import Trajectory
 from circumspect.mapping import PoseEstimate, se3
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 
+SMALL_M = 0.01
+"""Errors below this [m] mislead nobody, however sure the pipeline was."""
+
 
 class LivePoses:
     """Keeps poses as they were told, before later corrections; a `PipelineObserver`."""
@@ -32,6 +35,8 @@ class Trust(NamedTuple):
 
     Attributes:
         worst_trusted_m: The largest error [m] of a pose that was told as certain.
+        worst_trusted_sigmas: The largest error of such a pose beyond `SMALL_M` in standard
+            deviations, as the pose's covariance told them, along the error.
         trusted: Share of the frames whose pose was.
         nees_median: Of the normalised estimation error squared eᵀP⁻¹e over all poses. Where the
             covariances P are right it is that of χ² with six degrees of freedom, 5.3 (Bar-Shalom,
@@ -40,6 +45,7 @@ class Trust(NamedTuple):
     """
 
     worst_trusted_m: float | None = None
+    worst_trusted_sigmas: float | None = None
     trusted: float | None = None
     nees_median: float | None = None
 
@@ -51,17 +57,21 @@ def trust(told: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> T
         return Trust()
     first, pose = posed[0]
     T_map_world = pose.T_map_camera * _at(truth, first).inv()
-    trusted, nees = [], []
+    trusted, sigmas, nees = [], [], []
     for stamp, pose in posed:
         T_map_true = T_map_world * _at(truth, stamp)
+        error = se3.log(T_map_true.inv() * pose.T_map_camera)
+        away = float(np.linalg.norm(T_map_true.translation - pose.T_map_camera.translation))
         if pose.certain:
-            shift = T_map_true.translation - pose.T_map_camera.translation
-            trusted.append(float(np.linalg.norm(shift)))
-        if pose.covariance is not None:
-            error = se3.log(T_map_true.inv() * pose.T_map_camera)
-            nees.append(_squared(error, pose.covariance))
+            trusted.append(away)
+        if pose.covariance is None:
+            continue
+        nees.append(_squared(error, pose.covariance))
+        if pose.certain and away > SMALL_M:
+            sigmas.append(_in_sigmas(error[3:], pose.covariance[3:, 3:]))
     return Trust(
         max(trusted, default=None),
+        max(sigmas, default=None),
         len(trusted) / len(told),
         float(np.median(nees)) if nees else None,
     )
@@ -73,3 +83,9 @@ def _at(truth: Trajectory, stamp: float) -> RigidTransform:
 
 def _squared(error: NDArray[np.float64], covariance: NDArray[np.floating]) -> float:
     return float(error @ np.linalg.solve(covariance, error))
+
+
+def _in_sigmas(shift: NDArray[np.float64], covariance: NDArray[np.floating]) -> float:
+    """|s| / √(uᵀPu), with u the direction of the shift s."""
+    length = float(np.linalg.norm(shift))
+    return length**2 / float(np.sqrt(shift @ covariance @ shift))

@@ -59,7 +59,7 @@ def trajectory_and_shape(found: list[Record]) -> tuple[str, Any]:
             _shown(f["ate_mm"], "ate_mm"), _shown(f["yaw_deg"], "yaw_deg", 2),
             f"{f['odometry_mm']['median']:.0f}", _shown(f["ratio"], "ratio", 3),
             _shown(f["chamfer_mm"], "chamfer_mm"), _shown(f["completeness"], "completeness", 3, -1),
-            _plain(f["nees"], 1), _plain(f["trusted_mm"], 0),
+            _plain(f["nees"], 1), _while_sure(f),
             f"{f['right']}/{f['scans']}",
         ])  # fmt: skip
     head = [
@@ -89,6 +89,9 @@ def _errors(some: list[Record]) -> dict[str, Any]:
         "nees": _spread(r["nees_median"] for r in measured if r.get("nees_median") is not None),
         "trusted_mm": _spread(
             1e3 * r["worst_trusted_m"] for r in measured if r.get("worst_trusted_m") is not None
+        ),
+        "trusted_sigmas": _spread(
+            r["worst_trusted_sigmas"] for r in measured if r.get("worst_trusted_sigmas") is not None
         ),
         "right": sum(r["label"] == r.get("true_label") for r in some),
     }
@@ -179,6 +182,14 @@ def _plain(spread: dict[str, float], digits: int) -> str:
     if np.isnan(spread["median"]):
         return "–"
     return f"{spread['median']:.{digits}f} ({spread['worst']:.0f})"
+
+
+def _while_sure(figures: dict[str, Any]) -> str:
+    sigmas = figures["trusted_sigmas"]
+    told = (
+        "" if np.isnan(sigmas["median"]) else f"; {sigmas['median']:.1f} ({sigmas['worst']:.1f}) σ"
+    )
+    return _plain(figures["trusted_mm"], 0) + told
 
 
 def _right(some: list[Record]) -> float:

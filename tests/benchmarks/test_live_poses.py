@@ -1,0 +1,46 @@
+"""What the pipeline's confidence was worth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benchmarks.live_poses import trust
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from circumspect.geometry import Trajectory
+from circumspect.mapping import PoseEstimate
+
+STAMPS = np.arange(4.0)
+ROUND = Rotation.from_euler("z", 70, degrees=True)
+SIGMAS = np.array([0.01, 0.01, 0.01, 0.01, 0.02, 0.03])
+
+
+def pose(x: float, shift: tuple[float, float, float], certain: bool = True) -> PoseEstimate:
+    """A camera that is turned by 70°, and told `shift` away from where it is, in its own axes."""
+    T_map_camera = RigidTransform.from_components([x, 0, 0], ROUND)
+    off = RigidTransform.from_translation(list(shift))
+    return PoseEstimate(T_map_camera * off, covariance=np.diag(SIGMAS**2), certain=certain)
+
+
+def judged(*poses: PoseEstimate):
+    truth = [RigidTransform.from_components([x, 0, 0], ROUND) for x in STAMPS]
+    told = list(zip(STAMPS.tolist(), poses, strict=True))
+    return trust(told, Trajectory(STAMPS, RigidTransform.concatenate(truth)))
+
+
+def test_errors_are_told_in_metres_and_in_told_standard_deviations() -> None:
+    none = (0.0, 0.0, 0.0)
+    found = judged(pose(0, none), pose(1, (0, 0.05, 0)), pose(2, (0, 0, 0.06)), pose(3, none))
+    assert found.worst_trusted_m == pytest.approx(0.06)
+    assert found.worst_trusted_sigmas == pytest.approx(2.5)
+    assert found.trusted == 1
+    assert found.nees_median == pytest.approx((0 + 2**2) / 2)
+
+
+def test_what_is_not_told_as_certain_or_small_misleads_nobody() -> None:
+    none = (0.0, 0.0, 0.0)
+    some = pose(1, (0.009, 0, 0)), pose(2, (0, 0.5, 0), certain=False)
+    found = judged(pose(0, none), *some, pose(3, none))
+    assert found.worst_trusted_m == pytest.approx(0.009)
+    assert found.worst_trusted_sigmas is None
+    assert found.trusted == 0.75
