@@ -17,10 +17,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from benchmarks.report import RESULTS, Row, timed, write_report
 from circumspect.furniture import make_furniture
-from circumspect.geometry import PinholeCamera, PointCloud
+from circumspect.geometry import PinholeCamera, PointCloud, fill_surface
 from circumspect.grid import CylindricalGrid, RectangularGrid, angular_spectrum, hits_batch
 from circumspect.grid import numpy_twin as twin
 
@@ -32,12 +33,15 @@ trimesh mesh: creation.voxelize, method "subdivide", pitch of 1/32 of the same c
 histogramdd: cylindrical coordinates in NumPy, then numpy.histogramdd
 frame: 640x480, a ball of 0.35 m whose near side is 0.8 m away, a wall at 3.5 m behind it;
   all 307,200 beams, grid of 32 x 32 x 32 and radius 0.45 m about the ball
+surface filled: points drawn evenly over a chair, near neighbours joined by triangles, and
+  16,384 points drawn on these, as a sparse cloud is before it is gridded; beside it what
+  scipy.spatial.KDTree takes for the 16 neighbours of each point alone
 """
 
 
 def rows() -> list[Row]:
     """All measurements, in one run."""
-    return [*point_rows(), *batch_rows(), *frame_rows()]
+    return [*point_rows(), *sparse_rows(), *batch_rows(), *frame_rows()]
 
 
 def point_rows() -> list[Row]:
@@ -61,6 +65,18 @@ def point_rows() -> list[Row]:
         timed("fit, 100,000 points", partial(CylindricalGrid.fit, PointCloud(points))),
         timed("angular spectrum", partial(angular_spectrum, occupied)),
     ]
+
+
+def sparse_rows() -> list[Row]:
+    """Clouds with holes at the grid's resolution."""
+    mesh, found = make_furniture("chair", 3), []
+    for count in (1024, 16_384):
+        cloud = mesh.sampled(count, 0)
+        found += [
+            timed(f"{count:,} points, surface filled", partial(fill_surface, cloud)),
+            timed(f"{count:,} points, KDTree", partial(_neighbours, cloud.points_xyz)),
+        ]
+    return found
 
 
 def batch_rows() -> list[Row]:
@@ -99,6 +115,10 @@ def frame() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     inside = b * b - a * c
     t = np.where(inside > 0, (b - np.sqrt(np.maximum(inside, 0))) / a, 3.5)
     return np.zeros(3), t[:, None] * rays
+
+
+def _neighbours(points: NDArray[np.float64]) -> object:
+    return KDTree(points).query(points, 17)
 
 
 def _histogram(grid: CylindricalGrid, points: NDArray[np.float64]) -> NDArray[np.bool_]:
