@@ -228,7 +228,9 @@ def _markdown(document: dict[str, Any]) -> str:
     mean = [np.mean([row[key] for row in document["left_out"].values()]) for key in keys]
     rows.append(["mean", *(f"{value:.3f}" for value in mean)])
     other = document["other_things"]
-    shown = [[kind.replace("_", " "), f"{v:.2f}"] for kind, v in other["called_unknown"].items()]
+    called = other["called_unknown"]
+    shown = [[kind.replace("_", " "), f"{value:.2f}"] for kind, value in called.items()]
+    shown.append(["mean", f"{np.mean(list(called.values())):.2f}"])
     return (
         "# Objects of no known class\n\n"
         f"`{document['command']}`\n\n"
