@@ -76,7 +76,7 @@ def test_every_class_is_left_out_once(tmp_path, monkeypatch):
         for key in ("accuracy", "known_called_known", "left_out_called_unknown"):
             assert 0 <= row[key] <= 1
     text = (tmp_path / "out" / "unknown.md").read_text()
-    assert text.count("\n| ") == (2 + 3 + 1) + (2 + 1), "heads, rows and a mean"
+    assert text.count("\n| ") == (2 + 3 + 1) + (2 + 1 + 1), "heads, rows and means"
     again = Watched()
     assert run(watched=again) == document
     assert again.steps == [], "nothing is trained or measured again"
