@@ -185,11 +185,10 @@ def _plain(spread: dict[str, float], digits: int) -> str:
 
 
 def _while_sure(figures: dict[str, Any]) -> str:
-    sigmas = figures["trusted_sigmas"]
-    told = (
-        "" if np.isnan(sigmas["median"]) else f"; {sigmas['median']:.1f} ({sigmas['worst']:.1f}) σ"
-    )
-    return _plain(figures["trusted_mm"], 0) + told
+    millimetres, sigmas = _plain(figures["trusted_mm"], 0), figures["trusted_sigmas"]
+    if np.isnan(sigmas["median"]):
+        return millimetres
+    return f"{millimetres}; {sigmas['median']:.1f} ({sigmas['worst']:.1f}) σ"
 
 
 def _right(some: list[Record]) -> float:

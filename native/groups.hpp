@@ -103,8 +103,8 @@ struct MergedTable {
   std::vector<double> totals;
 };
 
-// Of a table of sums of area and frames: the mean area of a row's key in equal parts for all rows of
-// that key, and none for keys that are not in the table.
+// Of a table of sums of area and frames: the mean area of a row's key in equal parts for all rows
+// of that key, and none for keys that are not in the table.
 std::vector<double> mean_shares(const Table& table, const int64_t* keys, std::size_t count);
 
 // Rays with ascending keys, each once.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "median.hpp"
+
 namespace circumspect {
 namespace {
 
@@ -18,15 +20,6 @@ inline bool in_view(const Plane& plane, const std::array<double, 3>& camera, dou
   const double x = plane.x - camera[0], y = plane.y - camera[1], z = plane.z - camera[2];
   const double along = x * plane.nx + y * plane.ny + z * plane.nz;
   return along < 0.0 || square(along) < square(averted) * (x * x + y * y + z * z);
-}
-
-// The median as NumPy has it: the mean of the two in the middle where their number is even.
-double median(std::vector<double>& values) {
-  const std::size_t half = values.size() / 2;
-  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(half), values.end());
-  const double upper = values[half];
-  if (values.size() % 2 == 1) return upper;
-  return 0.5 * (upper + *std::max_element(values.begin(), values.begin() + std::ptrdiff_t(half)));
 }
 
 // What noise of the normal adds to the Hessian: slope A (I - n nᵀ) Aᵀ with A = ([p]×, I), in which

@@ -93,7 +93,8 @@ nb::tuple cells(Depth depth, Mask mask, std::tuple<double, double, double, doubl
   }
   const std::size_t pixels = found.cell.size(), cells = found.counts.size();
   return nb::make_tuple(given<Cells>(std::move(found.cell), {pixels}),
-                        given<Sums>(std::move(found.counts), {cells}), found.low_x, found.low_y, found.rows, found.columns);
+                        given<Sums>(std::move(found.counts), {cells}), found.low_x, found.low_y,
+                        found.rows, found.columns);
 }
 
 void keep(nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu> cell,

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "cell_table.hpp"
+#include "median.hpp"
 #include "multiversion.hpp"
 
 namespace circumspect {
@@ -52,14 +53,6 @@ class Together {
  private:
   std::vector<double> x_, y_, z_, away_;
 };
-
-// The median as NumPy has it: the mean of the two in the middle where their number is even.
-double median(std::vector<double>& values) {
-  const auto half = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), half, values.end());
-  if (values.size() % 2 == 1) return *half;
-  return 0.5 * (*half + *std::max_element(values.begin(), half));
-}
 
 // The smallest of some distances, ascending; infinite where there are fewer.
 std::array<double, kLargestCluster> smallest(const double* away, std::size_t count,
@@ -113,7 +106,7 @@ class Neighbourhoods {
  private:
   // All points of a cell and those about it.
   void gather(const CellTable& cells, const CellTable::Slot& cell) {
-    const double* p = cloud_.points_xyz + 3 * cells.order()[std::size_t(cell.begin)];
+    const double* p = cloud_.points_xyz + 3 * std::size_t(cells.order()[std::size_t(cell.begin)]);
     const int64_t at[3] = {cells.cell_of(p[0]), cells.cell_of(p[1]), cells.cell_of(p[2])};
     indices_.clear(), candidates_.clear();
     for (int64_t i = at[0] - 1; i <= at[0] + 1; ++i) {
@@ -122,7 +115,7 @@ class Neighbourhoods {
           const CellTable::Slot* slot = cells.find(i, j, k);
           if (slot == nullptr) continue;
           for (int32_t place = slot->begin; place < slot->end; ++place) {
-            const int32_t index = cells.order()[std::size_t(place)];
+            const auto index = std::size_t(cells.order()[std::size_t(place)]);
             indices_.push_back(uint32_t(index));
             candidates_.add(cloud_.points_xyz + 3 * index);
           }

@@ -27,7 +27,8 @@ def short_edge_triangles(
     Args:
         points_xyz: (n, 3) points.
         neighbours: How many nearest neighbours of a point may share a triangle with it.
-        reach: The longest edge allowed, in units of the points' `spacing`.
+        reach: The longest edge allowed, in units of the typical distance from a point to the
+            nearest one of its own sheet, which is not the one across a thin wall.
 
     Returns:
         The mesh of all such triangles, each once, over the given points.
