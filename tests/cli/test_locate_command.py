@@ -108,6 +108,32 @@ def test_calibrate_and_track_from_the_images(room, tmp_path, capsys, monkeypatch
     assert (out / "space.png").stat().st_size > 10_000
 
 
+def test_what_was_found_of_other_cameras_stays(room, tmp_path, capsys):
+    """Also where lenses come from a file of their own."""
+    images, file, lenses = room / "images", tmp_path / "room.json", tmp_path / "lenses.json"
+    document = json.loads((images / "calibration.json").read_text())
+    del document["tag"]
+    for camera in document["cameras"].values():
+        del camera["extrinsics"]
+    lenses.write_text(json.dumps(document))
+    words = ("--survey", images / "survey.json", "--intrinsics", lenses, "--out", file)
+    assert run("extrinsics", images / "floor" / "ceiling_0", *words, "--tag", 3, 0.2, 0.3) == 0
+    marked = json.loads(file.read_text())
+    marked["tag"] |= {"x": 0.25, "yaw_deg": 90.0}
+    file.write_text(json.dumps(marked))
+    first = read_calibration(file)
+    assert run("extrinsics", images / "floor" / "ceiling_1", *words, "--tag", 4, 0.1, 0.4) == 0
+    both = read_calibration(file)
+    assert [camera.name for camera in both.cameras] == ["ceiling_0", "ceiling_1"]
+    np.testing.assert_array_equal(
+        both.cameras[0].T_map_camera.as_matrix(), first.cameras[0].T_map_camera.as_matrix()
+    )
+    assert (both.mount.tag_id, both.mount.size, both.mount.height) == (4, 0.1, 0.4)
+    assert both.mount.T_base_tag == first.mount.T_base_tag
+    assert both.mount.T_base_tag.x == 0.25
+    capsys.readouterr()
+
+
 def test_the_same_in_words(room, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     images, file = room / "images", tmp_path / "room.json"
@@ -197,6 +223,10 @@ def test_boards_and_tags_are_printed(tmp_path, capsys):
             ("track", "unreadable", "--calibration", "IMAGES/calibration.json"),
             "unreadable: no image can be read; the first: unreadable/ceiling_0/1.0.png: ",
         ),
+        (
+            ("track", "nanoseconds", "--calibration", "IMAGES/calibration.json"),
+            "are these nanoseconds? Give seconds",
+        ),
         (("simulate", "--images", "IMAGES"), "holds board already"),
         (("board", "--tags", "587"), "0 to 586"),
         (("board", "--square", "0"), "squares are from"),
@@ -226,6 +256,8 @@ def test_bad_input_is_one_line(room, tmp_path, monkeypatch, capsys, words, compl
     Image.open(room / "images/floor/ceiling_0/00.png").resize((400, 300)).save("half.png")
     (tmp_path / "unreadable" / "ceiling_0").mkdir(parents=True)
     (tmp_path / "unreadable" / "ceiling_0" / "1.0.png").write_bytes(b"no picture")
+    (tmp_path / "nanoseconds" / "ceiling_0").mkdir(parents=True)
+    (tmp_path / "nanoseconds" / "ceiling_0" / "1690000000000000000.png").write_bytes(b"")
     (tmp_path / "scanned").mkdir()
     mine = [
         tmp_path / name

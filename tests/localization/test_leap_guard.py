@@ -53,7 +53,17 @@ def test_what_follows_earlier_refutes_a_leap():
 
 def test_at_the_end_a_second_one_confirms():
     guard = LeapGuard("a")
+    guard.until(seen(0.0), -5.0)
     guard.until(seen(15.0), 0.0)
     assert guard.until_the_end(0.0) == LEAP
     guard.until(seen(30.0), 0.0)
     assert guard.until_the_end(0.0) == 30.0
+
+
+@pytest.mark.parametrize("cameras", ["a", "abc"])
+def test_two_photographs_far_apart_are_no_leap(cameras):
+    """Nothing was ever close enough in time to tell of a clock."""
+    guard = LeapGuard(cameras)
+    guard.until(seen(0.0), -np.inf)
+    assert guard.until(seen(15.0), 0.0) == LEAP
+    assert guard.until_the_end(0.0) == 15.0

@@ -67,6 +67,8 @@ def test_topics_of_other_names_are_told(tmp_path: Path) -> None:
     assert [image.camera for image in images] == ["ceiling_0"]
     with pytest.raises(InputError, match=r"no topic of images .*it holds /up/image; say .*--topic"):
         CeilingBag(open_bag(path), ["ceiling_0"])
+    with pytest.raises(InputError, match="/up/image can not be both ceiling_0's and ceiling_1's"):
+        CeilingBag(open_bag(path), NAMES, dict.fromkeys(NAMES, "/up/image"))
     with pytest.raises(InputError, match="/down of ceiling_0 is no topic of images: /up/image"):
         CeilingBag(open_bag(path), ["ceiling_0"], {"ceiling_0": "/down"})
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -35,11 +35,12 @@ class Extrinsics:
     intrinsics: Path
     """Calibration file that holds the camera's lens."""
     out: Path
-    """Calibration file to write, the same or another."""
+    """Calibration file to write, the same or another; what it holds of other cameras stays."""
     camera: str | None = None
     """Name of the camera; that of the images' folder by default."""
     tag: tuple[int, float, float] | None = None
-    """The robot's tag, written down for `track`: number, size [m], height above the floor [m]."""
+    """The robot's tag, written down for `track`: number, size [m], height above the floor [m]; its
+    place on the robot stays what the file says."""
     json: bool = False
     """One JSON line on standard output and nothing else there."""
 
@@ -48,9 +49,7 @@ class Extrinsics:
         import numpy as np
 
         from circumspect.localization import (
-            Calibration,
             TagDetector,
-            TagMount,
             calibrate_place,
             read_calibration,
             read_survey,
@@ -59,15 +58,14 @@ class Extrinsics:
         from circumspect.localization.image_folder import image_files, read_grey
 
         survey, known = read_survey(self.survey), read_calibration(self.intrinsics)
+        kept = read_calibration(self.out) if self.out.exists() else known
         files = image_files(list(self.images))
         name = self.camera or folder_camera(files)
         lens, detector = known.lens(name), TagDetector(1.0)
         images = [detector.detect(_of_size(read_grey(file), lens, file)) for file in files]
         found = calibrate_place(name, lens, images, survey)
-        after = known.with_place(found.camera)
-        if self.tag is not None:
-            mount = TagMount(*self.tag)
-            after = Calibration(after.lenses, after.lens_rms_px, after.cameras, mount)
+        after = kept.beside(known).with_lens(name, lens, known.lens_rms_px.get(name, 0.0))
+        after = replace(after.with_place(found.camera), mount=after.mount_with(self.tag))
         write_calibration(self.out, after)
         camera = found.camera
         record: dict[str, Any] = {

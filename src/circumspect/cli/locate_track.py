@@ -41,7 +41,7 @@ class Track:
     """Lenses and places of the cameras."""
     tag: tuple[int, float, float] | None = None
     """The robot's tag: number, size [m], height above the floor [m]; by default what the
-    calibration file says."""
+    calibration file says, which also says where on the robot it is."""
     topic: Annotated[tuple[str, ...], tyro.conf.arg(metavar="CAMERA=TOPIC")] = ()
     """Of a bag: topics that are not named after their camera, as /ceiling_0/image_raw is."""
     odometry: Path | None = None
@@ -64,13 +64,12 @@ class Track:
         from circumspect.localization import (
             IntelligentSpace,
             SpaceTrack,
-            TagMount,
             read_calibration,
         )
 
         calibration = read_calibration(self.calibration)
         images = self._opened([camera.name for camera in calibration.cameras])
-        mount = calibration.mount if self.tag is None else TagMount(*self.tag)
+        mount = calibration.mount_with(self.tag)
         if mount is None:
             raise InputError(
                 f"{self.calibration}: says nothing of the robot's tag; "
@@ -121,6 +120,8 @@ class Track:
         from circumspect.recording import CeilingBag, is_bag, open_bag
 
         topics = dict(self._topic(words) for words in self.topic)
+        if len(topics) < len(self.topic):
+            raise InputError("--topic names a camera twice; give one topic each")
         if is_bag(self.images):
             self._require(tuple(topics), known)
             return CeilingBag(open_bag(self.images), known, topics)

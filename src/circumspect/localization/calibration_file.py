@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +63,27 @@ class Calibration:
         lenses = {**self.lenses, camera.name: camera.lens}
         rms = {camera.name: 0.0, **self.lens_rms_px}
         return Calibration(lenses, rms, placed, self.mount)
+
+    def beside(self, other: Calibration) -> Calibration:
+        """Also what another one knows of further cameras, and its tag where this one has none."""
+        further = [camera for camera in other.cameras if camera.name not in self.lenses]
+        return Calibration(
+            {**other.lenses, **self.lenses},
+            {**other.lens_rms_px, **self.lens_rms_px},
+            tuple(sorted([*self.cameras, *further], key=lambda c: c.name)),
+            self.mount or other.mount,
+        )
+
+    def mount_with(self, tag: tuple[int, float, float] | None) -> TagMount | None:
+        """The robot's tag, where it is on the robot as known before.
+
+        Args:
+            tag: Its number, size [m] and height [m]; None means those known before.
+        """
+        if tag is None:
+            return self.mount
+        number, size, height = tag
+        return replace(self.mount or TagMount(), tag_id=number, size=size, height=height)
 
     def lens(self, name: str) -> LensCamera:
         """A camera's lens.

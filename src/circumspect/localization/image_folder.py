@@ -23,6 +23,8 @@ MOST_PIXELS = 8192
 """Along a side; a small file can hold a huge picture of one colour."""
 LARGEST_LIST = 50_000_000
 """Longer lists of images are something else [bytes]."""
+LATEST = 1e11
+"""No clock says so much [s]: it would be in the year 5138."""
 
 
 @dataclass(frozen=True)
@@ -127,8 +129,14 @@ def _entries(folder: Path) -> list[_Entry]:
                 f"{path}: its name is no stamp in seconds; rename it, as 12.340.png, or write "
                 f"names and stamps into {folder / STAMPS}"
             )
-        entries.append(_Entry(stamp, folder.name, path))
+        entries.append(_Entry(_in_seconds(stamp, path), folder.name, path))
     return entries
+
+
+def _in_seconds(stamp: float, path: Path) -> float:
+    if abs(stamp) > LATEST:
+        raise InputError(f"{path}: a stamp of {stamp:.3g} s; are these nanoseconds? Give seconds")
+    return stamp
 
 
 def _listed(path: Path) -> dict[str, float]:
@@ -149,5 +157,5 @@ def _listed(path: Path) -> dict[str, float]:
             raise InputError(f"{path}: line {number} is not: NAME SECONDS") from None
         if not math.isfinite(stamp):
             raise InputError(f"{path}: line {number} has no finite stamp")
-        stamps[name] = stamp
+        stamps[name] = _in_seconds(stamp, path)
     return stamps

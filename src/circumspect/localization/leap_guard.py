@@ -30,6 +30,7 @@ class LeapGuard:
         self._cameras = frozenset(cameras)
         self._row: list[float] = []
         self._patience = LEAP
+        self._followed = False
 
     def until(self, images: Sequence[CeilingImage], after: float) -> float:
         """The latest stamp that is believed, of these images and of those that leapt before [s].
@@ -42,6 +43,7 @@ class LeapGuard:
         newest = max(image.stamp for image in images)
         if newest <= limit:
             self._row = []
+            self._followed = self._followed or -np.inf < after < newest
             return limit
         # What comes earlier than a leap before it shows that that one was wrong.
         self._row = [*(stamp for stamp in self._row if stamp < newest), newest]
@@ -51,8 +53,12 @@ class LeapGuard:
         return self._confirmed(after) if len(self._row) >= CONFIRMED else limit
 
     def until_the_end(self, after: float) -> float:
-        """The same when no more images come."""
-        return self._confirmed(after) if len(self._row) >= LAST else self._limit(after)
+        """The same when no more images come.
+
+        Where none ever followed another closely, there is no clock that could have leapt.
+        """
+        enough = LAST if self._followed else 1
+        return self._confirmed(after) if len(self._row) >= enough else self._limit(after)
 
     def _limit(self, after: float) -> float:
         return after + self._patience if np.isfinite(after) else np.inf

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 A4 = (0.210, 0.297)
 """[m]."""
-MARGIN = 0.008
+MARGIN = 0.005
 """White round everything that printers leave [m]."""
 CAPTION = 0.007
 """Height of the line below a picture [m]."""

@@ -40,7 +40,7 @@ class CeilingBag:
 
         Raises:
             InputError: A topic that the bag does not hold or that holds no images, several topics
-                for a camera, or none for all of them.
+                for a camera, one topic for several, or none for all of them.
         """
         self.bag = bag
         self.skipped: dict[str, str] = {}
@@ -52,6 +52,9 @@ class CeilingBag:
                 raise InputError(f"{bag.path}: {topic} of {camera} is no topic of images: {shown}")
         found = {camera: told.get(camera) or _topic(bag, held, camera) for camera in cameras}
         self.topics = {topic: camera for camera, topic in found.items() if topic is not None}
+        for camera, topic in found.items():
+            if topic is not None and (other := self.topics[topic]) != camera:
+                raise InputError(f"{bag.path}: {topic} can not be both {camera}'s and {other}'s")
         self.cameras = tuple(sorted(self.topics.values()))
         if not self.cameras:
             raise InputError(
