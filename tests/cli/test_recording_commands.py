@@ -218,6 +218,7 @@ def test_notes_of_a_stranger_are_only_text(tmp_path: Path, capsys: pytest.Captur
         ),
         (["replay", "run", "--depth-topic", "/x"], "only bags take --depth-topic"),
         (["scan", "chair", "--record", "run.mcap"], "never written over"),
+        (["scan", "chair", "--record", "run.bag"], "run.bag: recordings are MCAP files"),
     ],
 )
 def test_mistakes_are_told_in_a_line(

@@ -78,8 +78,21 @@ def test_the_same_line_is_said_now_and_then() -> None:
     clock.now += 5
     assert said("frame %d left out", 3) == "frame 3 left out (and 1 more like this)"
     for number in range(1000):
-        said(f"line {number}")
-    assert len(throttle._said) <= 200
+        said("x" * number)
+    assert len(throttle._said) == 200
+
+
+def test_faults_of_two_topics_do_not_hide_each_other() -> None:
+    throttle = LogThrottle(5.0, Clock())
+
+    def said(topic: str, stamp: float) -> bool:
+        words = (topic, f"the message at {stamp:.3f} s is broken")
+        record = logging.LogRecord("a", logging.WARNING, "", 0, "%s: %s", words, None)
+        return throttle.filter(record)
+
+    assert said("/depth", 1.0)
+    assert said("/odom", 1.1)
+    assert not said("/depth", 1.2)
 
 
 @given(st.binary(max_size=300), st.sampled_from([IMAGE, CAMERA_INFO, ODOMETRY, TRANSFORMS]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -82,6 +83,20 @@ def test_the_stage_shows_the_latest_moment(dashboard):
     np.testing.assert_allclose(nodes["/camera"].position, shown.T_map_camera.translation)
     assert len(nodes["/grid/cells0"].vertices) == 8 * shown.thing.grid.occupied.sum()
     assert "/room/0" in nodes
+
+
+def test_a_moment_shows_nothing_of_a_later_one(dashboard):
+    _, put = run(dashboard)
+    shown = put[-1]()
+    dashboard.show(shown)
+    stage = dashboard.stage
+    assert {"/camera", "/robot", "/grid/outline", "/target/stand"} <= stage._nodes.keys()
+    bare = replace(shown, thing=replace(shown.thing, grid=None), T_map_camera=None, target=None)
+    stage.show(bare)
+    left = {name for name in stage._nodes if not name.startswith("/room/")}
+    assert left == {"/object", "/paths/registration", "/paths/odometry"}
+    stage.show(shown)
+    assert {"/camera", "/robot/0", "/grid/outline", "/target/stand"} <= stage._nodes.keys()
 
 
 def test_every_colouring_gives_a_colour_a_point(dashboard):

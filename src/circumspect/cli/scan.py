@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from circumspect.cli.dashboard_page import PageFlags
-from circumspect.errors import CircumspectError, InputError
+from circumspect.errors import InputError
 
 if TYPE_CHECKING:
     from circumspect.cli.scan_report import ScanReport
@@ -111,7 +111,8 @@ class Scan:
         scan, recorder = self._recorded(parts if watch is None else watch.operated(parts))
         try:
             report = self._reported(scan, recorder, command)
-        except CircumspectError:
+        except BaseException:
+            # Whoever stops a run before it begins can give the same command again.
             if recorder is not None:
                 recorder.discard()
             raise

@@ -201,8 +201,8 @@ class FrameAssembly:
         if self._camera is None and len(self._waiting) > WITHOUT_CAMERA:
             self._waiting.popleft()
             raise InputError(
-                f"no CameraInfo comes with {self._topics.depth}; name its topic by --info-topic "
-                "or give --intrinsics FX FY CX CY"
+                f"no CameraInfo comes with {self._topics.depth}; name its topic (replay "
+                "--info-topic, ros2 --info) or give --intrinsics FX FY CX CY"
             )
 
     def _complete(self, log_time: int) -> Iterator[RgbdFrame]:

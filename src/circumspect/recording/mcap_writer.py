@@ -24,6 +24,8 @@ LATCHED = """- history: 1
   liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
   avoid_ros_namespace_conventions: false"""
 """Quality of service of a topic whose last message latecomers get, in rosbag2's words."""
+SUFFIX = ".mcap"
+"""By it a recording is known again."""
 NOTES = "circumspect"
 """Name of the metadata record with the notes."""
 
@@ -44,7 +46,7 @@ class McapWriter:
             notes: Kept with the messages.
 
         Raises:
-            OutputError: The file exists or can not be written.
+            OutputError: The file exists, can not be written, or is not named as MCAP files are.
             MissingExtraError: mcap or rosbags is not installed.
         """
         try:
@@ -53,6 +55,8 @@ class McapWriter:
             raise MissingExtraError("mcap", "bags") from error
         self._types = typestore()
         self.path = Path(path)
+        if self.path.suffix.lower() != SUFFIX:
+            raise OutputError(f"{path}: recordings are MCAP files; end the name in {SUFFIX}")
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         try:

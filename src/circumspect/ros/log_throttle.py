@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import logging
+import re
 import time
 from collections import OrderedDict
 from collections.abc import Callable
 
 MOST = 200
 """Kinds of lines that are remembered."""
+_NUMBERS = re.compile(r"\d+")
 
 
 class LogThrottle(logging.Filter):
-    """Lets each kind of line through once in a while; says how many were held back."""
+    """Lets each kind of line through once in a while; says how many were held back.
+
+    Lines of a logger that differ in numbers alone, such as stamps, are of a kind.
+    """
 
     def __init__(self, seconds: float = 5.0, clock: Callable[[], float] = time.monotonic) -> None:
         """Begin with nothing said.
@@ -27,7 +32,8 @@ class LogThrottle(logging.Filter):
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether a line is to be said."""
-        kind, now = (record.name, str(record.msg)), self._clock()
+        kind = record.name, _NUMBERS.sub("#", record.getMessage())
+        now = self._clock()
         before, held = self._said.get(kind, (-float("inf"), 0))
         if now - before < self._seconds:
             self._said[kind] = before, held + 1

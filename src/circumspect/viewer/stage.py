@@ -91,8 +91,7 @@ class Stage:
 
     def _clear(self) -> None:
         """Take everything of a run away."""
-        for name in reversed(list(self._nodes)):
-            self._drop(name)
+        self._drop_all("/")
         self._grid_drawn = ()
         self._pictured = None
         self._lookout_set = False
@@ -156,6 +155,8 @@ class Stage:
                 points=local, colors=self.colours(thing), point_size=0.009,
                 point_shape="circle", point_shading="flat",
             )  # fmt: skip
+        if not known:
+            self._drop_all("/normals/")
         if not (known and self._visible["normals"]):
             return
         every = -(-len(local) // MOST_NORMALS)
@@ -167,7 +168,11 @@ class Stage:
     def _show_grid(self, grid: OccupancyGrid | None) -> None:
         drawn = (grid, self.colouring == EVIDENCE, self.explanation)
         same = [a is b for a, b in zip(drawn, self._grid_drawn, strict=False)]
-        if grid is None or (same and all(same)):
+        if same and all(same):
+            return
+        if grid is None:
+            self._drop_all("/grid/")
+            self._grid_drawn = ()
             return
         self._grid_drawn = drawn
         boxes, centre = cell_boxes(grid), np.asarray(grid.grid.centre_xyz)
@@ -193,6 +198,9 @@ class Stage:
     def _show_camera(self, shown: Shown) -> None:
         pose = shown.T_map_camera
         if pose is None:
+            self._drop_all("/camera")
+            self._drop_all("/robot")
+            self._pictured = None
             return
         known, image = shown.camera or PinholeCamera.xtion(), None
         if shown.images is not None and shown.images is not self._pictured:
@@ -236,6 +244,7 @@ class Stage:
     def _show_target(self, shown: Shown) -> None:
         view = shown.target
         if view is None:
+            self._drop_all("/target/")
             return
         x, y, faced = view.T_map_base.x, view.T_map_base.y, view.looks_at_xy
         self._put(
@@ -283,6 +292,11 @@ class Stage:
         for prop in CHANGING & props.keys():
             if props[prop] is not None:
                 setattr(handle, prop, props[prop])
+
+    def _drop_all(self, beginning: str) -> None:
+        """Take away what this moment lacks and another one had; children before their parents."""
+        for name in [name for name in self._nodes if name.startswith(beginning)][::-1]:
+            self._drop(name)
 
     def _drop(self, name: str) -> None:
         handle = self._nodes.pop(name, None)
