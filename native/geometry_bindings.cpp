@@ -41,6 +41,8 @@ double spacing_of(Points points_xyz) {
 }
 
 OutFaces faces_of(Points points_xyz, std::size_t neighbours, double reach) {
+  require(neighbours >= 1, "one neighbour or more");
+  require(reach > 0.0 && reach < std::numeric_limits<double>::infinity(), "a positive reach");
   const Cloud cloud = cloud_of(points_xyz);
   std::vector<int64_t> faces;
   {

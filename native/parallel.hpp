@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <exception>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -35,8 +34,8 @@ void parallel_for(std::size_t count, std::size_t threads, std::size_t grain, con
     for (; started < parts; ++started) {
       helpers.emplace_back(run, started, begin(started), begin(started + 1));
     }
-  } catch (const std::system_error&) {
-    // Too many threads already: the rest is done below.
+  } catch (...) {
+    // Too many threads already, or no memory for one: the rest is done below.
   }
   run(0, begin(0), begin(1));
   if (started < parts) run(started, begin(started), count);

@@ -10,7 +10,7 @@ from tracking_world import SHORT, short_drive, true_camera
 from circumspect.errors import InputError
 from circumspect.mapping import se3
 from circumspect.mapping.gate import GateSettings, squared_distance, weakest_direction
-from circumspect.mapping.registration import register
+from circumspect.mapping.registration import RegistrationSettings, register
 from circumspect.mapping.relocalisation import coarsely_aligned
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scan_surface import ScanSurface
@@ -145,3 +145,9 @@ def test_the_far_side_of_a_board_is_not_taken_for_the_near_one() -> None:
     found = register(wall(rng), scene, RigidTransform.identity(), loose)
     assert found.inliers == 0
     np.testing.assert_allclose(found.T_map_camera.translation, 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("reach", [0.0, -1.0, 11.0, np.nan])
+def test_a_reach_that_no_search_can_take_is_refused(reach):
+    with pytest.raises(InputError, match="the reach must lie in"):
+        RegistrationSettings(reach=reach)

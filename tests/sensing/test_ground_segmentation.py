@@ -134,3 +134,9 @@ def test_a_frame_of_nothing_has_no_object() -> None:
 def test_a_frame_without_a_pose_is_told() -> None:
     with pytest.raises(InputError, match="no pose"):
         SEGMENTATION.object_mask(RgbdFrame(np.ones((480, 640)), CAMERA, 0.0))
+
+
+@pytest.mark.parametrize("wrong", [{"cell": 0.0}, {"cell": 1e-4}, {"fewest": 0}])
+def test_settings_that_make_no_sense_are_refused(wrong):
+    with pytest.raises(InputError, match=r"cells are|a cluster has"):
+        GroundSegmentation(**wrong)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.errors import InputError
 from circumspect.mapping import rigid_matrix
 from circumspect.mapping.linear_fit import FEWEST, LinearFit, linearised
 from circumspect.mapping.scan import Scan
@@ -21,6 +22,8 @@ MEANT = 0.3
 UNCERTAIN, FARTHEST_REACH = 1.0, 0.15
 """At first correspondences are looked for as far as the prior's place is uncertain, in standard
 deviations, up to this distance [m]."""
+LONGEST_REACH = 0.5
+"""Of correspondences [m]."""
 
 
 @dataclass(frozen=True)
@@ -28,15 +31,26 @@ class RegistrationSettings:
     """How a scan is fitted.
 
     Attributes:
-        reach: Points further than this [m] from the map have no correspondence.
+        reach: Points further than this [m] from the map have no correspondence; at most
+            `LONGEST_REACH`, for what lies within it is searched cell by cell.
         rounds: Most Gauss-Newton steps.
         turn, shift: Converged once a step changes less than this [rad], [m].
+
+    Raises:
+        InputError: A reach that is not positive, or too long.
     """
 
     reach: float = 0.05
     rounds: int = 20
     turn: float = 2e-4
     shift: float = 2e-4
+
+    def __post_init__(self) -> None:
+        if not 0 < self.reach <= LONGEST_REACH:
+            raise InputError(
+                f"the reach must lie in 0 … {LONGEST_REACH:g} m, not {self.reach:g}; frames that "
+                "are farther off are placed by relocalisation"
+            )
 
 
 @dataclass(frozen=True, eq=False)

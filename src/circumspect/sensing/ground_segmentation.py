@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.errors import InputError
 from circumspect.sensing import _native
 from circumspect.sensing.depth_noise import DepthNoise
 from circumspect.sensing.floor_plane import FloorPlane
@@ -37,6 +38,9 @@ class GroundSegmentation(Segmentation):
         cell: Side of the plan-view cells [m]; gaps of up to one cell are bridged.
         fewest: Clusters of fewer pixels are specks.
         noise: The camera's noise and range; nothing beyond it is looked at.
+
+    Raises:
+        InputError: Cells below 1 mm, or clusters of no pixel.
     """
 
     margin: float = 0.012
@@ -44,6 +48,12 @@ class GroundSegmentation(Segmentation):
     cell: float = 0.04
     fewest: int = 60
     noise: DepthNoise = field(default_factory=DepthNoise)
+
+    def __post_init__(self) -> None:
+        if not 1e-3 <= self.cell <= 1:
+            raise InputError(f"cells are 0.001 to 1 m wide, not {self.cell:g}")
+        if self.fewest < 1:
+            raise InputError(f"a cluster has 1 pixel or more, not {self.fewest}")
 
     def object_mask(
         self, frame: RgbdFrame, known_xyz: NDArray[np.floating] | None = None

@@ -15,14 +15,17 @@ from circumspect.sensing.millimetres import metres
 from circumspect.sensing.odometry import Odometry
 from circumspect.sensing.pixel_rays import pixel_rays
 
+NEAREST = 0.01
+"""No camera measures nearer [m]; whole numbers that were read as floats do not either."""
+
 
 @dataclass(frozen=True, eq=False)
 class RgbdFrame:
     """Depth, and perhaps colour, from one place at one time; arrays are read-only.
 
     Attributes:
-        depth: (height, width) float32 [m] along the optical z axis; NaN is invalid. Infinite,
-            zero and negative values become NaN.
+        depth: (height, width) float32 [m] along the optical z axis; NaN is invalid. Infinite
+            values and those below `NEAREST` become NaN.
         camera: The camera that took it.
         stamp: Time [s].
         T_map_camera: Where the camera is believed to have been (optical frame), or None.
@@ -48,7 +51,7 @@ class RgbdFrame:
         depth = np.array(self.depth, dtype=np.float32)
         if depth.shape != size:
             raise InputError(f"depth has shape {depth.shape}, the camera makes {size}")
-        depth[~(np.isfinite(depth) & (depth > 0))] = np.nan
+        depth[~(np.isfinite(depth) & (depth >= NEAREST))] = np.nan
         depth.flags.writeable = False
         object.__setattr__(self, "depth", depth)
         if not np.isfinite(self.stamp):
