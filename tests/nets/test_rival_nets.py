@@ -11,7 +11,7 @@ from network_inputs import trained_looking
 
 from circumspect.errors import InputError
 from circumspect.nets.pointnet import PointNet, Transform
-from circumspect.nets.rendering import depth_images, nearest_of_each, panorama
+from circumspect.nets.rendering import BEYOND, depth_images, nearest_of_each, panorama
 from circumspect.nets.voxelnet import AZIMUTHS, CELLS, HEIGHTS, RADII, in_cells
 from circumspect.nets.voxnet import VoxNet
 
@@ -69,11 +69,13 @@ def test_depth_images_look_from_all_around_at_the_near_side():
     images = depth_images(points, 4, 16, 0.0)
     assert images.shape == (1, 4, 16, 16)
     # From +x both points lie in the middle, and the one at +x is nearer.
-    near = (0.9 / math.sqrt(2) + 1) / 2
+    near = (1 / BEYOND + 1) / 2
     assert images[0, 0].max() == pytest.approx(near, abs=1e-5)
     assert (images[0, 0] > 0).sum() == 1
     assert (images[0, 1] > 0).sum() == 2
     torch.testing.assert_close(images[0, 0].flip(1).max(), images[0, 2].max())
+    # However large the object is.
+    torch.testing.assert_close(depth_images(0.1 * points, 4, 16, 0.0), images)
 
 
 def test_up_is_up_in_depth_images():
@@ -84,6 +86,7 @@ def test_up_is_up_in_depth_images():
 
 def test_more_of_an_object_never_takes_from_an_image():
     points = points_within_cells(200)
+    points = points[:, points[0].norm(dim=1).argsort(descending=True)]
     some, all_of_it = (depth_images(p, 12, 32, 0.5) for p in (points[:, :100], points))
     assert (all_of_it >= some).all()
 

@@ -92,7 +92,7 @@ def test_missing_pose_is_told() -> None:
     assert frame.at(RigidTransform.identity()).points_map().shape == (48, 3)
 
 
-def test_depths_that_no_camera_measures_are_none():
-    depth = np.array([[1e-38, 1e-3, 0.01], [1.0, -1.0, np.inf]], np.float32)
+def test_depths_that_are_none_in_any_unit_are_invalid():
+    depth = np.array([[1e-38, 1e-20, 1e-3], [1.0, -1.0, np.inf]], np.float32)
     frame = RgbdFrame(depth, PinholeCamera(3, 2, 1.0, 1.0, 1.0, 0.5), 0.0)
     assert frame.valid.tolist() == [[False, False, True], [True, False, False]]

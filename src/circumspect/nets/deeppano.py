@@ -35,6 +35,7 @@ class DeepPano(nn.Module):
         self.head = nn.Sequential(
             nn.Dropout(0.5),
             nn.Linear(WIDTHS[-1] * (HEIGHTS >> len(WIDTHS)), 512),
+            nn.BatchNorm1d(512),
             nn.ReLU(),
             nn.Dropout(0.5),
             nn.Linear(512, classes),

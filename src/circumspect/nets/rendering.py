@@ -7,6 +7,9 @@ import math
 import torch
 from torch import Tensor
 
+BEYOND = 1.05
+"""What is farthest from a camera is told from nothing by this."""
+
 
 def nearest_of_each(cells: Tensor, values: Tensor, count: int) -> Tensor:
     """The largest value that falls into each cell, 0 where none does.
@@ -46,7 +49,8 @@ def depth_images(points: Tensor, views: int, size: int, elevation: float) -> Ten
     """Orthographic depth images from a circle of cameras that look at the middle.
 
     Args:
-        points: (n, m, 3) about the axis, within a cylinder of radius 1 and half height 1.
+        points: (n, m, 3) about the middle; the pictures reach a little beyond the farthest one,
+            so that objects fill them as they do in the paper.
         views: Cameras, evenly over the azimuth.
         size: Pixels along each side.
         elevation: [rad] of the cameras.
@@ -65,8 +69,10 @@ def depth_images(points: Tensor, views: int, size: int, elevation: float) -> Ten
     )
     right = torch.stack([-torch.sin(angles), torch.cos(angles), torch.zeros_like(angles)], -1)
     up = torch.linalg.cross(towards, right)
-    reach = math.sqrt(2.0)
-    u, v, near = (points @ axis.T.to(points.dtype) / reach for axis in (right, up, towards))
+    reach = BEYOND * points.square().sum(-1).amax(1).sqrt().clamp(min=1e-6)
+    # Not a matrix product: mixed precision would move points to other pixels.
+    x, y, z = (points / reach[:, None, None]).unsqueeze(-1).unbind(2)
+    u, v, near = (x * a[:, 0] + y * a[:, 1] + z * a[:, 2] for a in (right, up, towards))
     pixel = _cell((v + 1) / 2, size) * size + _cell((u + 1) / 2, size)
     flat = pixel.transpose(1, 2).reshape(-1, points.shape[1])
     nearness = ((near + 1) / 2).clamp(0, 1).transpose(1, 2).reshape(-1, points.shape[1])

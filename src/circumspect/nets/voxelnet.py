@@ -51,6 +51,8 @@ class VoxelNet(nn.Module):
     def __init__(self, classes: int) -> None:
         super().__init__()
         self.encoding = nn.ModuleList([FeatureEncoding(5, 16), FeatureEncoding(16, ENCODED)])
+        self.last = nn.Linear(ENCODED, ENCODED, bias=False)
+        self.last_norm = nn.BatchNorm1d(ENCODED)
         widths = (ENCODED, *WIDTHS)
         self.convolutions = nn.ModuleList(
             nn.Conv3d(i, o, 3, stride=(2, 1, 2), padding=(1, 0, 1), bias=False)
@@ -78,6 +80,8 @@ class VoxelNet(nn.Module):
         features, cells = in_cells(points)
         for encoding in self.encoding:
             features = encoding(features, cells)
+        learnt = self.last_norm(self.last(features).transpose(1, 2))
+        features = functional.relu(learnt.transpose(1, 2))
         index = cells.unsqueeze(2).expand(-1, -1, ENCODED)
         grid = _largest(features, index).transpose(1, 2)
         grid = grid.reshape(-1, ENCODED, RADII, AZIMUTHS, HEIGHTS)

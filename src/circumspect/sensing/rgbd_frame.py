@@ -15,8 +15,8 @@ from circumspect.sensing.millimetres import metres
 from circumspect.sensing.odometry import Odometry
 from circumspect.sensing.pixel_rays import pixel_rays
 
-NEAREST = 0.01
-"""No camera measures nearer [m]; whole numbers that were read as floats do not either."""
+NEAREST = 1e-4
+"""Nearer [m] is no depth in any unit, but whole numbers that were read as floats."""
 
 
 @dataclass(frozen=True, eq=False)
