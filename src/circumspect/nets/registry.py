@@ -29,7 +29,7 @@ MARGIN = 1.1
 CYLINDER = GridRecipe(margin=MARGIN)
 CUBE = GridRecipe("rectangular", margin=MARGIN)
 SURFACE = PointsRecipe(8192, surface=True, margin=MARGIN)
-"""Depth images of so many points lack 3 % of their pixels, panoramas of 128 columns a quarter."""
+"""Images of so many points still have holes, the more the larger an object's surface is."""
 PLAIN: Mapping[str, Any] = MappingProxyType({"mixing": 0.0, "label_smoothing": 0.0})
 AS_THE_PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -126,7 +126,7 @@ NETS = {
             SURFACE,
             "Shi et al. 2015",
             "narrower, with batch norms; wrapped at every convolution instead of padding the "
-            "panorama once; rendered from points, which leaves a quarter of its pixels empty",
+            "panorama once; rendered from points, which leaves holes",
             PLAIN,
         ),
         NetSpec(
@@ -136,7 +136,7 @@ NETS = {
             SURFACE,
             "Su et al. 2015",
             "small, with batch norms and without pre-trained weights; depth images of 64 x 64 "
-            "pixels, rendered from points, instead of shaded ones",
+            "pixels, rendered from points, which leaves holes, instead of shaded ones",
             PLAIN,
         ),
         NetSpec(

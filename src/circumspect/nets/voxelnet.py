@@ -12,6 +12,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from circumspect.nets.azimuth import RowWisePool, wrap
+from circumspect.nets.pointnet import Shared
 
 RADII, AZIMUTHS, HEIGHTS = 16, 32, 16
 CELLS = RADII * AZIMUTHS * HEIGHTS
@@ -30,13 +31,11 @@ class FeatureEncoding(nn.Module):
 
     def __init__(self, inputs: int, outputs: int) -> None:
         super().__init__()
-        self.linear = nn.Linear(inputs, outputs // 2, bias=False)
-        self.norm = nn.BatchNorm1d(outputs // 2)
+        self.each = Shared(inputs, outputs // 2)
 
     def forward(self, features: Tensor, cells: Tensor) -> Tensor:
         """(n, m, inputs) features and (n, m) cells to (n, m, outputs)."""
-        learnt = self.linear(features)
-        learnt = functional.relu(self.norm(learnt.transpose(1, 2)).transpose(1, 2))
+        learnt = self.each(features)
         index = cells.unsqueeze(2).expand(-1, -1, learnt.shape[2])
         return torch.cat([learnt, _largest(learnt, index).gather(1, index)], 2)
 
@@ -51,8 +50,7 @@ class VoxelNet(nn.Module):
     def __init__(self, classes: int) -> None:
         super().__init__()
         self.encoding = nn.ModuleList([FeatureEncoding(5, 16), FeatureEncoding(16, ENCODED)])
-        self.last = nn.Linear(ENCODED, ENCODED, bias=False)
-        self.last_norm = nn.BatchNorm1d(ENCODED)
+        self.last = Shared(ENCODED, ENCODED)
         widths = (ENCODED, *WIDTHS)
         self.convolutions = nn.ModuleList(
             nn.Conv3d(i, o, 3, stride=(2, 1, 2), padding=(1, 0, 1), bias=False)
@@ -80,8 +78,7 @@ class VoxelNet(nn.Module):
         features, cells = in_cells(points)
         for encoding in self.encoding:
             features = encoding(features, cells)
-        learnt = self.last_norm(self.last(features).transpose(1, 2))
-        features = functional.relu(learnt.transpose(1, 2))
+        features = self.last(features)
         index = cells.unsqueeze(2).expand(-1, -1, ENCODED)
         grid = _largest(features, index).transpose(1, 2)
         grid = grid.reshape(-1, ENCODED, RADII, AZIMUTHS, HEIGHTS)
