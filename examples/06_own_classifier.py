@@ -41,13 +41,13 @@ class PowerClassifier(cs.Classifier):
         return likely / likely.sum(axis=1, keepdims=True)
 
     def classify(self, cloud: cs.PointCloud) -> cs.Prediction:
-        shares = self.probabilities(self.recipe.inputs(cloud)[0])
-        return cs.Prediction.from_probabilities(self.classes, shares[0])
+        return self.classify_grid(self.recipe.bounds(cloud).hits(self.recipe.surface(cloud)))
 
-    def classify_grid(self, grid: cs.OccupancyGrid) -> cs.Prediction:
-        self.recipe.accepts(grid)
-        shares = self.probabilities(grid.occupied[None])
-        return cs.Prediction.from_probabilities(self.classes, shares[0])
+    def classify_grid(self, *views: cs.OccupancyGrid) -> cs.Prediction:
+        for grid in views:
+            self.recipe.accepts(grid)
+        shares = self.probabilities(np.stack([grid.occupied for grid in views])).mean(axis=0)
+        return cs.Prediction.from_probabilities(self.classes, shares)
 
 
 if __name__ == "__main__":

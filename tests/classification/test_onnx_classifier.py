@@ -89,6 +89,22 @@ def test_a_saved_grid_is_named_like_its_cloud(classifier, tmp_path):
     assert classifier.classify_grid(grid).label == classifier.classify(cloud).label
 
 
+@pytest.mark.parametrize("yaw", [0.0, 0.1, 2.0])
+def test_grids_of_all_views_are_named_as_the_cloud_is(classifier, yaw):
+    cloud = turned(make_furniture("night_stand", 3).sampled(30_000, 0), yaw)
+    bounds = classifier.recipe.turned_bounds(classifier.recipe.bounds(cloud))
+    assert len(bounds) == classifier.recipe.azimuth_views > 1
+    named = classifier.classify_grid(*(grid.hits(cloud.points_xyz) for grid in bounds))
+    expected = classifier.classify(cloud).probabilities
+    # A point on the edge of a cell may round to either side.
+    assert named.probabilities == pytest.approx(expected, abs=1e-3)
+
+
+def test_no_grid_is_not_named(classifier):
+    with pytest.raises(InputError, match="there is no grid"):
+        classifier.classify_grid()
+
+
 def test_other_grids_are_refused(classifier):
     with pytest.raises(InputError, match=r"the classifier expects cylindrical"):
         classifier.classify_grid(CylindricalGrid((8, 8, 8)).hits(np.zeros((1, 3))))

@@ -26,8 +26,9 @@ class VolumeClassifier(Classifier):
     def classify(self, cloud: PointCloud) -> Prediction:
         return self.classify_grid(self.recipe.bounds(cloud).hits(cloud))
 
-    def classify_grid(self, grid: OccupancyGrid) -> Prediction:
-        self.recipe.accepts(grid)
-        self.grids.append(grid)
-        share = float(grid.occupied.mean())
+    def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+        for grid in views:
+            self.recipe.accepts(grid)
+        self.grids.append(views[0])
+        share = float(np.mean([grid.occupied for grid in views]))
         return Prediction.from_probabilities(self.classes, np.array([1 - share, share]))

@@ -33,11 +33,11 @@ class Faulty(Classifier):
     def classify(self, cloud: Any) -> Any:
         return self._sound.classify(cloud)
 
-    def classify_grid(self, grid: Any) -> Any:
+    def classify_grid(self, *views: Any) -> Any:
         self._count += 1
         if self._count == 2:
             raise ZeroDivisionError("on purpose")
-        return self._sound.classify_grid(grid)
+        return self._sound.classify_grid(*views)
 
 
 def test_a_fault_inside_costs_a_frame_not_the_node(bus: MemoryBus, classifier: Classifier) -> None:
@@ -200,9 +200,9 @@ def test_the_diagnostics_go_on_while_a_frame_takes_long(
     bus: MemoryBus, classifier: Classifier
 ) -> None:
     class Slow(Faulty):
-        def classify_grid(self, grid: Any) -> Any:
+        def classify_grid(self, *views: Any) -> Any:
             time.sleep(2.5)
-            return self._sound.classify_grid(grid)
+            return self._sound.classify_grid(*views)
 
     node = RecognitionNode(bus, SETTINGS, Slow(classifier))
     robot = OrbitingRobot(bus)

@@ -40,14 +40,15 @@ class Classifier(ABC):
         """
 
     @abstractmethod
-    def classify_grid(self, grid: OccupancyGrid) -> Prediction:
-        """Name the object that a grid shows.
+    def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+        """Name the object that grids show.
 
-        A grid is a single view: between whole azimuth cells the answer is a little less steady
-        than that to a cloud, which is gridded anew for every view of the recipe.
+        Args:
+            views: One grid of the object, or one for each of `recipe.turned_bounds`. With a single
+                one the answer is a little less steady between whole azimuth cells.
 
         Raises:
-            InputError: The grid is of another kind or shape than the classifier was trained on.
+            InputError: No grid, or one of another kind or shape than the classifier was trained on.
         """
 
     @staticmethod

@@ -20,7 +20,7 @@ from circumspect.classification.input_recipe import (
 )
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface
-from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid, hits_batch
+from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid, RectangularGrid, hits_batch
 from circumspect.grid.grid_arguments import checked_shape
 
 
@@ -93,6 +93,13 @@ class GridRecipe(InputRecipe):
             return cylinder
         # The cube round the cylinder: it holds the object at every yaw.
         return RectangularGrid(self.shape, cylinder.radius, cylinder.centre_xyz)
+
+    def turned_bounds(self, bounds: Grid) -> list[Grid]:
+        """See `InputRecipe.turned_bounds`."""
+        if not isinstance(bounds, CylindricalGrid):
+            return [bounds]
+        # Cells that turn clockwise show what a cloud shows that turns counter-clockwise.
+        return [bounds.rotated(-view / self.azimuth_views) for view in range(self.azimuth_views)]
 
     def grids(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.uint8]:
         """Grid a cloud, turned about the vertical by each of `yaws`.

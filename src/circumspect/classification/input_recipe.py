@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, require_extent
-from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
+from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid, RectangularGrid
 
 MOST_VIEWS = 64
 MOST_POINTS = 1_000_000
@@ -57,6 +57,17 @@ class InputRecipe(ABC):
 
         Raises:
             GeometryError: The points span no shape.
+        """
+
+    @abstractmethod
+    def turned_bounds(self, bounds: Grid) -> list[Grid]:
+        """The empty grids of all views of an object.
+
+        Args:
+            bounds: Of the first view.
+
+        Returns:
+            `azimuth_views` grids, each turned by a further fraction of an azimuth cell.
         """
 
     @abstractmethod

@@ -97,10 +97,14 @@ class OnnxClassifier(Classifier):
         times = {"grid": 1e3 * (time.perf_counter() - start)}
         return self._prediction(inputs, times)
 
-    def classify_grid(self, grid: OccupancyGrid) -> Prediction:
+    def classify_grid(self, *views: OccupancyGrid) -> Prediction:
         """See `Classifier.classify_grid`."""
-        self._recipe.accepts(grid)
-        return self._prediction(grid.occupied.astype(np.uint8)[None, None, None], {})
+        if not views:
+            raise InputError("there is no grid to name; give one at least")
+        for grid in views:
+            self._recipe.accepts(grid)
+        occupied = np.stack([grid.occupied for grid in views])
+        return self._prediction(occupied.astype(np.uint8)[None, :, None], {})
 
     def _prediction(self, inputs: NDArray[Any], milliseconds: Mapping[str, float]) -> Prediction:
         """Of one object."""

@@ -20,7 +20,7 @@ from circumspect.classification.input_recipe import (
 )
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface
-from circumspect.grid import CylindricalGrid, OccupancyGrid
+from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid
 
 
 @dataclass(frozen=True)
@@ -82,6 +82,10 @@ class PointsRecipe(InputRecipe):
     def bounds(self, cloud: PointCloud) -> CylindricalGrid:
         """See `InputRecipe.bounds`."""
         return cylinder_round(cloud, self.margin)
+
+    def turned_bounds(self, bounds: Grid) -> list[Grid]:
+        """See `InputRecipe.turned_bounds`: points have no cells to turn."""
+        return [bounds]
 
     def with_views(self, azimuth_views: int) -> PointsRecipe:
         """See `InputRecipe.with_views`."""

@@ -26,6 +26,9 @@ class Keyframe:
         space: What it shows to be empty.
         covariance: (6, 6) of changes of the pose, optical frame, since the first keyframe.
         passage: How the camera came there.
+        parent: The keyframe that it was placed by; None for the first.
+        since_parent: (6, 6) covariance of its pose if that one's were known exactly; of the first
+            one its own.
         T_base_camera: The mount; None where not known.
     """
 
@@ -35,6 +38,8 @@ class Keyframe:
     space: FreeSpace
     covariance: NDArray[np.floating]
     passage: Passage
+    parent: int | None
+    since_parent: NDArray[np.floating]
     T_base_camera: RigidTransform | None = None
 
     @classmethod
@@ -46,13 +51,18 @@ class Keyframe:
         scan: Scan,
         frame: RgbdFrame,
         passage: Passage,
+        parent: int | None = None,
+        since_parent: NDArray[np.floating] | None = None,
     ) -> Keyframe:
         """Look closely at a frame; see the attributes."""
         surface, mount = ScanSurface.of(scan), frame.T_base_camera
         if mount is not None:
             surface = surface.on_level_floor(T_map_camera)
-        space = FreeSpace.of(frame)
-        return cls(number, T_map_camera, surface, space, covariance, passage, mount)
+        since = covariance if since_parent is None else since_parent
+        return cls(
+            number, T_map_camera, surface, FreeSpace.of(frame), covariance, passage, parent, since,
+            mount,
+        )  # fmt: skip
 
     def shows(
         self, points_xyz: NDArray[np.float64], normals_xyz: NDArray[np.float64], within: float

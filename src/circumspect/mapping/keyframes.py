@@ -13,11 +13,11 @@ from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.heirs import Heirs
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.keyframe_pairs import (
+    OLD,
     closes_a_loop,
     is_consecutive,
     pair_edge,
     showing_the_same,
-    view_covariance,
 )
 from circumspect.mapping.pair_queue import PairQueue
 from circumspect.mapping.pose_distance import distances
@@ -25,11 +25,17 @@ from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged, thin
 from circumspect.mapping.registration import RegistrationSettings
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
+from circumspect.mapping.surest_ways import (
+    agrees,
+    by_surest_ways,
+    share_of_variance,
+)
 from circumspect.mapping.wheels import Passage
 from circumspect.sensing import RgbdFrame
 
 FOUND_AGAIN = 0.25
-"""A keyframe leads back to an old one if that makes the variance of its place so much smaller."""
+"""A fitted pair leads back to a known place if it makes the variance of the later one's place so
+much smaller."""
 EDGES_EACH = 8
 """So many edges a keyframe are kept once keyframes give way."""
 
@@ -39,7 +45,7 @@ class KeyframeSettings:
     """When a frame becomes a keyframe, and what is done with them.
 
     Attributes:
-        shift, turn: A keyframe is this far [m], [rad] from all others.
+        shift, turn: A keyframe is this far [m], [rad] from those that hold the camera.
         most: So many are kept; the one that adds least gives way.
         rebuild_shift, rebuild_turn: Corrections from this size on [m], [rad] are carried out
             when a loop closed; smaller ones when the run ends.
@@ -78,6 +84,8 @@ class Keyframes:
         self._heirs = Heirs()
         self._matrices: NDArray[np.float64] | None = None
         self._next = 0
+        self._held: int | None = None
+        self._agreed = -1
 
     def __len__(self) -> int:
         return len(self._by_number)
@@ -103,20 +111,39 @@ class Keyframes:
         """`T_map_camera` of all."""
         return [key.T_map_camera for key in self._by_number.values()]
 
-    def nearest(self, T_map_camera: RigidTransform) -> tuple[int, float]:
-        """The keyframe nearest to a pose, and how far it is (from 1 on: far enough for a new one).
+    def holding(self, T_map_camera: RigidTransform) -> tuple[int, float]:
+        """The keyframe that a camera is held by now, and how far it is.
+
+        That is the nearest of those that belong together with the last one that held it: taken
+        shortly before or after, or all reconciled by the graph. A camera that comes back to where
+        it began is held by the end of its way until the loop is closed.
+
+        Args:
+            T_map_camera: The next pose of the same camera.
+
+        Returns:
+            Its number, and its distance (from 1 on: far enough for a new keyframe).
 
         Raises:
             ValueError: There are none.
         """
-        numbers, apart = self._apart(T_map_camera)
+        numbers, apart = np.array(list(self._by_number)), self._apart(T_map_camera)
+        if self._held is not None:
+            belongs = np.abs(numbers - self._held) <= OLD
+            if self._held <= self._agreed:
+                belongs |= numbers <= self._agreed
+            apart = np.where(belongs, apart, np.inf)
         best = int(apart.argmin())
-        return numbers[best], float(apart[best])
+        self._held = int(numbers[best])
+        return self._held, float(apart[best])
 
-    def _apart(self, T_map_camera: RigidTransform) -> tuple[list[int], NDArray[np.float64]]:
+    def found_again(self) -> None:
+        """The camera was found by all that is known, not by where it had been before."""
+        self._held = None
+
+    def _apart(self, T_map_camera: RigidTransform) -> NDArray[np.float64]:
         shift, turn = distances(self._poses(), T_map_camera.as_matrix())
-        relative = np.maximum(shift / self.settings.shift, turn / self.settings.turn)
-        return list(self._by_number), relative
+        return np.maximum(shift / self.settings.shift, turn / self.settings.turn)
 
     def _poses(self) -> NDArray[np.float64]:
         """(n, 4, 4) `T_map_camera` of all, until one of them changes."""
@@ -127,7 +154,7 @@ class Keyframes:
     def covariance(
         self, T_map_camera: RigidTransform, to_scene: NDArray[np.floating]
     ) -> NDArray[np.floating]:
-        """(6, 6) of a pose: that of the keyframe it was fitted to, and that of the fit.
+        """(6, 6) of a pose: that of the keyframe that holds it, and that of the fit.
 
         Args:
             T_map_camera: The pose.
@@ -135,12 +162,9 @@ class Keyframes:
         """
         if not self._by_number:
             return to_scene
-        return self._since(self.nearest(T_map_camera)[0], T_map_camera) + to_scene
-
-    def _since(self, number: int, T_map_camera: RigidTransform) -> NDArray[np.floating]:
-        """(6, 6) of a pose that is exactly known from a keyframe."""
-        key = self[number]
-        return se3.moved_covariance(T_map_camera.inv() * key.T_map_camera, key.covariance)
+        key = self[self.holding(T_map_camera)[0]]
+        held = se3.moved_covariance(T_map_camera.inv() * key.T_map_camera, key.covariance)
+        return held + to_scene
 
     def add(
         self,
@@ -160,36 +184,21 @@ class Keyframes:
             passage: How the camera came there since the last keyframe.
         """
         number, self._next = self._next, self._next + 1
+        covariance = self.covariance(T_map_camera, to_scene)
         key = Keyframe.of(
-            number, T_map_camera, self.covariance(T_map_camera, to_scene), scan, frame, passage
+            number, T_map_camera, covariance, scan, frame, passage, self._held, to_scene
         )
         if self._by_number:
             others = list(self._by_number.values())
             last = others[-1].number
             same = showing_the_same(key, others, self._poses())
             self.queue.put((n, number) for n in [last, *(n for n in same if n != last)])
-            key = replace(key, covariance=self._anchored_covariance(key, to_scene, same))
         self._by_number[number] = key
         self._matrices = None
+        self._held = number
         if len(self) > self.settings.most:
             self._give_way()
         return key
-
-    def _anchored_covariance(
-        self, key: Keyframe, to_scene: NDArray[np.floating], same: list[int]
-    ) -> NDArray[np.floating]:
-        """(6, 6) of a new keyframe, which was fitted to all that show the same.
-
-        The fits to neighbours are not independent of each other. But where the last ones are far
-        less certain than one that shows the same, the place was just found again by that one.
-        """
-        known = key.covariance
-        for number in same:
-            T_same_key = self[number].T_map_camera.inv() * key.T_map_camera
-            again = self._since(number, key.T_map_camera) + to_scene + view_covariance(T_same_key)
-            if np.trace(again[3:, 3:]) < FOUND_AGAIN * np.trace(known[3:, 3:]):
-                known = again
-        return known
 
     def seen_empty(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points lie where some keyframe looked through.
@@ -213,9 +222,14 @@ class Keyframes:
 
     def _fit(self, first: int, second: int) -> None:
         edge = pair_edge(self[first], self[second], self._voxel, self._registration, self._gate)
-        if edge is not None:
-            self._edges.append(edge)
-            self.loops += int(closes_a_loop(first, second))
+        if edge is None:
+            return
+        self._edges.append(edge)
+        self.loops += int(closes_a_loop(first, second))
+        if is_consecutive(first, second) or not agrees(edge, self[first], self[second]):
+            return
+        if share_of_variance(edge, self[first], self[second]) < FOUND_AGAIN:
+            self._reconcile()
 
     def graph(self) -> PoseGraph:
         """The pose graph; its poses are in the order of the keyframes."""
@@ -248,13 +262,26 @@ class Keyframes:
         )
         turn, shift = np.linalg.norm(changes.reshape(-1, 2, 3), axis=2).max(axis=0)
         s = self.settings
-        if not anyway and shift < s.rebuild_shift and turn < s.rebuild_turn:
-            return False
-        for number, pose in zip(self._by_number, poses, strict=True):
-            self._by_number[number] = replace(self[number], T_map_camera=pose)
-        self._matrices = None
-        self.corrections += 1
-        return True
+        moved = anyway or shift >= s.rebuild_shift or turn >= s.rebuild_turn
+        if moved:
+            for number, pose in zip(self._by_number, poses, strict=True):
+                self._by_number[number] = replace(self[number], T_map_camera=pose)
+            self._matrices = None
+            self.corrections += 1
+        self._reconcile()
+        return moved
+
+    def _reconcile(self) -> None:
+        """Tell of all how well they are known by the fits that their poses agree with."""
+        sound = [
+            edge
+            for edge in self._edges
+            if not (edge.inherited or is_consecutive(edge.first, edge.second))
+            and agrees(edge, self[edge.first], self[edge.second])
+        ]
+        self._by_number = by_surest_ways(list(self._by_number.values()), sound)
+        closing = [edge.second for edge in sound if closes_a_loop(edge.first, edge.second)]
+        self._agreed = max(self._agreed, *closing, -1)
 
     def scene(self) -> SceneMap:
         """The scene map of all keyframes."""
@@ -281,5 +308,17 @@ class Keyframes:
         self._heirs.gave_way(gone, heir, T_heir_gone)
         edges = bridged(self._edges, gone, heir, T_heir_gone)
         self._edges = thinned(edges, EDGES_EACH * self.settings.most)
+        self._bequeath(gone, heir)
         del self._by_number[gone]
         self._matrices = None
+
+    def _bequeath(self, gone: int, heir: int) -> None:
+        """What a keyframe held is held by its parent, or by its heir."""
+        if self._held == gone:
+            self._held = heir
+        left = self[gone]
+        for number, key in list(self._by_number.items()):
+            if key.parent == gone:
+                back = key.T_map_camera.inv() * left.T_map_camera
+                both = key.since_parent + se3.moved_covariance(back, left.since_parent)
+                self._by_number[number] = replace(key, parent=left.parent, since_parent=both)

@@ -27,6 +27,7 @@ class Edge:
         T_first_second: What was measured.
         information: (6, 6) inverse covariance of changes after it.
         robust: A measurement that may be plain wrong; it is weighted by Cauchy's kernel.
+        inherited: It was measured at a pose that one of these stands for now.
     """
 
     first: int
@@ -34,6 +35,7 @@ class Edge:
     T_first_second: RigidTransform
     information: NDArray[np.floating]
     robust: bool = False
+    inherited: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,11 +192,13 @@ def bridged(edges: list[Edge], gone: int, heir: int, T_heir_gone: RigidTransform
             continue
         elif edge.first == gone:
             measured = T_heir_gone * edge.T_first_second
-            kept.append(Edge(heir, edge.second, measured, edge.information, robust=True))
+            kept.append(
+                Edge(heir, edge.second, measured, edge.information, robust=True, inherited=True)
+            )
         else:
             measured = edge.T_first_second * T_heir_gone.inv()
             information = se3.moved_information(T_heir_gone, edge.information)
-            kept.append(Edge(edge.first, heir, measured, information, robust=True))
+            kept.append(Edge(edge.first, heir, measured, information, robust=True, inherited=True))
     return kept
 
 

@@ -231,6 +231,7 @@ class RegisteredPoses(PoseEstimator):
         found = self._recognition.believed(fits, expected, moved, self._inliers, lost, elsewhere)
         if found is None:
             return None
+        self.keyframes.found_again()
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(belief, Verdict(), RECOGNISED, found)
 
@@ -271,7 +272,7 @@ class RegisteredPoses(PoseEstimator):
         """Take a new keyframe in, and work a little on what the last ones are to be fitted to."""
         assert self._belief is not None
         keys, T_map_camera = self.keyframes, self._belief.T_map_camera
-        is_news = len(keys) == 0 or keys.nearest(T_map_camera)[1] >= 1
+        is_news = len(keys) == 0 or keys.holding(T_map_camera)[1] >= 1
         if is_news:
             covariance = self._belief.covariance
             found = attempt.found
@@ -294,7 +295,7 @@ class RegisteredPoses(PoseEstimator):
         """Move the keyframes to where their graph says, and what hangs on them."""
         assert self._belief is not None
         T_map_camera = self._belief.T_map_camera
-        number, _ = self.keyframes.nearest(T_map_camera)
+        number, _ = self.keyframes.holding(T_map_camera)
         T_anchor_camera = self.keyframes[number].T_map_camera.inv() * T_map_camera
         if not self.keyframes.correct(anyway):
             return
@@ -349,7 +350,7 @@ class RegisteredPoses(PoseEstimator):
                 T_map_odom = T_map_base @ frame.odometry.T_odom_base.inverse()
         number = T_anchor_camera = None
         if len(self.keyframes):
-            number, _ = self.keyframes.nearest(believed.T_map_camera)
+            number, _ = self.keyframes.holding(believed.T_map_camera)
             T_anchor_camera = self.keyframes[number].T_map_camera.inv() * believed.T_map_camera
         lost = self._doubts >= self.settings.lost_after
         return PoseEstimate(

@@ -70,7 +70,7 @@ class RecognitionPipeline:
         self.classifier = classifier
         self.observers = tuple(observers)
         self.model = ObjectModel(settings or ModelSettings())
-        self.grid: OccupancyGrid | None = None
+        self._grids: list[OccupancyGrid] = []
         self.prediction: Prediction | None = None
         self._known_xyz: NDArray[np.float64] | None = None
         self._views = ObjectViews()
@@ -79,6 +79,11 @@ class RecognitionPipeline:
         self._stamp: float | None = None
         self._count = 0
         self._seen = 0.0
+
+    @property
+    def grid(self) -> OccupancyGrid | None:
+        """Of the object as it was last named, ray traced."""
+        return self._grids[0] if self._grids else None
 
     def run(self, frames: Iterable[RgbdFrame]) -> RecognitionResult:
         """Take all frames, telling the observers.
@@ -153,12 +158,12 @@ class RecognitionPipeline:
         # Its occupancy around the principal axis, ray traced (section 3.2)
         with clock.stage("grid"):
             gridded = self._grid_model()
-        if not gridded or self.grid is None:
+        if not gridded:
             return self._told(frame, TOO_LITTLE, clock, pose, int(mask.sum()))
 
         # What it is
         with clock.stage("classify"):
-            self.prediction = self.classifier.classify_grid(self.grid)
+            self.prediction = self.classifier.classify_grid(*self._grids)
         return self._told(frame, CLASSIFIED, clock, pose, int(mask.sum()))
 
     def settle(self) -> bool:
@@ -170,8 +175,8 @@ class RecognitionPipeline:
         self.poses.settle()
         if not self._rebuild_if_corrected():
             return False
-        if self._grid_model() and self.grid is not None:
-            self.prediction = self.classifier.classify_grid(self.grid)
+        if self._grid_model():
+            self.prediction = self.classifier.classify_grid(*self._grids)
         return True
 
     def _fault(self, frame: RgbdFrame) -> str | None:
@@ -238,7 +243,9 @@ class RecognitionPipeline:
         grid = self.model.occupancy(bounds)
         if not grid.occupied.any():
             return False
-        self.grid = grid
+        # Turned by fractions of a cell, so that the answer does not hang on where cells begin.
+        further = self.classifier.recipe.turned_bounds(bounds)[1:]
+        self._grids = [grid, *(turned.hits(cloud.points_xyz) for turned in further)]
         return True
 
     def _settled(

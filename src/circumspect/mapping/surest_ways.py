@@ -1,0 +1,111 @@
+"""How well keyframes are known: along the surest way from the first one to each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from graphlib import TopologicalSorter
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping import se3
+from circumspect.mapping.keyframe import Keyframe
+from circumspect.mapping.pose_graph import KERNEL, Edge
+
+SURER = 1 - 1e-6
+"""What makes a variance less than this times as large is no rounding."""
+
+
+def by_surest_ways(keyframes: Sequence[Keyframe], edges: Sequence[Edge]) -> dict[int, Keyframe]:
+    """Keyframes with the parents that know them best, and what follows for their covariance.
+
+    Fits of neighbours to each other are not independent, so ways are not joined: a covariance is
+    the sum along a single one, over parents or edges. Ways are made surer going forth along the
+    drive and back until none can be (Bellman and Ford's algorithm).
+
+    Args:
+        keyframes: All, in order; the first has no parent.
+        edges: Between them by number, such that agree with the poses.
+
+    Returns:
+        All, by number.
+    """
+    keys = _by_parents({key.number: key for key in keyframes})
+    links = [
+        (key.parent, key.number, key.since_parent) for key in keyframes if key.parent is not None
+    ]
+    links += [(edge.first, edge.second, np.linalg.inv(edge.information)) for edge in edges]
+    if not links:
+        return keys
+    links.sort(key=lambda link: max(link[:2]))
+    forth = se3.adjoint(_between(keys, [(second, first) for first, second, _ in links]))
+    back = se3.adjoint(_between(keys, [link[:2] for link in links]))
+    ways = [(one, other, step, Ad) for (one, other, step), Ad in zip(links, forth, strict=True)]
+    ways += [
+        (other, one, Ad @ step @ Ad.T, Ad)
+        for (one, other, step), Ad in zip(links[::-1], back[::-1], strict=True)
+    ]
+    surer = True
+    while surer:
+        surer = max([_follow(keys, *way) for way in ways])
+    return keys
+
+
+def _by_parents(keys: dict[int, Keyframe]) -> dict[int, Keyframe]:
+    """With the covariances that follow from their parents', as all lie now."""
+    order = TopologicalSorter(
+        {number: () if key.parent is None else (key.parent,) for number, key in keys.items()}
+    )
+    for number in order.static_order():
+        key = keys[number]
+        if key.parent is not None:
+            known = moved_covariance(keys[key.parent], key) + key.since_parent
+            keys[number] = replace(key, covariance=known)
+    return keys
+
+
+def moved_covariance(one: Keyframe, other: Keyframe) -> NDArray[np.floating]:
+    """(6, 6) of one keyframe's pose, told of the other as if that were fixed to it."""
+    T_other_one = other.T_map_camera.inv() * one.T_map_camera
+    return se3.moved_covariance(T_other_one, one.covariance)
+
+
+def _between(keys: dict[int, Keyframe], pairs: Sequence[tuple[int, int]]) -> RigidTransform:
+    """`T_one_other` of each pair of numbers."""
+    ones = RigidTransform.concatenate([keys[one].T_map_camera for one, _ in pairs])
+    others = RigidTransform.concatenate([keys[other].T_map_camera for _, other in pairs])
+    return ones.inv() * others
+
+
+def _follow(
+    keys: dict[int, Keyframe],
+    here: int,
+    there: int,
+    step: NDArray[np.floating],
+    Ad: NDArray[np.floating],
+) -> bool:
+    """Take a way if it is surer than what is known."""
+    found = Ad @ keys[here].covariance @ Ad.T + step
+    if _place(found) >= SURER * _place(keys[there].covariance):
+        return False
+    keys[there] = replace(keys[there], covariance=found, parent=here, since_parent=step)
+    return True
+
+
+def _place(covariance: NDArray[np.floating]) -> float:
+    """[m²] the variance of a place."""
+    return float(covariance[3, 3] + covariance[4, 4] + covariance[5, 5])
+
+
+def agrees(edge: Edge, first: Keyframe, second: Keyframe) -> bool:
+    """Whether the poses are as an edge has it, as far as its kernel takes it for sound."""
+    off = se3.log(edge.T_first_second.inv() * first.T_map_camera.inv() * second.T_map_camera)
+    return float(off @ edge.information @ off) < KERNEL**2
+
+
+def share_of_variance(edge: Edge, first: Keyframe, second: Keyframe) -> float:
+    """How the variance of the second one's place would change if it were known by the edge."""
+    found = moved_covariance(first, second) + np.linalg.inv(edge.information)
+    return _place(found) / _place(second.covariance)
