@@ -257,6 +257,15 @@ def test_examples_are_what_was_trained_on_and_nothing_else(trained, data, tmp_pa
     assert run(*words) == 2
     assert f"{words[-1]}: the weights were trained on none" in capsys.readouterr().err
     assert not (tmp_path / "again.examples.npz").exists()
+    assert not (tmp_path / "again.onnx").exists()
+
+
+def test_a_checkpoint_is_not_written_over_by_its_export(trained, capsys):
+    best = trained / "best.safetensors"
+    before = best.read_bytes()
+    assert run("export", trained, best) == 2
+    assert "give a name that ends in .onnx" in capsys.readouterr().err
+    assert best.read_bytes() == before
 
 
 def test_an_object_far_from_all_examples_is_unknown(trained, data, tmp_path, capsys):
@@ -340,6 +349,17 @@ def test_a_lone_pack_is_not_both_splits_of_an_experiment(data, tmp_path, capsys)
     words = ("reproduce", "unknown", "--data", tmp_path / "all.npz", "--out", tmp_path / "out")
     assert run(*words) == 2
     assert "40 objects are in both splits, as train_chair_0000 is" in capsys.readouterr().err
+
+
+def test_splits_of_other_classes_are_told_before_hours_of_training(data, tmp_path, capsys):
+    train = open_data_set(data, "train")
+    write_point_pack(tmp_path / "train.npz", train)
+    chairs = open_data_set(data, "test")
+    write_point_pack(tmp_path / "test.npz", replace(chairs, classes=("chair", "throne")))
+    words = ("reproduce", "rivals", "--data", tmp_path, "--out", tmp_path / "out")
+    assert run(*words) == 2
+    assert "the test split chair, throne" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("flag", ["--epochs=pointnet=3", "--precision=pointnet=bf16"])

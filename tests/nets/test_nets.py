@@ -208,6 +208,14 @@ class TestCheckpoint:
         with pytest.raises(WeightsError, match="not a checkpoint"):
             Checkpoint.load(path)
 
+    def test_weights_that_are_no_numbers(self, tmp_path):
+        path, original = tmp_path / "w.safetensors", self.checkpoint()
+        name = next(iter(original.weights))
+        original.weights[name].fill_(torch.nan)
+        original.save(path)
+        with pytest.raises(WeightsError, match=f"{name} holds numbers that are not finite"):
+            Checkpoint.load(path)
+
     def test_weights_that_do_not_fit(self):
         original = self.checkpoint()
         wrong = Checkpoint("planes", ("a", "b"), original.recipe, original.weights)

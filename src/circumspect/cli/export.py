@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from circumspect.classification import InputRecipe
+    from circumspect.datasets import ObjectSet
 
 CALIBRATION = 512
 """Training objects, half of which measure ranges and half of which check the outcome."""
@@ -59,12 +60,18 @@ class Export:
             if self.examples is None:
                 raise InputError("--unknown-beyond is a distance from --examples DATA; give both")
             checked_distance(self.unknown_beyond)
+        if self.out.suffix.lower() != ".onnx":
+            raise InputError(
+                f"{self.out}: what is exported is ONNX; give a name that ends in .onnx"
+            )
+        # Before anything is written: a wrong set leaves no file without its examples.
+        objects = None if self.examples is None else self._trained_on(self.examples)
         if self.weights.suffix.lower() == ".onnx":
             self._complete()
         else:
             self._export()
-        if self.examples is not None:
-            self._remember(self.examples)
+        if objects is not None:
+            self._remember(objects)
         return 0
 
     def _complete(self) -> None:
@@ -82,22 +89,35 @@ class Export:
         out, weights = printable(str(self.out)), printable(str(self.weights))
         print(f"{out}: gives its features, answers as {weights} does")  # noqa: T201
 
-    def _remember(self, data: Path) -> None:
+    def _trained_on(self, data: Path) -> ObjectSet:
+        from circumspect.cli.progress import progress_bar
+        from circumspect.datasets import open_data_set
+        from circumspect.evaluation.predictor import load_predictor
+
+        try:
+            from circumspect.export.examples import learnt_objects
+        except ImportError as error:
+            raise MissingExtraError("torch or onnx", "train") from error
+        trained = load_predictor(self.weights)
+        with progress_bar("sampling meshes") as progress:
+            objects = open_data_set(data, "train", progress)
+        with blamed_on(data):
+            learnt_objects(trained.classes, trained.training, objects)
+        return objects
+
+    def _remember(self, objects: ObjectSet) -> None:
         from circumspect.classification import Classifier
         from circumspect.classification.example_table import examples_path
         from circumspect.cli.progress import progress_bar
-        from circumspect.datasets import open_data_set
         from circumspect.export.examples import example_table
         from circumspect.export.fitted_names import write_fitted_names
         from circumspect.export.nearest import write_with_distance
 
-        with progress_bar("sampling meshes") as progress:
-            objects = open_data_set(data, "train", progress)
         if write_fitted_names(self.out, objects):
             out = printable(str(self.out))
             print(f"{out}: names the objects that it was trained on")  # noqa: T201
         classifier = Classifier.load(self.out)
-        with blamed_on(data), progress_bar("training objects") as progress:
+        with progress_bar("training objects") as progress:
             table = example_table(classifier, objects, progress)
         write_with_distance(self.out, table, self.unknown_beyond)
         path = examples_path(self.out)

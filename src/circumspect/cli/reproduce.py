@@ -95,6 +95,11 @@ class Reproduce:
         out = self.out or Path("runs") / shared
         with progress_bar("sampling meshes") as progress:
             train, test = (open_data_set(self.data, split, progress) for split in ("train", "test"))
+        if train.classes != test.classes:
+            raise InputError(
+                f"{self.data}: what is trained on has the classes {', '.join(train.classes)}, the "
+                f"test split {', '.join(test.classes)}"
+            )
         if both := set(train.names.tolist()) & set(test.names.tolist()):
             raise InputError(
                 f"{self.data}: {len(both)} objects are in both splits, as {min(both)} is; what was "

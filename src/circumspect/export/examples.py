@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -29,17 +30,7 @@ def example_table(
         InputError: The set has other classes, or the network was fitted to none of its objects.
         WeightsError: The weights give no features.
     """
-    if tuple(objects.classes) != classifier.classes:
-        raise InputError(
-            f"the set holds objects of the classes {', '.join(objects.classes)}, the classifier "
-            f"names {', '.join(classifier.classes)}"
-        )
-    learnt = objects.subset(fitted_objects(classifier.training, objects))
-    if not len(learnt):
-        raise InputError(
-            f"the weights were trained on none of the set's {len(objects)} objects; give the set "
-            "that they were trained on"
-        )
+    learnt = learnt_objects(classifier.classes, classifier.training, objects)
     rows = []
     for index in range(len(learnt)):
         rows.append(classifier.features(classifier.recipe.inputs(learnt.cloud(index)))[0])
@@ -52,3 +43,30 @@ def example_table(
         classifier.classes,
         network_of(classifier),
     )
+
+
+def learnt_objects(
+    classes: tuple[str, ...], training: Mapping[str, Any], objects: ObjectSet
+) -> ObjectSet:
+    """The part of a set that a network was fitted to.
+
+    Args:
+        classes: That the network names.
+        training: How it was trained; see `Checkpoint`.
+        objects: The set.
+
+    Raises:
+        InputError: The set has other classes, or the network was fitted to none of its objects.
+    """
+    if tuple(objects.classes) != classes:
+        raise InputError(
+            f"the set holds objects of the classes {', '.join(objects.classes)}, the classifier "
+            f"names {', '.join(classes)}"
+        )
+    learnt = objects.subset(fitted_objects(training, objects))
+    if not len(learnt):
+        raise InputError(
+            f"the weights were trained on none of the set's {len(objects)} objects; give the set "
+            "that they were trained on"
+        )
+    return learnt

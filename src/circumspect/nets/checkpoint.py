@@ -81,6 +81,8 @@ class Checkpoint:
             with safe_open(path, framework="pt") as stream:
                 header = json.loads((stream.metadata() or {})[HEADER])
                 weights = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118
+            if broken := [name for name, value in weights.items() if not value.isfinite().all()]:
+                raise ValueError(f"{broken[0]} holds numbers that are not finite")
             return cls(
                 header["net"],
                 tuple(header["classes"]),

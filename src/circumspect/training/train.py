@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -90,7 +91,8 @@ def train(
 
     Raises:
         InputError: The folder holds a run with other settings, or one that is finished and has no
-            state to go on from; or the recipe's margin is none of the sizes that are trained on.
+            state to go on from; the recipe's margin is none of the sizes that are trained on; or
+            the loss is no longer finite.
         OutputError: The folder can not be written, or holds files of something else.
     """
     recipe = recipe or net_spec(settings.net).recipe
@@ -155,7 +157,7 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         # Without averaging only the last step's weights are kept.
         if settings.averaging > 0 or step + 1 == run.steps:
             run.averaged.update_parameters(accelerator.unwrap_model(run.net))
-        losses += loss.item()
+        losses += _finite(loss.item(), epoch)
         hits += int((logits.argmax(1) == targets.argmax(1)).sum())
         seen += len(targets)
         observer.stepped(epoch, step + 1, run.steps, loss.item())
@@ -165,6 +167,15 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         "training_accuracy": hits / seen,
         "seconds": time.perf_counter() - start,
     }
+
+
+def _finite(loss: float, epoch: int) -> float:
+    if not math.isfinite(loss):
+        raise InputError(
+            f"the loss is {loss} in epoch {epoch + 1}: the training diverged; train anew with a "
+            "lower --learning-rate"
+        )
+    return loss
 
 
 def _precise(run: _Run) -> torch.autocast:
