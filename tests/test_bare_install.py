@@ -62,7 +62,7 @@ def test_grids_are_saved_without_their_picture(chair, tmp_path):
         (("scan", "chair"), "sim"),
         (("train", "--data", "x"), "train"),
         (("nets",), "train"),
-        (("export", "a", "b"), "train"),
+        (("export", "a", "b.onnx"), "train"),
         (("locate", "simulate"), "locate"),
         (("locate", "board"), "locate"),
         (("ros2",), "ros2"),
