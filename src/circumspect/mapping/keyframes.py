@@ -281,7 +281,7 @@ class Keyframes:
         ]
         self._by_number = by_surest_ways(list(self._by_number.values()), sound)
         closing = [edge.second for edge in sound if closes_a_loop(edge.first, edge.second)]
-        self._agreed = max(self._agreed, *closing, -1)
+        self._agreed = max([self._agreed, *closing])
 
     def scene(self) -> SceneMap:
         """The scene map of all keyframes."""
