@@ -6,11 +6,12 @@ namespace circumspect {
 namespace {
 
 struct Axis {
-  double half_width, per_cell, last;
+  double per_half_width, half_cells, last;
 };
 
 inline int32_t cell_along(const Axis& axis, double at) {
-  const double up = (at + axis.half_width) * axis.per_cell;
+  // Halves first: the middle plane, where objects have theirs, is a whole number of cells.
+  const double up = (at * axis.per_half_width + 1.0) * axis.half_cells;
   const double t = up > 0.0 ? up : 0.0;
   return int32_t(t < axis.last ? t : axis.last);
 }
@@ -36,7 +37,7 @@ void locate_in(const Box& box, const Axis& ai, const Axis& aj, const Axis& ak, B
 
 void Box::locate(Block& block, int count) const {
   const auto axis = [this](int32_t cells) {
-    return Axis{half_width, cells / (2.0 * half_width), double(cells - 1)};
+    return Axis{1.0 / half_width, 0.5 * cells, double(cells - 1)};
   };
   locate_in(*this, axis(shape.i), axis(shape.j), axis(shape.k), block, count);
 }

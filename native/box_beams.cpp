@@ -33,8 +33,8 @@ struct Along {
   int32_t first, last;    // cells at start and end
 
   Along(double o, double d, double half_width, int32_t cells, double start, double end)
-      : at((o + half_width) * (cells / (2.0 * half_width))),
-        per_t(d * (cells / (2.0 * half_width))), end(cells - 1e-9),
+      : at((o * (1.0 / half_width) + 1.0) * (0.5 * cells)),
+        per_t(d * (1.0 / half_width) * (0.5 * cells)), end(cells - 1e-9),
         first(cell(start)), last(cell(end)) {}
 
   int32_t cell(double t) const {

@@ -19,7 +19,7 @@ struct CylinderBeams : Beams {
 };
 
 struct Scales {
-  double radius2, half_height, per_radius, per_height, most_ring2, last_layer, rings2;
+  double radius2, half_height, per_radius, per_half_height, half_layers, most_ring2, last_layer, rings2;
 };
 
 // Clips beams to the cylinder: between the roots of the quadratic and between top and bottom.
@@ -54,6 +54,10 @@ inline double ring_at(double nearest2, double speed2, double since_turn, double 
 
 inline double most_ring2(int32_t rings) { return (rings - 1e-9) * (rings - 1e-9); }
 
+inline double layer_at(const Scales& s, double z) {
+  return cell_at((z * s.per_half_height + 1.0) * s.half_layers, s.last_layer);
+}
+
 // Rings and layers where beams enter and leave; where that is, for the sectors.
 CIRCUMSPECT_MULTIVERSION
 void find_ends(const Scales& s, CylinderBeams& b, int count) {
@@ -65,8 +69,8 @@ void find_ends(const Scales& s, CylinderBeams& b, int count) {
   }
   for (int n = 0; n < count; ++n) {
     const double low = b.oz[n] + b.start[n] * b.dz[n], high = b.oz[n] + b.end[n] * b.dz[n];
-    b.first_layer[n] = int32_t(cell_at((low + s.half_height) * s.per_height, s.last_layer));
-    b.last_layer[n] = int32_t(cell_at((high + s.half_height) * s.per_height, s.last_layer));
+    b.first_layer[n] = int32_t(layer_at(s, low));
+    b.last_layer[n] = int32_t(layer_at(s, high));
   }
   for (int n = 0; n < count; ++n) {
     b.start_x[n] = float((b.ox[n] + b.start[n] * b.dx[n]) * s.per_radius);
@@ -139,7 +143,7 @@ inline int32_t walk_layers(const Cylinder& grid, const CylinderBeams& b, int n, 
   const int32_t layer = b.first_layer[n], rise = b.last_layer[n] - layer;
   const int32_t up = rise > 0 ? 1 : -1;
   out.layers = rise * up;
-  const double side = double(layer + (rise > 0)) * layer_height - grid.half_height;
+  const double side = (2.0 * (layer + (rise > 0)) / grid.shape.k - 1.0) * grid.half_height;
   cross_layers(b, n, c, side, up * layer_height, out);
   return up;
 }
@@ -234,7 +238,7 @@ void CylinderTracer::trace(int count) {
   s.radius2 = grid_.radius * grid_.radius;
   s.half_height = grid_.half_height;
   s.per_radius = 1.0 / grid_.radius;
-  s.per_height = grid_.shape.k / (2.0 * grid_.half_height);
+  s.per_half_height = 1.0 / grid_.half_height, s.half_layers = 0.5 * grid_.shape.k;
   s.most_ring2 = most_ring2(grid_.shape.i), s.last_layer = grid_.shape.k - 1;
   s.rings2 = rings * rings;
   clip_beams(s, b, count);

@@ -55,6 +55,25 @@ def test_points_on_boundaries_fall_beside_them(grid, seed):
     assert (gap <= 0.5 + 1e-6).all()
 
 
+@given(st.booleans(), st.integers(1, 40), st.floats(1e-6, 1e6), seeds)
+def test_points_on_the_middle_plane_are_in_the_cell_above(cylinder, half, size, seed):
+    """Whatever the size: objects have many points on their planes of symmetry."""
+    cells = 2 * half
+    points = points_about(CylindricalGrid((1, 1, 1), size, size), 20, seed, 0.2)
+    flat = points * (1, 1, 0)
+    if cylinder:
+        grid = CylindricalGrid((4, 8, cells), size, size)
+    else:
+        grid = RectangularGrid((cells, cells, cells), size)
+        assert (grid.indices(points * (0, 1, 1))[:, 0] == half).all()
+        assert (grid.indices(points * (1, 0, 1))[:, 1] == half).all()
+    assert (grid.indices(flat)[:, 2] == half).all()
+    assert (grid.indices(flat) == twin.indices(grid, flat))[:, 2].all()
+    traced = grid.trace(flat[0], flat)
+    known = np.argwhere(traced.free | traced.occupied)
+    assert (known[:, 2] == half).all()
+
+
 @given(grids(), seeds, st.sampled_from([0.2, 1.0, 5.0]), st.booleans())
 def test_trace(grid, seed, spread, one_origin):
     origins = points_about(grid, 1 if one_origin else 40, seed, spread)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from circumspect.datasets.cache_folder import cache_folder
 from circumspect.storage import atomic_open
 
-FORMAT = 1
+FORMAT = 2
 
 
 class GridCache:
