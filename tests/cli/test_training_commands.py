@@ -321,7 +321,8 @@ def test_a_run_goes_on_after_it_was_evaluated_in_its_own_folder(trained, data, t
 
 @pytest.mark.parametrize("flags", [("--temperature", -3), ("--azimuth-views", 4)])
 def test_an_exported_file_keeps_what_it_has(tmp_path, capsys, flags):
-    assert run("export", shipped_path(), tmp_path / "own.onnx", *flags) == 2
+    missing = ("--examples", tmp_path / "none")
+    assert run("export", shipped_path(), tmp_path / "own.onnx", *flags, *missing) == 2
     assert f"{flags[0]} goes with checkpoints" in capsys.readouterr().err
     assert not (tmp_path / "own.onnx").exists()
 
@@ -387,6 +388,8 @@ def test_views_of_a_rectangular_grid_would_all_be_the_same(data, tmp_path, capsy
     where = ("--out", tmp_path / "run", "--cache", tmp_path / "grids")
     assert run(*words, *where, "--epochs", 1) == 0
     capsys.readouterr()
-    assert run("export", tmp_path / "run", tmp_path / "own.onnx", "--azimuth-views", 4) == 2
+    # Told before the sets are opened, which would take a while.
+    wrong = ("--azimuth-views", 4, "--examples", tmp_path / "none", "--int8", tmp_path / "none")
+    assert run("export", tmp_path / "run", tmp_path / "own.onnx", *wrong) == 2
     assert "leave out --azimuth-views" in capsys.readouterr().err
     assert not (tmp_path / "own.onnx").exists()

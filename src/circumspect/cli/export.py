@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from circumspect.classification import InputRecipe
     from circumspect.datasets import ObjectSet
+    from circumspect.nets import Checkpoint
 
 CALIBRATION = 512
 """Training objects, half of which measure ranges and half of which check the outcome."""
@@ -64,23 +65,30 @@ class Export:
             raise InputError(
                 f"{self.out}: what is exported is ONNX; give a name that ends in .onnx"
             )
-        # Before anything is written: a wrong set leaves no file without its examples.
+        # What is wrong with flags is told before data are opened, and what is wrong with the
+        # examples' set before anything is written: it leaves no file without its examples.
+        exported = self.weights.suffix.lower() == ".onnx"
+        members = [] if exported else self._members()
+        if exported:
+            self._keeps_what_it_has()
         objects = None if self.examples is None else self._trained_on(self.examples)
-        if self.weights.suffix.lower() == ".onnx":
+        if exported:
             self._complete()
         else:
-            self._export()
+            self._export(members)
         if objects is not None:
             self._remember(objects)
         return 0
 
-    def _complete(self) -> None:
-        """Give an ONNX file its features."""
+    def _keeps_what_it_has(self) -> None:
         if given := given_flags(self, "committee", "int8", "azimuth_views", "temperature"):
             raise InputError(
                 f"{self.weights}: is exported already and keeps what it has; {given[0]} goes with "
                 "checkpoints"
             )
+
+    def _complete(self) -> None:
+        """Give an ONNX file its features."""
         try:
             from circumspect.export.features import write_with_features
         except ImportError as error:
@@ -125,23 +133,27 @@ class Export:
         told, size = printable(str(path)), path.stat().st_size / 1e6
         print(f"{told}: {len(table)} training objects, {size:.1f} MB")  # noqa: T201
 
-    def _export(self) -> None:
-        """Export and tell how close the outputs are."""
+    def _members(self) -> list[Checkpoint]:
+        """The networks, which fit the flags."""
         try:
-            from circumspect.export import export_onnx
+            from circumspect.evaluation.predictor import checkpoint_path
             from circumspect.export.eight_bit import require_convolutions
+            from circumspect.nets import Checkpoint
         except ImportError as error:
             raise MissingExtraError("torch or onnx", "train") from error
-        from circumspect.evaluation.predictor import checkpoint_path
-        from circumspect.nets import Checkpoint
-
         paths = (self.weights, *self.committee)
         members = [Checkpoint.load(checkpoint_path(path)) for path in paths]
-        # What is wrong with the flag is told before the data are opened.
         members[0].recipe.with_views(self.azimuth_views)
-        calibration = None
         if self.int8 is not None:
             require_convolutions(members)
+        return members
+
+    def _export(self, members: list[Checkpoint]) -> None:
+        """Export and tell how close the outputs are."""
+        from circumspect.export import export_onnx
+
+        calibration = None
+        if self.int8 is not None:
             calibration = _calibration(self.int8, members[0].recipe)
         fidelity = export_onnx(members, self.out, self.azimuth_views, self.temperature, calibration)
         size = self.out.stat().st_size / 1e6
