@@ -24,6 +24,12 @@ struct Shape {
   std::size_t cells() const { return std::size_t(i) * std::size_t(j) * std::size_t(k); }
 };
 
+// Cells from the first boundary of what reaches from -half to half. In halves, so that the middle
+// plane, where objects have theirs, is a whole number of cells, whatever the size.
+inline double cells_from_side(double at, double per_half, double half_cells) {
+  return (at * per_half + 1.0) * half_cells;
+}
+
 // Copies rows [0, count) of (n, 3) points; returns how many are NaN, infinite or too large.
 int64_t load(const double* rows, int count, Block& block);
 int64_t load(const float* rows, int count, Block& block);

@@ -10,8 +10,7 @@ struct Axis {
 };
 
 inline int32_t cell_along(const Axis& axis, double at) {
-  // Halves first: the middle plane, where objects have theirs, is a whole number of cells.
-  const double up = (at * axis.per_half_width + 1.0) * axis.half_cells;
+  const double up = cells_from_side(at, axis.per_half_width, axis.half_cells);
   const double t = up > 0.0 ? up : 0.0;
   return int32_t(t < axis.last ? t : axis.last);
 }

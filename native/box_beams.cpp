@@ -33,7 +33,7 @@ struct Along {
   int32_t first, last;    // cells at start and end
 
   Along(double o, double d, double half_width, int32_t cells, double start, double end)
-      : at((o * (1.0 / half_width) + 1.0) * (0.5 * cells)),
+      : at(cells_from_side(o, 1.0 / half_width, 0.5 * cells)),
         per_t(d * (1.0 / half_width) * (0.5 * cells)), end(cells - 1e-9),
         first(cell(start)), last(cell(end)) {}
 

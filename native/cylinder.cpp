@@ -88,8 +88,7 @@ Cell Cylinder::cell_of(double x_about, double y_about, double z_about) const {
   const double r = std::sqrt(x_about * x_about + y_about * y_about);
   if (!(r <= radius && std::fabs(z_about) <= half_height)) return {-1, -1, -1};
   const double i = clamped(r * (shape.i / radius), double(shape.i - 1));
-  // Halves first: the middle plane is a whole number of layers.
-  const double k = clamped((z_about * (1.0 / half_height) + 1.0) * (0.5 * shape.k),
+  const double k = clamped(cells_from_side(z_about, 1.0 / half_height, 0.5 * shape.k),
                            double(shape.k - 1));
   return {int32_t(i), sector_of(x_about, y_about), int32_t(k)};
 }

@@ -19,7 +19,8 @@ struct CylinderBeams : Beams {
 };
 
 struct Scales {
-  double radius2, half_height, per_radius, per_half_height, half_layers, most_ring2, last_layer, rings2;
+  double radius2, rings2, most_ring2, per_radius;
+  double half_height, per_half_height, half_layers, last_layer;
 };
 
 // Clips beams to the cylinder: between the roots of the quadratic and between top and bottom.
@@ -55,7 +56,7 @@ inline double ring_at(double nearest2, double speed2, double since_turn, double 
 inline double most_ring2(int32_t rings) { return (rings - 1e-9) * (rings - 1e-9); }
 
 inline double layer_at(const Scales& s, double z) {
-  return cell_at((z * s.per_half_height + 1.0) * s.half_layers, s.last_layer);
+  return cell_at(cells_from_side(z, s.per_half_height, s.half_layers), s.last_layer);
 }
 
 // Rings and layers where beams enter and leave; where that is, for the sectors.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -67,15 +68,13 @@ class Export:
             )
         # What is wrong with flags is told before data are opened, and what is wrong with the
         # examples' set before anything is written: it leaves no file without its examples.
-        exported = self.weights.suffix.lower() == ".onnx"
-        members = [] if exported else self._members()
-        if exported:
+        write = self._complete
+        if self.weights.suffix.lower() == ".onnx":
             self._keeps_what_it_has()
-        objects = None if self.examples is None else self._trained_on(self.examples)
-        if exported:
-            self._complete()
         else:
-            self._export(members)
+            write = partial(self._export, self._members())
+        objects = None if self.examples is None else self._trained_on(self.examples)
+        write()
         if objects is not None:
             self._remember(objects)
         return 0
