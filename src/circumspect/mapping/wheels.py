@@ -15,9 +15,10 @@ from circumspect.sensing import Odometry, RgbdFrame
 
 MISLED = np.array([0.015, 0.05])
 """Wheels whose step differs by more than this [m], [rad] and half of it spin, jump or are stuck."""
-FARTHEST_STEP = 1e3
+FARTHEST_STEP = 1e2
 """Wheels that tell of more than this [m] from one frame to the next tell nothing: a counter leapt
-or a message is broken."""
+or a message is broken. After a longer step, with a turn that nobody knows, the covariance can not
+be inverted in doubles."""
 
 
 @dataclass(frozen=True, eq=False)
