@@ -27,7 +27,7 @@ from circumspect.mapping import (
     se3,
 )
 from circumspect.mapping.keyframes import KeyframeSettings
-from circumspect.mapping.registered_poses import RECOGNISED
+from circumspect.mapping.registered_poses import RECOGNISED, STANDING
 from circumspect.sensing import RgbdFrame
 
 NEAR = 0.03
@@ -108,6 +108,17 @@ def test_a_camera_without_a_robot_is_followed_by_constant_velocity() -> None:
     assert {(e.T_map_base, e.T_map_odom) for e in told} == {(None, None)}
     never_wrong_and_sure(told, SHORT)
     assert told[-1].certain
+
+
+@pytest.mark.parametrize("start_deg", [200.0, 300.0])
+def test_a_camera_without_wheels_may_stop_at_once(start_deg: float) -> None:
+    """Fitted from where the last motion would lead to, a frame slides along a flat side."""
+    steps = np.concatenate([np.full(5, 2.5), np.full(5, 12.0), np.zeros(3)])
+    angles = np.radians(start_deg + np.concatenate([[0.0], np.cumsum(steps)]))
+    told = follow([replace(frame, odometry=None) for frame in drive(angles)])
+    assert STANDING in {estimate.prior for estimate in told}
+    assert place_errors(told, angles).max() < 0.06
+    never_wrong_and_sure(told, angles)
 
 
 def test_a_blackout_is_bridged_by_odometry_with_growing_covariance() -> None:

@@ -14,6 +14,7 @@ from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.sensing import Odometry
 
 ODOMETRY, CONSTANT_VELOCITY = "odometry", "constant velocity"
+STANDING_STILL = "standing still"
 CLOSE_SHIFT, CLOSE_TURN = 0.015, float(np.radians(1.0))
 CLOSE_SHARE = 0.5
 """Predictions within this [m], [rad], or this share of the motion, of each other say the same."""

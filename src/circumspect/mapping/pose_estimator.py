@@ -31,7 +31,8 @@ class PoseEstimate:
         T_map_base: The robot's pose on the floor; None where its mount is not known.
         T_map_odom: What corrects the odometry's drift (REP 105); None without odometry.
         certain: Whether the pose is good enough to build on: fuse, plan, drive.
-        prior: What the pose was expected from: "odometry", "constant velocity", ….
+        prior: What the pose was expected from: "odometry", "constant velocity", "standing
+            still", ….
         anchor: Number of the keyframe that the pose moves with when it is corrected, if any.
         T_anchor_camera: The pose in that keyframe's.
     """

@@ -18,7 +18,7 @@ from circumspect.mapping.leap import BETTER, is_hasty
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.news import is_out_of_place, rest_is_news
 from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
-from circumspect.mapping.recent_motion import RecentMotion
+from circumspect.mapping.predictions import Predictions
 from circumspect.mapping.recognition import Recognition
 from circumspect.mapping.registration import Registration, register
 from circumspect.mapping.relocalisation import nearby, relocalise
@@ -26,10 +26,10 @@ from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.tracking_settings import TrackingSettings
 from circumspect.mapping.visibility import seen_through
-from circumspect.mapping.wheels import Wheels
 from circumspect.sensing import RgbdFrame
 
-RECOGNISED, STEADY = "a place seen before", motion.CONSTANT_VELOCITY
+RECOGNISED = "a place seen before"
+STEADY, STANDING = motion.CONSTANT_VELOCITY, motion.STANDING_STILL
 UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
 """A frame that is this many times further from the map than the last ones, and than this [m], may
 have been fitted from a wrong prediction."""
@@ -79,8 +79,7 @@ class RegisteredPoses(PoseEstimator):
         )
         self._belief: Belief | None = None
         self._stamp = 0.0
-        self._wheels = Wheels(s.motion)
-        self._recent = RecentMotion(s.motion)
+        self._predictions = Predictions(s.motion)
         self._recognition = Recognition(s.relocalisation, s.gate.farthest)
         self._overlap = 0.0
         self._inliers = 0.0
@@ -161,12 +160,15 @@ class RegisteredPoses(PoseEstimator):
 
     def _best_attempt(self, frame: RgbdFrame, scan: Scan) -> Attempt:
         """By odometry; where that is doubtful, also as if the last motion just went on."""
-        wheels = self._by_wheels(frame)
+        assert self._belief is not None
+        expected, time = self._predictions, frame.stamp - self._stamp
+        wheels = expected.by_wheels(self._belief, frame)
+        steady = expected.by_steady_motion(self._belief, frame, time)
         if wheels is None:
-            return self._attempt(frame, scan, self._by_steady_motion(frame), STEADY)
+            standing = expected.by_standing_still(self._belief, frame, time)
+            return self._without_wheels(frame, scan, steady, standing)
         first = self._attempt(frame, scan, wheels, motion.ODOMETRY)
         usual = first.distance < self._most_usual
-        steady = self._by_steady_motion(frame)
         agree = motion.agree(self._belief, wheels, steady)
         if agree and usual and not first.verdict.contradicts:
             return first
@@ -177,6 +179,20 @@ class RegisteredPoses(PoseEstimator):
         share = 1 / BETTER if self._source == STEADY else BETTER
         doubtful = first.verdict.contradicts or second.distance < share * first.distance
         return second if doubtful else first
+
+    def _without_wheels(
+        self, frame: RgbdFrame, scan: Scan, steady: Belief, standing: Belief
+    ) -> Attempt:
+        """As if the last motion just went on; where that is doubtful, also as if it had ended."""
+        first = self._attempt(frame, scan, steady, STEADY)
+        usual = first.distance < self._most_usual
+        if motion.agree(self._belief, steady, standing) or (first.verdict.is_open and usual):
+            return first
+        second = self._attempt(frame, scan, standing, STANDING)
+        if not second.verdict.is_open:
+            return first
+        fits_better = second.distance < BETTER * first.distance
+        return second if fits_better or not first.verdict.is_open else first
 
     def _attempt(self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str) -> Attempt:
         """Fit a frame from one prediction, and judge."""
@@ -235,31 +251,17 @@ class RegisteredPoses(PoseEstimator):
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(belief, Verdict(), RECOGNISED, found)
 
-    def _by_wheels(self, frame: RgbdFrame) -> Belief | None:
-        """What the odometry says, where there is any."""
-        step, mount = self._wheels.step(frame), frame.T_base_camera
-        if self._belief is None or step is None or mount is None:
-            return None
-        return self._belief.moved(*step).held_to_floor(mount, self.settings.motion)
-
-    def _by_steady_motion(self, frame: RgbdFrame) -> Belief:
-        """As if the last motion went on."""
-        assert self._belief is not None
-        s, mount, time = self.settings.motion, frame.T_base_camera, frame.stamp - self._stamp
-        steady = self._belief.moved(*self._recent.going_on(time))
-        return steady if mount is None else steady.held_to_floor(mount, s)
-
     def _remember(self, frame: RgbdFrame, attempt: Attempt) -> None:
         moved, held = None, attempt.verdict.is_open and attempt.found is not None
         recognised, contradicts = attempt.source == RECOGNISED, attempt.verdict.contradicts
         if self._belief is not None and not recognised:
             moved = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
-        self._wheels.heard(frame, moved if held else None, recognised or contradicts)
+        self._predictions.wheels.heard(frame, moved if held else None, recognised or contradicts)
         if moved is not None and not contradicts:
-            self._recent.add(moved, frame.stamp - self._stamp)
+            self._predictions.recent.add(moved, frame.stamp - self._stamp)
         elif recognised or self._doubts >= self.settings.lost_after:
             # A lost camera does not drive on as it did when it was last seen.
-            self._recent.forget()
+            self._predictions.recent.forget()
         if held and attempt.found is not None:
             self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
             before = self._distance if np.isfinite(self._distance) else attempt.found.distance
@@ -277,7 +279,7 @@ class RegisteredPoses(PoseEstimator):
             covariance = self._belief.covariance
             found = attempt.found
             by_scene = found.hessian if found is not None and found.converged else None
-            passage = self._wheels.at_keyframe(by_scene)
+            passage = self._predictions.wheels.at_keyframe(by_scene)
             key = keys.add(T_map_camera, covariance, scan, frame, passage)
             self.scene = self.scene.with_surface(key.surface, T_map_camera)
         # A new keyframe is work enough for a frame, unless they come too fast.
