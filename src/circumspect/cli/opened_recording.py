@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+from scipy.spatial.transform import RigidTransform
+
 from circumspect.classification import Classifier
 from circumspect.cli.recorded_poses import RecordedPoses
 from circumspect.cli.run_screen import RunScreen
@@ -17,21 +19,30 @@ from circumspect.sensing import BoxSegmentation, RgbdFrame
 class OpenedRecording:
     """Frames, and what tells their poses and their object."""
 
-    def __init__(self, frames: Recording, box: BoxSegmentation | None, hidden: bool) -> None:
+    def __init__(
+        self,
+        frames: Recording,
+        box: BoxSegmentation | None,
+        hidden: bool,
+        T_map_first: RigidTransform | None = None,
+    ) -> None:
         """Put together what belongs together.
 
         Args:
             frames: The recording.
             box: Round the object; None means what stands on the floor before the robot.
             hidden: Poses are found by registration; else the recorded ones are taken as true.
+            T_map_first: Pose of the first frame, above the floor; None means that the recording
+                tells it.
         """
         self.frames, self.box, self.hidden = frames, box, hidden
+        self.T_map_first = T_map_first
         self.poses = RecordedPoses()
         """Those of the frames, noted where they are hidden."""
 
     def pipeline(self, classifier: Classifier) -> RecognitionPipeline:
         """The pipeline for it; see `replay_pipeline`."""
-        return replay_pipeline(self.frames, classifier, self.box, self.hidden)
+        return replay_pipeline(self.frames, classifier, self.box, self.hidden, self.T_map_first)
 
     def given(self) -> Iterable[RgbdFrame]:
         """The frames as the pipeline is to have them.

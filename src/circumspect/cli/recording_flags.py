@@ -12,11 +12,15 @@ from circumspect.cli.given_flags import given_flags
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
+    from scipy.spatial.transform import RigidTransform
+
     from circumspect.cli.opened_recording import OpenedRecording
     from circumspect.recording import BagSettings, Recording
     from circumspect.sensing import BoxSegmentation
 
 Box = tuple[float, float, float, float, float, float]
+View = tuple[float, float, float, float, float]
+"""Place [m], pan and tilt [degrees]."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,8 @@ class RecordingFlags:
 
     box: Annotated[Box | None, tyro.conf.arg(metavar="X Y Z X Y Z")] = None
     """Two opposite corners of an upright box round the object [m]. Without it the object is what
-    stands on the floor nearest to where the camera looks, which needs a bag's robot."""
+    stands on the floor nearest to where the camera looks, which needs a bag's robot or
+    --first-pose."""
     box_frame: Literal["world", "map"] = "world"
     """Frame of the corners: world, that of the recorded poses, or map, the same turned so that z
     is up. The edges of the box are along the map's axes in both cases."""
@@ -34,6 +39,11 @@ class RecordingFlags:
     first one is; the others are found by registration, from the odometry where there is any, and
     `replay` compares them with the recorded ones at the end. Of a bag, without this flag, none is
     used."""
+    first_pose: Annotated[View | None, tyro.conf.arg(metavar="X Y Z PAN TILT")] = None
+    """Of a folder without poses: where the camera was at the first frame, with the floor at Z = 0
+    [m], and where it looked: counter-clockwise from x, and down [degrees]. All other poses are
+    found by registration. Without --box the object is what stands on the floor nearest to where
+    the camera looks; corners of a box are in this frame."""
     every: int = 1
     """Take each n-th frame of the recording only."""
     depth_topic: str | None = None
@@ -52,10 +62,7 @@ class RecordingFlags:
     """Of a bag without CameraInfo, with --size: focal lengths and principal point [px]."""
     size: Annotated[tuple[int, int], tyro.conf.arg(metavar="WIDTH HEIGHT")] = (640, 480)
     """Of the depth images that --intrinsics describe [px]."""
-    mount: Annotated[
-        tuple[float, float, float, float, float] | None,
-        tyro.conf.arg(metavar="X Y Z PAN TILT"),
-    ] = None
+    mount: Annotated[View | None, tyro.conf.arg(metavar="X Y Z PAN TILT")] = None
     """Of a bag whose transforms do not tell it: where the camera stands on the robot [m], and
     where it looks: counter-clockwise from straight on, and down [degrees]."""
 
@@ -71,13 +78,27 @@ class RecordingFlags:
         """
         from circumspect.cli.opened_recording import OpenedRecording
         from circumspect.recording import is_bag, open_recording
+        from circumspect.recording.frame_folder import FrameFolder
 
         self._require_bag_for_its_flags(path)
-        hidden = self.poses == "hidden" or (self.poses is None and is_bag(path))
+        self._require_folder_for_its_flags(path)
+        registered = is_bag(path) or self.first_pose is not None
+        hidden = self.poses == "hidden" or (self.poses is None and registered)
         # What a bag's transforms tell may be another pipeline's guess: asked for, or not used.
         wanted = not (hidden and self.poses is None)
         frames = open_recording(path, self.every, wanted, self._bag_settings())
-        return OpenedRecording(frames, self._boxed(frames), hidden)
+        if not registered and isinstance(frames, FrameFolder) and not frames.has_poses:
+            raise InputError(
+                f"{path}: holds no poses; tell where the camera was at the first frame, and "
+                "registration finds the others: --first-pose X Y Z PAN TILT"
+            )
+        first = None if self.first_pose is None else _view(self.first_pose)
+        return OpenedRecording(frames, self._boxed(frames), hidden, first)
+
+    @property
+    def corners_frame(self) -> Literal["world", "map"]:
+        """Frame of the box; a first pose that was given is one in the map."""
+        return self.box_frame if self.first_pose is None else "map"
 
     def told(self) -> dict[str, Any]:
         """The values that are not the usual ones, JSON types."""
@@ -100,12 +121,22 @@ class RecordingFlags:
                 "camera in camera-intrinsics.txt"
             )
 
-    def _bag_settings(self) -> BagSettings:
-        import numpy as np
+    def _require_folder_for_its_flags(self, path: Path) -> None:
+        from circumspect.recording import is_bag
 
+        if self.first_pose is None:
+            return
+        if is_bag(path):
+            raise InputError(
+                f"{path}: is a bag, whose map begins under its robot; --first-pose is for folders; "
+                "give --mount where its transforms do not tell it"
+            )
+        if self.poses == "given":
+            raise InputError("--first-pose takes the place of the poses of --poses given: give one")
+
+    def _bag_settings(self) -> BagSettings:
         from circumspect.geometry import PinholeCamera
         from circumspect.recording import BagSettings, TopicNames
-        from circumspect.sensing.viewing import looking
 
         if self.intrinsics is None and given_flags(self, "size"):
             raise InputError("--size tells of the images that --intrinsics describe: give both")
@@ -113,10 +144,7 @@ class RecordingFlags:
             self.depth_topic, self.info_topic, self.colour_topic, self.odometry_topic
         )
         camera = None if self.intrinsics is None else PinholeCamera(*self.size, *self.intrinsics)
-        mount = None
-        if self.mount is not None:
-            pan, tilt = np.radians(self.mount[3:])
-            mount = looking(self.mount[:3], float(pan), float(tilt))
+        mount = None if self.mount is None else _view(self.mount)
         return BagSettings(topics, camera, mount, self.map_frame)
 
     def _boxed(self, frames: Recording) -> BoxSegmentation | None:
@@ -127,6 +155,20 @@ class RecordingFlags:
         if self.box is None:
             return None
         corners = np.array(self.box).reshape(2, 3)
-        if self.box_frame == "world":
+        if self.corners_frame == "world":
             corners = frames.T_map_world.apply(corners)
         return BoxSegmentation(corners[0], corners[1])
+
+
+def _view(view: View) -> RigidTransform:
+    """The pose of an upright camera, optical frame.
+
+    Raises:
+        InputError: It is none.
+    """
+    import numpy as np
+
+    from circumspect.sensing.viewing import looking
+
+    pan, tilt = np.radians(view[3:])
+    return looking(view[:3], float(pan), float(tilt))

@@ -25,6 +25,7 @@ class Replay:
     $ circumspect replay robot.bag --depth-topic /depth --mount 0.1 0 0.9 90 30
     $ circumspect replay redkitchen --box -1.445 .746 1.811 -.947 -.337 2.101
     $ circumspect replay redkitchen --box X Y Z X Y Z --poses hidden
+    $ circumspect replay my_frames --first-pose 0 0 1.2 0 30
     $ circumspect replay run.mcap --viewer
     """
 
@@ -97,6 +98,7 @@ class Replay:
             "version": __version__,
             "recording": str(self.recording),
             "poses": "hidden" if opened.hidden else "given",
+            "first_pose": None if reading.first_pose is None else list(reading.first_pose),
             "every": reading.every,
             "model": asdict(pipeline.model.settings),
             "grid": pipeline.classifier.recipe.to_dict(),
@@ -106,7 +108,7 @@ class Replay:
         return {
             **told,
             "box": list(reading.box),
-            "box_frame": reading.box_frame,
+            "box_frame": reading.corners_frame,
             "box_in_map": [
                 [round(float(value), 4) for value in corner]
                 for corner in (box.low_xyz, box.high_xyz)

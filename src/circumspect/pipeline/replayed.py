@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from scipy.spatial.transform import RigidTransform
+
 from circumspect.classification import Classifier
 from circumspect.errors import InputError
 from circumspect.mapping import KnownPoses, PoseEstimator, RegisteredPoses, TrackingSettings
@@ -15,6 +17,7 @@ def replay_pipeline(
     classifier: Classifier,
     segmentation: Segmentation | None = None,
     hidden: bool = True,
+    T_map_first: RigidTransform | None = None,
 ) -> RecognitionPipeline:
     """The pipeline that a live run had, where the recording is of one, or one that suits it.
 
@@ -23,22 +26,25 @@ def replay_pipeline(
         classifier: Names the object.
         segmentation: Tells the object; None means what stands on the floor before the robot.
         hidden: Poses are found by registration; else the recorded ones are taken as true.
+        T_map_first: Pose of the first frame, above a floor at z = 0; None means that the recording
+            tells it.
 
     Raises:
         InputError: Nothing tells where the floor is.
     """
     if segmentation is None:
-        if not isinstance(recording, BagRecording):
+        if not isinstance(recording, BagRecording) and T_map_first is None:
             raise InputError(
                 f"{recording.path}: nothing tells where the floor is; give the object's --box "
-                "X Y Z X Y Z"
+                "X Y Z X Y Z, or --first-pose X Y Z PAN TILT"
             )
         segmentation = GroundSegmentation(noise=DepthNoise())
-    poses = _registered(recording) if hidden else KnownPoses()
+    poses = _registered(recording, T_map_first) if hidden else KnownPoses()
     return RecognitionPipeline(segmentation, poses, classifier)
 
 
-def _registered(recording: Recording) -> PoseEstimator:
+def _registered(recording: Recording, T_map_first: RigidTransform | None) -> PoseEstimator:
+    settings = None
     if isinstance(recording, BagRecording) and recording.bag.notes.get(CALIBRATED) == "true":
-        return RegisteredPoses(settings=TrackingSettings.calibrated(DepthNoise()))
-    return RegisteredPoses()
+        settings = TrackingSettings.calibrated(DepthNoise())
+    return RegisteredPoses(T_map_first, settings)

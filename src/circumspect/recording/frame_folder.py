@@ -45,6 +45,11 @@ class FrameFolder(Recording):
     def names(self) -> list[str]:
         """Of the depth images, in order, broken ones included."""
 
+    @property
+    @abstractmethod
+    def has_poses(self) -> bool:
+        """Whether poses were recorded at all."""
+
     @abstractmethod
     def read(self, index: int) -> RgbdFrame:
         """One frame, with its recorded pose unless no poses are wanted.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import re
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,12 +66,18 @@ class SevenScenesFolder(FrameFolder):
             raise InputError(f"{self.path}: holds no frame-*.depth.png")
         self._files = numbered[::every]
         self._matrix = self._camera_matrix(KINECT_MATRIX)
-        self.T_map_world = self._upright()
+        if poses:
+            self.T_map_world = self._upright()
 
     @property
     def names(self) -> list[str]:
         """See `FrameFolder.names`."""
         return [file.name for _, file in self._files]
+
+    @property
+    def has_poses(self) -> bool:
+        """See `FrameFolder.has_poses`."""
+        return any(self._pose_file(file).exists() for _, file in self._files)
 
     def read(self, index: int) -> RgbdFrame:
         """See `FrameFolder.read`."""
@@ -78,7 +85,7 @@ class SevenScenesFolder(FrameFolder):
         stem = depth_file.name.removesuffix(".depth.png")
         T_map_camera = None
         if self.poses:
-            T_map_camera = self.T_map_world * read_pose(self.path / f"{stem}.pose.txt")
+            T_map_camera = self.T_map_world * read_pose(self._pose_file(depth_file))
         millimetres = read_depth(depth_file)
         height, width = millimetres.shape
         (fx, _, cx), (_, fy, cy), _ = self._matrix
@@ -92,6 +99,9 @@ class SevenScenesFolder(FrameFolder):
         return RgbdFrame.from_millimetres(
             millimetres, camera, number / FRAME_RATE, T_map_camera, colour
         )
+
+    def _pose_file(self, depth_file: Path) -> Path:
+        return self.path / f"{depth_file.name.removesuffix('.depth.png')}.pose.txt"
 
     def _colour(self, stem: str, size: tuple[int, int]) -> NDArray[np.uint8] | None:
         for suffix in (".color.jpg", ".color.png"):

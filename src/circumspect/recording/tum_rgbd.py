@@ -96,6 +96,11 @@ class TumRgbdFolder(FrameFolder):
         """See `FrameFolder.names`."""
         return [file.name for file in self._depth]
 
+    @property
+    def has_poses(self) -> bool:
+        """See `FrameFolder.has_poses`."""
+        return self.truth is not None
+
     def read(self, index: int) -> RgbdFrame:
         """See `FrameFolder.read`."""
         file = self._depth[index]
