@@ -92,7 +92,7 @@ def train(
     Raises:
         InputError: The folder holds a run with other settings, or one that is finished and has no
             state to go on from; the recipe's margin is none of the sizes that are trained on; or
-            the loss is no longer finite.
+            the loss or the weights are no longer finite.
         OutputError: The folder can not be written, or holds files of something else.
     """
     recipe = recipe or net_spec(settings.net).recipe
@@ -106,6 +106,7 @@ def train(
     end = settings.epochs if stop_after is None else min(stop_after, settings.epochs)
     for epoch in range(len(history), end):
         row = _train_epoch(run, epoch, observer)
+        _require_finite_weights(run, epoch)
         if examiner:
             with _precise(run):
                 row |= examiner.examine(run.averaged)
@@ -171,11 +172,19 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
 
 def _finite(loss: float, epoch: int) -> float:
     if not math.isfinite(loss):
-        raise InputError(
-            f"the loss is {loss} in epoch {epoch + 1}: the training diverged; train anew with a "
-            "lower --learning-rate"
-        )
+        raise _diverged(f"the loss is {loss} in epoch {epoch + 1}")
     return loss
+
+
+def _require_finite_weights(run: _Run, epoch: int) -> None:
+    """No loss is computed after an epoch's last step that would show what it broke."""
+    for name, value in run.averaged.module.state_dict().items():
+        if not value.isfinite().all():
+            raise _diverged(f"{name} is no longer finite after epoch {epoch + 1}")
+
+
+def _diverged(found: str) -> InputError:
+    return InputError(f"{found}: the training diverged; train anew with a lower --learning-rate")
 
 
 def _precise(run: _Run) -> torch.autocast:
