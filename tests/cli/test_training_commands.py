@@ -13,6 +13,7 @@ from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.cli.main import main
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.datasets.point_pack import write_point_pack
+from circumspect.errors import OutputError
 from circumspect.furniture import make_furniture
 from circumspect.nets import Checkpoint
 
@@ -258,6 +259,34 @@ def test_examples_are_what_was_trained_on_and_nothing_else(trained, data, tmp_pa
     assert f"{words[-1]}: the weights were trained on none" in capsys.readouterr().err
     assert not (tmp_path / "again.examples.npz").exists()
     assert not (tmp_path / "again.onnx").exists()
+
+
+@pytest.mark.parametrize(
+    "step",
+    [
+        "circumspect.export.nearest.atomic_path",
+        "circumspect.classification.example_table.atomic_open",
+    ],
+)
+def test_a_disk_that_fails_leaves_both_files_as_they_were(
+    trained, data, tmp_path, capsys, monkeypatch, step
+):
+    def full(path, *_):
+        raise OutputError(f"{path}: can not be written (no space left on device)")
+
+    old, new, flags = tmp_path / "old.onnx", tmp_path / "new.onnx", ("--examples", data)
+    assert run("export", trained, old, *flags) == 0
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    assert set(before) == {"old.onnx", "old.examples.npz"}
+    capsys.readouterr()
+    monkeypatch.setattr(step, full)
+    for words in ((trained, new, *flags), (old, old, *flags, "--unknown-beyond", 0.5)):
+        assert run("export", *words) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert f"{words[1].with_suffix('')}." in err
+        assert "can not be written" in err
+        assert before == {file.name: file.read_bytes() for file in tmp_path.iterdir()}
 
 
 def test_a_checkpoint_is_not_written_over_by_its_export(trained, capsys):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from circumspect.cli.draft import draft_of
 from circumspect.cli.given_flags import given_flags
 from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
@@ -67,16 +68,19 @@ class Export:
                 f"{self.out}: what is exported is ONNX; give a name that ends in .onnx"
             )
         # What is wrong with flags is told before data are opened, and what is wrong with the
-        # examples' set before anything is written: it leaves no file without its examples.
+        # examples' set before anything is written.
         write = self._complete
         if self.weights.suffix.lower() == ".onnx":
             self._keeps_what_it_has()
         else:
             write = partial(self._export, self._members())
         objects = None if self.examples is None else self._trained_on(self.examples)
-        write()
-        if objects is not None:
-            self._remember(objects)
+        # Whatever ends it early, there is no file without its examples.
+        with draft_of(self.out) as draft:
+            told = [write(draft)]
+            if objects is not None:
+                told += self._remember(draft, objects)
+        print("\n".join(told))  # noqa: T201
         return 0
 
     def _keeps_what_it_has(self) -> None:
@@ -86,15 +90,15 @@ class Export:
                 "checkpoints"
             )
 
-    def _complete(self) -> None:
-        """Give an ONNX file its features."""
+    def _complete(self, draft: Path) -> str:
+        """Write an ONNX file with its features; says what it does."""
         try:
             from circumspect.export.features import write_with_features
         except ImportError as error:
             raise MissingExtraError("torch or onnx", "train") from error
-        write_with_features(self.weights, self.out)
+        write_with_features(self.weights, draft)
         out, weights = printable(str(self.out)), printable(str(self.weights))
-        print(f"{out}: gives its features, answers as {weights} does")  # noqa: T201
+        return f"{out}: gives its features, answers as {weights} does"
 
     def _trained_on(self, data: Path) -> ObjectSet:
         from circumspect.cli.progress import progress_bar
@@ -112,7 +116,8 @@ class Export:
             learnt_objects(trained.classes, trained.training, objects)
         return objects
 
-    def _remember(self, objects: ObjectSet) -> None:
+    def _remember(self, draft: Path, objects: ObjectSet) -> list[str]:
+        """Put the examples into the draft and beside the file that it becomes; says what it did."""
         from circumspect.classification import Classifier
         from circumspect.classification.example_table import examples_path
         from circumspect.cli.progress import progress_bar
@@ -120,17 +125,17 @@ class Export:
         from circumspect.export.fitted_names import write_fitted_names
         from circumspect.export.nearest import write_with_distance
 
-        if write_fitted_names(self.out, objects):
-            out = printable(str(self.out))
-            print(f"{out}: names the objects that it was trained on")  # noqa: T201
-        classifier = Classifier.load(self.out)
+        told = []
+        if write_fitted_names(draft, objects):
+            told.append(f"{printable(str(self.out))}: names the objects that it was trained on")
+        classifier = Classifier.load(draft)
         with progress_bar("training objects") as progress:
             table = example_table(classifier, objects, progress)
-        write_with_distance(self.out, table, self.unknown_beyond)
+        write_with_distance(draft, table, self.unknown_beyond)
         path = examples_path(self.out)
         table.save(path)
-        told, size = printable(str(path)), path.stat().st_size / 1e6
-        print(f"{told}: {len(table)} training objects, {size:.1f} MB")  # noqa: T201
+        size = path.stat().st_size / 1e6
+        return [*told, f"{printable(str(path))}: {len(table)} training objects, {size:.1f} MB"]
 
     def _members(self) -> list[Checkpoint]:
         """The networks, which fit the flags."""
@@ -147,16 +152,16 @@ class Export:
             require_convolutions(members)
         return members
 
-    def _export(self, members: list[Checkpoint]) -> None:
-        """Export and tell how close the outputs are."""
+    def _export(self, members: list[Checkpoint], draft: Path) -> str:
+        """Export; says how close the outputs are."""
         from circumspect.export import export_onnx
 
         calibration = None
         if self.int8 is not None:
             calibration = _calibration(self.int8, members[0].recipe)
-        fidelity = export_onnx(members, self.out, self.azimuth_views, self.temperature, calibration)
-        size = self.out.stat().st_size / 1e6
-        print(  # noqa: T201
+        fidelity = export_onnx(members, draft, self.azimuth_views, self.temperature, calibration)
+        size = draft.stat().st_size / 1e6
+        return (
             f"{printable(str(self.out))}: {size:.1f} MB, logits within {fidelity.difference:.1g}, "
             f"same label for {fidelity.agreement:.1%}"
         )
