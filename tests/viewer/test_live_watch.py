@@ -14,8 +14,11 @@ pytest.importorskip("viser", reason="viser is not installed")
 pytest.importorskip("embreex", reason="the simulation is not installed")
 
 from circumspect.classification import Classifier
+from circumspect.classification.evidence import cell_evidence
 from circumspect.cli.scan import Scan
+from circumspect.furniture import make_furniture
 from circumspect.viewer import Dashboard, LiveWatch
+from circumspect.viewer.why import Why
 
 SHORT = Scan(object="chair-3", start=40.0, seed=5, frames=4, frame_interval=2.0)
 
@@ -99,15 +102,20 @@ def test_a_moment_shows_nothing_of_a_later_one(dashboard):
     assert {"/camera", "/robot/0", "/grid/outline", "/target/stand"} <= stage._nodes.keys()
 
 
-def test_every_colouring_gives_a_colour_a_point(dashboard):
-    _, put = run(dashboard)
-    shown = put[-1]()
+def explained(dashboard, shown):
+    """Ask why, and wait for the answer."""
     dashboard.why.wanted = True
-    dashboard.why.ask(shown.thing.grid)
+    dashboard.show(shown)
     end = time.monotonic() + 60
     while dashboard.why.found is None and time.monotonic() < end:
         time.sleep(0.05)
     assert dashboard.why.failure == ""
+
+
+def test_every_colouring_gives_a_colour_a_point(dashboard):
+    _, put = run(dashboard)
+    shown = put[-1]()
+    explained(dashboard, shown)
     dashboard.stage.explanation = dashboard.why.found
     pictures = set()
     for name in ("height", "frames that saw it", "surface normal", "class evidence"):
@@ -120,6 +128,47 @@ def test_every_colouring_gives_a_colour_a_point(dashboard):
     assert len(pictures) == 4
     assert "nearest training objects" in dashboard.why.html()
     assert "speak for" in dashboard.why.html()
+
+
+def test_evidence_of_one_run_is_not_shown_in_the_next(dashboard):
+    _, put = run(dashboard)
+    shown = put[-1]()
+    assert put[0]().run is shown.run
+    explained(dashboard, shown)
+    dashboard.show(shown)
+    assert dashboard.stage.explanation is not None
+    dashboard.why.wanted = False
+    _, put = run(dashboard)
+    dashboard.show(put[0]())
+    assert dashboard.stage.explanation is None
+    assert "speak for" not in dashboard.why.html()
+
+
+def test_evidence_that_is_found_after_its_run_is_dropped(monkeypatch):
+    asked, go_on, told = threading.Event(), threading.Event(), threading.Event()
+
+    def slow(classifier, grid):
+        asked.set()
+        go_on.wait(60)
+        return cell_evidence(classifier, grid)
+
+    monkeypatch.setattr("circumspect.viewer.why.cell_evidence", slow)
+    classifier = Classifier.load()
+    cloud = make_furniture("chair", 3).sampled(4000, 0)
+    grid = classifier.recipe.bounds(cloud).hits(cloud.points_xyz)
+    why = Why(classifier, told.set)
+    try:
+        why.wanted = True
+        why.ask(grid, "first run")
+        assert asked.wait(60)
+        why.ask(None, "second run")
+        go_on.set()
+        assert told.wait(60)
+        assert why.found is None
+        assert "asking" in why.html()
+    finally:
+        go_on.set()
+        why.close()
 
 
 def test_a_watch_that_lasts_long_forgets_its_older_half(dashboard, monkeypatch):

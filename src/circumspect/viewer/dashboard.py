@@ -110,7 +110,7 @@ class Dashboard:
     def show(self, shown: Shown) -> None:
         """Show a moment now, in the caller's thread."""
         turned = self._turned(shown)
-        self.why.ask(shown.thing.grid)
+        self.why.ask(shown.thing.grid, shown.run)
         self.stage.explanation = self.why.found
         self.panel.explain(self.why.html())
         self.stage.yaw = 0.0 if turned is None else turned.yaw

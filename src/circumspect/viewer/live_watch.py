@@ -95,7 +95,7 @@ class LiveWatch:
         """Show a line about the run, from now until it ends; may be called from any thread."""
         self.news = news
         if self._last is None:
-            self._dashboard.put(lambda: Shown((), 0, news=news))
+            self._dashboard.put(lambda: Shown((), 0, news=news, run=self))
         else:
             self._put(news)
 
@@ -148,6 +148,7 @@ class LiveWatch:
             surroundings=self._surroundings,
             truth=self._truth,
             news=news,
+            run=self,
         )
 
 

@@ -70,6 +70,7 @@ class Shown:
             knows.
         truth: The object's true class, where that is known.
         news: A line about the run as a whole: how it ended, what is missing.
+        run: Tells this run from another: the same object through all of it.
     """
 
     rows: Sequence[Mapping[str, Any]]
@@ -85,6 +86,7 @@ class Shown:
     surroundings: Surroundings | None = None
     truth: str | None = None
     news: str = ""
+    run: object = None
 
     @property
     def row(self) -> Mapping[str, Any]:

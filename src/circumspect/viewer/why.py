@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
@@ -41,12 +42,20 @@ class Explanation:
         return self.evidence.at(np.ascontiguousarray(back + centre))
 
 
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """A grid, and what tells its run from another."""
+
+    grid: OccupancyGrid
+    run: object
+
+
 class Why:
     """Explains the newest grid in a thread of its own.
 
     Attributes:
         wanted: Whether somebody wants to know.
-        found: The latest explanation.
+        found: The latest explanation of the run that was asked about last.
         failure: Why there is none, in words.
     """
 
@@ -62,13 +71,24 @@ class Why:
         self.failure = ""
         self._classifier, self._tell = classifier, tell
         self._asked: OccupancyGrid | None = None
-        self._work: Publisher[OccupancyGrid] = Publisher(self._explain, most_often=MOST_OFTEN)
+        self._run: object = None
+        self._turning = threading.Lock()
+        self._work: Publisher[_Question] = Publisher(self._explain, most_often=MOST_OFTEN)
 
-    def ask(self, grid: OccupancyGrid | None) -> None:
-        """Explain a grid soon if that is wanted; returns at once."""
+    def ask(self, grid: OccupancyGrid | None, run: object = None) -> None:
+        """Explain a grid soon if that is wanted; returns at once.
+
+        Args:
+            grid: Of the object; None where there is none yet.
+            run: Whose grid it is: what was found out in another run is forgotten.
+        """
+        with self._turning:
+            if run is not self._run:
+                self._run, self._asked = run, None
+                self.found, self.failure = None, ""
         if self.wanted and grid is not None and grid is not self._asked:
             self._asked = grid
-            self._work.slot.put(grid)
+            self._work.slot.put(_Question(grid, run))
 
     def close(self) -> None:
         """End the thread."""
@@ -98,15 +118,18 @@ class Why:
             )
         return _box(told)
 
-    def _explain(self, grid: OccupancyGrid) -> None:
-        self.failure = ""
+    def _explain(self, question: _Question) -> None:
+        found, failure = None, ""
         try:
             if not isinstance(self._classifier, OnnxClassifier):
                 raise CircumspectError("only ONNX classifiers can be explained")
-            evidence = cell_evidence(self._classifier, grid)
-            self.found = Explanation(evidence, self._nearest(self._classifier, grid))
+            evidence = cell_evidence(self._classifier, question.grid)
+            found = Explanation(evidence, self._nearest(self._classifier, question.grid))
         except CircumspectError as error:
-            self.found, self.failure = None, str(error)
+            failure = str(error)
+        with self._turning:
+            if question.run is self._run:
+                self.found, self.failure = found, failure
         self._tell()
 
     def _nearest(self, classifier: OnnxClassifier, grid: OccupancyGrid) -> tuple[NearExample, ...]:
