@@ -10,9 +10,11 @@ from node_world import send, values, worked_off
 from orbiting_robot import DEPTH, INFO, OPTICAL, MemoryBus, OrbitingRobot, orbit
 
 from circumspect.pipeline import CLASSIFIED
+from circumspect.planning import Finished
 from circumspect.recording.image_messages import camera_info, depth_message
 from circumspect.recording.ros_types import DETECTIONS
 from circumspect.ros.middleware import ANSWERS, LATEST
+from circumspect.ros.next_views import NextViews
 from circumspect.ros.outgoing import PATH, POINTS, POSE
 from circumspect.ros.recognition_node import RecognitionNode
 
@@ -45,6 +47,40 @@ def test_a_chair_is_named_and_everything_is_told(bus: MemoryBus, node: Recogniti
     transform = bus.told("/tf")[-1].transforms[0]
     assert (transform.header.frame_id, transform.child_frame_id) == ("odom", "circumspect_map")
     assert abs(transform.transform.translation.x) < 0.02
+
+
+def retracted(told: Any) -> bool:
+    """Whether a pose is of nothing."""
+    place = told.pose.position
+    return told.header.frame_id == "" and bool(np.isnan([place.x, place.y, place.z]).all())
+
+
+def test_a_next_view_that_is_none_any_more_is_retracted_once(
+    bus: MemoryBus, node: RecognitionNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The topic is latched: who comes late would still be sent there."""
+    monkeypatch.setattr("circumspect.ros.announcer.EVERY", 0.0)
+    robot = OrbitingRobot(bus)
+    robot.stand()
+    for number in range(2):
+        robot.drive(number)
+    worked_off(node)
+    views = [retracted(told) for told in bus.told("/circumspect/next_view")]
+    assert views == [False, False]
+    assert node.target is not None
+    with monkeypatch.context() as patch:
+        patch.setattr(NextViews, "advice", lambda *_: Finished("seen enough"))
+        for number in range(2, 4):
+            robot.drive(number)
+        worked_off(node)
+    assert [retracted(told) for told in bus.told("/circumspect/next_view")[2:]] == [True]
+    assert node.target is None
+    robot.drive(4)
+    worked_off(node)
+    for _ in range(2):
+        send(bus, "/circumspect/reset")
+        node.work(0)
+    assert [retracted(told) for told in bus.told("/circumspect/next_view")[3:]] == [False, True]
 
 
 def test_what_is_offered_and_wanted(bus: MemoryBus, node: RecognitionNode) -> None:

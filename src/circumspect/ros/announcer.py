@@ -29,6 +29,7 @@ from circumspect.ros.outgoing import (
     POSE,
     diagnostics_message,
     no_detections,
+    no_pose,
     path_message,
     points_message,
     stamped_pose,
@@ -46,7 +47,7 @@ class Announcer:
     """Topics below the node's name: model, detections, path, next_view; /diagnostics and /tf.
 
     Attributes:
-        advised: The next view that was told last.
+        advised: The next view that was told last; None where none is advised any more.
     """
 
     def __init__(
@@ -80,11 +81,11 @@ class Announcer:
                 TRANSFORMS, middleware.advertise(TF, TRANSFORMS, Quality(depth=100))
             )
         self._stamp = 0.0
+        self.advised: NextView | None = None
         self._begin()
 
     def _begin(self) -> None:
         self._path, self._views = PathLog(), NextViews()
-        self.advised: NextView | None = None
         self._told_at = -float("inf")
 
     def step(
@@ -123,6 +124,7 @@ class Announcer:
         self._tell_model(points_message(NOTHING, None, self._stamp, self._frame))
         self._tell_answer(no_detections(self._stamp, self._frame))
         self._tell_path(path_message([], self._stamp, self._frame))
+        self._retract_view()
 
     def status(self, status: Status) -> None:
         """Tell how the node fares."""
@@ -157,10 +159,18 @@ class Announcer:
 
     def _next_view(self, step: RecognitionStep, frame: RgbdFrame) -> None:
         view = self._views.advice(step, frame)
-        self.advised = view if isinstance(view, NextView) else None
-        if isinstance(view, NextView):
-            place: RigidTransform = view.T_map_base.as_transform()
-            self._tell_view(stamped_pose(place, self._stamp, self._frame))
+        if not isinstance(view, NextView):
+            self._retract_view()
+            return
+        self.advised = view
+        place: RigidTransform = view.T_map_base.as_transform()
+        self._tell_view(stamped_pose(place, self._stamp, self._frame))
+
+    def _retract_view(self) -> None:
+        """Else who comes late would be sent to a view that is none any more."""
+        if self.advised is not None:
+            self.advised = None
+            self._tell_view(no_pose(self._stamp))
 
 
 def _packing(kind: str, publish: Callable[[bytes], None]) -> Callable[[Any], None]:

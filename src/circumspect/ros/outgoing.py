@@ -62,6 +62,18 @@ def stamped_pose(pose: RigidTransform, stamp: float, frame_id: str) -> Any:
     return message(POSE, header=header(stamp, frame_id), pose=pose_message(pose))
 
 
+def no_pose(stamp: float) -> Any:
+    """A `geometry_msgs/PoseStamped` of nothing: in no frame, its place not a number.
+
+    What was told before no longer holds. The type knows no empty message; this one can neither be
+    transformed nor driven to.
+
+    Args:
+        stamp: [s].
+    """
+    return stamped_pose(RigidTransform.from_translation(np.full(3, np.nan)), stamp, "")
+
+
 def no_detections(stamp: float, frame_id: str) -> Any:
     """A `vision_msgs/Detection3DArray` of nothing: what was told before no longer holds."""
     return message(DETECTIONS, header=header(stamp, frame_id), detections=[])
