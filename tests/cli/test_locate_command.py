@@ -377,3 +377,20 @@ def test_a_scan_is_compared_with_the_intelligent_space(tmp_path, capsys):
     assert "no place of camera 'ceiling_9'" in capsys.readouterr().err
     assert run("track", out, *words, "--topic", "ceiling_0=/x", "--json") == 2
     assert "is no bag" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("frame", [1, 3])
+def test_ctrl_c_leaves_what_the_ceiling_cameras_need_and_said(tmp_path, ctrl_c_at, capsys, frame):
+    """Without the calibration nobody can track through the recording."""
+    out, bag = tmp_path / "run", tmp_path / "run.mcap"
+    scan = Scan(object="chair-3", start=40.0, seed=5, frames=9, frame_interval=2.0, space=True)
+    ctrl_c_at(frame)
+    with pytest.raises(KeyboardInterrupt):
+        replace(scan, out=out, record=bag).run()
+    assert len(read_tum(out / "space.txt")) == frame
+    assert len((out / "space.jsonl").read_text().splitlines()) == frame
+    assert (out / "space.png").stat().st_size > 10_000
+    capsys.readouterr()
+    words = ("--calibration", out / "calibration.json", "--tag", 0, 0.2, 0.3)
+    assert run("track", bag, *words, "--out", tmp_path / "again", "--json") == 0
+    assert told(capsys)["images"] == 4 * frame

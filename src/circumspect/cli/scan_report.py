@@ -14,7 +14,12 @@ from circumspect.cli.run_screen import tell_where, verdict
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
 from circumspect.geometry import Trajectory
-from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
+from circumspect.pipeline import (
+    PipelineObserver,
+    RecognitionResult,
+    RecognitionStep,
+    RunFolder,
+)
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.playback_log import PlaybackLog
@@ -47,7 +52,13 @@ class ScanReport:
         self._log = JourneyLog(parts.scan, self.folder, self._truth, outlines(parts.room.scene))
         self._file = ScanFile(parts.scan, path / "scan.json")
         self.playback = PlaybackLog(parts.scan, path, parts.room.scene, parts.witness)
-        self.observers = (self._log, self._file, self.playback, self.folder)
+        self.observers: tuple[PipelineObserver, ...] = (
+            self._log, self._file, self.playback, self.folder,
+        )  # fmt: skip
+        if space is not None:
+            from circumspect.cli.scan_space import SpaceLog
+
+            self.observers += (SpaceLog(space, path, lambda: self._log.odometry),)
 
     def round_deg(self, step: RecognitionStep) -> float:  # noqa: ARG002 - the scan knows
         """How far round the object the robot is [degrees]."""
@@ -105,9 +116,7 @@ class ScanReport:
         """What the intelligent space says of the run; nothing where there is none."""
         if self._space is None:
             return {}
-        estimate = camera_path(result)
-        self._space.save(self.folder.path, estimate, self._log.odometry)
-        return self._space.measured(estimate, self._truth())
+        return self._space.measured(camera_path(result), self._truth())
 
     def _record(self, result: RecognitionResult, error: ScanError) -> dict[str, Any]:
         config, measured, prediction = self.folder.config, error.summary(), result.prediction

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from circumspect.errors import CircumspectError, MissingExtraError
 from circumspect.evaluation.space_error import error_against_space, path_against_space, space_error
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import CeilingImage, IntelligentSpace, write_calibration
+from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.simulated_scan import SimulatedScan
 from circumspect.recording import RunRecorder
 from circumspect.simulation import (
@@ -94,10 +97,21 @@ class ScanSpace:
             told["space_true_error_m"] = space_error(track, bases).position_rmse_m
         return told
 
+    def begin(self, folder: Path) -> None:
+        """Write calibration.json: whatever ends the run, its recording can be tracked through.
+
+        Args:
+            folder: Of the run.
+
+        Raises:
+            OutputError: The file can not be written.
+        """
+        write_calibration(folder / "calibration.json", self._calibration)
+
     def save(
         self, folder: Path, estimate: Trajectory | None, odometry: Trajectory | None
     ) -> str | None:
-        """Write calibration.json, space.txt, space.jsonl and space.png.
+        """Write space.txt, space.jsonl and space.png.
 
         Args:
             folder: Of the run.
@@ -111,7 +125,6 @@ class ScanSpace:
             OutputError: A file can not be written.
         """
         track = self._watch.track
-        write_calibration(folder / "calibration.json", self._calibration)
         if (trajectory := track.trajectory()) is not None:
             write_tum(folder / "space.txt", trajectory)
         with atomic_open(folder / "space.jsonl") as stream:
@@ -136,3 +149,34 @@ class ScanSpace:
         except MissingExtraError as error:
             return str(error)
         return None
+
+
+class SpaceLog:
+    """Writes down what the ceiling cameras said of a scan; a `PipelineObserver`."""
+
+    def __init__(
+        self, space: ScanSpace, folder: Path, odometry: Callable[[], Trajectory | None]
+    ) -> None:
+        """Write the calibration.
+
+        Args:
+            space: The cameras.
+            folder: Of the run, begun.
+            odometry: Gives the camera's path by the wheels alone when the run ends.
+
+        Raises:
+            OutputError: It can not be written.
+        """
+        self._space, self._folder, self._odometry = space, folder, odometry
+        space.begin(folder)
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """Nothing: the cameras keep what they see."""
+
+    def on_end(self, result: RecognitionResult) -> None:
+        """Write everything else, however the scan ended.
+
+        Raises:
+            OutputError: A file can not be written.
+        """
+        self._space.save(self._folder, camera_path(result), self._odometry())

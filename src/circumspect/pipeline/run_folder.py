@@ -20,7 +20,8 @@ RESULTS = (
     "result.json", "scan.json", "model.ply", "grid.npz", "trajectory.txt", "picture.png",
     "calibration.json", "space.txt", "space.jsonl", "space.png",
 )  # fmt: skip
-"""Written when a run ends; those of an earlier run are removed when one begins."""
+"""Written when a run ends, calibration.json as soon as it has a folder; those of an earlier run are
+removed when one begins."""
 CONFIG, LOG = "config.json", "log.jsonl"
 """Written when a run begins: what makes a folder that of a run."""
 PLAYBACK = "playback"
