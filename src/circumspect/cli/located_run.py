@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from circumspect.errors import MissingExtraError
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import Calibration, SpaceTrack, TagMount
 from circumspect.pipeline.run_folder import LOG
-from circumspect.storage import atomic_open, require_no_strangers, require_writable, write_json
+from circumspect.storage import require_no_strangers, require_writable, write_json
 
 FIXES = "space.jsonl"
 """What makes a folder that of such a run, unless a scan's log is beside it."""
@@ -78,8 +77,7 @@ class LocatedRun:
             (self.path / name).unlink(missing_ok=True)
         if (trajectory := track.trajectory()) is not None:
             write_tum(self.path / "trajectory.txt", trajectory)
-        with atomic_open(self.path / FIXES) as stream:
-            stream.writelines(json.dumps(fix.summary()) + "\n" for fix in track.fixes)
+        track.write_log(self.path / FIXES)
         try:
             from circumspect.evaluation.space_picture import draw_space
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,7 +23,6 @@ from circumspect.simulation import (
     laid_tags,
     outlines,
 )
-from circumspect.storage import atomic_open
 
 CAMERAS, CEILING = 4, 3.0
 """Under the ceiling [m]."""
@@ -127,8 +125,7 @@ class ScanSpace:
         track = self._watch.track
         if (trajectory := track.trajectory()) is not None:
             write_tum(folder / "space.txt", trajectory)
-        with atomic_open(folder / "space.jsonl") as stream:
-            stream.writelines(json.dumps(fix.summary()) + "\n" for fix in track.fixes)
+        track.write_log(folder / "space.jsonl")
         paths = {"odometry alone": odometry, "path by the pipeline": estimate}
         T_base_camera = self._parts.witness.T_base_camera
         carried = {

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import Trajectory
+from circumspect.localization.order_of_time import LATE, LEAP, apart
 from circumspect.localization.sighting import NO_TAG
 from circumspect.localization.space_fix import BRIDGED, TRACKED, SpaceFix
+from circumspect.storage import atomic_open
+
+_APART = {
+    LATE: "came late",
+    LEAP: "leapt ahead of the others",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,33 +29,61 @@ class SpaceTrack:
     """Fixes in the order of time.
 
     Attributes:
-        fixes: One for each time that there were images of.
+        fixes: One for each time that there were images of: the path.
         reports: What was noticed about cameras and clocks.
-        late: Fixes that are not later than one before: of images that came late, or of a clock
-            that was set back. They are part of no path.
-        leaps: Fixes without news, of images whose stamps leapt ahead. Nor are they.
+        arrived: All fixes in the order of arrival, those that are part of no path among them, each
+            with the reason why it is not; see `apart`.
     """
 
     fixes: tuple[SpaceFix, ...]
     reports: tuple[str, ...] = ()
-    late: tuple[SpaceFix, ...] = ()
-    leaps: tuple[SpaceFix, ...] = ()
+    arrived: tuple[tuple[SpaceFix, str | None], ...] = ()
 
     @classmethod
     def of(cls, fixes: Iterable[SpaceFix], reports: Iterable[str] = ()) -> SpaceTrack:
-        """Those whose stamp is later than all before, and the others apart."""
-        kept: list[SpaceFix] = []
-        late: list[SpaceFix] = []
-        leaps: list[SpaceFix] = []
-        for fix in fixes:
-            if not kept or fix.stamp > kept[-1].stamp:
-                kept.append(fix)
-            else:
-                (leaps if _leapt(fix) else late).append(fix)
-        told = [f"{len(late)} times came late and are part of no path"] if late else []
-        if leaps:
-            told.append(f"{len(leaps)} times leapt ahead of the others and are part of no path")
-        return cls(tuple(kept), (*reports, *told), tuple(late), tuple(leaps))
+        """Those that follow each other in time, and the others apart.
+
+        Args:
+            fixes: In the order of arrival.
+            reports: What was noticed.
+        """
+        fixes = tuple(fixes)
+        arrived = tuple(zip(fixes, apart(fixes), strict=True))
+        counts = Counter(why for _, why in arrived)
+        told = [
+            f"{counts[why]} times {words} and are part of no path"
+            for why, words in _APART.items()
+            if counts[why]
+        ]
+        path = tuple(fix for fix, why in arrived if why is None)
+        return cls(path, (*reports, *told), arrived)
+
+    @property
+    def late(self) -> tuple[SpaceFix, ...]:
+        """Fixes of images that came late, or of a clock that was set back; part of no path."""
+        return self._apart(LATE)
+
+    @property
+    def leaps(self) -> tuple[SpaceFix, ...]:
+        """Fixes without news, of images whose stamps leapt ahead; part of no path."""
+        return self._apart(LEAP)
+
+    def _apart(self, reason: str) -> tuple[SpaceFix, ...]:
+        return tuple(fix for fix, why in self.arrived if why == reason)
+
+    def write_log(self, path: Path) -> None:
+        """Write a JSON line a fix, in the order of arrival; "apart" says why it is in no path.
+
+        Args:
+            path: The file.
+
+        Raises:
+            OutputError: It can not be written.
+        """
+        with atomic_open(path) as stream:
+            for fix, why in self.arrived:
+                told = fix.summary() if why is None else {**fix.summary(), "apart": why}
+                stream.write(json.dumps(told) + "\n")
 
     def known(self, bridged: bool = True) -> tuple[SpaceFix, ...]:
         """Fixes that have a pose.
@@ -95,10 +132,7 @@ class SpaceTrack:
     def _rejected(self) -> dict[str, int]:
         """How often a camera gave which reason, tags that were seen before those not in view."""
         refused = [
-            sighting
-            for fix in (*self.fixes, *self.late, *self.leaps)
-            for sighting in fix.sightings
-            if sighting.reason
+            sighting for fix, _ in self.arrived for sighting in fix.sightings if sighting.reason
         ]
         counts = Counter((s.camera, s.reason) for s in refused)
         # A detail, a misfit for example, is another one each time: the first stands for all.
@@ -108,11 +142,6 @@ class SpaceTrack:
             detail = "" if first[key] is None else f" (first: {first[key]})"
             rejected[f"{key[0]}: {key[1]}{detail}"] = counts[key]
         return rejected
-
-
-def _leapt(fix: SpaceFix) -> bool:
-    """Whether all of its images are of a later time than it tells of."""
-    return bool(fix.sightings) and all(s.stamp > fix.stamp for s in fix.sightings)
 
 
 def _rms(values: list[float]) -> float | None:
