@@ -88,3 +88,34 @@ def test_a_clock_that_is_set_back_does_not_keep_the_robot_where_it_was(rig, pair
     assert fixes[-1].T_map_base.x == pytest.approx(0.4, abs=0.01)
     assert fixes[-1].stamp == 40.3
     assert space.reports == ("the cameras' clock was set back by 59.8 s at 40.200 s",)
+
+
+@pytest.mark.parametrize(("before", "after"), [(3, 9), (9, 5)])
+def test_of_times_told_twice_the_clock_that_knew_more_of_them_counts(rig, pair, before, after):
+    """Set back by five minutes, it tells of the same times for five minutes."""
+    stamps = [300.0 + n / 10 for n in range(before)] + [n / 10 for n in range(after)]
+    track = tracked(rig, IntelligentSpace(pair[:1], MOUNT), stamps)
+    # The first two after it was set back might have come late.
+    old, new = stamps[:before], stamps[before + 2 :]
+    path, apart = (new, old) if len(new) > len(old) else (old, new)
+    assert [fix.stamp for fix in track.known(bridged=False)] == path
+    assert [fix.stamp for fix in track.set_back] == apart
+    assert (len(track.late), track.leaps) == (2, ())
+    assert track.summary()["set_back"] == len(apart)
+    overlap = f"{len(apart)} times of a clock that was set back overlap others"
+    assert track.reports[-1] == f"{overlap} and are part of no path"
+
+
+def test_a_clock_that_was_wrong_for_a_while_costs_no_more_than_that_while(rig, pair):
+    """All cameras leap ahead together, which is believed, and come back."""
+    right = [n / 10 for n in range(12)]
+    stamps = [*right[:4], *(400.0 + n / 10 for n in range(3)), *right[4:]]
+    space = IntelligentSpace(pair, MOUNT)
+    images = [
+        image
+        for n, stamp in enumerate(stamps)
+        for image in rig.images(truth(0.02 * n, stamp=stamp))[: len(pair)]
+    ]
+    track = SpaceTrack.of(space.track(images), space.reports)
+    assert [fix.stamp for fix in track.fixes] == [*right[:4], *right[6:]]
+    assert [fix.stamp for fix in track.set_back] == stamps[4:7]

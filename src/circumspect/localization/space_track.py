@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import Trajectory
-from circumspect.localization.order_of_time import LATE, LEAP, apart
+from circumspect.localization.order_of_time import LATE, LEAP, SET_BACK, apart
 from circumspect.localization.sighting import NO_TAG
 from circumspect.localization.space_fix import BRIDGED, TRACKED, SpaceFix
 from circumspect.storage import atomic_open
@@ -21,6 +21,7 @@ from circumspect.storage import atomic_open
 _APART = {
     LATE: "came late",
     LEAP: "leapt ahead of the others",
+    SET_BACK: "of a clock that was set back overlap others",
 }
 
 
@@ -60,13 +61,18 @@ class SpaceTrack:
 
     @property
     def late(self) -> tuple[SpaceFix, ...]:
-        """Fixes of images that came late, or of a clock that was set back; part of no path."""
+        """Fixes without news, of images that came late; they are part of no path."""
         return self._apart(LATE)
 
     @property
     def leaps(self) -> tuple[SpaceFix, ...]:
-        """Fixes without news, of images whose stamps leapt ahead; part of no path."""
+        """Fixes without news, of images whose stamps leapt ahead; nor are they."""
         return self._apart(LEAP)
+
+    @property
+    def set_back(self) -> tuple[SpaceFix, ...]:
+        """Fixes of times that were told twice, as a clock was set back; nor are they."""
+        return self._apart(SET_BACK)
 
     def _apart(self, reason: str) -> tuple[SpaceFix, ...]:
         return tuple(fix for fix, why in self.arrived if why == reason)
@@ -121,6 +127,7 @@ class SpaceTrack:
             "times": len(self.fixes),
             "late": len(self.late),
             "leaps": len(self.leaps),
+            "set_back": len(self.set_back),
             "states": dict(states),
             "cameras": dict(sorted(views.items())),
             "rejected": self._rejected(),
