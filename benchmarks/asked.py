@@ -19,8 +19,12 @@ def command_with(command: str, given: Namespace, usual: Namespace, settings: Seq
     """A command with those of its settings that are not as usual."""
     values = {name: getattr(given, name) for name in settings}
     flags = [
-        f" --{name.replace('_', '-')} {value:g}"
+        f" --{name.replace('_', '-')} {_as_typed(value)}"
         for name, value in values.items()
         if value != getattr(usual, name)
     ]
     return command + "".join(flags)
+
+
+def _as_typed(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:g}"

@@ -9,21 +9,25 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.report import RESULTS, machine
+from benchmarks.asked import command_with
+from benchmarks.report import RESULTS, write_page
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.evaluation.markdown import table
+from circumspect.mapping import RegisteredPoses
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.planning import CirclePlanner, Finished, NextView, Situation, ViewPlanner
-from circumspect.storage import atomic_open, write_json
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
 TELL_EVERY_S = 120.0
 """Robot's time between two rows [s]."""
+SETTINGS = ("minutes", "object")
+"""Flags that tell what is driven."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +52,14 @@ class Sample:
     Attributes:
         frames: So far.
         stamp: Robot's time [s].
+        keyframes: That the map is made of.
         resident_mb: Memory of the process.
         frame_ms: Median time a frame since the sample before.
     """
 
     frames: int
     stamp: float
+    keyframes: int
     resident_mb: float
     frame_ms: float
 
@@ -61,7 +67,9 @@ class Sample:
 class MemoryWatch:
     """Takes samples; a `PipelineObserver`."""
 
-    def __init__(self) -> None:
+    def __init__(self, keyframes: Callable[[], int]) -> None:
+        """Count keyframes by what is given."""
+        self._keyframes = keyframes
         self.samples: list[Sample] = []
         self._spent: list[float] = []
 
@@ -77,7 +85,8 @@ class MemoryWatch:
 
     def _take(self, step: RecognitionStep) -> None:
         median = float(np.median(self._spent)) if self._spent else 0.0
-        self.samples.append(Sample(step.index + 1, step.stamp, resident_mb(), median))
+        sample = Sample(step.index + 1, step.stamp, self._keyframes(), resident_mb(), median)
+        self.samples.append(sample)
         self._spent.clear()
         print(self.samples[-1], file=sys.stderr)
 
@@ -90,32 +99,37 @@ def resident_mb() -> float:
 
 def main() -> int:
     """Drive, sample, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--minutes", type=float, default=30.0, help="of the robot's time")
-    parser.add_argument("--object", default="chair-100000")
-    parser.add_argument("--out", type=Path, default=RESULTS)
-    arguments = parser.parse_args()
+    arguments, usual = _parser().parse_args(), _parser().parse_args([])
     job = ScanJob("memory", arguments.object, 0.0, 0, frames=round(arguments.minutes * 60 / 0.5))
     parts = prepared(job, RestlessPlanner())
-    watch = MemoryWatch()
+    poses = parts.pipeline.poses
+    assert isinstance(poses, RegisteredPoses)
+    watch = MemoryWatch(lambda: len(poses.keyframes))
     parts.pipeline.observers = (watch,)
     start = time.monotonic()
     parts.scan.run()
     rows = [
-        [f"{s.stamp / 60:.0f}", str(s.frames), f"{s.resident_mb:.0f}", f"{s.frame_ms:.0f}"]
+        [f"{s.stamp / 60:.0f}", *map(str, (s.frames, s.keyframes)),
+         f"{s.resident_mb:.0f}", f"{s.frame_ms:.0f}"]
         for s in watch.samples
-    ]
+    ]  # fmt: skip
     text = (
-        table(["minutes", "frames", "resident [MB]", "frame [ms], median"], rows)
+        f"Round and round {arguments.object}, a frame each 0.5 s of the robot's time.\n\n"
+        + table(["minutes", "frames", "keyframes", "resident [MB]", "frame [ms], median"], rows)
         + f"\n\nIt ended: {parts.scan.ended}. {(time.monotonic() - start) / 60:.0f} min of work."
     )
-    print(text)
-    facts = machine()
-    with atomic_open(arguments.out / "scan_memory.md") as stream:
-        stream.write(f"# Memory over a long scan\n\n`python -m benchmarks.scan_memory`\n\n{text}\n")
-    document = {"machine": facts, "samples": [vars(sample) for sample in watch.samples]}
-    write_json(arguments.out / "scan_memory.json", document)
+    command = command_with("python -m benchmarks.scan_memory", arguments, usual, SETTINGS)
+    measured = {"samples": [vars(sample) for sample in watch.samples]}
+    write_page("scan_memory", "Memory over a long scan", command, text, measured, arguments.out)
     return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--minutes", type=float, default=30.0, help="of the robot's time")
+    parser.add_argument("--object", default="chair-100000")
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    return parser
 
 
 if __name__ == "__main__":
