@@ -215,3 +215,27 @@ class TestProcess:
         os.close(write)
         assert done.returncode == 0
         assert "Traceback" not in done.stderr
+
+    @pytest.mark.parametrize("command", ["doctor", "nets"])
+    def test_a_reader_of_a_table_that_goes_away_is_no_fault(self, command):
+        words = [sys.executable, "-m", "circumspect.cli.main", command]
+        read, write = os.pipe()
+        os.close(read)
+        done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, text=True)
+        os.close(write)
+        assert done.returncode == 0
+        assert done.stderr == ""
+
+    @pytest.mark.parametrize(("file", "code"), [("chair", 0), ("gone.ply", 2)])
+    @pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
+    def test_streams_may_be_closed(self, chair, tmp_path, file, code, closed):
+        """As a job that is started with `>&-` has them."""
+        file = chair if file == "chair" else tmp_path / file
+        closing = " ".join(f"{number}>&-" for number in closed)
+        call = f'"$@" {closing}'
+        words = [sys.executable, "-m", "circumspect.cli.main", "classify", str(file)]
+        done = subprocess.run(["sh", "-c", call, "sh", *words], capture_output=True, text=True)
+        assert done.returncode == code
+        assert "Traceback" not in done.stderr
+        assert ("chair" in done.stdout) == (code == 0 and 1 not in closed)
+        assert "circumspect: " not in done.stdout

@@ -65,12 +65,12 @@ def _size(folder: Path) -> int:
 
 
 def _show(document: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
+    from circumspect.cli.console import OutputConsole
     from circumspect.cli.installed import FOR, remedy
 
-    console = Console(highlight=False)
+    console = OutputConsole(highlight=False)
     console.print(
         f"[bold]circumspect {document['circumspect']}[/bold], Python {document['python']}, "
         f"{document['cores']} cores\n{document['platform']}",

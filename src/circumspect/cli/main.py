@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from circumspect import __version__
@@ -62,6 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 all done, 2 a known fault (already told on standard error), 130 interrupted.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    _open_closed_streams()
     _escape_what_output_lacks()
     try:
         code = _dispatch(words)
@@ -83,6 +85,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say(f"{error.filename or 'standard output'}: {reason_of(error)}")
         return 2
     return code
+
+
+def _open_closed_streams() -> None:
+    """A job may be started without them (`>&-`); no file of ours shall get their numbers."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            stream = Path(os.devnull).open(mode, encoding="utf-8")  # noqa: SIM115
+            setattr(sys, name, stream)
 
 
 def _escape_what_output_lacks() -> None:

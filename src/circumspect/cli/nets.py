@@ -60,8 +60,9 @@ def _records(classes: int) -> list[dict[str, Any]]:
 
 
 def _show(records: list[dict[str, Any]]) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from circumspect.cli.console import OutputConsole
 
     table = Table(box=None, pad_edge=False)
     for heading in ("name", "weights", "mult-adds", "input", "what it is"):
@@ -79,4 +80,4 @@ def _show(records: list[dict[str, Any]]) -> None:
             f"{kind}\n{cells}",
             f"{record['summary']} ({record['source']})",
         )
-    Console().print(table)
+    OutputConsole().print(table)

@@ -93,9 +93,9 @@ def _span(topics: list[Topic]) -> float | None:
 
 
 def _show(document: dict[str, Any]) -> None:
-    from rich.console import Console
+    from circumspect.cli.console import OutputConsole
 
-    console = Console(highlight=False)
+    console = OutputConsole(highlight=False)
     if not console.is_terminal:
         # A file or a pipe has no width: one line for one thing that is said.
         console.width = ENDLESS
