@@ -155,6 +155,15 @@ def test_help_and_version(capsys):
     assert capsys.readouterr().out == f"circumspect {circumspect.__version__}\n"
 
 
+def test_ctrl_c_while_a_package_loads_does_not_say_that_it_is_missing(monkeypatch, capsys):
+    def interrupted(name):
+        raise ImportError("initialization failed") from KeyboardInterrupt()
+
+    monkeypatch.setattr("circumspect.simulation.robot_physics.import_module", interrupted)
+    assert run("scan", "chair", "--frames", 1) == 130
+    assert "not installed" not in capsys.readouterr().err
+
+
 class TestProcess:
     """What only a process of its own shows."""
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from circumspect import __version__
 from circumspect.cli.say import say
-from circumspect.errors import CircumspectError, reason_of
+from circumspect.errors import CircumspectError, MissingExtraError, reason_of
 
 COMMANDS = {
     "demo": ("demo:Demo", "a simulated robot drives round an object and names it"),
@@ -68,12 +68,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         code = _dispatch(words)
         sys.stdout.flush()
-    except CircumspectError as error:
+    except (CircumspectError, KeyboardInterrupt) as error:
+        if _interrupted(error):
+            say("interrupted; the same command starts or goes on again")
+            return 130
         say(str(error))
         return 2
-    except KeyboardInterrupt:
-        say("interrupted; the same command starts or goes on again")
-        return 130
     except BrokenPipeError:
         # The reader of our output went away (`| head`); nothing is left to tell it.
         _close_output()
@@ -85,6 +85,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say(f"{error.filename or 'standard output'}: {reason_of(error)}")
         return 2
     return code
+
+
+def _interrupted(error: BaseException) -> bool:
+    """Whether Ctrl-C led to it: a compiled package that it hits while loading fails to import."""
+    if isinstance(error, MissingExtraError) and error.__cause__ is not None:
+        cause = error.__cause__
+        return isinstance(cause.__cause__ or cause.__context__, KeyboardInterrupt)
+    return isinstance(error, KeyboardInterrupt)
 
 
 def _open_closed_streams() -> None:
