@@ -103,6 +103,9 @@ VIEW = ["--first-pose", "0", "0", "1", "0", "30"]
         ("tum", [*VIEW, "--poses", "given"], "give one"),
         ("tum", [*VIEW[:-1], "90"], "a tilt within 90°"),
         ("tum", [*VIEW[:-1], "nan"], "give finite values"),
+        ("tum", ["--first-pose", "0", "0", "-1", "0", "30"], "a camera -1 m above the floor"),
+        ("tum", ["--first-pose", "0", "0", "1200", "0", "30"], "give Z in metres"),
+        ("tum", ["--first-pose", "0", "0", "nan", "0", "30"], "give Z in metres"),
     ],
 )
 def test_what_does_not_go_together_is_told(
@@ -110,3 +113,35 @@ def test_what_does_not_go_together_is_told(
 ) -> None:
     assert main(["replay", str(live / recording), *flags]) == 2
     assert told in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("height", "tilt", "told"),
+    [
+        (0, 0, ""),
+        (0, 6, "of the first frame's points lie below the floor at Z = 0; check --first-pose"),
+        (0, -6, "the first frame shows no floor at Z = 0; check --first-pose"),
+        (-0.3, 0, "of the first frame's points lie below the floor"),
+        (0.3, 0, "the first frame shows no floor"),
+    ],
+)
+def test_a_first_pose_that_the_floor_contradicts_is_told(
+    live: Path, tmp_path: Path, height: float, tilt: float, told: str, capsys: pytest.CaptureFixture
+) -> None:
+    """Else the floor itself, or half an object, is named as if nothing was wrong."""
+    x, y, z, pan, down = (float(value) for value in first_pose(live))
+    view = [f"{value:.4f}" for value in (x, y, z + height, pan, down + tilt)]
+    out = ["--out", str(tmp_path / "run"), "--every", "6"]
+    assert main(["replay", str(live / "tum"), "--first-pose", *view, *out]) == 0
+    lines = [line for line in capsys.readouterr().err.splitlines() if "first" in line]
+    assert len(lines) == (told != "")
+    assert told in " ".join(lines)
+
+
+@pytest.mark.parametrize("kind", ["tum", "seven"])
+def test_poses_may_be_called_hidden_where_none_are(live: Path, tmp_path: Path, kind: str) -> None:
+    flags = ["--first-pose", *first_pose(live), "--poses", "hidden", "--every", "6"]
+    assert main(["replay", str(live / kind), *flags, "--out", str(tmp_path), "--json"]) == 0
+    told = json.loads((tmp_path / "result.json").read_text())
+    assert told["frames"] == 2
+    assert told["label"] is not None

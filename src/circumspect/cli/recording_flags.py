@@ -87,11 +87,13 @@ class RecordingFlags:
         # What a bag's transforms tell may be another pipeline's guess: asked for, or not used.
         wanted = not (hidden and self.poses is None)
         frames = open_recording(path, self.every, wanted, self._bag_settings())
-        if not registered and isinstance(frames, FrameFolder) and not frames.has_poses:
-            raise InputError(
-                f"{path}: holds no poses; tell where the camera was at the first frame, and "
-                "registration finds the others: --first-pose X Y Z PAN TILT"
-            )
+        if isinstance(frames, FrameFolder) and not frames.has_poses:
+            if not registered:
+                raise InputError(
+                    f"{path}: holds no poses; tell where the camera was at the first frame, and "
+                    "registration finds the others: --first-pose X Y Z PAN TILT"
+                )
+            frames.poses = False
         first = None if self.first_pose is None else _view(self.first_pose)
         return OpenedRecording(frames, self._boxed(frames), hidden, first)
 
@@ -133,6 +135,10 @@ class RecordingFlags:
             )
         if self.poses == "given":
             raise InputError("--first-pose takes the place of the poses of --poses given: give one")
+        if self.box is None:
+            from circumspect.cli.first_pose import require_above_floor
+
+            require_above_floor(self.first_pose[2])
 
     def _bag_settings(self) -> BagSettings:
         from circumspect.geometry import PinholeCamera
