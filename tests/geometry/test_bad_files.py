@@ -50,6 +50,14 @@ def test_blank(suffix: str, refused: Callable[..., str]):
     assert refused(f"a{suffix}", b" \n \n")
 
 
+@pytest.mark.parametrize("suffix", [".xyz", ".csv", ".off", ".obj", ".ply", ".pcd"])
+@pytest.mark.parametrize("order", ["utf-16-le", "utf-16-be"])
+def test_text_in_utf_16(suffix: str, order: str, refused: Callable[..., str]):
+    """The fault is the encoding, not the numbers."""
+    text = "\ufeff0 0 0\n1 0 0\n0 1 0\n".encode(order)
+    assert refused(f"a{suffix}", text) == "is text in UTF-16; save it as UTF-8 or ASCII"
+
+
 @pytest.mark.parametrize(
     "name", [name for name in FILES if not name.endswith(("obj", "xyz", "txt", "csv"))]
 )

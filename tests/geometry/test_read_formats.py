@@ -140,6 +140,13 @@ def test_a_byte_order_mark_takes_no_point(name: str, tmp_path: Path):
     np.testing.assert_array_equal(cloud.points_xyz, shape_files.POINTS)
 
 
+def test_a_byte_order_mark_before_off(tmp_path: Path):
+    name = next(name for name in shape_files.MESHES if name.endswith(".off"))
+    data = shape_files.MESHES[name]()
+    plain, marked = put(tmp_path, "a.off", data), put(tmp_path, "b.off", codecs.BOM_UTF8 + data)
+    np.testing.assert_array_equal(read_mesh(marked).vertices_xyz, read_mesh(plain).vertices_xyz)
+
+
 @pytest.mark.parametrize("name", ["ascii.pcd", "ascii_cloud.ply"])
 def test_empty_lines_between_points_do_not_count(name: str, tmp_path: Path):
     head, _, last = shape_files.CLOUDS[name]().rstrip().rpartition(b"\n")

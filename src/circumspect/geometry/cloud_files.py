@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -116,6 +117,9 @@ def _reader(path: Path) -> Callable[[Path], FileShape]:
         head = stream.read(16)
     if not head:
         raise InputError("is empty; save or download it again")
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        # PowerShell writes what goes through its `>` so.
+        raise InputError("is text in UTF-16; save it as UTF-8 or ASCII")
     signed = (suffix for mark, suffix in _SIGNATURES.items() if head.startswith(mark))
     suffix = next(signed, path.suffix.lower())
     if suffix not in READERS:

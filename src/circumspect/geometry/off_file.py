@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,7 +28,7 @@ def read_off(path: Path) -> FileShape:
         InputError: Not an ASCII OFF file, truncated, or broken.
         GeometryError: Faces that name vertices which do not exist.
     """
-    data = _COMMENT.sub(b"", path.read_bytes())
+    data = _COMMENT.sub(b"", path.read_bytes().removeprefix(codecs.BOM_UTF8))
     header = _HEADER.match(data)
     if header is None:
         raise InputError("is not an OFF file: it does not begin with OFF; check the format")
