@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError, InputError
 from circumspect.geometry.point_cloud import PointCloud
+from circumspect.geometry.precision import require_precision
 from circumspect.geometry.triangle_mesh import TriangleMesh
 
 _LOG = logging.getLogger(__name__)
@@ -44,19 +45,22 @@ class FileShape:
         """The surface, turned by a (3, 3) rotation.
 
         Raises:
-            GeometryError: No faces, or faces and vertices that do not fit together.
+            GeometryError: No faces, faces and vertices that do not fit together, or coordinates
+                that are too coarse.
         """
         if self.faces is None or len(self.faces) == 0:
             raise GeometryError("has no faces; a mesh is needed here, not mere points")
+        require_precision(self.points_xyz)
         return TriangleMesh(_turned(self.points_xyz, rotation), self.faces)
 
     def cloud(self, rotation: NDArray[np.float64]) -> PointCloud:
         """The points themselves, turned by a (3, 3) rotation.
 
         Raises:
-            GeometryError: No points, or points that are not finite.
+            GeometryError: No points, points that are not finite, or too coarse ones.
         """
         shape = self._without_missing_points() if self.scan else self
+        require_precision(shape.points_xyz)
         normals = None if shape.normals_xyz is None else _unit(shape.normals_xyz)
         return PointCloud(
             _turned(shape.points_xyz, rotation),
