@@ -257,6 +257,8 @@ def test_counts_that_lie_take_no_memory(name: str, data: bytes, refused: Callabl
             shape_files.npy(np.zeros((3, 20_000))),
             "has shape (3, 20000); points are rows: save its transpose",
         ),
+        ("a.npy", shape_files.npy(np.zeros((48, 65))), "has shape (48, 65); a row is a point"),
+        ("a.npz", shape_files.saved(depth_m=np.zeros((48, 3)), points=np.ones((48, 65))), "image"),
         ("a.npz", shape_files.saved(points=np.zeros((3, 17))), "points has shape (3, 17); points"),
         ("a.npy", shape_files.npy(np.zeros((3, 3), complex)), "complex128"),
         ("a.npy", shape_files.npy(np.array([["a", "b", "c"]])), "not of numbers"),

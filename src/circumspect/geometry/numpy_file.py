@@ -17,6 +17,8 @@ POINT_KEYS = ("points_xyz", "points", "xyz")
 NORMAL_KEYS = ("normals_xyz", "normals")
 WIDEST = 16
 """Three rows with more columns than this are a cloud that lies on its side."""
+MOST_COLUMNS = 64
+"""Coordinates, colours and features of one point; an array with more is an image."""
 
 
 def read_npy(path: Path) -> FileShape:
@@ -76,4 +78,9 @@ def _points(array: NDArray[Any], name: str) -> NDArray[np.float64]:
         raise InputError(f"{name} must have shape (n, 3) or wider, not {array.shape}")
     if array.shape[0] == 3 and array.shape[1] > WIDEST:
         raise InputError(f"{name} has shape {array.shape}; points are rows: save its transpose")
+    if array.shape[1] > MOST_COLUMNS:
+        raise InputError(
+            f"{name} has shape {array.shape}; a row is a point, of at most {MOST_COLUMNS} numbers. "
+            "If it is a depth image: circumspect replay takes folders of them"
+        )
     return array[:, :3].astype(np.float64, order="C")
