@@ -13,6 +13,7 @@ from circumspect.grid import CylindricalGrid, OccupancyGrid
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
 
 
 def draw_grid(grid: OccupancyGrid) -> Figure:
@@ -32,8 +33,10 @@ def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
     bounds = grid.grid
     assert isinstance(bounds, CylindricalGrid)
     azimuths, occupied = bounds.shape[1], grid.occupied
-    figure = new_figure((12.0, 4.2))
-    wide, plan, profile = figure.subplots(1, 3, width_ratios=(2.0, 1.3, 0.9))
+    figure = new_figure((13.5, 4.2))
+    wide, plan, profile = figure.subplots(
+        1, 3, width_ratios=(2.0, 1.5, 0.9), gridspec_kw={"wspace": 0.06}
+    )
     surface = outermost_surface(grid)
     extent = (0.0, 360.0, -bounds.half_height, bounds.half_height)
     shown = wide.imshow(
@@ -42,14 +45,15 @@ def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
     figure.colorbar(shown, ax=wide, label="outermost radius [m]")
     wide.set(xlabel="azimuth [°]", ylabel="height [m]", title="outermost surface, unrolled")
     wide.set_xticks(range(0, 361, 90))
-    _draw_plan(plan, occupied.sum(axis=2), bounds)
+    shown = _draw_plan(plan, occupied.sum(axis=2), bounds)
+    figure.colorbar(shown, ax=plan, label="cells over height", shrink=0.8)
     count = occupied.sum(axis=1)
     extent = (0.0, bounds.radius, -bounds.half_height, bounds.half_height)
     shown = profile.imshow(
         _nonzero(count).T, origin="lower", extent=extent, cmap="magma_r", vmin=0, vmax=azimuths
     )
-    figure.colorbar(shown, ax=profile, label="occupied cells")
-    profile.set(xlabel="radius [m]", ylabel="height [m]", title="profile: cells over azimuth")
+    figure.colorbar(shown, ax=profile, label="cells over azimuth")
+    profile.set(xlabel="radius [m]", ylabel="height [m]", title="profile")
     return figure
 
 
@@ -62,7 +66,7 @@ def outermost_surface(grid: OccupancyGrid) -> NDArray[np.float64]:
     return np.where(occupied.any(axis=0), outermost, np.nan)
 
 
-def _draw_plan(axes: Axes, count: np.ndarray, bounds: CylindricalGrid) -> None:
+def _draw_plan(axes: Axes, count: np.ndarray, bounds: CylindricalGrid) -> AxesImage:
     """The polar cells as seen from above, drawn on a fine raster."""
     steps = np.linspace(-bounds.radius, bounds.radius, 361)
     x, y = np.meshgrid(steps, steps)
@@ -72,8 +76,9 @@ def _draw_plan(axes: Axes, count: np.ndarray, bounds: CylindricalGrid) -> None:
     picture = np.full(x.size, np.nan)
     picture[inside] = _nonzero(count)[cells[inside, 0], cells[inside, 1]]
     extent = (-bounds.radius, bounds.radius, -bounds.radius, bounds.radius)
-    axes.imshow(picture.reshape(x.shape), origin="lower", extent=extent, cmap="magma_r", vmin=0)
-    axes.set(xlabel="x [m]", ylabel="y [m]", title="plan: cells over height")
+    axes.set(xlabel="x [m]", ylabel="y [m]", title="plan")
+    flat_picture = picture.reshape(x.shape)
+    return axes.imshow(flat_picture, origin="lower", extent=extent, cmap="magma_r", vmin=0)
 
 
 def _draw_rectangular(grid: OccupancyGrid) -> Figure:
