@@ -108,6 +108,16 @@ class TestGrid:
         assert "ends in .npz" in capsys.readouterr().err
         assert list(tmp_path.iterdir()) == []
 
+    def test_a_turn_that_is_none_leaves_nothing_behind(self, chair, tmp_path, capsys):
+        assert run("grid", chair, "--out", tmp_path / "g.npz", "--turn", 0, "nan") == 2
+        assert "--turn 0 nan: give degrees" in capsys.readouterr().err
+        assert list(tmp_path.iterdir()) == []
+
+    def test_a_grid_is_not_gridded_again(self, chair, tmp_path, capsys):
+        assert run("grid", chair, "--out", tmp_path / "g.npz") == 0
+        assert run("grid", tmp_path / "g.npz", "--out", tmp_path / "h.npz") == 2
+        assert "g.npz: is a grid already; give what it was made of" in capsys.readouterr().err
+
     def test_a_broken_grid_is_named(self, chair, tmp_path, capsys):
         out = tmp_path / "g.npz"
         run("grid", chair, "--out", out)

@@ -47,10 +47,15 @@ class Grid:
         """Grid, save and draw."""
         from circumspect.classification import GridRecipe
         from circumspect.geometry import read_cloud
+        from circumspect.grid.grid_file import holds_grid
 
         out = self.out or Path(f"{self.file.stem}-grid.npz")
         if out.suffix.lower() != ".npz":
             raise InputError(f"--out {out}: a grid is an npz; give a name that ends in .npz")
+        if not all(abs(turn) < 1e6 for turn in self.turn):
+            raise InputError(f"--turn {' '.join(f'{t:g}' for t in self.turn)}: give degrees")
+        if holds_grid(self.file):
+            raise InputError(f"{self.file}: is a grid already; give what it was made of")
         recipe = GridRecipe(kind=self.kind, shape=self.cells, margin=self.margin)
         cloud = read_cloud(self.file, up=self.up, samples=self.samples)
         with blamed_on(self.file):
@@ -68,8 +73,6 @@ class Grid:
         from circumspect.evaluation.figures import save_figure
         from circumspect.evaluation.turning_picture import draw_turning, turned_grids
 
-        if not all(abs(turn) < 1e6 for turn in self.turn):
-            raise InputError(f"--turn {' '.join(f'{t:g}' for t in self.turn)}: give degrees")
         grids = turned_grids(cloud, self.cells, self.turn, self.margin)
         save_figure(draw_turning(grids, self.turn), picture)
         print(f"{printable(str(picture))}: both kinds of grid, turned")  # noqa: T201
