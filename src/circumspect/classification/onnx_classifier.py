@@ -236,7 +236,12 @@ def checked_temperature(value: Any) -> float:
 
 def _read(path: Path) -> bytes:
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):
+        if path.is_dir():
+            raise WeightsError(
+                f"{path}: is a folder; where a network was trained in it, circumspect export "
+                "makes the ONNX file that is needed here"
+            )
+        if path.exists() and not path.is_file():
             raise WeightsError(f"{path}: can not be read (not a regular file)")
         if path.is_file() and path.stat().st_size > LARGEST_FILE:
             raise WeightsError(f"{path}: larger than {LARGEST_FILE >> 20} MiB; no network here is")
