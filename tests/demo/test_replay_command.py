@@ -79,6 +79,17 @@ def test_every_second_frame(recording: Path, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "result.json").read_text())["frames"] == 4
 
 
+def test_the_answer_fits_the_terminal(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for every, told in ((1, "after 8 frames,"), (1000, "after 1 frame,")):
+        reading = RecordingFlags(corners("world"), poses="hidden", every=every)
+        assert Replay(recording, reading, out=tmp_path / "run").run() == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert told in " ".join(lines)
+        assert max(len(line) for line in lines if not line.startswith("All of it")) <= 80
+
+
 def test_a_box_with_nothing_in_it_ends_without_an_answer(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -65,7 +65,7 @@ class Replay:
             watch: Shows it, where wanted.
         """
         from circumspect.classification import Classifier
-        from circumspect.cli.run_screen import new_run_folder, tell_result
+        from circumspect.cli.run_screen import new_run_folder, tell_result, wrapped
         from circumspect.pipeline import RunFolder
 
         opened = self.reading.opened(self.recording)
@@ -87,7 +87,7 @@ class Replay:
         head |= opened.poses.errors(result)
         tell_result(result, folder, self.json, head)
         if not self.json and head.get("ate_rmse_m") is not None:
-            print(opened.poses.sentence(head))  # noqa: T201
+            print(wrapped(opened.poses.sentence(head)))  # noqa: T201
 
     def _config(self, opened: OpenedRecording, pipeline: RecognitionPipeline) -> dict[str, Any]:
         from circumspect import __version__

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 import sys
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from textwrap import fill
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -108,7 +111,7 @@ def tell_result(result: RecognitionResult, folder: RunFolder, as_json: bool, hea
         document = {**head, **result_document(result, folder.config), "run": str(folder.path)}
         print(json.dumps(document))  # noqa: T201
         return
-    print(verdict(result, folder.config.get("truth")))  # noqa: T201
+    print(wrapped(verdict(result, folder.config.get("truth"))))  # noqa: T201
     tell_where(folder)
 
 
@@ -125,13 +128,24 @@ def verdict(result: RecognitionResult, truth: str | None) -> str:
     prediction, last = result.prediction, result.last
     if prediction is None or last is None:
         reasons = sorted({step.outcome for step in result.steps})
-        return f"No answer after {len(result.steps)} frames: {', '.join(reasons) or 'no frames'}."
+        return f"No answer after {_frames(result)}: {', '.join(reasons) or 'no frames'}."
     answer = (
         f"{prediction.label} with probability {prediction.probability:.2f} after "
-        f"{len(result.steps)} frames, seen from {last.seen:.0%} of the directions"
+        f"{_frames(result)}, seen from {last.seen:.0%} of the directions"
         f"{prediction.doubt}"
     )
     if truth is None:
         return f"It is named {answer}."
     verdict = "Right" if truth == prediction.label else "Wrong"
     return f"{verdict}: it is a {truth} and is named {answer}."
+
+
+def _frames(result: RecognitionResult) -> str:
+    count = len(result.steps)
+    return "1 frame" if count == 1 else f"{count} frames"
+
+
+def wrapped(sentence: str) -> str:
+    """As wide as the terminal; a number and its unit stay together."""
+    joined = re.sub(r"(?<=\d) (?=m?m\b)", "\u00a0", sentence)
+    return fill(joined, shutil.get_terminal_size().columns).replace("\u00a0", " ")

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import json
-import re
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from circumspect.cli.run_screen import tell_where, verdict
+from circumspect.cli.run_screen import tell_where, verdict, wrapped
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
 from circumspect.geometry import Trajectory
@@ -84,7 +81,7 @@ class ScanReport:
         ]
         told += [sentence for sentence in (_sentence(error), _space_sentence(seen)) if sentence]
         for sentence in told:
-            print(_wrapped(sentence))  # noqa: T201
+            print(wrapped(sentence))  # noqa: T201
         tell_where(self.folder)
 
     @property
@@ -135,12 +132,6 @@ class ScanReport:
             "ended": self._parts.scan.ended,
             "known": None if prediction is None else prediction.known,
         }
-
-
-def _wrapped(sentence: str) -> str:
-    """As wide as the terminal; a number and its unit stay together."""
-    joined = re.sub(r"(?<=\d) (?=m?m\b)", "\u00a0", sentence)
-    return fill(joined, shutil.get_terminal_size().columns).replace("\u00a0", " ")
 
 
 def _space_sentence(seen: Mapping[str, float | None]) -> str | None:
