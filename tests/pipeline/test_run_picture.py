@@ -138,7 +138,7 @@ def test_an_answer_that_may_be_of_no_class_says_so_in_the_title(result: Recognit
     title, _ = captions(named(result, True), {"truth": "night_stand"})
     assert title == "night stand, 55% sure (right)"
     title, _ = captions(named(result, False), {"truth": "bathtub"})
-    assert title == "night stand, 55% sure, not sure to be of any class (wrong: it is a bathtub)"
+    assert title == "unknown, nearest night stand, 55% (wrong: it is a bathtub)"
 
 
 def test_the_longest_title_fits(

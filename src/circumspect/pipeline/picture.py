@@ -73,7 +73,8 @@ def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str,
     prediction, last = result.prediction, result.last
     if prediction is None or last is None:
         return "no answer", ""
-    title = f"{_words(prediction.label)}, {prediction.probability:.0%} sure{prediction.doubt}"
+    label, share = _words(prediction.label), f"{prediction.probability:.0%}"
+    title = f"{label}, {share} sure" if prediction.known else f"unknown, nearest {label}, {share}"
     truth = config.get("truth")
     if truth is not None:
         right = truth == prediction.label
