@@ -15,7 +15,7 @@ from circumspect.classification import (
     Prediction,
     recipe_from_dict,
 )
-from circumspect.classification.onnx_classifier import METADATA_KEY, SHIPPED
+from circumspect.classification.onnx_classifier import FEWEST_POINTS, METADATA_KEY, SHIPPED
 from circumspect.classification.upright import classify_any_way_up
 from circumspect.datasets import open_data_set
 from circumspect.errors import GeometryError, InputError, WeightsError
@@ -204,6 +204,15 @@ def test_shipped_file_is_small(shipped_bytes):
 def test_threads_below_zero():
     with pytest.raises(InputError, match="threads"):
         Classifier.load(threads=-1)
+
+
+def test_a_few_points_are_of_no_class(classifier):
+    """The first three are near enough to a training chair to be called one (0.94)."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 1]])
+    assert not classifier.classify(PointCloud(points)).known
+    chair = make_furniture("chair", 3).sampled(FEWEST_POINTS, 0).points_xyz
+    assert classifier.classify(PointCloud(chair)).known
+    assert not classifier.classify(PointCloud(chair[1:])).known
 
 
 def test_prediction_from_a_vector():

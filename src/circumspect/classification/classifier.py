@@ -33,7 +33,8 @@ class Classifier(ABC):
         """Name the object that a cloud shows.
 
         Args:
-            cloud: The object's surface, z up, any unit and place; only the object.
+            cloud: The object's surface, z up, any unit and place; only the object. To the
+                shipped classifier fewer than 128 points tell no class: its answer is never `known`.
 
         Raises:
             GeometryError: The points span no shape: all in one place or on a line.
