@@ -34,9 +34,8 @@ OBJECTS = "objects"
 """What a network's record of its training calls the names of those that it was fitted to."""
 MOST_THREADS = 1024
 FEWEST_POINTS = 128
-"""A cloud of fewer is never `known` to the shipped classifier. Of 100 held-back objects, thinned to
-100 points, 72 were near enough to a training object, and 15 of them named wrongly; of 200 points, 5
-of 76."""
+"""A cloud of fewer is never `known` to the shipped classifier: it was trained on 1,024 points, and
+three points are near enough to some training object, too."""
 FEATURES = "features"
 """Name of the output that tells what the last layer sees …"""
 DISTANCE = "distance"
