@@ -12,9 +12,10 @@ from circumspect.geometry import PinholeCamera
 from circumspect.mapping import TrackingSettings, se3
 from circumspect.mapping.heirs import Heirs
 from circumspect.mapping.keyframe_pairs import AGES
-from circumspect.mapping.keyframes import EDGES_EACH, Keyframes, KeyframeSettings
+from circumspect.mapping.keyframes import EDGES_EACH, TOGETHER, Keyframes, KeyframeSettings
 from circumspect.mapping.pose_graph import Edge, thinned
 from circumspect.mapping.scan import Scan
+from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.wheels import Passage
 from circumspect.sensing import RgbdFrame
 
@@ -68,6 +69,16 @@ def test_the_graph_stays_in_one_piece_though_pairs_wait(fitting: bool) -> None:
     while len(keys.queue):
         keys.fit_next()
     assert pieces(keys.graph().edges, range(6)) == 1
+
+
+def test_the_map_of_all_keyframes_is_that_of_each_laid_over_the_others() -> None:
+    keys = rounds_of_keyframes(most=99, count=2 * TOGETHER + 1, fitting=False)
+    one_by_one = SceneMap(0.03)
+    for number in range(len(keys)):
+        one_by_one = one_by_one.with_surface(keys[number].surface, keys[number].T_map_camera)
+    scene = keys.scene()
+    np.testing.assert_array_equal(scene.sums.keys, one_by_one.sums.keys)
+    np.testing.assert_allclose(scene.sums.totals, one_by_one.sums.totals, rtol=1e-9, atol=1e-6)
 
 
 def test_heirs_are_followed_and_the_oldest_forgotten() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.mapping.compact_surface import CompactSurface
 from circumspect.mapping.free_space import FreeSpace
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scan_surface import ScanSurface
@@ -22,7 +23,7 @@ class Keyframe:
     Attributes:
         number: Its name for good.
         T_map_camera: Where it was taken from, by what is known now.
-        surface: What it shows.
+        compact: What it shows, see `surface`.
         space: What it shows to be empty.
         covariance: (6, 6) of changes of the pose, optical frame, since the first keyframe.
         passage: How the camera came there.
@@ -34,7 +35,7 @@ class Keyframe:
 
     number: int
     T_map_camera: RigidTransform
-    surface: ScanSurface
+    compact: CompactSurface
     space: FreeSpace
     covariance: NDArray[np.floating]
     passage: Passage
@@ -60,9 +61,14 @@ class Keyframe:
             surface = surface.on_level_floor(T_map_camera)
         since = covariance if since_parent is None else since_parent
         return cls(
-            number, T_map_camera, surface, FreeSpace.of(frame), covariance, passage, parent, since,
-            mount,
+            number, T_map_camera, CompactSurface.of(surface), FreeSpace.of(frame), covariance,
+            passage, parent, since, mount,
         )  # fmt: skip
+
+    @property
+    def surface(self) -> ScanSurface:
+        """What it shows."""
+        return self.compact.expanded()
 
     def shows(
         self, points_xyz: NDArray[np.float64], normals_xyz: NDArray[np.float64], within: float

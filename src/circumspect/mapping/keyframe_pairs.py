@@ -52,10 +52,10 @@ def showing_the_same(
     Returns:
         Their numbers.
     """
-    scan, matrix = key.surface.scan, key.T_map_camera.as_matrix()
-    step = max(1, len(scan) // ASKED)
-    points = scan.points_xyz[::step] @ matrix[:3, :3].T + matrix[:3, 3]
-    normals = key.surface.normals_xyz[::step] @ matrix[:3, :3].T
+    surface, matrix = key.surface, key.T_map_camera.as_matrix()
+    step = max(1, len(surface.scan) // ASKED)
+    points = surface.scan.points_xyz[::step] @ matrix[:3, :3].T + matrix[:3, 3]
+    normals = surface.normals_xyz[::step] @ matrix[:3, :3].T
     off = np.abs(points[:, 2]) > FLOOR
     if not off.any():
         return []

@@ -38,6 +38,8 @@ FOUND_AGAIN = 0.25
 much smaller."""
 EDGES_EACH = 8
 """So many edges a keyframe are kept once keyframes give way."""
+TOGETHER = 8
+"""So many keyframes are laid over each other at once."""
 
 
 @dataclass(frozen=True)
@@ -285,9 +287,12 @@ class Keyframes:
 
     def scene(self) -> SceneMap:
         """The scene map of all keyframes."""
-        return SceneMap(self._voxel).with_surfaces(
-            [(key.surface, key.T_map_camera) for key in self._by_number.values()]
-        )
+        scene, keys = SceneMap(self._voxel), list(self._by_number.values())
+        # A few at a time: all at once would take many times the memory of the map.
+        for start in range(0, len(keys), TOGETHER):
+            few = keys[start : start + TOGETHER]
+            scene = scene.with_surfaces([(key.surface, key.T_map_camera) for key in few])
+        return scene
 
     def _give_way(self) -> None:
         """Take out the keyframe that is nearest to another one."""

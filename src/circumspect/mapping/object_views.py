@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import surface_area
+from circumspect.mapping.compact_sums import CompactSums
 from circumspect.mapping.frame_share import COLUMNS, FrameShare
 from circumspect.mapping.frame_surface import FrameSurface
 from circumspect.mapping.object_model import ObjectModel
@@ -39,10 +40,15 @@ class ViewPatch:
     """
 
     T_anchor_patch: RigidTransform
-    sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(COLUMNS))
+    sums: CompactSums
     areas: VoxelSums = field(default_factory=lambda: VoxelSums.empty(surface_area.COLUMNS))
     rays: SightRays = field(default_factory=SightRays.empty)
     views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+
+    @classmethod
+    def empty(cls, T_anchor_patch: RigidTransform, centre_xyz: NDArray[np.floating]) -> ViewPatch:
+        """Before the first frame, which is taken from about `centre_xyz`."""
+        return cls(T_anchor_patch, CompactSums.of(VoxelSums.empty(COLUMNS), centre_xyz))
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,15 +85,18 @@ class ObjectViews:
             T_map_anchor: Where that is believed to be.
             share: What the frame adds, map frame.
         """
-        old = self.patches.get(anchor) or ViewPatch(T_map_anchor.inv())
+        old = self.patches.get(anchor)
+        if old is None:
+            old = ViewPatch.empty(T_map_anchor.inv(), share.surface.origin_xyz)
         # Where the keyframe was corrected since, the map is not the patch's frame any more.
         T_map_patch = T_map_anchor * old.T_anchor_patch
         still = np.abs(T_map_patch.as_matrix() - np.eye(4)).max() < STILL
         local = share if still else share.moved(T_map_patch.inv())
         origin_xyz = local.surface.origin_xyz
+        sums = old.sums.expanded().plus(local.sums)
         patch = ViewPatch(
             old.T_anchor_patch,
-            old.sums.plus(local.sums),
+            CompactSums.of(sums, old.sums.centre_xyz),
             old.areas.plus(local.areas),
             old.rays.with_frame(origin_xyz, local.ends_xyz, local.on_object),
             np.vstack([old.views_xyz, origin_xyz]),

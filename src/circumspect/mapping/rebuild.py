@@ -68,7 +68,7 @@ class Rebuild:
 def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_patch: RigidTransform) -> ObjectModel:
     matrix = T_map_patch.as_matrix()
     R, t = matrix[:3, :3], matrix[:3, 3]
-    rows = patch.sums.totals
+    rows = patch.sums.expanded().totals
     local = rows[:, POINT] / rows[:, WEIGHT, None]
     local_normals = rows[:, NORMAL] / rows[:, WEIGHT, None]
     points = local @ R.T + t
