@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -90,6 +91,31 @@ def test_the_answer_fits_the_terminal(
         assert max(len(line) for line in lines if not line.startswith("All of it")) <= 80
 
 
+def test_a_camera_that_was_lost_is_told_after_the_answer(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Views 45° apart show nothing that the last one showed: hidden poses can not be found."""
+    for poses, lost_from in (("given", None), ("hidden", 1)):
+        out = tmp_path / poses
+        assert Replay(recording, RecordingFlags(corners("world"), poses=poses), out=out).run() == 0
+        told = "The camera was lost from frame 1 on; the answer is of what it saw until then."
+        assert (told in " ".join(capsys.readouterr().out.split())) is (lost_from is not None)
+        assert json.loads((out / "result.json").read_text())["lost_from"] == lost_from
+
+
+def test_frames_that_are_not_part_of_the_answer_are_told(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = tmp_path / "copy"
+    shutil.copytree(recording, copy)
+    blank = np.zeros((480, 640), np.uint16)
+    for number in (4, 8):
+        Image.fromarray(blank).save(copy / f"frame-{number:06d}.depth.png")
+    assert Replay(copy, RecordingFlags(corners("world")), out=tmp_path / "run").run() == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Frames that are not part of it: no depth in the frame (2)." in told
+
+
 def test_a_box_with_nothing_in_it_ends_without_an_answer(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -102,9 +128,7 @@ def test_frames_left_out_are_told(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = tmp_path / "copy"
-    copy.mkdir()
-    for file in recording.iterdir():
-        (copy / file.name).write_bytes(file.read_bytes())
+    shutil.copytree(recording, copy)
     (copy / "frame-000004.depth.png").write_bytes(b"")
     Replay(copy, RecordingFlags(corners("world")), out=tmp_path / "run", json=True).run()
     printed = capsys.readouterr()

@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.spatial.transform import RigidTransform
 from small_world import blind, frames, pipeline
 
 from circumspect.errors import OutputError
 from circumspect.geometry import read_cloud, read_tum
 from circumspect.grid import OccupancyGrid
-from circumspect.pipeline import RecognitionResult, RunFolder
+from circumspect.mapping import ObjectModel, PoseEstimate
+from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
+from circumspect.pipeline.run_folder import result_document
 
 CONFIG = {"command": "test", "truth": "full", "start_deg": 30.0}
 
@@ -88,6 +91,29 @@ def test_a_run_that_saw_nothing_says_so(tmp_path: Path) -> None:
     assert document["outcomes"] == {"no depth in the frame": 2}
     assert folder.picture_missing == "the object was never seen"
     assert not (tmp_path / "model.ply").exists()
+
+
+@pytest.mark.parametrize(
+    ("gates", "lost_from"),
+    [
+        (["open", "open"], None),
+        (["open", "few inliers", "lost: few inliers", None, "lost: few inliers", None], 1),
+        (["open", "lost: few inliers", "open"], None),
+        (["open", "lost: few inliers", "few inliers"], None),
+        ([None, None], None),
+        ([], None),
+    ],
+)
+def test_from_where_on_a_camera_was_lost(gates: list[str | None], lost_from: int | None) -> None:
+    T = RigidTransform.identity()
+    poses = [g and PoseEstimate(T, gate=g, certain=g == "open") for g in gates]
+    steps = tuple(
+        RecognitionStep(number, float(number), "", pose or None, 0, 0.0, ObjectModel(), None, None)
+        for number, pose in enumerate(poses)
+    )
+    result = RecognitionResult(steps)
+    assert result.lost_from == lost_from
+    assert result_document(result, {})["lost_from"] == lost_from
 
 
 def test_an_interrupted_run_is_saved(tmp_path: Path) -> None:

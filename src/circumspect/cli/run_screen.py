@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import sys
+from collections import Counter
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
@@ -111,7 +112,9 @@ def tell_result(result: RecognitionResult, folder: RunFolder, as_json: bool, hea
         document = {**head, **result_document(result, folder.config), "run": str(folder.path)}
         print(json.dumps(document))  # noqa: T201
         return
-    print(wrapped(verdict(result, folder.config.get("truth"))))  # noqa: T201
+    for sentence in (verdict(result, folder.config.get("truth")), unused(result)):
+        if sentence:
+            print(wrapped(sentence))  # noqa: T201
     tell_where(folder)
 
 
@@ -138,6 +141,22 @@ def verdict(result: RecognitionResult, truth: str | None) -> str:
         return f"It is named {answer}."
     verdict = "Right" if truth == prediction.label else "Wrong"
     return f"{verdict}: it is a {truth} and is named {answer}."
+
+
+def unused(result: RecognitionResult) -> str:
+    """Which frames are not part of the answer, in a sentence; empty where all are."""
+    from circumspect.pipeline import CLASSIFIED, TOO_LITTLE
+
+    if result.prediction is None:
+        return ""
+    if (lost := result.lost_from) is not None:
+        return f"The camera was lost from frame {lost} on; the answer is of what it saw until then."
+    used = (CLASSIFIED, TOO_LITTLE)
+    reasons = Counter(step.outcome for step in result.steps if step.outcome not in used)
+    if not reasons:
+        return ""
+    told = ", ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
+    return f"Frames that are not part of it: {told}."
 
 
 def _frames(result: RecognitionResult) -> str:

@@ -14,6 +14,9 @@ from circumspect.geometry import PlanarPose
 from circumspect.mapping.gate import GATE_OPEN
 from circumspect.sensing import RgbdFrame
 
+LOST = "lost: "
+"""What a gate's reason begins with once several frames contradicted all that is known."""
+
 
 @dataclass(frozen=True, eq=False)
 class PoseEstimate:
@@ -25,7 +28,7 @@ class PoseEstimate:
         inliers: Points of the frame that support it.
         residual: Root mean square distance of the inliers to the scene [m].
         gate: "open" where the estimate is used as it is, else the reason why it is not and the
-            prior stands in its place.
+            prior stands in its place; it begins with `LOST` where the camera may be anywhere.
         covariance: (6, 6) of changes T exp(φ, ρ) of the pose, turn [rad] before shift [m],
             optical frame; None where the pose is taken as true.
         T_map_base: The robot's pose on the floor; None where its mount is not known.
@@ -49,6 +52,11 @@ class PoseEstimate:
     prior: str = "given"
     anchor: int | None = None
     T_anchor_camera: RigidTransform | None = None
+
+    @property
+    def lost(self) -> bool:
+        """Whether the camera may be anywhere."""
+        return self.gate.startswith(LOST)
 
     def at(self, T_map_camera: RigidTransform) -> PoseEstimate:
         """The same with a corrected pose."""

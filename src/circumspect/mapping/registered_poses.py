@@ -17,7 +17,7 @@ from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.leap import BETTER, is_hasty
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.news import is_out_of_place, rest_is_news
-from circumspect.mapping.pose_estimator import PoseEstimate, PoseEstimator
+from circumspect.mapping.pose_estimator import LOST, PoseEstimate, PoseEstimator
 from circumspect.mapping.predictions import Predictions
 from circumspect.mapping.recognition import Recognition
 from circumspect.mapping.registration import Registration, register
@@ -360,7 +360,7 @@ class RegisteredPoses(PoseEstimator):
             converged=found is None or found.converged,
             inliers=0 if found is None else found.inliers,
             residual=0.0 if found is None else found.residual,
-            gate=f"lost: {verdict.reason}" if lost else verdict.reason,
+            gate=f"{LOST}{verdict.reason}" if lost else verdict.reason,
             covariance=self.keyframes.covariance(believed.T_map_camera, believed.covariance),
             T_map_base=T_map_base,
             T_map_odom=T_map_odom,

@@ -82,6 +82,8 @@ def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str,
     parts = [f"{len(result.steps)} frames", f"seen from {last.seen:.0%} of the directions"]
     if config.get("start_deg") is not None:
         parts.insert(0, f"started at azimuth {config['start_deg']:.0f}°")
+    if result.lost_from is not None:
+        parts.append(f"lost from frame {result.lost_from} on")
     if result.interrupted:
         parts.append("interrupted")
     return title, ", ".join(parts)

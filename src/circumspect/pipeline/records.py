@@ -107,6 +107,23 @@ class RecognitionResult:
         return self.steps[-1] if self.steps else None
 
     @property
+    def lost_from(self) -> int | None:
+        """Number of the frame from which on the camera was lost to the end; None where it was not.
+
+        The last frames are those after the last one that could be built on, and the last one of
+        them that was looked into is one of a `PoseEstimate.lost`.
+        """
+        first, lost = None, None
+        for step in reversed(self.steps):
+            if step.pose is None:
+                continue
+            if step.pose.certain:
+                break
+            lost = step.pose.lost if lost is None else lost
+            first = step.index
+        return first if lost else None
+
+    @property
     def prediction(self) -> Prediction | None:
         """The final answer; None where the object was never seen."""
         return None if self.last is None else self.last.prediction

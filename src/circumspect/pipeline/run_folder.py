@@ -117,6 +117,7 @@ def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dic
         "truth": config.get("truth"),
         "frames": len(result.steps),
         "outcomes": outcomes,
+        "lost_from": result.lost_from,
         "seen": 0.0 if last is None else last.seen,
         "points": 0 if last is None else len(last.model.sums),
         "interrupted": result.interrupted,
