@@ -13,6 +13,7 @@ from typing import Any
 
 from circumspect import __version__
 from circumspect.cli.say import say
+from circumspect.cli.termination import EXIT_CODE, Terminated, ends_as_ctrl_c_does
 from circumspect.errors import CircumspectError, MissingExtraError, reason_of
 
 COMMANDS = {
@@ -60,18 +61,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: The words after the program's name; None means those of the process.
 
     Returns:
-        Exit code: 0 all done, 2 a known fault (already told on standard error), 130 interrupted.
+        Exit code: 0 all done, 2 a known fault (already told on standard error), 130 interrupted
+        by Ctrl-C, 143 by SIGTERM.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     _open_closed_streams()
     _escape_what_output_lacks()
     try:
-        code = _dispatch(words)
-        sys.stdout.flush()
+        with ends_as_ctrl_c_does():
+            code = _dispatch(words)
+            sys.stdout.flush()
     except (CircumspectError, KeyboardInterrupt) as error:
-        if _interrupted(error):
+        if (interrupt := _interrupt(error)) is not None:
             say("interrupted; the same command starts or goes on again")
-            return 130
+            return EXIT_CODE if isinstance(interrupt, Terminated) else 130
         say(str(error))
         return 2
     except BrokenPipeError:
@@ -87,12 +90,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _interrupted(error: BaseException) -> bool:
-    """Whether Ctrl-C led to it: a compiled package that it hits while loading fails to import."""
+def _interrupt(error: BaseException) -> KeyboardInterrupt | None:
+    """What led to it, if that was Ctrl-C: a compiled package that it hits while loading fails to
+    import.
+    """
+    cause: BaseException | None = error
     if isinstance(error, MissingExtraError) and error.__cause__ is not None:
-        cause = error.__cause__
-        return isinstance(cause.__cause__ or cause.__context__, KeyboardInterrupt)
-    return isinstance(error, KeyboardInterrupt)
+        cause = error.__cause__.__cause__ or error.__cause__.__context__
+    return cause if isinstance(cause, KeyboardInterrupt) else None
 
 
 def _open_closed_streams() -> None:
