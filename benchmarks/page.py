@@ -27,8 +27,8 @@ section names the command that measured it, most name the machine. What the scan
 told in [scans](scans.md), how the networks differ in [networks](networks.md).
 """
 SECTIONS = (
-    "grid_speed", "classifier_speed", "modelnet10_test", "lookalikes", "deletion", "table2",
-    "table2_robot", "rivals", "robustness", "unknown", "scans", "faults", "scan_memory",
+    "grid_speed", "classifier_speed", "modelnet10_test", "lookalikes", "few_points", "deletion",
+    "table2", "table2_robot", "rivals", "robustness", "unknown", "scans", "faults", "scan_memory",
     "redkitchen_registration", "redkitchen", "recording", "large_bags", "ros_wire", "dashboard",
     "intelligent_space",
 )  # fmt: skip

@@ -35,7 +35,7 @@ OBJECTS = "objects"
 MOST_THREADS = 1024
 FEWEST_POINTS = 128
 """A cloud of fewer is never `known` to the shipped classifier: it was trained on 1,024 points, and
-three points are near enough to some training object, too."""
+three points are near enough to some training object, too; measured by `benchmarks.few_points`."""
 FEATURES = "features"
 """Name of the output that tells what the last layer sees …"""
 DISTANCE = "distance"

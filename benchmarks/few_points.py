@@ -1,0 +1,93 @@
+"""How many points an object needs: `python -m benchmarks.few_points ModelNet10`.
+
+The shipped classifier names the test objects from fewer and fewer of their points, and says how
+many of its answers it takes for those of an object that it knows.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.report import RESULTS, telling, write_page
+from circumspect.classification import OnnxClassifier, Prediction
+from circumspect.classification.onnx_classifier import FEWEST_POINTS
+from circumspect.datasets import ObjectSet, open_data_set
+from circumspect.evaluation.markdown import table
+from circumspect.geometry import PointCloud
+
+COMMAND = "python -m benchmarks.few_points ModelNet10"
+COUNTS = (16, 32, 64, 96, FEWEST_POINTS, 192, 256, 512, 1024)
+
+
+def main() -> int:
+    """Measure and write `few_points.md`."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", type=Path, help="ModelNet10")
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    given = parser.parse_args()
+    test = open_data_set(given.data, "test")
+    classifier, tell = OnnxClassifier.load(threads=1), telling()
+    if classifier.classes != test.classes:
+        sys.exit(f"{given.data}: it has other classes than the shipped classifier")
+    rows = []
+    for index, count in enumerate(COUNTS):
+        answers = [classifier.classify(_thinned(test, i, count)) for i in range(len(test))]
+        rows.append(measured(count, answers, test, classifier.description["unknown_beyond"]))
+        tell(index, len(COUNTS), f"{count} points")
+    write_page(
+        "few_points", "Objects of a few points", COMMAND, told(rows, len(test)), {"counts": rows},
+        given.out,
+    )  # fmt: skip
+    return 0
+
+
+def measured(
+    count: int, answers: Sequence[Prediction], test: ObjectSet, farthest: float
+) -> dict[str, float]:
+    """A row of the table.
+
+    Args:
+        count: Points that each object had.
+        answers: To the objects of the set.
+        test: The set.
+        farthest: Distance to the nearest training object up to which an object may be known.
+    """
+    right = np.array([test.classes.index(a.label) for a in answers]) == test.labels
+    near = np.array([a.distance is not None and a.distance <= farthest for a in answers])
+    return {
+        "points": count,
+        "accuracy": float(right.mean()),
+        "near": float(near.mean()),
+        "wrong_of_near": float((~right)[near].mean()) if near.any() else 0.0,
+        "known": float(np.mean([a.known for a in answers])),
+    }
+
+
+def told(rows: Sequence[dict[str, float]], objects: int) -> str:
+    """The page's text."""
+    lines = [
+        [str(row["points"]), *(f"{row[name]:.1%}" for name in ("accuracy", "near")),
+         f"{row['wrong_of_near']:.1%}", f"{row['known']:.1%}"]
+        for row in rows
+    ]  # fmt: skip
+    return (
+        f"{objects} test objects at 0°, drawn points of each. Near: no farther from some training "
+        f"object than nearly all objects of the classes are; from {FEWEST_POINTS} points on that "
+        "makes an answer a known one, below none is.\n\n"
+        + table(["points", "right", "near", "wrong of these", "known"], lines)
+    )
+
+
+def _thinned(test: ObjectSet, index: int, count: int) -> PointCloud:
+    points = test.cloud(index).points_xyz
+    drawn = np.random.default_rng(index).permutation(len(points))[:count]
+    return PointCloud(points[drawn])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
