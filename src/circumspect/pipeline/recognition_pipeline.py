@@ -21,7 +21,6 @@ from circumspect.mapping import (
     PoseEstimator,
     Rebuild,
 )
-from circumspect.pipeline.heap import give_back_heap
 from circumspect.pipeline.records import (
     CLASSIFIED,
     NO_DEPTH,
@@ -44,8 +43,6 @@ SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
 PATCHES_A_FRAME = 4
 """So many are put together anew after a correction; the rest waits."""
-TRIM_EVERY = 500
-"""Frames after which the heap's free pages are given back."""
 
 
 class RecognitionPipeline:
@@ -137,8 +134,6 @@ class RecognitionPipeline:
             InputError: The frame has no pose and the pose estimator needs one.
         """
         clock = StageClock()
-        if self._count % TRIM_EVERY == TRIM_EVERY - 1:
-            give_back_heap()
         if (fault := self._fault(frame)) is not None:
             return self._told(frame, fault, clock)
 
