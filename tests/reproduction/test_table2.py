@@ -12,6 +12,7 @@ from experiment_watcher import Watched
 from matplotlib.image import imread
 from two_kinds import two_kinds
 
+from circumspect import __version__
 from circumspect.classification import GridRecipe
 from circumspect.datasets import Augmentation, GridCache
 from circumspect.errors import InputError
@@ -80,7 +81,7 @@ def test_the_table_stands_beside_the_papers_and_is_made_once(tmp_path):
 
 
 def as_before_a_setting_was_there(file):
-    """What a version wrote that knew no `damage`."""
+    """What a state of this version wrote that knew no `damage`."""
     document = json.loads(file.read_text())
     del document["settings"]["augmentation"]["damage"]
     file.write_text(json.dumps(document))
@@ -91,13 +92,60 @@ def test_a_training_of_before_a_setting_was_there_is_taken_as_it_is(tmp_path):
     recipe, at, cache = GridRecipe(), tmp_path / "run", GridCache(tmp_path / "grids")
     at.mkdir()
     for name in ("made_of.json", "config.json"):
-        (at / name).write_text(json.dumps(run_config(settings, recipe, objects)))
+        made = {"circumspect": __version__, **run_config(settings, recipe, objects)}
+        (at / name).write_text(json.dumps(made))
         as_before_a_setting_was_there(at / name)
     assert trained(objects, settings, recipe, at, Watched(), cache) == at / "best.safetensors"
     damaged = replace(settings, augmentation=Augmentation(damage=0.5))
     named = r"other settings\.augmentation\.damage \(0\.0, not 0\.5\); choose another --out"
     with pytest.raises(InputError, match=named):
         trained(objects, damaged, recipe, at, Watched(), cache)
+
+
+def train_briefly(tmp_path, watched=None):
+    settings = replace(QUICK.settings("planes"), replicas=1)
+    cache = GridCache(tmp_path / "grids")
+    at = tmp_path / "run"
+    return trained(two_kinds(20), settings, GridRecipe(), at, watched or Watched(), cache)
+
+
+def interrupted(tmp_path):
+    """After the first epoch of two."""
+    watched = Watched("run")
+    with pytest.raises(KeyboardInterrupt), watched.training("run", 2):
+        train_briefly(tmp_path, watched)
+
+
+@pytest.mark.parametrize("version", [None, "0.0.9"])
+def test_a_training_of_another_version_is_not_taken_for_one_of_this(tmp_path, version):
+    train_briefly(tmp_path)
+    note = tmp_path / "run" / "made_of.json"
+    made_of = json.loads(note.read_text())
+    assert made_of.pop("circumspect") == __version__
+    note.write_text(json.dumps(made_of if version is None else {"circumspect": version, **made_of}))
+    why = r'other circumspect \("0\.0\.9", not ' if version else "not tell which version"
+    with pytest.raises(InputError, match=rf"run: .*{why}.*; choose another --out"):
+        train_briefly(tmp_path)
+
+
+def test_an_interrupted_training_goes_on_in_its_own_version_alone(tmp_path, monkeypatch):
+    interrupted(tmp_path)
+    monkeypatch.setattr("circumspect.reproduction.stages.__version__", "9.0")
+    with pytest.raises(InputError, match=rf"version {__version__} began, not 9\.0; choose another"):
+        train_briefly(tmp_path)
+    monkeypatch.undo()
+    train_briefly(tmp_path)
+    assert len((tmp_path / "run" / "epochs.csv").read_text().splitlines()) == 1 + QUICK.epochs
+
+
+def test_an_interrupted_training_of_before_versions_were_told_is_not_gone_on_with(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("circumspect.training.resume.VERSION", "of_something_else")
+    interrupted(tmp_path)
+    monkeypatch.undo()
+    with pytest.raises(InputError, match="not tell which version"):
+        train_briefly(tmp_path)
 
 
 @pytest.mark.parametrize("count", [0, -3])

@@ -17,11 +17,14 @@ from circumspect.evaluation.yaw_sweep import YawSweep, sweep_yaw
 from circumspect.storage import atomic_open, write_json
 from circumspect.training import TrainingSettings, train
 from circumspect.training.config_differences import config_differences
+from circumspect.training.resume import state_version
 from circumspect.training.run_config import BEST, MADE_OF, STATE, run_config
 from circumspect.training.train import TrainingObserver
 
 SWEEP = "sweep.npz"
 RESULT = "result.json"
+VERSION = "circumspect"
+"""Key of the version of the package that made a result."""
 
 
 def trained(
@@ -38,11 +41,13 @@ def trained(
         The checkpoint of the epoch that is kept.
 
     Raises:
-        InputError: The folder holds another run.
+        InputError: The folder holds another run, or one of another version of the package.
         OutputError: It can not be written.
+        WeightsError: An unfinished run's state is broken.
     """
-    made_of = run_config(settings, recipe, objects)
+    made_of = {VERSION: __version__, **run_config(settings, recipe, objects)}
     if not is_done(folder, made_of):
+        _require_own_state(folder)
         train(objects, settings, folder, observer, cache, recipe)
         write_json(folder / MADE_OF, made_of)
     # Hundreds of megabytes that only an unfinished run needs.
@@ -64,7 +69,7 @@ def measured(
         OutputError: It can not be written.
     """
     made_of = {
-        "circumspect": __version__,
+        VERSION: __version__,
         "weights": file_digest(weights),
         "data": objects.digest,
         "yaw_deg": list(yaw_deg),
@@ -84,7 +89,7 @@ def done_once(folder: Path, made_of: dict[str, Any], make: Callable[[], Any]) ->
         InputError: The folder holds a result that was made of something else.
         OutputError: It can not be written.
     """
-    made_of = {"circumspect": __version__, **made_of}
+    made_of = {VERSION: __version__, **made_of}
     if not is_done(folder, made_of):
         write_json(folder / RESULT, make())
         write_json(folder / MADE_OF, made_of)
@@ -128,6 +133,29 @@ def is_done(folder: Path, made_of: dict[str, Any]) -> bool:
             f"{folder / MADE_OF}: tells of no result, but holds a {type(found).__name__}; choose "
             "another --out"
         )
+    if VERSION in made_of and VERSION not in found:
+        raise _of_unknown_version(folder)
     if other := config_differences(found, json.loads(json.dumps(made_of))):
         raise InputError(f"{folder}: holds a result with other {other}; choose another --out")
     return True
+
+
+def _require_own_state(folder: Path) -> None:
+    """An unfinished run goes on in the version that began it: `train` itself does not ask."""
+    if not (folder / STATE).exists():
+        return
+    version = state_version(folder / STATE)
+    if version is None:
+        raise _of_unknown_version(folder)
+    if version != __version__:
+        raise InputError(
+            f"{folder}: holds a run that version {version} began, not {__version__}; choose "
+            "another --out"
+        )
+
+
+def _of_unknown_version(folder: Path) -> InputError:
+    return InputError(
+        f"{folder}: does not tell which version of circumspect made it, and this is {__version__}; "
+        "choose another --out"
+    )

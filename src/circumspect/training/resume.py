@@ -12,10 +12,12 @@ from safetensors import SafetensorError, safe_open
 from torch import Tensor
 from torch.optim import Optimizer
 
+from circumspect import __version__
 from circumspect.errors import WeightsError
 from circumspect.nets.tensor_file import save_tensors
 
 HEADER = "circumspect_state"
+VERSION = "circumspect_version"
 
 
 def save_state(
@@ -37,7 +39,20 @@ def save_state(
         tensors |= {f"{name}/{key}": value.clone() for key, value in module.state_dict().items()}
     for index, slots in optimizer.state_dict()["state"].items():
         tensors |= {f"optimizer/{index}/{key}": torch.as_tensor(v) for key, v in slots.items()}
-    save_tensors(path, tensors, {HEADER: json.dumps(progress)})
+    save_tensors(path, tensors, {HEADER: json.dumps(progress), VERSION: __version__})
+
+
+def state_version(path: Path) -> str | None:
+    """Which version of the package wrote a state; None where it is of before states told.
+
+    Raises:
+        WeightsError: The file is broken.
+    """
+    try:
+        with safe_open(path, framework="pt") as stream:
+            return (stream.metadata() or {}).get(VERSION)
+    except (SafetensorError, OSError) as error:
+        raise _unusable(path) from error
 
 
 def load_state(
@@ -59,8 +74,12 @@ def load_state(
             module.load_state_dict(_below(tensors, name))
         _restore(optimizer, _below(tensors, "optimizer"))
     except (SafetensorError, OSError, RuntimeError, ValueError, KeyError) as error:
-        raise WeightsError(f"{path}: can not be resumed from; start with another --out") from error
+        raise _unusable(path) from error
     return progress
+
+
+def _unusable(path: Path) -> WeightsError:
+    return WeightsError(f"{path}: can not be resumed from; start with another --out")
 
 
 def _restore(optimizer: Optimizer, tensors: Mapping[str, Tensor]) -> None:
