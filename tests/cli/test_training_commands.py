@@ -196,10 +196,12 @@ def test_experiments_of_no_number_of_epochs_or_no_precision(data, tmp_path, caps
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("what", ["rivals", "unknown"])
+@pytest.mark.parametrize("what", ["table2", "rivals", "robustness", "unknown"])
 def test_experiments_on_other_classes_are_refused_before_the_training(data, tmp_path, capsys, what):
     assert run("reproduce", what, "--data", data, "--out", tmp_path / "out") == 2
-    assert "a set of the same classes" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "the training split lacks bathtub and bed and desk" in told
+    assert told.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 

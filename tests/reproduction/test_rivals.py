@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from experiment_watcher import Watched
+from little_furniture import furniture
 from matplotlib.image import imread
 
-from circumspect.datasets import GridCache, ObjectSet
+from circumspect.datasets import GridCache
 from circumspect.datasets.corruption import CORRUPTIONS
 from circumspect.errors import InputError
 from circumspect.evaluation.yaw_sweep import spread_yaws
-from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.nets import NETS
 from circumspect.reproduction import Comparison, reproduce_rivals, reproduce_robustness
 from circumspect.reproduction.contenders import RIVALS
@@ -21,16 +21,6 @@ from circumspect.reproduction.rivals import WHOLE_DEG
 from circumspect.reproduction.stages import done_once
 
 QUICK = Comparison(nets=("voxnet", "pointnet"), epochs=1, yaw_count=3)
-
-
-def furniture(each, first):
-    pieces = [(label, first + k) for label in range(10) for k in range(each)]
-    points = [
-        make_furniture(CATEGORIES[label], k).sampled(256, k).points_xyz for label, k in pieces
-    ]
-    names = np.array([f"{CATEGORIES[label]}_{k:04d}" for label, k in pieces])
-    labels = np.array([label for label, _ in pieces])
-    return ObjectSet(np.array(points, np.float32), labels, names, CATEGORIES)
 
 
 def run(tmp_path, watched=None, how=QUICK):

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from experiment_watcher import Watched
+from little_furniture import furniture
 from matplotlib.image import imread
 from two_kinds import two_kinds
 
@@ -16,7 +17,14 @@ from circumspect import __version__
 from circumspect.classification import GridRecipe
 from circumspect.datasets import Augmentation, GridCache
 from circumspect.errors import InputError
-from circumspect.reproduction import Table2, reproduce_table2
+from circumspect.reproduction import (
+    Comparison,
+    Table2,
+    Unknown,
+    reproduce_rivals,
+    reproduce_table2,
+    reproduce_unknown,
+)
 from circumspect.reproduction.published import ANGLES_DEG, MODELNET10
 from circumspect.reproduction.stages import is_done, trained
 from circumspect.training.run_config import run_config
@@ -26,7 +34,7 @@ QUICK = Table2(epochs=2, yaw_count=5, shape=(14, 14, 14))
 
 def run(tmp_path, how=QUICK, watched=None, test=None):
     return reproduce_table2(
-        two_kinds(40), test or two_kinds(10, seed=1), how, tmp_path / "out", watched or Watched(),
+        furniture(4, 0), test or furniture(1, 500), how, tmp_path / "out", watched or Watched(),
         GridCache(tmp_path / "grids"),
     )  # fmt: skip
 
@@ -75,9 +83,33 @@ def test_the_table_stands_beside_the_papers_and_is_made_once(tmp_path):
     with pytest.raises(InputError, match=r"other settings\.epochs \(2, not 3\); choose another"):
         run(tmp_path, Table2(epochs=3, yaw_count=5, shape=(14, 14, 14)))
     with pytest.raises(InputError, match="other data; choose another --out"):
-        run(tmp_path, test=two_kinds(10, seed=2))
+        run(tmp_path, test=furniture(1, 600))
     with pytest.raises(InputError, match="other yaw_deg"):
         run(tmp_path, Table2(epochs=2, yaw_count=6, shape=(14, 14, 14)))
+
+
+def without(objects, kind):
+    """The pack may list the class, but holds nothing of it."""
+    return objects.subset(objects.labels != objects.classes.index(kind))
+
+
+def test_a_set_that_lacks_classes_is_none_that_the_paper_tells_of(tmp_path):
+    train, test = furniture(4, 0), furniture(1, 500)
+    for splits, why in (
+        ((without(train, "toilet"), test), "the training split lacks toilet; this"),
+        ((train, without(without(test, "toilet"), "bed")), "the test split lacks bed and toilet;"),
+        ((two_kinds(8), test), "lacks bathtub and .* and toilet, the training split has plate and"),
+    ):
+        for experiment, how in (
+            (reproduce_table2, QUICK),
+            (reproduce_unknown, Unknown()),
+            (reproduce_rivals, Comparison()),
+        ):
+            watched = Watched()
+            with pytest.raises(InputError, match=f"--data: .*{why}.*data verify"):
+                experiment(*splits, how, tmp_path / "out", watched)
+            assert watched.steps == []
+    assert not (tmp_path / "out").exists()
 
 
 def as_before_a_setting_was_there(file):

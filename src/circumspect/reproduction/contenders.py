@@ -14,6 +14,7 @@ from circumspect.reproduction.experiment import Experiment
 from circumspect.reproduction.stages import trained
 from circumspect.reproduction.training_record import training_record
 from circumspect.reproduction.watched import Watched
+from circumspect.reproduction.whole_set import require_modelnet10
 
 OURS = "circumspect"
 """The shipped classifier."""
@@ -64,9 +65,11 @@ def trained_contenders(
 
     Raises:
         WeightsError: The shipped classifier knows other classes than the set.
-        InputError: The folder holds results of another experiment.
+        InputError: The set lacks classes of ModelNet10, or has others; or the folder holds results
+            of another experiment.
         OutputError: It can not be written.
     """
+    require_modelnet10(train, test)
     check_classes(load_predictor(shipped_path()), test)
     weights, records = {OURS: shipped_path()}, {}
     for net in how.nets:

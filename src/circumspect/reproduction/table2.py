@@ -20,6 +20,7 @@ from circumspect.reproduction.published import ANGLES_DEG, MODELNET10
 from circumspect.reproduction.stages import measured, trained, write_report
 from circumspect.reproduction.training_record import training_record, training_table
 from circumspect.reproduction.watched import Watched
+from circumspect.reproduction.whole_set import require_modelnet10
 
 NETS = {"rwmp": "moon2018", "max": "moon2018-max"}
 OURS = "planes"
@@ -66,9 +67,11 @@ def reproduce_table2(
         What `table2.json` holds.
 
     Raises:
-        InputError: The folder holds results of another experiment.
+        InputError: The set lacks classes of ModelNet10, or has others; or the folder holds results
+            of another experiment.
         OutputError: It can not be written.
     """
+    require_modelnet10(train, test)
     angles, around, records = {}, {}, {}
     for kind, pool in MODELNET10:
         name = f"{kind}-{pool}"

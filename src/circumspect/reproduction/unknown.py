@@ -36,6 +36,7 @@ from circumspect.reproduction.stages import (
     write_report,
 )
 from circumspect.reproduction.watched import Watched
+from circumspect.reproduction.whole_set import require_modelnet10
 
 Scores = NDArray[np.float64]
 SAMPLES = 32768
@@ -87,9 +88,11 @@ def reproduce_unknown(
 
     Raises:
         WeightsError: The shipped classifier knows other classes than the set.
-        InputError: The folder holds results of another experiment.
+        InputError: The set lacks classes of ModelNet10, or has others; or the folder holds results
+            of another experiment.
         OutputError: It can not be written.
     """
+    require_modelnet10(train, test)
     check_classes(load_predictor(shipped_path()), test)
     settings = how.settings(how.net)
     # Ten sets are augmented: no more variants than epochs that show them.
