@@ -108,14 +108,16 @@ def test_precision_of_all_and_of_one():
 def test_a_result_is_made_once(tmp_path):
     made = []
     for _ in range(2):
-        found = done_once(tmp_path / "a", {"seed": 1}, lambda: made.append(1) or {"x": 2})
+        found = done_once(
+            tmp_path / "a", {"seed": 1}, lambda: made.append(1) or {"x": 2}, {"x": int}
+        )
         assert found == {"x": 2}
     assert made == [1]
     with pytest.raises(InputError, match="other seed"):
-        done_once(tmp_path / "a", {"seed": 2}, dict)
+        done_once(tmp_path / "a", {"seed": 2}, dict, {})
     (tmp_path / "a" / "result.json").unlink()
     with pytest.raises(InputError, match=r"result\.json"):
-        done_once(tmp_path / "a", {"seed": 1}, dict)
+        done_once(tmp_path / "a", {"seed": 1}, dict, {})
 
 
 def test_another_network_is_added_to_what_is_there(tmp_path):

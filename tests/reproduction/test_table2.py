@@ -123,6 +123,7 @@ def test_a_training_of_before_a_setting_was_there_is_taken_as_it_is(tmp_path):
     settings, objects = QUICK.settings("planes"), two_kinds(10)
     recipe, at, cache = GridRecipe(), tmp_path / "run", GridCache(tmp_path / "grids")
     at.mkdir()
+    (at / "best.safetensors").touch()
     for name in ("made_of.json", "config.json"):
         made = {"circumspect": __version__, **run_config(settings, recipe, objects)}
         (at / name).write_text(json.dumps(made))

@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from circumspect.errors import GeometryError, InputError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
 from circumspect.evaluation.calibration import reliability
 from circumspect.evaluation.predictor import Predictor, check_classes
+from circumspect.geometry.npy_stream import NPZ_FAULTS, told
 from circumspect.storage import atomic_open
 
 
@@ -100,8 +100,8 @@ class YawSweep:
                     tuple(str(name) for name in stored["classes"]),
                     json.loads(str(stored["milliseconds"])),
                 )
-        except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-            raise InputError(f"{path}: not a yaw sweep ({error})") from error
+        except (OSError, TypeError, *NPZ_FAULTS) as error:
+            raise InputError(f"{path}: not a yaw sweep ({told(error)})") from error
 
     def metrics(self) -> dict[str, Any]:
         """What `metrics.json` holds."""

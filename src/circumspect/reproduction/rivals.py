@@ -37,6 +37,7 @@ from circumspect.reproduction.watched import Watched
 WHOLE_DEG = (45.0, 90.0, 135.0)
 """Whole cells of a 32nd of a turn: to what wraps all of them look the same."""
 ROUNDS = 15
+WAYS = ("tumbled", "stood_up")
 
 
 def reproduce_rivals(
@@ -111,7 +112,7 @@ def _measured(
         "flip_rate": around.flip_rate,
         "whole_cells": float(sweeps["whole"].accuracy.mean()),
         "whole_cells_flip_rate": sweeps["whole"].flip_rate,
-        **done_once(folder / "any_way_up", made_of, tumbled),
+        **done_once(folder / "any_way_up", made_of, tumbled, dict.fromkeys(WAYS, float)),
     }
     return row, around
 
@@ -143,8 +144,7 @@ def _any_way_up(
         surest = 1 + found[1:].max(axis=1).argmax() if len(found) > 1 else 0
         right += found[[0, surest]].argmax(axis=1) == label
         progress(index + 1, len(test))
-    tumbled, stood_up = right / len(test)
-    return {"tumbled": float(tumbled), "stood_up": float(stood_up)}
+    return dict(zip(WAYS, (right / len(test)).tolist(), strict=True))
 
 
 def _timed(weights: dict[str, Path], test: ObjectSet, folder: Path) -> dict[str, float]:
@@ -156,7 +156,8 @@ def _timed(weights: dict[str, Path], test: ObjectSet, folder: Path) -> dict[str,
         return _raced(networks, test)
 
     # Other networks make another race.
-    return done_once(folder / "times" / "+".join(weights), made_of, run)
+    at = folder / "times" / "+".join(weights)
+    return done_once(at, made_of, run, dict.fromkeys(weights, float))
 
 
 def _in_onnx(net: str, weights: Path, folder: Path) -> OnnxClassifier:

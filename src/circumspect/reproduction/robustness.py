@@ -16,6 +16,13 @@ from circumspect.reproduction.contenders import OURS, Comparison, trained_conten
 from circumspect.reproduction.stages import done_once, file_digest, write_report
 from circumspect.reproduction.watched import Watched
 
+FORM = {
+    "clean": float,
+    "mean": float,
+    "accuracy": dict.fromkeys(CORRUPTIONS, [float] * len(SEVERITIES)),
+}
+"""Of `Robustness.to_dict`."""
+
 
 def reproduce_robustness(
     train: ObjectSet,
@@ -68,7 +75,7 @@ def _measured(
     def run() -> dict[str, Any]:
         return measure_robustness(load_predictor(weights), test, seed, progress).to_dict()
 
-    return done_once(folder, made_of, run)
+    return done_once(folder, made_of, run, FORM)
 
 
 def _markdown(document: dict[str, Any]) -> str:

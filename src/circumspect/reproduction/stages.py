@@ -8,12 +8,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from circumspect import __version__
 from circumspect.classification import InputRecipe
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.errors import InputError
 from circumspect.evaluation.predictor import load_predictor
 from circumspect.evaluation.yaw_sweep import YawSweep, sweep_yaw
+from circumspect.reproduction.result_form import Form, fits
 from circumspect.storage import atomic_open, write_json
 from circumspect.training import TrainingSettings, train
 from circumspect.training.config_differences import config_differences
@@ -41,7 +44,8 @@ def trained(
         The checkpoint of the epoch that is kept.
 
     Raises:
-        InputError: The folder holds another run, or one of another version of the package.
+        InputError: The folder holds another run, one of another version of the package, or one
+            whose network is gone.
         OutputError: It can not be written.
         WeightsError: An unfinished run's state is broken.
     """
@@ -50,6 +54,8 @@ def trained(
         _require_own_state(folder)
         train(objects, settings, folder, observer, cache, recipe)
         write_json(folder / MADE_OF, made_of)
+    elif not (folder / BEST).is_file():
+        raise InputError(f"{folder / BEST}: is missing; {_made_anew(folder)}")
     # Hundreds of megabytes that only an unfinished run needs.
     (folder / STATE).unlink(missing_ok=True)
     return folder / BEST
@@ -65,7 +71,8 @@ def measured(
     """Name all objects at all yaws, or read what was found before.
 
     Raises:
-        InputError: The folder holds what was found with other weights, objects or yaws.
+        InputError: The folder holds what was found with other weights, objects or yaws, or a sweep
+            that is broken.
         OutputError: It can not be written.
     """
     made_of = {
@@ -79,14 +86,41 @@ def measured(
         sweep.save(folder / SWEEP)
         write_json(folder / "metrics.json", sweep.metrics())
         write_json(folder / MADE_OF, made_of)
-    return YawSweep.load(folder / SWEEP)
+    return _stored_sweep(folder, objects, yaw_deg)
 
 
-def done_once(folder: Path, made_of: dict[str, Any], make: Callable[[], Any]) -> Any:
+def _stored_sweep(folder: Path, objects: ObjectSet, yaw_deg: list[float]) -> YawSweep:
+    """What a sweep is made of is told beside it: the file itself may be another stage's."""
+    try:
+        sweep = YawSweep.load(folder / SWEEP)
+    except InputError as error:
+        raise InputError(f"{error}; {_made_anew(folder)}") from error
+    shape = (len(yaw_deg), len(objects), len(objects.classes))
+    if not (
+        np.array_equal(sweep.yaw_deg, yaw_deg)
+        and np.array_equal(sweep.labels, objects.labels)
+        and sweep.classes == objects.classes
+        and sweep.probabilities.shape == shape
+        and np.isfinite(sweep.probabilities).all()
+    ):
+        raise InputError(
+            f"{folder / SWEEP}: is not of the {len(yaw_deg)} yaws and {len(objects)} objects that "
+            f"{MADE_OF} tells of; {_made_anew(folder)}"
+        )
+    return sweep
+
+
+def done_once(folder: Path, made_of: dict[str, Any], make: Callable[[], Any], form: Form) -> Any:
     """What `make` gives, as JSON types, or what it gave before.
 
+    Args:
+        folder: Of the stage.
+        made_of: What determines the result.
+        make: Makes it.
+        form: What the result looks like.
+
     Raises:
-        InputError: The folder holds a result that was made of something else.
+        InputError: The folder holds a result that was made of something else, or that is broken.
         OutputError: It can not be written.
     """
     made_of = {VERSION: __version__, **made_of}
@@ -94,9 +128,17 @@ def done_once(folder: Path, made_of: dict[str, Any], make: Callable[[], Any]) ->
         write_json(folder / RESULT, make())
         write_json(folder / MADE_OF, made_of)
     try:
-        return json.loads((folder / RESULT).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{folder / RESULT}: can not be read; choose another --out") from error
+        found = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{folder / RESULT}: can not be read; {_made_anew(folder)}") from error
+    if not fits(found, form):
+        raise InputError(f"{folder / RESULT}: holds no result of this stage; {_made_anew(folder)}")
+    return found
+
+
+def _made_anew(folder: Path) -> str:
+    """How to go on where a stage's result is broken."""
+    return f"remove the folder {folder}, and it is made anew"
 
 
 def write_report(document: dict[str, Any], text: str, folder: Path, name: str) -> None:
@@ -126,7 +168,7 @@ def is_done(folder: Path, made_of: dict[str, Any]) -> bool:
         found = json.loads((folder / MADE_OF).read_text(encoding="utf-8"))
     except FileNotFoundError:
         return False
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{folder / MADE_OF}: can not be read; choose another --out") from error
     if not isinstance(found, dict):
         raise InputError(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from circumspect.errors import InputError
 from circumspect.evaluation.markdown import table
 from circumspect.nets import Checkpoint
 from circumspect.training.examiner import YAWS
@@ -25,16 +27,40 @@ def training_record(weights: Path) -> dict[str, float]:
     Returns:
         `epoch` that was kept, of how many `epochs`, its `validation_accuracy`, and `minutes` of
         all epochs, without their measurement on held-back objects.
+
+    Raises:
+        InputError: One of the two does not tell so.
+        WeightsError: The checkpoint is broken.
     """
-    reached = Checkpoint.load(weights).training["reached"]
-    with (weights.parent / LOG).open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    return {
-        "epoch": int(reached["epoch"]),
-        "epochs": len(rows),
-        "validation_accuracy": float(reached["validation_accuracy"]),
-        "minutes": sum(float(row["seconds"]) for row in rows) / 60,
-    }
+    training = Checkpoint.load(weights).training
+    try:
+        epochs = int(training["settings"]["epochs"])
+        kept = {
+            "epoch": int(training["reached"]["epoch"]),
+            "epochs": epochs,
+            "validation_accuracy": float(training["reached"]["validation_accuracy"]),
+        }
+    except (KeyError, TypeError, ValueError) as error:
+        raise _broken(weights, "does not tell how it was trained") from error
+    return {**kept, "minutes": sum(_seconds(weights.parent / LOG, epochs)) / 60}
+
+
+def _seconds(log: Path, epochs: int) -> list[float]:
+    """Of each epoch of a finished run [s]."""
+    try:
+        with log.open(encoding="utf-8", newline="") as stream:
+            rows = [(int(row["epoch"]), float(row["seconds"])) for row in csv.DictReader(stream)]
+    except (OSError, KeyError, TypeError, ValueError, csv.Error) as error:
+        raise _broken(log, "can not be read as the record of a training") from error
+    seconds = [spent for _, spent in rows]
+    whole = [number for number, _ in rows] == list(range(1, epochs + 1))
+    if not whole or not all(math.isfinite(spent) and spent >= 0 for spent in seconds):
+        raise _broken(log, f"is not the record of {epochs} epochs")
+    return seconds
+
+
+def _broken(file: Path, why: str) -> InputError:
+    return InputError(f"{file}: {why}; remove the folder {file.parent}, and it is trained anew")
 
 
 def training_table(names: Sequence[str], records: Sequence[dict[str, Any]]) -> str:

@@ -42,6 +42,10 @@ Scores = NDArray[np.float64]
 SAMPLES = 32768
 """Drawn on each other thing, as `classify` draws them on a mesh: the holes between fewer would look
 strange in themselves."""
+JUDGED = (
+    "accuracy", "unknown_beyond", "known_called_known", "left_out_called_unknown",
+    "area_under_curve",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,6 +115,7 @@ def reproduce_unknown(
                 "yaw_count": how.yaw_count,
             },
             partial(_judged, weights, known, without(test, label), how, at, watched),
+            dict.fromkeys(JUDGED, float),
         )  # fmt: skip
     document = {
         "circumspect": __version__, "command": how.command("unknown --data modelnet10"),
@@ -208,7 +213,8 @@ def _of_shipped(
             found = nearest_distances(classifier, things, spread_yaws(how.yaw_count), progress)
         return (found > beyond).tolist()
 
-    unknown = np.array(done_once(folder / "other_things", made_of, far))
+    form = [[bool] * len(things)] * how.yaw_count
+    unknown = np.array(done_once(folder / "other_things", made_of, far, form))
     kinds = np.array([name.rsplit("_", 1)[0] for name in things.names])
     return {
         "unknown_beyond": beyond,
@@ -223,7 +229,7 @@ def area_under_curve(known: Scores, unknown: Scores) -> float:
 
 def _markdown(document: dict[str, Any]) -> str:
     head = ["left out", "accuracy on the rest", "known called known", "left out called unknown"]
-    keys = ("accuracy", "known_called_known", "left_out_called_unknown", "area_under_curve")
+    keys = [key for key in JUDGED if key != "unknown_beyond"]
     rows = [
         [name.replace("_", " "), *(f"{row[key]:.3f}" for key in keys)]
         for name, row in document["left_out"].items()
