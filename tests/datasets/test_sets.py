@@ -17,7 +17,7 @@ from circumspect.datasets.near_duplicates import near_duplicates
 from circumspect.datasets.off_folder import object_name
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.datasets.validation_split import SHARE
-from circumspect.datasets.verification import expected_names
+from circumspect.datasets.verification import MODELNET10, expected_names
 from circumspect.errors import InputError
 
 
@@ -305,6 +305,43 @@ class TestOffFolder:
         assert train.names.tolist() == ["mug_0001"]
         assert after.names.tolist() == ["mug/test/mug_0001", "mug_0002"]
         assert not fitted_objects({OBJECTS: train.names.tolist()}, after).any()
+
+    def test_a_suffix_in_capitals_is_read_as_well(self, tmp_path):
+        train, test = tmp_path / "mug" / "train", tmp_path / "mug" / "test"
+        write_off(train / "mug_0001.OFF", 1.0)
+        write_off(train / "mug_0002.off", 2.0)
+        write_off(test / "mug_0001.off", 3.0)
+        assert open_data_set(tmp_path, "train").names.tolist() == ["mug_0001", "mug_0002"]
+        assert open_data_set(tmp_path, "test").names.tolist() == ["mug/test/mug_0001"]
+
+    def test_two_files_that_would_be_one_object_are_refused(self, tmp_path):
+        for suffix in ("off", "OFF"):
+            write_off(tmp_path / "mug" / "train" / f"mug_0001.{suffix}", 1.0)
+        if len(list((tmp_path / "mug" / "train").iterdir())) < 2:
+            pytest.skip("this file system does not tell capitals")
+        with pytest.raises(InputError, match=r"mug_0001\.off and .*mug_0001\.OFF: remove one"):
+            open_data_set(tmp_path, "train")
+
+    def test_a_sofa_among_modelnet10s_chairs_is_told(self, tmp_path, caplog):
+        for name in MODELNET10:
+            write_off(tmp_path / name / "test" / f"{name}_0901.off", 1.0)
+        open_data_set(tmp_path, "test")
+        assert caplog.messages == []
+        for file in ("sofa_0701", "copy of a sofa"):
+            write_off(tmp_path / "chair" / "test" / f"{file}.off", 2.0)
+        for _ in range(2):
+            caplog.clear()
+            assert len(open_data_set(tmp_path, "test")) == 12
+            assert caplog.messages == [
+                f"{tmp_path}: 2 of 12 test files bear names foreign to their class folder, such as "
+                "chair/test/copy of a sofa.off; "
+                f"circumspect data verify {tmp_path} names them"
+            ]
+
+    def test_files_of_other_classes_are_named_as_one_likes(self, tmp_path, caplog):
+        write_off(tmp_path / "chair" / "test" / "mine.off", 1.0)
+        open_data_set(tmp_path, "test")
+        assert caplog.messages == []
 
     def test_modelnet10_is_named_after_its_files_alone(self):
         for split, names in expected_names().items():

@@ -60,6 +60,14 @@ def test_what_is_missing_broken_or_misplaced_is_named(off_folder, capsys):
     assert max(map(len, text.splitlines()[:11])) <= 80
 
 
+def test_a_suffix_in_capitals_is_read_as_training_reads_it(off_folder):
+    file = off_folder / "chair" / "train" / "chair_0007.off"
+    file.rename(file.with_suffix(".OFF"))
+    found = verify(off_folder)
+    assert found.complete
+    assert found.foreign == ("README.txt",)
+
+
 def test_a_missing_class_is_told_shortly(off_folder, capsys):
     for file in (off_folder / "bed").rglob("*.off"):
         file.unlink()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
+from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -17,10 +18,12 @@ from circumspect.datasets.cache_folder import cache_folder
 from circumspect.datasets.farthest_points import CANDIDATES, POINTS, evenly_sampled
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
-from circumspect.errors import InputError
+from circumspect.datasets.verification import MODELNET10, NAME
+from circumspect.errors import InputError, printable
 from circumspect.geometry import read_mesh
 
 VERSION = 2
+SUFFIXES = (".off", ".OFF")
 log = logging.getLogger(__name__)
 
 
@@ -29,17 +32,21 @@ def read_off_folder(
 ) -> ObjectSet:
     """Sample every mesh of one split; the result is cached as a point pack.
 
+    What seems to be a copy of ModelNet10 but holds files that are not named after their class is
+    read all the same, and a warning logged.
+
     Args:
         folder: Holds one folder a class.
         split: "train" or "test".
         progress: Called with (done, all) after each mesh.
 
     Raises:
-        InputError: No such split, or a mesh can not be read.
+        InputError: No such split, two files of one name, or a mesh that can not be read.
     """
-    files = sorted(folder.glob(f"*/{split}/*.off"))
+    files = off_files(folder, split)
     if not files:
         raise InputError(f"{folder}: no <class>/{split}/*.off below it")
+    _warn_of_strangers(folder, split, files)
     cached = cache_folder("packs") / f"{_fingerprint(files)}.npz"
     with suppress(InputError):
         return read_point_pack(cached)
@@ -48,6 +55,41 @@ def read_off_folder(
     log.info("%s: %d meshes sampled, kept as %s", folder, len(objects), cached)
     # Quantised like every later read: else what was made of this one would not fit to those.
     return read_point_pack(cached)
+
+
+def off_files(folder: Path, split: str) -> list[Path]:
+    """The meshes of one split, in order.
+
+    Raises:
+        InputError: Two differ in the case of their suffix alone, and would be one object.
+    """
+    files = sorted(file for file in folder.glob(f"*/{split}/*") if file.suffix in SUFFIXES)
+    counts = Counter(file.with_suffix("") for file in files)
+    if twice := [str(stem) for stem, count in counts.items() if count > 1]:
+        raise InputError(f"{' and '.join(twice[0] + end for end in SUFFIXES)}: remove one of them")
+    return files
+
+
+def _warn_of_strangers(folder: Path, split: str, files: list[Path]) -> None:
+    """A sofa among the chairs is one of them to whoever goes by the folders alone.
+
+    Folders of other classes may name their files as they like.
+    """
+    if {file.parent.parent.name for file in files} != set(MODELNET10):
+        return
+    strangers = [file for file in files if not _is_named_after_its_class(file)]
+    if strangers:
+        log.warning(
+            "%s: %d of %d %s files bear names foreign to their class folder, such as %s; "
+            "circumspect data verify %s names them",
+            printable(str(folder)), len(strangers), len(files), split,
+            printable(str(strangers[0].relative_to(folder))), printable(str(folder)),
+        )  # fmt: skip
+
+
+def _is_named_after_its_class(file: Path) -> bool:
+    named = NAME.fullmatch(file.stem)
+    return named is not None and named[1] == file.parent.parent.name
 
 
 def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> ObjectSet:
@@ -79,7 +121,9 @@ def _is_of_both_splits(file: Path) -> bool:
 
     What trains keeps its name whatever tests come later: networks remember it.
     """
-    return file.parent.name == "test" and (file.parent.parent / "train" / file.name).exists()
+    train = file.parent.parent / "train"
+    named_alike = (train / f"{file.stem}{suffix}" for suffix in SUFFIXES)
+    return file.parent.name == "test" and any(map(Path.exists, named_alike))
 
 
 def sampled_file(file: Path) -> NDArray[np.float32]:

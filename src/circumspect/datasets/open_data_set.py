@@ -13,7 +13,7 @@ from circumspect.datasets.gathered_set import (
     read_training,
 )
 from circumspect.datasets.object_set import ObjectSet
-from circumspect.datasets.off_folder import read_off_folder
+from circumspect.datasets.off_folder import off_files, read_off_folder
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.datasets.validation_split import validation_split
 from circumspect.errors import InputError
@@ -65,7 +65,7 @@ def _read(path: Path, source: str, progress: Callable[[int, int], None] | None) 
 def _require_meshes_or_packs(path: Path, source: str) -> None:
     """That a folder of point packs is not taken for an OFF folder where the other pack lies."""
     other = "train" if source == "test" else "test"
-    if (path / f"{other}.npz").is_file() and not any(path.glob(f"*/{source}/*.off")):
+    if (path / f"{other}.npz").is_file() and not off_files(path, source):
         raise InputError(
             f"{path}: {source}.npz is missing, only {other}.npz is there; the {source} split needs "
             "a pack of its own"

@@ -155,7 +155,7 @@ def _of_files(
         split = place.parts[1] if len(place.parts) == 3 else ""
         name_of_class = file.stem.rpartition("_")[0]
         belongs = file.stem in known.get(split, ()) and place.parts[0] == name_of_class
-        if not belongs or file.suffix != ".off":
+        if not belongs or file.suffix.lower() != ".off":
             foreign.append(str(place))
         else:
             try:

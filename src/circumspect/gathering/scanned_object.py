@@ -124,9 +124,9 @@ def _in_packs(name: str, packs: list[Path]) -> tuple[str, NDArray[np.float32]] |
 
 def _in_off_folder(name: str, data: Path) -> tuple[str, NDArray[np.float32]] | None:
     """The same, of its mesh alone: to sample all of them takes minutes."""
-    from circumspect.datasets.off_folder import object_name, sampled_file
+    from circumspect.datasets.off_folder import object_name, off_files, sampled_file
 
-    files = sorted(file for split in ("train", "test") for file in data.glob(f"*/{split}/*.off"))
+    files = sorted(file for split in ("train", "test") for file in off_files(data, split))
     if not files:
         raise InputError(
             f"{data}: no point packs there (test.npz, train.npz), nor <class>/{{train,test}}/*.off"
