@@ -1,6 +1,7 @@
 """Fetching from a server that breaks off, sends garbage, or is not there; on loopback only."""
 
 import errno
+import gzip
 import hashlib
 import io
 import shutil
@@ -18,6 +19,9 @@ from circumspect.datasets.resumed_download import CHUNK, ResumedDownload
 from circumspect.errors import CircumspectError
 
 OFF = b"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n"
+
+FAR_TOO_OFTEN = 30
+"""So that a test of what never ends fails instead."""
 
 
 def archive(
@@ -38,6 +42,7 @@ class Server(ThreadingHTTPServer):
         super().__init__(("127.0.0.1", 0), Handler)
         self.content, self.version, self.status = archive(), '"1"', 200
         self.breaks_off_after: int | None = None
+        self.refuses_ranges = self.packs = False
         self.asked: list[str | None] = []
 
     @property
@@ -51,14 +56,20 @@ class Handler(BaseHTTPRequestHandler):
     def do_GET(self):
         server, asked = self.server, self.headers.get("Range")
         server.asked.append(asked)
-        if server.status != 200:
-            self.send_error(server.status)
+        if server.status != 200 or len(server.asked) > FAR_TOO_OFTEN:
+            self.send_error(server.status if server.status != 200 else 503)
             return
         first, same = 0, self.headers.get("If-Range") == server.version
         if asked and same:
             first = int(asked.removeprefix("bytes=").removesuffix("-"))
+        if asked and server.refuses_ranges:
+            self.send_error(416)
+            return
         body = server.content[first:]
         self.send_response(206 if first else 200)
+        if server.packs:
+            body = gzip.compress(body)
+            self.send_header("Content-Encoding", "gzip")
         self.send_header("Content-Length", str(len(body)))
         self.send_header("ETag", server.version)
         self.end_headers()
@@ -132,6 +143,35 @@ def test_a_server_that_gives_nothing_more_is_given_up(server, tmp_path):
     with pytest.raises(CircumspectError, match="the same command goes on"):
         fetch(server, tmp_path)
     assert len(server.asked) == 3
+
+
+def test_a_server_that_refuses_to_go_on_is_given_up(server, tmp_path):
+    server.breaks_off_after, server.refuses_ranges = 100_000, True
+    with pytest.raises(CircumspectError, match="can not be fetched") as caught:
+        fetch(server, tmp_path)
+    assert "\n" not in str(caught.value)
+    assert [asked is None for asked in server.asked] == [True, False, True]
+
+
+def test_a_body_that_is_packed_on_its_way_is_fetched_as_a_whole(server, tmp_path):
+    server.packs, server.breaks_off_after = True, 300
+    with pytest.raises(CircumspectError, match="can not be fetched"):
+        fetch(server, tmp_path)
+    server.breaks_off_after = None
+    assert unpacked(fetch(server, tmp_path))
+    assert set(server.asked) == {None}
+    assert len(server.asked) == 3 + 1
+
+
+def test_nobody_waits_after_the_last_attempt(server, tmp_path, monkeypatch):
+    waits = []
+    monkeypatch.setattr("circumspect.datasets.resumed_download.time.sleep", waits.append)
+    server.breaks_off_after = 0
+    with pytest.raises(CircumspectError, match="can not be fetched"):
+        fetch_modelnet10(
+            tmp_path, server.url, downloader=ResumedDownload(tmp_path / "part", attempts=3)
+        )
+    assert waits == [1.0, 2.0]
 
 
 def test_garbage_is_refused_and_not_kept(server, tmp_path):

@@ -7,9 +7,12 @@ import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from circumspect.errors import CircumspectError, InputError
+
+if TYPE_CHECKING:
+    from requests import Response
 
 CHUNK = 1 << 16
 TIMEOUT = 30.0
@@ -56,38 +59,41 @@ class ResumedDownload:
 
     def _download(self, url: str) -> None:
         """Bring all of it into the part."""
+        failures, most = 0, 0
+        while (reason := self._attempt(url)) is not None:
+            there = self._there()
+            # What comes again after it was discarded is no progress, or this might never end.
+            failures = 1 if there > most else failures + 1
+            most = max(most, there)
+            if failures >= self.attempts:
+                raise CircumspectError(
+                    f"{url}: can not be fetched ({reason}); the same command goes on with the "
+                    f"{there:,} bytes that are there"
+                )
+            time.sleep(self.pause * 2 ** (failures - 1))
+
+    def _attempt(self, url: str) -> str | None:
+        """Bring what is missing; why it has not all come, None where it has."""
         import requests
         from requests.exceptions import InvalidSchema, InvalidURL, MissingSchema
 
-        failures, reason = 0, ""
-        while failures < self.attempts:
-            before = self._there()
-            try:
-                if self._went_on(url):
-                    break
-                reason = "the connection broke"
-            except requests.HTTPError as error:
-                status = "nothing" if error.response is None else error.response.status_code
-                raise CircumspectError(f"{url}: the server answers {status}") from error
-            except (MissingSchema, InvalidSchema, InvalidURL) as error:
-                raise InputError(
-                    f"{url}: is no address to fetch from; give one like https://HOST/ModelNet10.zip"
-                ) from error
-            except requests.RequestException as error:
-                reason = type(error).__name__
-            failures = 1 if self._there() > before else failures + 1
-            time.sleep(self.pause * 2 ** (failures - 1))
-        else:
-            raise CircumspectError(
-                f"{url}: can not be fetched ({reason}); the same command goes on with the "
-                f"{self._there():,} bytes that are there"
-            )
+        try:
+            return self._went_on(url)
+        except requests.HTTPError as error:
+            status = "nothing" if error.response is None else error.response.status_code
+            raise CircumspectError(f"{url}: the server answers {status}") from error
+        except (MissingSchema, InvalidSchema, InvalidURL) as error:
+            raise InputError(
+                f"{url}: is no address to fetch from; give one like https://HOST/ModelNet10.zip"
+            ) from error
+        except requests.RequestException as error:
+            return type(error).__name__
 
     def _there(self) -> int:
         return self.part.stat().st_size if self.part.exists() else 0
 
-    def _went_on(self, url: str) -> bool:
-        """Ask for what is missing; whether all of it has come."""
+    def _went_on(self, url: str) -> str | None:
+        """Ask for what is missing; why it has not all come, None where it has."""
         import requests
 
         there, headers = self._there(), {"Accept-Encoding": "identity"}
@@ -101,26 +107,30 @@ class ResumedDownload:
             there = 0
         with requests.get(url, headers=headers, stream=True, timeout=TIMEOUT) as answer:
             if answer.status_code == PAST_THE_END:
-                self.part.unlink()
-                return False
+                self.part.unlink(missing_ok=True)
+                return "the server does not go on from there"
             answer.raise_for_status()
             if answer.status_code != PARTIAL:
                 there = 0
-            length = answer.headers.get("Content-Length")
-            total = there + int(length) if length is not None else None
-            self.part.parent.mkdir(parents=True, exist_ok=True)
-            self._require_space(url, 0 if total is None else total - there)
-            self._keep_version(answer.headers.get("ETag") or answer.headers.get("Last-Modified"))
-            with self.part.open("ab" if there else "wb") as stream:
-                for chunk in answer.iter_content(CHUNK):
-                    stream.write(chunk)
-                    there += len(chunk)
-                    if self.progress:
-                        self.progress(there, total or there)
-        return total is None or there == total
+            return self._received(url, answer, there)
+
+    def _received(self, url: str, answer: Response, there: int) -> str | None:
+        """Put an answer's body behind the bytes that are there; as `_went_on`."""
+        length = _length(answer)
+        total = None if length is None else there + length
+        self.part.parent.mkdir(parents=True, exist_ok=True)
+        self._require_space(url, length or 0)
+        self._keep_version(_version(answer))
+        with self.part.open("ab" if there else "wb") as stream:
+            for chunk in answer.iter_content(CHUNK):
+                stream.write(chunk)
+                there += len(chunk)
+                if self.progress:
+                    self.progress(there, total or there)
+        return None if total is None or there == total else "the connection broke"
 
     def _keep_version(self, version: str | None) -> None:
-        if version is None or version.startswith("W/"):
+        if version is None:
             self._version.unlink(missing_ok=True)
         else:
             self._version.write_text(version, encoding="utf-8")
@@ -132,3 +142,22 @@ class ResumedDownload:
                 f"{url}: {missing / 1e6:,.0f} MB are to come, but {self.part.parent} has room for "
                 f"{free / 1e6:,.0f} MB"
             )
+
+
+def _packed(answer: Response) -> bool:
+    """A body that is unpacked on its way here, though it was asked for as it is."""
+    return answer.headers.get("Content-Encoding", "identity") != "identity"
+
+
+def _length(answer: Response) -> int | None:
+    """How many bytes the body will have here; None where that is not known."""
+    length = answer.headers.get("Content-Length")
+    return None if length is None or _packed(answer) else int(length)
+
+
+def _version(answer: Response) -> str | None:
+    """By what the rest of the same version can be asked for; None where it can not."""
+    version = answer.headers.get("ETag") or answer.headers.get("Last-Modified")
+    # Ranges of a packed body do not count the bytes that are there.
+    weak = version is None or version.startswith("W/")
+    return None if weak or _packed(answer) else version
