@@ -43,6 +43,7 @@ class Server(ThreadingHTTPServer):
         self.content, self.version, self.status = archive(), '"1"', 200
         self.breaks_off_after: int | None = None
         self.refuses_ranges = self.packs = False
+        self.length: str | None = None
         self.asked: list[str | None] = []
 
     @property
@@ -70,7 +71,7 @@ class Handler(BaseHTTPRequestHandler):
         if server.packs:
             body = gzip.compress(body)
             self.send_header("Content-Encoding", "gzip")
-        self.send_header("Content-Length", str(len(body)))
+        self.send_header("Content-Length", server.length or str(len(body)))
         self.send_header("ETag", server.version)
         self.end_headers()
         self.wfile.write(body[: server.breaks_off_after])
@@ -161,6 +162,28 @@ def test_a_body_that_is_packed_on_its_way_is_fetched_as_a_whole(server, tmp_path
     assert unpacked(fetch(server, tmp_path))
     assert set(server.asked) == {None}
     assert len(server.asked) == 3 + 1
+
+
+@pytest.mark.parametrize("length", ["abc", "-1", "1e3", "9" * 5000])
+def test_a_length_that_is_none_is_ignored(server, tmp_path, length):
+    server.length = length
+    assert unpacked(fetch(server, tmp_path))
+    assert server.asked == [None]
+
+
+def test_a_length_beyond_all_disks_is_one_line(server, tmp_path):
+    server.length = "9" * 400
+    with pytest.raises(CircumspectError, match="can not be fetched"):
+        fetch(server, tmp_path)
+
+
+def test_only_a_checksum_that_was_asked_for_can_disagree(server, tmp_path, monkeypatch):
+    def broken(*_):
+        raise ValueError("something else")
+
+    monkeypatch.setattr(ResumedDownload, "_went_on", broken)
+    with pytest.raises(ValueError, match="something else"):
+        fetch(server, tmp_path)
 
 
 def test_nobody_waits_after_the_last_attempt(server, tmp_path, monkeypatch):

@@ -107,6 +107,8 @@ def _download(url: str, archive: Path, sha256: str | None, downloader: ResumedDo
     try:
         pooch.retrieve(url, known, archive.name, archive.parent, downloader=fetches)
     except ValueError as error:
+        if sha256 is None:
+            raise
         raise CircumspectError(
             f"{url}: what came does not have the checksum {sha256}; fetch it from elsewhere"
         ) from error

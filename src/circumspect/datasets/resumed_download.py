@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import time
 from collections.abc import Callable
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 CHUNK = 1 << 16
 TIMEOUT = 30.0
 """Without a byte for so long [s] an attempt is over."""
-PARTIAL, COMPLETE, PAST_THE_END = 206, 200, 416
+PARTIAL, PAST_THE_END = 206, 416
+NUMBER = re.compile(r"[0-9]{1,18}")
 
 
 class ResumedDownload:
@@ -151,8 +153,9 @@ def _packed(answer: Response) -> bool:
 
 def _length(answer: Response) -> int | None:
     """How many bytes the body will have here; None where that is not known."""
-    length = answer.headers.get("Content-Length")
-    return None if length is None or _packed(answer) else int(length)
+    length = answer.headers.get("Content-Length", "")
+    # Where a server sends other words, the body ends when the connection does.
+    return None if _packed(answer) or not NUMBER.fullmatch(length) else int(length)
 
 
 def _version(answer: Response) -> str | None:
