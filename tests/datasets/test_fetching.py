@@ -44,6 +44,9 @@ class Server(ThreadingHTTPServer):
         self.breaks_off_after: int | None = None
         self.refuses_ranges = self.packs = False
         self.length: str | None = None
+        self.part_is_called = "bytes {first}-{last}/{total}"
+        self.part_starts_off = 0
+        self.sends_at_most: int | None = None
         self.asked: list[str | None] = []
 
     @property
@@ -66,8 +69,14 @@ class Handler(BaseHTTPRequestHandler):
         if asked and server.refuses_ranges:
             self.send_error(416)
             return
-        body = server.content[first:]
+        if first:
+            first += server.part_starts_off
+        body = server.content[first:][: server.sends_at_most]
         self.send_response(206 if first else 200)
+        if first:
+            last, total = first + len(body) - 1, len(server.content)
+            span = server.part_is_called.format(first=first, last=last, total=total)
+            self.send_header("Content-Range", span)
         if server.packs:
             body = gzip.compress(body)
             self.send_header("Content-Encoding", "gzip")
@@ -152,6 +161,31 @@ def test_a_server_that_refuses_to_go_on_is_given_up(server, tmp_path):
         fetch(server, tmp_path)
     assert "\n" not in str(caught.value)
     assert [asked is None for asked in server.asked] == [True, False, True]
+
+
+@pytest.mark.parametrize("off", [-1, 1, 1000])
+def test_a_part_that_starts_elsewhere_is_not_joined(server, tmp_path, off):
+    server.breaks_off_after, server.part_starts_off = 100_000, off
+    with pytest.raises(CircumspectError, match="can not be fetched"):
+        fetch(server, tmp_path)
+    server.breaks_off_after = None
+    folder = fetch(server, tmp_path)
+    assert (folder / "bed/test/bed_0516.off").read_bytes() == OFF * 4000
+
+
+@pytest.mark.parametrize("called", ["", "bytes", "bytes x-y/z", "bytes */5"])
+def test_a_part_that_does_not_say_where_it_starts_is_not_joined(server, tmp_path, called):
+    server.breaks_off_after, server.part_is_called = 100_000, called
+    with pytest.raises(CircumspectError, match="can not be fetched"):
+        fetch(server, tmp_path)
+
+
+def test_a_part_of_what_was_asked_for_is_not_all(server, tmp_path):
+    server.breaks_off_after = 100_000
+    with pytest.raises(CircumspectError, match="can not be fetched"):
+        fetch(server, tmp_path, attempts=1)
+    server.breaks_off_after, server.sends_at_most = None, 100_000
+    assert unpacked(fetch(server, tmp_path))
 
 
 def test_a_body_that_is_packed_on_its_way_is_fetched_as_a_whole(server, tmp_path):

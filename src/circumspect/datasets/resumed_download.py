@@ -20,6 +20,8 @@ TIMEOUT = 30.0
 """Without a byte for so long [s] an attempt is over."""
 PARTIAL, PAST_THE_END = 206, 416
 NUMBER = re.compile(r"[0-9]{1,18}")
+SPAN = re.compile(r"bytes (?P<first>[0-9]{1,18})-[0-9]+/(?P<total>[0-9]{1,18})?")
+"""What a part of a body is called: first, last and all; all may be *."""
 
 
 class ResumedDownload:
@@ -108,9 +110,9 @@ class ResumedDownload:
         else:
             there = 0
         with requests.get(url, headers=headers, stream=True, timeout=TIMEOUT) as answer:
-            if answer.status_code == PAST_THE_END:
+            if answer.status_code == PAST_THE_END or _starts_elsewhere(answer, there):
                 self.part.unlink(missing_ok=True)
-                return "the server does not go on from there"
+                return "the server does not go on where it broke off"
             answer.raise_for_status()
             if answer.status_code != PARTIAL:
                 there = 0
@@ -118,10 +120,9 @@ class ResumedDownload:
 
     def _received(self, url: str, answer: Response, there: int) -> str | None:
         """Put an answer's body behind the bytes that are there; as `_went_on`."""
-        length = _length(answer)
-        total = None if length is None else there + length
+        total = _total(answer, there)
         self.part.parent.mkdir(parents=True, exist_ok=True)
-        self._require_space(url, length or 0)
+        self._require_space(url, 0 if total is None else total - there)
         self._keep_version(_version(answer))
         with self.part.open("ab" if there else "wb") as stream:
             for chunk in answer.iter_content(CHUNK):
@@ -151,11 +152,24 @@ def _packed(answer: Response) -> bool:
     return answer.headers.get("Content-Encoding", "identity") != "identity"
 
 
-def _length(answer: Response) -> int | None:
-    """How many bytes the body will have here; None where that is not known."""
+def _starts_elsewhere(answer: Response, there: int) -> bool:
+    """A part that does not begin behind the bytes that are there, or does not say where."""
+    if answer.status_code != PARTIAL:
+        return False
+    span = SPAN.match(answer.headers.get("Content-Range", ""))
+    return span is None or int(span["first"]) != there or _packed(answer)
+
+
+def _total(answer: Response, there: int) -> int | None:
+    """How many bytes there will be in all; None where that is not known."""
+    if answer.status_code == PARTIAL:
+        # A server may send less than was asked for: all is what it says of all.
+        span = SPAN.match(answer.headers.get("Content-Range", ""))
+        if span and span["total"]:
+            return int(span["total"])
     length = answer.headers.get("Content-Length", "")
     # Where a server sends other words, the body ends when the connection does.
-    return None if _packed(answer) or not NUMBER.fullmatch(length) else int(length)
+    return None if _packed(answer) or not NUMBER.fullmatch(length) else there + int(length)
 
 
 def _version(answer: Response) -> str | None:
