@@ -333,6 +333,16 @@ def test_a_checksum_that_is_given_must_agree(server, tmp_path):
     assert fetch(server, tmp_path, sha256=right).is_dir()
 
 
+@pytest.mark.parametrize("given", ["zz", "", "0" * 63, "0" * 65, "0" * 64 + "\n", "g" * 64])
+def test_what_is_no_checksum_is_told_before_the_download(server, tmp_path, capsys, given):
+    flags = ("--url", server.url, "--out", str(tmp_path), "--sha256", given)
+    assert main(["data", "fetch", "modelnet10", *flags]) == 2
+    told = capsys.readouterr().err
+    assert "64 hex digits" in told
+    assert told.count("\n") == 1
+    assert (server.asked, list(tmp_path.iterdir())) == ([], [])
+
+
 def test_the_checksum_of_an_archive_that_is_there_already_must_agree(server, tmp_path):
     left = tmp_path / "ModelNet10.zip"
     left.write_bytes(server.content)

@@ -14,12 +14,13 @@ from typing import Any
 from zipfile import BadZipFile, ZipFile
 
 from circumspect.datasets.resumed_download import ResumedDownload
-from circumspect.errors import CircumspectError, MissingExtraError, reason_of
+from circumspect.errors import CircumspectError, InputError, MissingExtraError, printable, reason_of
 
 URL = "http://3dvision.princeton.edu/projects/2014/3DShapeNets/ModelNet10.zip"
 ARCHIVE = "ModelNet10.zip"
 MEMBER = re.compile(r"ModelNet10/(\w+)/(train|test)/(\w+)\.off")
 """What is unpacked; archives hold notes of the machine that made them as well."""
+SHA256 = re.compile(r"[0-9a-fA-F]{64}")
 UNSOUND = (BadZipFile, zlib.error, lzma.LZMAError, EOFError, RuntimeError)
 """What broken archives raise, encrypted ones, and those that are packed in an unknown way."""
 
@@ -47,9 +48,12 @@ def fetch_modelnet10(
         The folder of OFF files.
 
     Raises:
+        InputError: The checksum is none.
         MissingExtraError: pooch is not installed.
         CircumspectError: The server, the archive or the disk fails; the message says which.
     """
+    if sha256 is not None and not SHA256.fullmatch(sha256):
+        raise InputError(f"sha256 '{printable(sha256)}': is no checksum; give its 64 hex digits")
     target, archive = folder / "ModelNet10", folder / ARCHIVE
     if target.exists():
         return target
