@@ -120,6 +120,26 @@ def test_what_belongs_is_unpacked_and_nothing_else_is_left(server, tmp_path):
     assert len(server.asked) == 1
 
 
+def test_an_empty_folder_is_filled_and_any_other_left(server, tmp_path):
+    (tmp_path / "ModelNet10").mkdir()
+    assert unpacked(fetch(server, tmp_path))
+    assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10"]
+    own = tmp_path / "other" / "ModelNet10"
+    own.mkdir(parents=True)
+    (own / "mine").write_text("kept")
+    assert unpacked(fetch(server, tmp_path / "other")) == ["mine"]
+    assert len(server.asked) == 1
+
+
+def test_something_else_of_that_name_is_told_with_the_remedy(server, tmp_path, capsys):
+    (tmp_path / "ModelNet10").mkdir()
+    (tmp_path / "ModelNet10" / "mine").write_text("kept")
+    assert main(["data", "fetch", "modelnet10", "--url", server.url, "--out", str(tmp_path)]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"circumspect: {tmp_path / 'ModelNet10'}: neither point packs")
+    assert told.endswith("remove it, or fetch to another folder by --out\n")
+
+
 def test_a_server_that_breaks_off_is_asked_for_the_rest_alone(server, tmp_path):
     server.breaks_off_after = len(server.content) // 5 + 1
     assert unpacked(fetch(server, tmp_path))

@@ -40,8 +40,14 @@ class Data:
 
     def run(self) -> int:
         """Fetch if that is asked for, then verify; 1 where something is missing or broken."""
-        path = self._fetched() if self.what == "fetch" else Path(self.which)
-        return self._verify(path)
+        if self.what == "verify":
+            return self._verify(Path(self.which))
+        path = self._fetched()
+        try:
+            return self._verify(path)
+        except InputError as error:
+            # It was there before: what is unpacked has a mesh or more.
+            raise InputError(f"{error}; remove it, or fetch to another folder by --out") from error
 
     def _fetched(self) -> Path:
         from circumspect.cli.progress import progress_bar

@@ -34,8 +34,8 @@ def fetch_modelnet10(
 ) -> Path:
     """Download and unpack; what is there is left as it is, and an archive is not fetched again.
 
-    An interrupted download goes on where it was. The archive has no published checksum; each file
-    in it has one, and is checked when it is unpacked.
+    An empty folder counts as not there. An interrupted download goes on where it was. The archive
+    has no published checksum; each file in it has one, and is checked when it is unpacked.
 
     Args:
         folder: Gets the folder `ModelNet10`; the archive is not kept.
@@ -55,7 +55,7 @@ def fetch_modelnet10(
     if sha256 is not None and not SHA256.fullmatch(sha256):
         raise InputError(f"sha256 '{printable(sha256)}': is no checksum; give its 64 hex digits")
     target, archive = folder / "ModelNet10", folder / ARCHIVE
-    if target.exists():
+    if target.exists() and not _is_empty(target):
         return target
     if not archive.exists():
         part = folder / f"{ARCHIVE}.part"
@@ -76,6 +76,12 @@ def fetch_modelnet10(
         ) from error
     archive.unlink()
     return target
+
+
+def _is_empty(target: Path) -> bool:
+    """A folder that was made in advance; the one that is unpacked takes its place."""
+    # No folder can be renamed to a link's place.
+    return target.is_dir() and not target.is_symlink() and not any(target.iterdir())
 
 
 def _refused(archive: Path, url: str, error: Exception) -> CircumspectError:
