@@ -72,6 +72,13 @@ class TestClassify:
         assert run("classify", "a.ply", "--weights", "z" * 300) == 2
         assert capsys.readouterr().err.count("\n") == 3
 
+    @pytest.mark.parametrize("top", [0, -2])
+    def test_fewer_than_one_class_is_refused(self, chair, capsys, top):
+        assert run("classify", chair, "--top", top) == 2
+        assert capsys.readouterr() == ("", f"circumspect: --top {top}: give 1 or more\n")
+        assert run("classify", chair, "--top", 1) == 0
+        assert capsys.readouterr().out.count("%") == 1
+
     def test_wrong_weights(self, chair, tmp_path, capsys):
         (tmp_path / "w.onnx").write_bytes(b"no")
         assert run("classify", chair, "--weights", tmp_path / "w.onnx") == 2
@@ -117,6 +124,19 @@ class TestGrid:
         assert run("grid", chair, "--out", tmp_path / "g.npz") == 0
         assert run("grid", tmp_path / "g.npz", "--out", tmp_path / "h.npz") == 2
         assert "g.npz: is a grid already; give what it was made of" in capsys.readouterr().err
+
+    @pytest.mark.parametrize("up", ["x", "y", "auto"])
+    def test_a_grid_is_not_turned_and_the_other_files_are_named(self, chair, tmp_path, capsys, up):
+        out = tmp_path / "g.npz"
+        run("grid", chair, "--out", out)
+        capsys.readouterr()
+        assert run("classify", out, chair, "--up", up, "--samples", 2000) == 2
+        told, fault = capsys.readouterr()
+        assert told.startswith(f"{chair}: ")
+        assert fault == (
+            f"circumspect: {out}: is a grid, which has its axis already; leave --up {up} out\n"
+        )
+        assert run("classify", out, "--up", "z") == 0
 
     def test_a_broken_grid_is_named(self, chair, tmp_path, capsys):
         out = tmp_path / "g.npz"

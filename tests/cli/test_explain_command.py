@@ -68,6 +68,15 @@ def test_the_answer_is_that_of_classify(chair, tmp_path, capsys):
     assert why["points"] == named["points"]
 
 
+def test_a_grid_is_not_turned(chair, tmp_path, capsys):
+    run("grid", chair, "--out", tmp_path / "g.npz")
+    capsys.readouterr()
+    assert run("explain", tmp_path / "g.npz", "--up", "y", "--out", tmp_path / "why") == 2
+    told = capsys.readouterr().err
+    assert told.endswith("g.npz: is a grid, which has its axis already; leave --up y out\n")
+    assert not (tmp_path / "why").exists()
+
+
 def test_of_many_near_objects_the_picture_names_a_dozen(chair, tmp_path, capsys, monkeypatch):
     from circumspect.evaluation import evidence_picture
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect.cli.say import say
-from circumspect.errors import CircumspectError, blamed_on, printable
+from circumspect.errors import CircumspectError, InputError, blamed_on, printable
 
 if TYPE_CHECKING:
     from circumspect.classification import Classifier, Prediction
@@ -33,7 +33,7 @@ class Classify:
     up: Literal["x", "y", "z", "auto"] = "z"
     """The axis that points up in the files; glTF/GLB files usually need y; nothing is turned by
     itself. auto stands each object on every face that it can stand on and believes the surest
-    answer."""
+    answer. Saved grids have their axis already."""
     json: bool = False
     """One JSON object a line on standard output and nothing else there."""
     weights: Path | None = None
@@ -49,6 +49,8 @@ class Classify:
         """Name each file; a file that fails does not stop the others."""
         from circumspect.classification import Classifier
 
+        if self.top < 1:
+            raise InputError(f"--top {self.top}: give 1 or more")
         if not self.files:
             raise CircumspectError("nothing to classify; give at least one file")
         classifier = Classifier.load(self.weights, self.threads)
@@ -71,7 +73,7 @@ class Classify:
 
 def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[str, Any]:
     start = time.perf_counter()
-    if (grid := saved_grid(file)) is not None:
+    if (grid := saved_grid(file, up)) is not None:
         points, loaded = int(grid.occupied.sum()), time.perf_counter()
         prediction = classifier.classify_grid(grid)
     else:
@@ -89,18 +91,26 @@ def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[st
     return prediction_record(file, prediction, points, 1e3 * (loaded - start))
 
 
-def saved_grid(file: Path) -> OccupancyGrid | None:
+def saved_grid(file: Path, up: str) -> OccupancyGrid | None:
     """The grid in a file that `circumspect grid` wrote, None for any other file.
 
+    Args:
+        file: Of any kind.
+        up: What `--up` says; a grid has its axis already.
+
     Raises:
-        InputError: A broken grid.
+        InputError: A broken grid, or one that is to be turned.
     """
     if file.suffix.lower() != ".npz":
         return None
     from circumspect.grid import OccupancyGrid
     from circumspect.grid.grid_file import holds_grid
 
-    return OccupancyGrid.load(file) if holds_grid(file) else None
+    if not holds_grid(file):
+        return None
+    if up != "z":
+        raise InputError(f"is a grid, which has its axis already; leave --up {up} out")
+    return OccupancyGrid.load(file)
 
 
 def prediction_record(
@@ -128,7 +138,7 @@ def prediction_record(
 
 
 def _readable(record: dict[str, Any], top: int) -> str:
-    best = sorted(record["probabilities"].items(), key=lambda item: -item[1])[: max(1, top)]
+    best = sorted(record["probabilities"].items(), key=lambda item: -item[1])[:top]
     ranked = ", ".join(f"{name} {100 * share:.1f} %" for name, share in best)
     up = record.get("up_xyz")
     turned = "" if up is None else f"; up is ({', '.join(f'{value:.2f}' for value in up)})"

@@ -41,7 +41,7 @@ class Explain:
     near: int = 5
     """How many of the nearest training objects to name; 0 for none."""
     up: Literal["x", "y", "z"] = "z"
-    """The axis that points up in the file."""
+    """The axis that points up in the file; a saved grid has its axis already."""
     json: bool = False
     """One JSON object on standard output and nothing else there."""
     weights: Path | None = None
@@ -75,7 +75,7 @@ class Explain:
         from circumspect.classification.explanation import explain_cloud, explain_grid
         from circumspect.cli.progress import progress_bar
 
-        grid = saved_grid(self.file)
+        grid = saved_grid(self.file, self.up)
         if grid is not None:
             with progress_bar("emptying cells") as progress:
                 return explain_grid(classifier, grid, self.label, progress)
