@@ -153,8 +153,11 @@ def test_nets_lists_what_each_costs(capsys):
     ours = next(r for r in records if r["name"] == "planes")
     assert ours["parameters"] <= 2_000_000
     assert {"name", "parameters", "multiply_adds", "input"} <= set(ours)
+    assert all(r["departures"] for r in records if r["source"] != "ours")
     assert run("nets") == 0
-    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert lines[-1] == "--json tells where each departs from its source."
 
 
 def test_unknown_words_are_explained(capsys):

@@ -4,7 +4,10 @@ import pytest
 import torch
 
 from circumspect.errors import InputError
+from circumspect.nets import NETS
 from circumspect.nets.moon2018 import Moon2018, RowWiseMaxPool
+from circumspect.training.optimisation import MOMENTUM
+from circumspect.training.settings import TrainingSettings
 
 
 def sizes(net):
@@ -58,3 +61,15 @@ def test_a_grid_of_too_few_cells_is_refused(pool, needed):
     assert Moon2018(3, tuple(features.shape[2:]), pool).eval()(features).shape == (1, 3)
     with pytest.raises(InputError, match=f"needs {needed} cells or more"):
         Moon2018(3, (32, needed - 1, 32), pool)
+
+
+@pytest.mark.parametrize("name", ["moon2018", "moon2018-max"])
+def test_what_the_paper_leaves_open_is_told_as_it_is_done(name):
+    spec = NETS[name]
+    done = TrainingSettings(**spec.training)
+    for told in (
+        f"momentum of {MOMENTUM:g},", f" {done.epochs} epochs in batches of {done.batch_size},",
+        f" rises to {done.learning_rate:g} ", f" length of {done.gradient_norm:g};",
+    ):  # fmt: skip
+        assert told in spec.departures
+    assert ("2x2x2" in spec.departures) == (name == "moon2018-max")

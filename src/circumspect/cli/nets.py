@@ -18,7 +18,8 @@ class Nets:
     """
 
     json: bool = False
-    """One JSON object a line on standard output and nothing else there."""
+    """One JSON object a line on standard output and nothing else there; tells where each departs
+    from its source, too."""
     classes: int = 10
     """How many classes to count for."""
 
@@ -80,4 +81,6 @@ def _show(records: list[dict[str, Any]]) -> None:
             f"{kind}\n{cells}",
             f"{record['summary']} ({record['source']})",
         )
-    OutputConsole().print(table)
+    console = OutputConsole()
+    console.print(table)
+    console.print("--json tells where each departs from its source.")
