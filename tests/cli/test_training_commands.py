@@ -11,7 +11,7 @@ from network_inputs import small_recipe, trained_looking
 from circumspect.classification import Classifier, ExampleTable
 from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.cli.main import main
-from circumspect.datasets import ObjectSet, open_data_set
+from circumspect.datasets import open_data_set
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.errors import OutputError
 from circumspect.furniture import make_furniture
@@ -22,21 +22,6 @@ BRIEF = ("--epochs", 2, "--passes", 1, "--batch-size", 8, "--replicas", 1)
 
 def run(*words):
     return main([str(word) for word in words])
-
-
-@pytest.fixture(scope="module")
-def data(tmp_path_factory):
-    """Chairs and sofas as point packs."""
-    folder = tmp_path_factory.mktemp("data")
-    classes = ("chair", "sofa")
-    for split, count in (("train", 40), ("test", 6)):
-        labels = np.arange(count) % 2
-        pieces = [make_furniture(classes[k], 50 + i) for i, k in enumerate(labels)]
-        points = np.stack([piece.sampled(400, 0).points_xyz for piece in pieces])
-        names = np.array([f"{split}_{classes[k]}_{i:04d}" for i, k in enumerate(labels)])
-        objects = ObjectSet(points.astype(np.float32), labels.astype(np.int64), names, classes)
-        write_point_pack(folder / f"{split}.npz", objects)
-    return folder
 
 
 @pytest.fixture(scope="module")
@@ -180,42 +165,6 @@ def test_data_that_is_not_there(tmp_path, capsys):
     assert run("train", "--data", tmp_path / "none", "--out", tmp_path / "run") == 2
     assert "none" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
-
-
-@pytest.mark.parametrize(
-    ("flag", "value"),
-    [
-        *(("epochs", value) for value in ("many", "0", "moon2018=", "=3", "moon=3", "٣")),
-        *(("precision", value) for value in ("fp16", "moon2018=", "=bf16", "moon=bf16", "BF16")),
-    ],
-)
-def test_experiments_of_no_number_of_epochs_or_no_precision(data, tmp_path, capsys, flag, value):
-    words = ("reproduce", "rivals", "--data", data, "--out", tmp_path / "out", f"--{flag}", value)
-    assert run(*words) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("what", ["table2", "rivals", "robustness", "unknown"])
-def test_experiments_on_other_classes_are_refused_before_the_training(data, tmp_path, capsys, what):
-    assert run("reproduce", what, "--data", data, "--out", tmp_path / "out") == 2
-    told = capsys.readouterr().err
-    assert "the training split lacks bathtub and bed and desk" in told
-    assert told.count("\n") == 1
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "why"),
-    [
-        (("rivals", "--nets", "voxne"), "did you mean voxnet?"),
-        (("table2", "--nets", "voxnet"), "--nets goes with rivals and robustness"),
-    ],
-)
-def test_experiments_with_networks_that_are_none(data, tmp_path, capsys, words, why):
-    assert run("reproduce", *words, "--data", data, "--out", tmp_path / "out") == 2
-    assert why in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def test_objects_that_were_trained_on_are_known_by_name(trained, data, tmp_path, capsys):
@@ -375,31 +324,6 @@ def test_seeds_that_are_none(data, tmp_path, capsys, seed):
 def test_networks_without_classes(capsys):
     assert run("nets", "--classes", 0) == 2
     assert "at least one" in capsys.readouterr().err
-
-
-def test_a_lone_pack_is_not_both_splits_of_an_experiment(data, tmp_path, capsys):
-    shutil.copy(data / "train.npz", tmp_path / "all.npz")
-    words = ("reproduce", "unknown", "--data", tmp_path / "all.npz", "--out", tmp_path / "out")
-    assert run(*words) == 2
-    assert "40 objects are in both splits, as train_chair_0000 is" in capsys.readouterr().err
-
-
-def test_splits_of_other_classes_are_told_before_hours_of_training(data, tmp_path, capsys):
-    train = open_data_set(data, "train")
-    write_point_pack(tmp_path / "train.npz", train)
-    chairs = open_data_set(data, "test")
-    write_point_pack(tmp_path / "test.npz", replace(chairs, classes=("chair", "throne")))
-    words = ("reproduce", "rivals", "--data", tmp_path, "--out", tmp_path / "out")
-    assert run(*words) == 2
-    assert "the test split chair, throne" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("flag", ["--epochs=pointnet=3", "--precision=pointnet=bf16"])
-def test_settings_of_a_network_that_an_experiment_does_not_train(data, tmp_path, capsys, flag):
-    words = ("reproduce", "table2", "--data", data, "--out", tmp_path / "out")
-    assert run(*words, flag) == 2
-    assert "trains moon2018, moon2018-max, planes" in capsys.readouterr().err
 
 
 def test_a_finished_network_is_not_trained_over(trained, data, tmp_path, capsys):
