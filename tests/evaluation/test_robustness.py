@@ -6,7 +6,7 @@ from two_kinds import ByHeight, flat_and_tall
 
 from circumspect.datasets.corruption import CORRUPTIONS
 from circumspect.errors import InputError, WeightsError
-from circumspect.evaluation.robustness import measure_robustness
+from circumspect.evaluation.robustness import CLEAN, measure_robustness
 
 
 def test_every_corruption_is_measured_and_clear_shapes_survive_most():
@@ -16,7 +16,8 @@ def test_every_corruption_is_measured_and_clear_shapes_survive_most():
     )
     assert found.clean == 1.0
     assert list(found.accuracy) == list(CORRUPTIONS)
-    assert passes[-1] == (60, 60)
+    assert [done for done, _ in passes] == sorted(done for done, _ in passes)
+    assert passes[-1] == (61, 61)
     assert found.accuracy["jitter"].tolist() == [1.0] * 5
     assert found.accuracy["tilt"].min() > 0.9
     document = found.to_dict()
@@ -43,3 +44,24 @@ def test_an_empty_set_is_no_measure():
     objects = flat_and_tall(2)
     with pytest.raises(InputError, match="nothing to evaluate"):
         measure_robustness(ByHeight(), objects.subset(np.zeros(len(objects), bool)))
+
+
+def test_what_was_measured_before_is_not_measured_again():
+    kept = {}
+
+    def keep(kind, measure):
+        return kept[kind] if kind in kept else kept.setdefault(kind, measure())
+
+    class Tired(ByHeight):
+        def probabilities(self, inputs):
+            raise AssertionError("asked again")
+
+    objects = flat_and_tall(6)
+    found = measure_robustness(ByHeight(), objects, keep=keep)
+    assert list(kept) == [CLEAN, *CORRUPTIONS]
+    passes = []
+    again = measure_robustness(
+        Tired(), objects, keep=keep, progress=lambda *told: passes.append(told)
+    )
+    assert again.to_dict() == found.to_dict()
+    assert passes[-1] == (61, 61)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -72,6 +73,18 @@ def check_robustness(out):
     assert text.count("\n| ") == 2 + 1 + len(CORRUPTIONS) + 1 + 1 + 1 + len(CORRUPTIONS)
     command = "circumspect reproduce robustness --data modelnet10 --nets voxnet --epochs 1"
     assert f"`{command} " in text
+    # A corruption of a network is a stage of its own: an interruption costs one at most.
+    corrupted = out / "voxnet" / "corrupted"
+    kept = {kind: (corrupted / kind / "made_of.json").stat().st_mtime_ns for kind in CORRUPTIONS}
+    shutil.rmtree(corrupted / "tilt")
+    again = reproduce_robustness(furniture(9, 0), furniture(1, 500), how, out, Watched())
+    assert again == document
+    renewed = {
+        kind
+        for kind in CORRUPTIONS
+        if (corrupted / kind / "made_of.json").stat().st_mtime_ns != kept[kind]
+    }
+    assert renewed == {"tilt"}
 
 
 def test_whole_cells_are_whole_and_yaws_over_the_turn_are_not():

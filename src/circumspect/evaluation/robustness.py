@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,16 @@ from circumspect.errors import GeometryError, InputError
 from circumspect.evaluation.predictor import Predictor, check_classes
 
 BATCH = 16
+CLEAN = "none"
+"""In the place of a corruption."""
+PASSES = {CLEAN: (0,), **dict.fromkeys(CORRUPTIONS, SEVERITIES)}
+"""Severities of every corruption; each is one pass over the set."""
+Keep = Callable[[str, Callable[[], list[float]]], list[float]]
+"""Takes a corruption's name and what measures it; gives the accuracy of each severity."""
+
+
+def _at_once(kind: str, measure: Callable[[], list[float]]) -> list[float]:  # noqa: ARG001
+    return measure()
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +59,7 @@ def measure_robustness(
     objects: ObjectSet,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
+    keep: Keep = _at_once,
 ) -> Robustness:
     """Corrupt all objects in all ways, at 0° of yaw, and name them.
 
@@ -58,6 +70,7 @@ def measure_robustness(
         objects: The set.
         seed: Of all chance; all predictors meet the same clouds.
         progress: Called with (done, all) passes over the set.
+        keep: Called for `CLEAN` and for each corruption; may give what was measured before.
 
     Raises:
         InputError: The set is empty.
@@ -66,23 +79,37 @@ def measure_robustness(
     check_classes(predictor, objects)
     if not len(objects):
         raise InputError("no objects: nothing to evaluate")
-    passes = [(kind, severity) for kind in CORRUPTIONS for severity in SEVERITIES]
-    clean = _accuracy(predictor, objects, None, seed)
-    accuracy = {kind: np.zeros(len(SEVERITIES)) for kind in CORRUPTIONS}
-    for done, (kind, severity) in enumerate(passes):
-        accuracy[kind][severity - 1] = _accuracy(predictor, objects, (kind, severity), seed)
-        if progress:
-            progress(done + 1, len(passes))
-    return Robustness(clean, accuracy)
+    found: dict[str, list[float]] = {}
+    for kind, severities in PASSES.items():
+        told = partial(_tell, progress, sum(map(len, found.values())))
+        found[kind] = keep(kind, partial(_row, predictor, objects, kind, seed, told))
+        told(len(severities))
+    (clean,) = found.pop(CLEAN)
+    return Robustness(clean, {kind: np.array(row) for kind, row in found.items()})
+
+
+def _tell(progress: Callable[[int, int], None] | None, before: int, done: int) -> None:
+    if progress:
+        progress(before + done, sum(map(len, PASSES.values())))
+
+
+def _row(
+    predictor: Predictor, objects: ObjectSet, kind: str, seed: int, told: Callable[[int], None]
+) -> list[float]:
+    row = []
+    for severity in PASSES[kind]:
+        row.append(_accuracy(predictor, objects, kind, severity, seed))
+        told(len(row))
+    return row
 
 
 def _accuracy(
-    predictor: Predictor, objects: ObjectSet, how: tuple[str, int] | None, seed: int
+    predictor: Predictor, objects: ObjectSet, kind: str, severity: int, seed: int
 ) -> float:
     right = 0
     for first in range(0, len(objects), BATCH):
         indices = range(first, min(first + BATCH, len(objects)))
-        made = [(i, _input(predictor, objects, i, how, seed)) for i in indices]
+        made = [(i, _input(predictor, objects, i, kind, severity, seed)) for i in indices]
         known = [(i, given) for i, given in made if given is not None]
         if known:
             answers = predictor.probabilities(np.concatenate([given for _, given in known]))
@@ -91,12 +118,11 @@ def _accuracy(
 
 
 def _input(
-    predictor: Predictor, objects: ObjectSet, index: int, how: tuple[str, int] | None, seed: int
+    predictor: Predictor, objects: ObjectSet, index: int, kind: str, severity: int, seed: int
 ) -> NDArray[Any] | None:
     cloud = objects.cloud(index)
     try:
-        if how is not None:
-            kind, severity = how
+        if kind != CLEAN:
             chance = [seed, index, list(CORRUPTIONS).index(kind), severity]
             cloud = corrupted(cloud, kind, severity, np.random.default_rng(chance))
         return predictor.recipe.inputs(cloud)

@@ -11,17 +11,10 @@ from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.corruption import CORRUPTIONS, SEVERITIES
 from circumspect.evaluation.markdown import table
 from circumspect.evaluation.predictor import load_predictor
-from circumspect.evaluation.robustness import measure_robustness
+from circumspect.evaluation.robustness import PASSES, measure_robustness
 from circumspect.reproduction.contenders import OURS, Comparison, trained_contenders
 from circumspect.reproduction.stages import done_once, file_digest, write_report
 from circumspect.reproduction.watched import Watched
-
-FORM = {
-    "clean": float,
-    "mean": float,
-    "accuracy": dict.fromkeys(CORRUPTIONS, [float] * len(SEVERITIES)),
-}
-"""Of `Robustness.to_dict`."""
 
 
 def reproduce_robustness(
@@ -34,8 +27,8 @@ def reproduce_robustness(
 ) -> dict[str, Any]:
     """Name test objects at 0° after each corruption in each severity, with every network.
 
-    Every stage whose result is in the folder is left as it is; the trainings are those of
-    `reproduce_rivals`.
+    Every stage whose result is in the folder is left as it is, a corruption of a network being
+    one; the trainings are those of `reproduce_rivals`.
 
     Args:
         train: ModelNet10's training split; part of it is held back to choose the best epoch.
@@ -72,10 +65,11 @@ def _measured(
 ) -> dict[str, Any]:
     made_of = {"weights": file_digest(weights), "data": test.digest, "seed": seed}
 
-    def run() -> dict[str, Any]:
-        return measure_robustness(load_predictor(weights), test, seed, progress).to_dict()
+    def keep(kind: str, measure: Callable[[], list[float]]) -> list[float]:
+        form = [float] * len(PASSES[kind])
+        return done_once(folder / kind, {**made_of, "corruption": kind}, measure, form)
 
-    return done_once(folder, made_of, run, FORM)
+    return measure_robustness(load_predictor(weights), test, seed, progress, keep).to_dict()
 
 
 def _markdown(document: dict[str, Any]) -> str:
