@@ -12,7 +12,7 @@ from small_world import blind, frames, pipeline
 from circumspect.classification import Prediction
 from circumspect.geometry import PlanarPose, Trajectory
 from circumspect.pipeline import Journey, RecognitionResult
-from circumspect.pipeline.camera_path import camera_path, increasing
+from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.panels import draw_probabilities
 from circumspect.pipeline.picture import captions, draw_run
 from circumspect.pipeline.plan_panel import draw_plan
@@ -117,13 +117,6 @@ def test_a_camera_that_stands_still_is_drawn_over_frames(tmp_path: Path) -> None
     assert panel.get_xlabel() == "frame"
     draw_run(tmp_path / "still.png", still, {})
     assert (tmp_path / "still.png").stat().st_size > 10_000
-
-
-def test_stamps_that_go_back_leave_no_place_in_the_path(result: RecognitionResult) -> None:
-    poses = [step.pose.T_map_camera for step in result.steps if step.pose is not None]
-    path = increasing(zip([0.0, 1.0, 0.5, 1.0, 2.0], poses, strict=True))
-    np.testing.assert_array_equal(path.stamps, [0.0, 1.0, 2.0])
-    assert increasing([]) is None
 
 
 def named(result: RecognitionResult, known: bool) -> RecognitionResult:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from scipy.spatial.transform import RigidTransform
-
 from circumspect.errors import GeometryError, InputError
 from circumspect.evaluation.trajectory_error import absolute_trajectory_error, relative_pose_error
+from circumspect.geometry import TrajectoryLog
 from circumspect.pipeline import RecognitionResult
-from circumspect.pipeline.camera_path import camera_path, increasing
+from circumspect.pipeline.camera_path import camera_path
 from circumspect.sensing import RgbdFrame
 
 
@@ -18,7 +17,7 @@ class RecordedPoses:
     """Notes the poses of frames, and says in the end how far others are from them."""
 
     def __init__(self) -> None:
-        self._noted: list[tuple[float, RigidTransform]] = []
+        self._noted = TrajectoryLog()
 
     def noted(self, frames: Iterable[RgbdFrame]) -> Iterator[RgbdFrame]:
         """The same frames.
@@ -28,7 +27,7 @@ class RecordedPoses:
         """
         for frame in frames:
             if frame.T_map_camera is not None:
-                self._noted.append((frame.stamp, frame.T_map_camera))
+                self._noted.add(frame.stamp, frame.T_map_camera)
             yield frame
 
     def errors(self, result: RecognitionResult) -> dict[str, Any]:
@@ -38,9 +37,9 @@ class RecordedPoses:
             `ate_rmse_m`, `yaw_rmse_deg` after rigid alignment, and `frame_error_median_m`, the
             error of the motion from frame to frame. Each is None where there are too few poses.
         """
-        if not self._noted:
+        if not len(self._noted):
             return {}
-        found, truth = camera_path(result), increasing(self._noted)
+        found, truth = camera_path(result), self._noted.trajectory
         told: dict[str, Any] = {}
         told |= dict.fromkeys(("ate_rmse_m", "yaw_rmse_deg", "frame_error_median_m"))
         if found is None or truth is None:

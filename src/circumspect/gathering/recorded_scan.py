@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from scipy.spatial.transform import RigidTransform
-
 from circumspect import __version__
 from circumspect.datasets.gathered_set import (
     GatheredScan,
@@ -18,8 +16,8 @@ from circumspect.datasets.gathered_set import (
 from circumspect.errors import InputError
 from circumspect.gathering.gather import append, begin, require_free
 from circumspect.gathering.scan_files import told_quality, write_scan
+from circumspect.geometry import TrajectoryLog
 from circumspect.pipeline import RecognitionPipeline, RecognitionResult
-from circumspect.pipeline.camera_path import increasing
 from circumspect.sensing import RgbdFrame
 
 
@@ -152,7 +150,7 @@ class RecordedScan:
             "reading": reading,
             "version": __version__,
         }
-        files = write_scan(self._folder, self._name, result, increasing(wheels.told))
+        files = write_scan(self._folder, self._name, result, wheels.log.trajectory)
         return GatheredScan(
             self._name, shown.name, shown.label, self.split, shown.start_deg, files, quality
         )
@@ -168,9 +166,9 @@ class _Wheels:
     """Keeps where the wheels say the camera was."""
 
     def __init__(self) -> None:
-        self.told: list[tuple[float, RigidTransform]] = []
+        self.log = TrajectoryLog()
 
     def heard(self, frame: RgbdFrame) -> RgbdFrame:
         if (T_odom_camera := frame.T_odom_camera) is not None:
-            self.told.append((frame.stamp, T_odom_camera))
+            self.log.add(frame.stamp, T_odom_camera)
         return frame

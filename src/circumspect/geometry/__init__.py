@@ -9,6 +9,7 @@ from circumspect.geometry.ply_file import write_ply
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.surface import fill_surface, short_edge_triangles
 from circumspect.geometry.trajectory import Trajectory
+from circumspect.geometry.trajectory_log import TrajectoryLog
 from circumspect.geometry.triangle_mesh import TriangleMesh
 from circumspect.geometry.tum_file import read_tum, write_tum
 
@@ -17,6 +18,7 @@ __all__ = [
     "PlanarPose",
     "PointCloud",
     "Trajectory",
+    "TrajectoryLog",
     "TriangleMesh",
     "fill_surface",
     "read_cloud",

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry import Trajectory
-from circumspect.pipeline.camera_path import increasing
+from circumspect.geometry import Trajectory, TrajectoryLog
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.pipeline.run_folder import RunFolder
@@ -45,12 +44,12 @@ class JourneyLog:
         self._walls_xy = walls_xy
         self._stamps: list[float] = []
         self._driven: list[float] = []
-        self._wheels: list[tuple[float, RigidTransform]] = []
+        self._wheels = TrajectoryLog()
 
     @property
     def odometry(self) -> Trajectory | None:
         """The camera by odometry alone, odom frame; None where the wheels said nothing."""
-        return increasing(self._wheels)
+        return self._wheels.trajectory
 
     def on_step(self, step: RecognitionStep) -> None:
         """Take down what the robot said with the step's frame."""
@@ -59,7 +58,7 @@ class JourneyLog:
             self._stamps.append(step.stamp)
             self._driven.append(self._scan.driven_m)
         if frame is not None and (T_odom_camera := frame.T_odom_camera) is not None:
-            self._wheels.append((frame.stamp, T_odom_camera))
+            self._wheels.add(frame.stamp, T_odom_camera)
 
     def on_end(self, result: RecognitionResult) -> None:
         """Hand the journey to the folder."""

@@ -34,6 +34,7 @@ from circumspect.pipeline.records import (
     RecognitionStep,
 )
 from circumspect.pipeline.stage_clock import StageClock
+from circumspect.pipeline.step_log import StepLog
 from circumspect.pipeline.views import share_seen
 from circumspect.sensing import RgbdFrame, Segmentation
 
@@ -103,7 +104,7 @@ class RecognitionPipeline:
         Raises:
             InputError: A frame has no pose and the pose estimator needs one.
         """
-        steps: list[RecognitionStep] = []
+        log = StepLog()
         complete = False
         self._count = 0
         corrections = self.poses.corrections
@@ -112,14 +113,14 @@ class RecognitionPipeline:
             with closing(frames) if isinstance(frames, Generator) else nullcontext():
                 for frame in frames:
                     step = self.step(frame)
-                    if steps:
-                        steps[-1] = steps[-1].lightened()
-                    steps.append(step)
+                    log.append(step)
                     for observer in self.observers:
-                        observer.on_step(steps[-1])
+                        observer.on_step(step)
             complete = True
         finally:
-            result = RecognitionResult(self._settled(steps, corrections), interrupted=not complete)
+            result = RecognitionResult(
+                self._settled(log.steps, corrections), interrupted=not complete
+            )
             for observer in self.observers:
                 observer.on_end(result)
         return result

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import Any, Protocol
 
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import ModelSettings, ObjectModel, PoseEstimate
+from circumspect.mapping import ObjectModel, PoseEstimate
 
 CLASSIFIED = "classified"
 OUT_OF_ORDER = "not later than the frame before"
@@ -50,10 +49,6 @@ class RecognitionStep:
     prediction: Prediction | None
     milliseconds: Mapping[str, float] = field(default_factory=dict)
 
-    def lightened(self) -> RecognitionStep:
-        """The same without model and grid, which in a long run would fill the memory."""
-        return replace(self, model=_without_surface(self.model.settings), grid=None)
-
     def at(self, T_map_camera: RigidTransform) -> RecognitionStep:
         """The same with a corrected pose; as it is where it has none."""
         if self.pose is None:
@@ -85,12 +80,6 @@ class RecognitionStep:
             "certain": None if self.pose is None else self.pose.certain,
             "milliseconds": {name: round(ms, 3) for name, ms in self.milliseconds.items()},
         }
-
-
-@lru_cache(maxsize=4)
-def _without_surface(settings: ModelSettings) -> ObjectModel:
-    """One empty model for all steps: a dozen small arrays a frame would riddle the heap."""
-    return ObjectModel(settings)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.pipeline.records import RecognitionStep
@@ -15,13 +13,13 @@ class WheelPath:
 
     Attributes:
         frames: Numbers of the frames with odometry.
-        places_xyz: (3,) [m] the camera's place at each, map frame.
+        places_xyz: The camera's place at each [m], map frame.
     """
 
     def __init__(self) -> None:
         """Begin empty."""
         self.frames: list[int] = []
-        self.places_xyz: list[NDArray[np.float64]] = []
+        self.places_xyz: list[tuple[float, float, float]] = []
         self._T_map_odom: RigidTransform | None = None
 
     def follow(self, step: RecognitionStep, frame: RgbdFrame | None) -> None:
@@ -34,7 +32,8 @@ class WheelPath:
                 return
             T_map_odom = self._T_map_odom = step.pose.T_map_camera * T_odom_camera.inv()
         self.frames.append(step.index)
-        self.places_xyz.append((T_map_odom * T_odom_camera).translation)
+        x, y, z = (T_map_odom * T_odom_camera).translation.tolist()
+        self.places_xyz.append((x, y, z))
 
     def forget(self, kept: int) -> None:
         """Keep the newest places only; where the path began stays known.

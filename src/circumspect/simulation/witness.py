@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-from scipy.spatial.transform import RigidTransform
-
 from circumspect.errors import InputError
-from circumspect.geometry import Trajectory
+from circumspect.geometry import Trajectory, TrajectoryLog
 from circumspect.robot import WrappedRobot
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation.simulated_robot import SimulatedRobot, Truth
@@ -29,14 +26,12 @@ class Witness(WrappedRobot):
         super().__init__(robot)
         self.simulated = robot
         self.others: tuple[Callable[[Truth], None], ...] = ()
-        self._stamps: list[float] = []
-        self._poses: list[RigidTransform] = []
+        self._log = TrajectoryLog()
 
     def _seen(self, frame: RgbdFrame) -> RgbdFrame:
-        if not self._stamps or frame.stamp > self._stamps[-1]:
+        if self._log.is_news(frame.stamp):
             truth = self.simulated.truth()
-            self._stamps.append(frame.stamp)
-            self._poses.append(truth.T_map_camera)
+            self._log.add(frame.stamp, truth.T_map_camera)
             for other in self.others:
                 other(truth)
         return frame
@@ -48,6 +43,6 @@ class Witness(WrappedRobot):
         Raises:
             InputError: No frame was taken yet.
         """
-        if not self._stamps:
+        if (trajectory := self._log.trajectory) is None:
             raise InputError("no frame was taken yet; there is no true trajectory")
-        return Trajectory(np.array(self._stamps), RigidTransform.concatenate(self._poses))
+        return trajectory

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import GeometryError
@@ -166,5 +166,5 @@ def _thing(step: RecognitionStep) -> ShownObject:
     )
 
 
-def _stacked(places: list[NDArray[np.float64]]) -> NDArray[np.floating]:
+def _stacked(places: Sequence[ArrayLike]) -> NDArray[np.floating]:
     return np.array(places[:]) if places else NOTHING
