@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import tyro
 
+from circumspect.cli.freed_memory import keep_freed_memory
 from circumspect.cli.progress import progress_bar
 from circumspect.errors import InputError, MissingExtraError
 
@@ -106,6 +107,7 @@ class Reproduce:
                 "trained on is no test"
             )
         rest = (out, Shown(), GridCache(self.cache))
+        keep_freed_memory()
         document = reproduce(train, test, how, *rest)
         self._show(out / f"{self.what}.md")
         if scans is not None:

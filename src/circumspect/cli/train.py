@@ -80,6 +80,7 @@ class Train:
             from circumspect.training.draws import passes_for
         except ImportError as error:
             raise MissingExtraError(error.name or "torch", "train") from error
+        from circumspect.cli.freed_memory import keep_freed_memory
         from circumspect.cli.progress import progress_bar, speaks
         from circumspect.cli.say import say
         from circumspect.cli.training_progress import TrainingProgress
@@ -97,6 +98,7 @@ class Train:
             if speaks():
                 say(f"{len(objects)} objects are few: an epoch shows all {passes} times (--passes)")
         out = self.out or Path("runs") / f"train-{net}"
+        keep_freed_memory()
         with TrainingProgress(settings.epochs) as observer:
             cache = GridCache(self.cache)
             checkpoint = train(objects, settings, out, observer, cache, recipe)
