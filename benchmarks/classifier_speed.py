@@ -52,7 +52,7 @@ def _table_1() -> Row:
 
 
 def _processes() -> list[Row]:
-    program = [sys.executable, "-m", "circumspect.cli.main"]
+    program = [sys.executable, "-m", "circumspect"]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "chair.ply"
         write_ply(file, make_furniture("chair", 3).sampled(32_768, 0))

@@ -41,7 +41,7 @@ KINDS = ("mcap", "db3", "bag")
 
 def command(*words: object) -> list[str]:
     """The command line, as a process of its own."""
-    return [sys.executable, "-m", "circumspect.cli.main", *map(str, words)]
+    return [sys.executable, "-m", "circumspect", *map(str, words)]
 
 
 def small_recording(folder: Path) -> Path:

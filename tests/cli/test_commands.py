@@ -231,7 +231,7 @@ class TestProcess:
                 np.save(file, points)
             except OSError:
                 pytest.skip("this file system takes text alone")
-        words = [sys.executable, "-m", "circumspect.cli.main", "classify", *map(str, files)]
+        words = [sys.executable, "-m", "circumspect", "classify", *map(str, files)]
         environment = {**os.environ, "PYTHONIOENCODING": encoding}
         done = subprocess.run(words, capture_output=True, env=environment)
         assert done.returncode == 2
@@ -243,14 +243,14 @@ class TestProcess:
         assert rb"gone_\udcff.npy: " in done.stderr
 
     def test_a_full_disk_behind_standard_output(self, chair):
-        words = [sys.executable, "-m", "circumspect.cli.main", "classify", str(chair)]
+        words = [sys.executable, "-m", "circumspect", "classify", str(chair)]
         with Path("/dev/full").open("w") as full:
             done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
         assert done.returncode == 2
         assert done.stderr == "circumspect: standard output: no space left on device\n"
 
     def test_a_reader_that_goes_away_is_no_fault(self, chair):
-        words = [sys.executable, "-m", "circumspect.cli.main", "classify", str(chair), str(chair)]
+        words = [sys.executable, "-m", "circumspect", "classify", str(chair), str(chair)]
         read, write = os.pipe()
         os.close(read)
         done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, text=True)
@@ -260,7 +260,7 @@ class TestProcess:
 
     @pytest.mark.parametrize("command", ["doctor", "nets"])
     def test_a_reader_of_a_table_that_goes_away_is_no_fault(self, command):
-        words = [sys.executable, "-m", "circumspect.cli.main", command]
+        words = [sys.executable, "-m", "circumspect", command]
         read, write = os.pipe()
         os.close(read)
         done = subprocess.run(words, stdout=write, stderr=subprocess.PIPE, text=True)
@@ -275,7 +275,7 @@ class TestProcess:
         file = chair if file == "chair" else tmp_path / file
         closing = " ".join(f"{number}>&-" for number in closed)
         call = f'"$@" {closing}'
-        words = [sys.executable, "-m", "circumspect.cli.main", "classify", str(file)]
+        words = [sys.executable, "-m", "circumspect", "classify", str(file)]
         done = subprocess.run(["sh", "-c", call, "sh", *words], capture_output=True, text=True)
         assert done.returncode == code
         assert "Traceback" not in done.stderr

@@ -21,7 +21,7 @@ from circumspect.ros.dds_settings import DdsSettings
 
 
 def begun(dds: DdsSettings, folder: Path, *flags: str) -> tuple[subprocess.Popen[str], Path]:
-    words = [sys.executable, "-m", "circumspect.cli.main", "ros2", "--local", "--depth", DEPTH]
+    words = [sys.executable, "-m", "circumspect", "ros2", "--local", "--depth", DEPTH]
     environ = {**os.environ, "ROS_DOMAIN_ID": str(dds.domain)}
     out = folder / "out.txt"
     with out.open("w") as stream:

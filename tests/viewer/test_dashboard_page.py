@@ -27,7 +27,7 @@ FRAME = re.compile(r"frame (\d+),")
 def command(*words: str) -> Iterator[tuple[subprocess.Popen[str], str, list[str]]]:
     """A command with a dashboard, its address, and what it said until then; ended by Ctrl-C."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "circumspect.cli.main", *words, "--viewer-port", "0"],
+        [sys.executable, "-m", "circumspect", *words, "--viewer-port", "0"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     said: list[str] = []

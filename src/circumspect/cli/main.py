@@ -175,7 +175,3 @@ def help_text() -> str:
     """What `circumspect --help` prints."""
     lines = (f"  {name:10} {summary}" for name, (_, summary) in COMMANDS.items())
     return HELP.format(commands="\n".join(lines))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

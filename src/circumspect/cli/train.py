@@ -25,7 +25,7 @@ class Train:
 
     $ circumspect train --net planes --data ModelNet10
     $ circumspect train --net moon2018 --grid rectangular --data ModelNet10
-    $ torchrun --nproc-per-node 2 -m circumspect.cli.main train --data ModelNet10
+    $ torchrun --nproc-per-node 2 -m circumspect train --data ModelNet10
     """
 
     data: Path

@@ -1,0 +1,10 @@
+"""`python -m circumspect`: the command line, of the interpreter of your choice."""
+
+from __future__ import annotations
+
+import sys
+
+from circumspect.cli.main import main
+
+if __name__ == "__main__":
+    sys.exit(main())
