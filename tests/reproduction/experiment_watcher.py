@@ -29,6 +29,6 @@ class Watched:
     def finished_epoch(self, row):
         pass
 
-    def measuring(self, name):
+    def measuring(self, name, counted="objects"):
         self.steps.append(name)
         return nullcontext(lambda done, total: None)

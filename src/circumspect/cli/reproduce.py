@@ -175,10 +175,12 @@ class Shown:
         with TrainingProgress(epochs) as observer:
             yield observer
 
-    def measuring(self, name: str) -> AbstractContextManager[Callable[[int, int], None]]:
+    def measuring(
+        self, name: str, counted: str = "objects"
+    ) -> AbstractContextManager[Callable[[int, int], None]]:
         """A bar."""
         _say(f"{name}: measuring")
-        return progress_bar("objects")
+        return progress_bar(counted)
 
 
 def _say(text: str) -> None:

@@ -49,7 +49,7 @@ def reproduce_robustness(
     weights, records = trained_contenders(train, test, how, folder, watched, cache)
     rows = {}
     for net, path in weights.items():
-        with watched.measuring(f"{net}, corrupted") as progress:
+        with watched.measuring(f"{net}, corrupted", "corruptions") as progress:
             rows[net] = _measured(path, test, how.seed, folder / net / "corrupted", progress)
     document = {
         "circumspect": __version__, "command": how.command("robustness --data modelnet10"),

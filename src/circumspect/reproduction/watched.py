@@ -16,6 +16,8 @@ class Watched(Protocol):
         """While a network is trained."""
         ...
 
-    def measuring(self, name: str) -> AbstractContextManager[Callable[[int, int], None]]:
-        """While it is measured; yields a function to call with (done, all)."""
+    def measuring(
+        self, name: str, counted: str = "objects"
+    ) -> AbstractContextManager[Callable[[int, int], None]]:
+        """While it is measured; yields a function to call with (done, all) of what is counted."""
         ...
