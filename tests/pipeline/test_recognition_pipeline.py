@@ -23,7 +23,7 @@ from circumspect.pipeline import (
     RecognitionStep,
 )
 from circumspect.pipeline.panels import draw_probabilities
-from circumspect.sensing import RgbdFrame, Segmentation
+from circumspect.sensing import NO_FLOOR, RgbdFrame, Segmentation
 
 
 class Diary:
@@ -51,6 +51,16 @@ def test_every_frame_leads_to_a_step_and_an_answer() -> None:
     assert diary.ends == [result]
     assert not result.interrupted
     assert list(result.steps[0].milliseconds) == ["register", "segment", "fuse", "grid", "classify"]
+
+
+def test_before_the_object_is_known_frames_must_show_the_floor() -> None:
+    line = pipeline()
+    seen = list(frames(4))
+    too_high = RigidTransform.from_translation([0, 0, 0.3])
+    wrong = [dataclasses.replace(f, T_map_camera=too_high * f.pose) for f in seen]
+    given = [wrong[0], wrong[1], seen[2], wrong[3]]
+    outcomes = [line.step(frame).outcome for frame in given]
+    assert outcomes == [NO_FLOOR, NO_FLOOR, CLASSIFIED, CLASSIFIED]
 
 
 def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:

@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Classifier
-from circumspect.cli.first_pose import with_floor_checked
 from circumspect.cli.recorded_poses import RecordedPoses
 from circumspect.cli.run_screen import RunScreen
 from circumspect.pipeline import RecognitionPipeline
@@ -52,10 +51,7 @@ class OpenedRecording:
             InputError: Of a bag, nothing tells where the camera is; or no frame can be read.
         """
         if self.hidden:
-            frames = self.poses.noted(self.frames.placed())
-            if self.T_map_first is None or self.box is not None:
-                return frames
-            return with_floor_checked(frames, self.T_map_first)
+            return self.poses.noted(self.frames.placed())
         # A bag's frames may lack poses.
         return self.frames.with_poses() if isinstance(self.frames, BagRecording) else self.frames
 

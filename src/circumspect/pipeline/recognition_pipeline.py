@@ -129,7 +129,8 @@ class RecognitionPipeline:
         """Take one frame.
 
         A frame that comes too late, without depth, without a certain pose, without the object, or
-        with too little of it changes nothing but is told in the step's `outcome`.
+        with too little of it changes nothing but is told in the step's `outcome`; so does, before
+        anything of the object is known, one without the floor that the segmentation counts on.
 
         Raises:
             InputError: The frame has no pose and the pose estimator needs one.
@@ -147,9 +148,11 @@ class RecognitionPipeline:
 
         # Which pixels show the object
         with clock.stage("segment"):
+            # Once the object is known the floor may be out of view.
+            fault = self.segmentation.fault(placed) if self._known_xyz is None else None
             mask = self.segmentation.object_mask(placed, self._known_xyz)
-        if not mask.any():
-            return self._told(frame, NO_OBJECT, clock, pose)
+        if fault is not None or not mask.any():
+            return self._told(frame, fault or NO_OBJECT, clock, pose)
 
         # What the object looks like
         with clock.stage("fuse"):

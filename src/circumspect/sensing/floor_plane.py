@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 
 SETTLED = 1e-5
 """Iterations end once slopes and height [m] change less."""
+BAND = 0.06
+"""So far from where the floor should be it is looked for [m]."""
+FEWEST = 200
+"""Points that make a floor."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +36,9 @@ class FloorPlane:
     def refined(
         self,
         points_xyz: NDArray[np.floating],
-        band: float = 0.06,
+        band: float = BAND,
         steepest: float = 0.05,
-        fewest: int = 200,
+        fewest: int = FEWEST,
         rounds: int = 6,
     ) -> FloorPlane:
         """Fit to the points near this plane by iteratively reweighted least squares.

@@ -30,3 +30,14 @@ class Segmentation(ABC):
         Raises:
             InputError: The frame has no pose.
         """
+
+    def fault(self, frame: RgbdFrame) -> str | None:  # noqa: ARG002
+        """What in a frame contradicts that the camera is where it is said to be.
+
+        Args:
+            frame: A frame with a pose.
+
+        Returns:
+            The reason; None where nothing does, or where nothing is taken for granted.
+        """
+        return None
