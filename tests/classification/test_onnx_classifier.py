@@ -215,6 +215,19 @@ def test_a_few_points_are_of_no_class(classifier):
     assert not classifier.classify(PointCloud(chair[1:])).known
 
 
+def test_repeated_points_are_no_more_points(classifier):
+    few = make_furniture("chair", 3).sampled(FEWEST_POINTS - 1, 0).points_xyz
+    assert not classifier.classify(PointCloud(np.tile(few, (50, 1)))).known
+    enough = make_furniture("chair", 3).sampled(2_000, 0).points_xyz
+    assert classifier.classify(PointCloud(np.repeat(enough, 50, axis=0))).known
+
+
+def test_a_copy_of_the_shipped_file_doubts_as_much(shipped_bytes, tmp_path):
+    (tmp_path / "copy.onnx").write_bytes(shipped_bytes)
+    copy = Classifier.load(tmp_path / "copy.onnx")
+    assert not copy.classify(PointCloud([[0.0, 0, 0], [1, 0, 0], [0, 1, 1]])).known
+
+
 def test_prediction_from_a_vector():
     prediction = Prediction.from_probabilities(("a", "b"), np.array([0.25, 0.75]))
     assert (prediction.label, prediction.probability) == ("b", 0.75)

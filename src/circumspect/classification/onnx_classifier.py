@@ -34,8 +34,8 @@ OBJECTS = "objects"
 """What a network's record of its training calls the names of those that it was fitted to."""
 MOST_THREADS = 1024
 FEWEST_POINTS = 128
-"""A cloud of fewer is never `known` to the shipped classifier: it was trained on 1,024 points, and
-three points are near enough to some training object, too; measured by `benchmarks.few_points`."""
+"""A cloud of fewer distinct ones is never `known` to a classifier that tells the unknown: three
+points are near enough to some training object, too; measured by `benchmarks.few_points`."""
 FEATURES = "features"
 """Name of the output that tells what the last layer sees …"""
 DISTANCE = "distance"
@@ -45,9 +45,8 @@ DISTANCE = "distance"
 class OnnxClassifier(Classifier):
     """Runs a network that `circumspect export` wrote; see `Classifier`."""
 
-    def __init__(self, session: Any, description: dict[str, Any], fewest_points: int = 0) -> None:
+    def __init__(self, session: Any, description: dict[str, Any]) -> None:
         self._session = session
-        self._fewest_points = fewest_points
         self.description = description
         """What the file says of itself: name, classes, grid, temperature, training and, with its
         training objects, unknown_beyond."""
@@ -101,9 +100,13 @@ class OnnxClassifier(Classifier):
         inputs = self._recipe.inputs(cloud)
         times = {"grid": 1e3 * (time.perf_counter() - start)}
         prediction = self._prediction(inputs, times)
-        if len(cloud) < self._fewest_points:
+        if self._tells_unknown and not _are_distinct(cloud.points_xyz, FEWEST_POINTS):
             return replace(prediction, known=False)
         return prediction
+
+    @property
+    def _tells_unknown(self) -> bool:
+        return bool(np.isfinite(self._unknown_beyond))
 
     def classify_grid(self, *views: OccupancyGrid) -> Prediction:
         """See `Classifier.classify_grid`."""
@@ -213,6 +216,12 @@ class OnnxClassifier(Classifier):
         return [one.reshape(count, views, -1).mean(axis=1, dtype=np.float64) for one in found]
 
 
+def _are_distinct(points: NDArray[np.float64], fewest: int) -> bool:
+    """Whether so many of them lie in different places."""
+    # Of large clouds the first points tell, unless they are repeated.
+    return any(len(np.unique(part, axis=0)) >= fewest for part in (points[: 8 * fewest], points))
+
+
 def _single(distances: NDArray[np.float64]) -> NDArray[np.float64]:
     if distances.shape[1] != 1:
         raise WeightsError(f"these weights give {distances.shape[1]} distances an input")
@@ -312,7 +321,7 @@ def _open(content: bytes, name: str, threads: int, foreign: bool = False) -> Onn
     if text is None:
         raise WeightsError(f"{name}: an ONNX network of another program; use circumspect export")
     try:
-        classifier = OnnxClassifier(session, json.loads(text), 0 if foreign else FEWEST_POINTS)
+        classifier = OnnxClassifier(session, json.loads(text))
     except (ValueError, KeyError, TypeError, RecursionError, CircumspectError) as error:
         raise WeightsError(
             f"{name}: its description is broken ({error}); export it anew"
