@@ -54,5 +54,5 @@ def test_a_patch_takes_half_the_memory_of_the_sums() -> None:
     mask = GroundSegmentation().object_mask(frame.at(T_BASE_CAMERA))
     surface = FrameSurface.of(frame, mask, T_BASE_CAMERA)
     model = ObjectModel().with_surface(surface)
-    patch = ObjectViews().with_view(0, T_BASE_CAMERA, surface, model).patches[0]
+    patch = ObjectViews().with_share(0, T_BASE_CAMERA, model.share(surface)).patches[0]
     assert patch.sums.means.nbytes == model.sums.totals.nbytes / 2

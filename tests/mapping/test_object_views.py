@@ -33,7 +33,7 @@ def fused_both_ways() -> tuple[ObjectModel, ObjectModel]:
         surface = FrameSurface.of(frame, mask, believed)
         drifted = drifted.with_surface(surface)
         T_map_anchor = DRIFT * anchors[anchor] if anchor else anchors[anchor]
-        views = views.with_view(anchor, T_map_anchor, surface, drifted)
+        views = views.with_share(anchor, T_map_anchor, drifted.share(surface))
     rebuild = Rebuild(views, settings, drifted.voxel, anchors.__getitem__)
     assert rebuild.go_on()
     return direct, rebuild.model
@@ -64,7 +64,7 @@ def test_patches_are_bounded() -> None:
     surface = FrameSurface.of(frame, mask, T_BASE_CAMERA)
     model, views = ObjectModel().with_surface(surface), ObjectViews()
     for anchor in range(MOST + 3):
-        views = views.with_view(anchor, T_BASE_CAMERA, surface, model)
+        views = views.with_share(anchor, T_BASE_CAMERA, model.share(surface))
     assert len(views.patches) == MOST
     assert MOST + 2 in views.patches
 
@@ -76,7 +76,7 @@ def test_a_rebuild_a_few_patches_at_a_time_is_the_one_at_once() -> None:
     model, views = ObjectModel().with_surface(surface), ObjectViews()
     places = {n: se3.exp([0.0, 0.0, 0.02 * n, 0.0, 0.0, 0.0]) * T_BASE_CAMERA for n in range(5)}
     for number in places:
-        views = views.with_view(number, T_BASE_CAMERA, surface, model)
+        views = views.with_share(number, T_BASE_CAMERA, model.share(surface))
     del places[3]  # forgotten long ago
     at_once, bit_by_bit = (
         Rebuild(views, ModelSettings(), model.voxel, places.__getitem__) for _ in range(2)

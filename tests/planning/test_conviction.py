@@ -5,17 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.planning import Conviction
+from circumspect.planning import Answer, Conviction
 
 RULE = Conviction(probability=0.8, seen=0.5, over=0.2, change=0.1)
 
 
-def answers(values) -> list[dict[str, float]]:
-    return [{"chair": float(p), "sofa": 1 - float(p)} for p in values]
-
-
-def reached(values, shares) -> str | None:
-    return RULE.reached(answers(values), list(shares))
+def reached(values, shares, unknown=()) -> str | None:
+    told = [{"chair": float(p), "sofa": 1 - float(p)} for p in values]
+    pairs = enumerate(zip(told, shares, strict=True))
+    return RULE.reached([Answer(p, float(seen), i not in unknown) for i, (p, seen) in pairs])
 
 
 def test_sure_for_long_enough() -> None:
@@ -35,6 +33,13 @@ def test_sure_for_long_enough() -> None:
 )
 def test_not_yet(values, shares) -> None:
     assert reached(values, shares) is None
+
+
+@pytest.mark.parametrize(("unknown", "sure"), [([0, 4], True), ([7], False), ([10], False)])
+def test_an_object_like_none_of_the_classes_is_nothing_to_be_sure_of(unknown, sure) -> None:
+    """Before the window it may have looked like nothing known."""
+    told = reached(np.full(11, 0.9), np.linspace(0.3, 0.7, 11), unknown)
+    assert (told is not None) == sure
 
 
 @given(st.lists(st.floats(0.5, 1.0), min_size=2, max_size=30))

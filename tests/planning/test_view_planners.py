@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
 from circumspect.planning import (
+    Answer,
     CirclePlanner,
     Conviction,
     ConvincedPlanner,
@@ -190,13 +191,14 @@ def test_sides_that_were_seen_already_are_not_gone_to_again() -> None:
 
 def test_the_convinced_stop_before_the_round_is_complete_and_the_doubtful_do_not() -> None:
     known, base = walls(circle(0.3).outline_xy), facing_centre(0.0, 1.1)
-    shares = tuple(np.linspace(0.25, 0.7, 20))
+    shares = np.linspace(0.25, 0.7, 20)
     planner = ConvincedPlanner(conviction=Conviction(probability=0.8, seen=0.5, over=0.2))
-    sure = ({"chair": 0.9, "sofa": 0.1},) * 20
-    wavering = tuple({"chair": p, "sofa": 1 - p} for p in np.tile([0.9, 0.6], 10))
-    asked = situation(known, base, probabilities=sure, shares_seen=shares)
+    sure = tuple(Answer({"chair": 0.9, "sofa": 0.1}, seen) for seen in shares)
+    tosses = zip(np.tile([0.9, 0.6], 10), shares, strict=True)
+    wavering = tuple(Answer({"chair": p, "sofa": 1 - p}, seen) for p, seen in tosses)
+    asked = situation(known, base, answers=sure)
     answer = planner.next_view(asked)
     assert isinstance(answer, Finished)
     assert answer.why.startswith("sure of chair")
-    asked = situation(known, base, probabilities=wavering, shares_seen=shares)
+    asked = situation(known, base, answers=wavering)
     assert isinstance(planner.next_view(asked), NextView)

@@ -13,8 +13,6 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.mapping import surface_area
 from circumspect.mapping.compact_sums import CompactSums
 from circumspect.mapping.frame_share import COLUMNS, FrameShare
-from circumspect.mapping.frame_surface import FrameSurface
-from circumspect.mapping.object_model import ObjectModel
 from circumspect.mapping.sight_rays import SightRays
 from circumspect.mapping.voxel_sums import VoxelSums
 
@@ -53,27 +51,13 @@ class ViewPatch:
 
 @dataclass(frozen=True, eq=False)
 class ObjectViews:
-    """Patches by the number of their keyframe; `with_view` returns a new one.
+    """Patches by the number of their keyframe; `with_share` returns a new one.
 
     Attributes:
         patches: Keyframe to patch.
     """
 
     patches: Mapping[int, ViewPatch] = field(default_factory=lambda: MappingProxyType({}))
-
-    def with_view(
-        self, anchor: int, T_map_anchor: RigidTransform, surface: FrameSurface, model: ObjectModel
-    ) -> ObjectViews:
-        """The views with one more frame.
-
-        Args:
-            anchor: Number of the keyframe that the frame hangs on.
-            T_map_anchor: Where that is believed to be.
-            surface: What the frame shows, map frame.
-            model: The model that the frame was fused into; gives the voxel.
-        """
-        share = FrameShare.of(surface, model.voxel or FINE, model.points_xyz)
-        return self.with_share(anchor, T_map_anchor, share)
 
     def with_share(
         self, anchor: int, T_map_anchor: RigidTransform, share: FrameShare

@@ -43,7 +43,6 @@ class Journey:
         views: What the planner chose and the robot reached, in order.
         missed: What it chose and the robot did not reach.
         walls_xy: Outlines of walls and clutter, each (k, 2) [m].
-        obstacles_xy: (m, 2) [m] what else stands in the way, as the robot saw it.
     """
 
     stamps: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
@@ -53,7 +52,6 @@ class Journey:
     views: tuple[PlannedView, ...] = ()
     missed: tuple[PlannedView, ...] = ()
     walls_xy: tuple[NDArray[np.float64], ...] = ()
-    obstacles_xy: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2)))
 
     def driven_by(self, stamps: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """(k,) [m] driven at given times [s]; None where that is not known."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +11,7 @@ from circumspect.mapping import ObjectModel
 from circumspect.pipeline.obstacle_map import ObstacleMap
 from circumspect.pipeline.records import CLASSIFIED, RecognitionStep
 from circumspect.pipeline.whereabouts import Whereabouts
-from circumspect.planning import NextView, Situation, footprint
+from circumspect.planning import Answer, NextView, Situation, footprint
 from circumspect.robot import MobileRobot
 from circumspect.sensing import RgbdFrame
 
@@ -45,8 +43,7 @@ class ScanKnowledge:
         self.unreachable: list[NextView] = []
         self._given_up: list[NextView] = []
         self._visited: list[PlanarPose] = []
-        self._probabilities: list[Mapping[str, float]] = []
-        self._shares_seen: list[float] = []
+        self._answers: list[Answer] = []
         self._obstacles = ObstacleMap()
         self._bumps_xy = np.empty((0, 2))
         self._told: tuple[tuple[object, ...], Situation] | None = None
@@ -84,8 +81,8 @@ class ScanKnowledge:
                 self._obstacles = self._obstacles.with_frame(frame, step.pose.T_map_camera)
         if self.in_view and step.prediction is not None:
             self._visit()
-            self._probabilities.append(step.prediction.probabilities)
-            self._shares_seen.append(step.seen)
+            told = step.prediction
+            self._answers.append(Answer(told.probabilities, step.seen, told.known))
 
     def _visit(self) -> None:
         here = self.T_map_base
@@ -132,8 +129,7 @@ class ScanKnowledge:
             visited=tuple(self._visited),
             unreachable=tuple(self.unreachable),
             given_up=tuple(self._given_up),
-            probabilities=tuple(self._probabilities),
-            shares_seen=tuple(self._shares_seen),
+            answers=tuple(self._answers),
         )
 
 

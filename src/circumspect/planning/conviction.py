@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from circumspect.planning.answer import Answer
 
 
 @dataclass(frozen=True)
 class Conviction:
     """The answer is taken as final once it is sure, and has been so while more was seen.
 
+    Nothing is sure of an object that is like none of the classes.
+
     Attributes:
         probability: The leading class has at least this …
         seen: … once this share of the directions was seen, 0 … 1 …
         over: … and while this share was added last …
-        change: … its probability changed by no more than this, and it led all the time.
+        change: … its probability changed by no more than this, it led all the time, and the object
+            was known.
     """
 
     probability: float = 0.8
@@ -22,24 +27,24 @@ class Conviction:
     over: float = 0.15
     change: float = 0.08
 
-    def reached(
-        self, probabilities: Sequence[Mapping[str, float]], shares_seen: Sequence[float]
-    ) -> str | None:
+    def reached(self, answers: Sequence[Answer]) -> str | None:
         """Why the answer is final; None while it is not.
 
         Args:
-            probabilities: The answers so far, class to probability.
-            shares_seen: For each the share of directions seen until then, not falling.
+            answers: Those so far; the share seen never falls.
         """
-        if not probabilities or shares_seen[-1] < self.seen:
+        if not answers or answers[-1].seen < self.seen:
             return None
-        label = max(probabilities[-1], key=lambda name: probabilities[-1][name])
-        now = probabilities[-1][label]
+        last = answers[-1]
+        label = max(last.probabilities, key=lambda name: last.probabilities[name])
+        now = last.probabilities[label]
         if now < self.probability:
             return None
-        for answer, share in zip(reversed(probabilities), reversed(shares_seen), strict=True):
-            if abs(answer[label] - now) > self.change or max(answer.values()) > answer[label]:
+        for answer in reversed(answers):
+            then = answer.probabilities[label]
+            wavers = abs(then - now) > self.change or max(answer.probabilities.values()) > then
+            if wavers or not answer.known:
                 return None
-            if share <= shares_seen[-1] - self.over:
+            if answer.seen <= last.seen - self.over:
                 return f"sure of {label}: {now:.2f} while {self.over:.0%} more was seen"
         return None

@@ -29,5 +29,5 @@ class ConvincedPlanner(ViewPlanner):
 
     def enough(self, situation: Situation) -> Finished | None:
         """See `ViewPlanner.enough`."""
-        why = self.conviction.reached(situation.probabilities, situation.shares_seen)
+        why = self.conviction.reached(situation.answers)
         return Finished(why) if why is not None else self.views.enough(situation)

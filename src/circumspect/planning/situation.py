@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.planning.answer import Answer
 from circumspect.planning.next_view import NextView
 from circumspect.planning.plan_view import centre_of
 
@@ -34,8 +34,7 @@ class Situation:
         visited: Where the robot was, in order; the last one is near `T_map_base`.
         unreachable: Views that could not be reached, since the last one that was.
         given_up: All views that could not be reached.
-        probabilities: The answers so far, class to probability.
-        shares_seen: For each answer the share of directions seen until then, 0 … 1.
+        answers: Those so far, one a frame that showed the object.
     """
 
     points_xyz: NDArray[np.float64]
@@ -51,15 +50,9 @@ class Situation:
     visited: tuple[PlanarPose, ...] = ()
     unreachable: tuple[NextView, ...] = ()
     given_up: tuple[NextView, ...] = ()
-    probabilities: tuple[Mapping[str, float], ...] = ()
-    shares_seen: tuple[float, ...] = ()
+    answers: tuple[Answer, ...] = ()
 
     @cached_property
     def centre_xy(self) -> NDArray[np.float64]:
         """(2,) [m] the middle of what is known of the object."""
         return centre_of(self.points_xyz)
-
-    @property
-    def seen(self) -> float:
-        """Share of the directions from which the object was seen, 0 … 1."""
-        return self.shares_seen[-1] if self.shares_seen else 0.0

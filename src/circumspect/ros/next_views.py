@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -13,6 +12,7 @@ from circumspect.geometry import PlanarPose
 from circumspect.pipeline import RecognitionStep
 from circumspect.pipeline.obstacle_map import ObstacleMap
 from circumspect.planning import (
+    Answer,
     Finished,
     NextView,
     Situation,
@@ -38,7 +38,7 @@ class NextViews:
         """
         self._planner = planner or SurfaceNormalPlanner()
         self._visited: deque[PlanarPose] = deque(maxlen=MOST_PLACES)
-        self._answers: deque[tuple[Mapping[str, float], float]] = deque(maxlen=MOST_ANSWERS)
+        self._answers: deque[Answer] = deque(maxlen=MOST_ANSWERS)
         self._obstacles = ObstacleMap()
 
     def heard(self, step: RecognitionStep, frame: RgbdFrame) -> None:
@@ -52,7 +52,8 @@ class NextViews:
         ):
             self._visited.append(here)
         if step.prediction is not None:
-            self._answers.append((step.prediction.probabilities, step.seen))
+            told = step.prediction
+            self._answers.append(Answer(told.probabilities, step.seen, told.known))
 
     def advice(self, step: RecognitionStep, frame: RgbdFrame) -> NextView | Finished | None:
         """The next view; None while the robot's own place is not known.
@@ -89,6 +90,5 @@ class NextViews:
             camera=frame.camera,
             obstacles_xy=self._obstacles.places_xy(flat),
             visited=tuple(self._visited),
-            probabilities=tuple(probabilities for probabilities, _ in self._answers),
-            shares_seen=tuple(seen for _, seen in self._answers),
+            answers=tuple(self._answers),
         )

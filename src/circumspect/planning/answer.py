@@ -1,0 +1,21 @@
+"""What the object was called after a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """One of the answers on the way.
+
+    Attributes:
+        probabilities: Class to probability.
+        seen: Share of the directions seen until then, 0 … 1.
+        known: Whether the object was like any of the classes.
+    """
+
+    probabilities: Mapping[str, float]
+    seen: float
+    known: bool = True
