@@ -6,10 +6,12 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.cli.main import main
 from circumspect.cli.scan import Scan
 from circumspect.datasets import ObjectSet
@@ -85,6 +87,15 @@ class TestObjects:
         assert np.ptp(thing.mesh.vertices_xyz[:, 0]) == pytest.approx(
             np.ptp(shape[:, 0]) * 0.9 / np.ptp(shape[:, 2]), rel=1e-6
         )
+
+    @pytest.mark.parametrize("flags", [{"up": "y"}, {"height": 3.0}])
+    @pytest.mark.parametrize("name", ["chair-3", "chair_0001"])
+    def test_what_is_no_mesh_file_is_not_turned(
+        self, packs: Path, name: str, flags: dict[str, Any]
+    ) -> None:
+        data = packs if name == "chair_0001" else None
+        with pytest.raises(InputError, match="--up and --height are for mesh files"):
+            scanned_object(name, 0, data=data, **flags)
 
     @pytest.mark.parametrize("name", ["chair_0001", "chair_0002"])
     def test_objects_of_packs_are_found_in_either_split(self, packs: Path, name: str) -> None:
@@ -217,12 +228,17 @@ def test_a_mesh_of_ones_own_is_scanned(
 ) -> None:
     words = ["scan", str(chair_obj), "--up", "y", "--height", "0.9", "--seed", "1"]
     more = ["--no-clutter", "--planner", "circle", "--slip", "0", "--frames", "2", "--json"]
+    (tmp_path / "own.onnx").write_bytes(shipped_path().read_bytes())
+    more += ["--weights", str(tmp_path / "own.onnx")]
     assert main([*words, *more, "--out", str(tmp_path / "run")]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["true_label"] is None
     assert record["label"] is not None
     config = json.loads((tmp_path / "run" / "config.json").read_text())
     assert config["room"]["clutter"] is False
+    assert (config["up"], config["height"]) == ("y", 0.9)
+    assert config["weights"]["file"].endswith("own.onnx")
+    assert len(config["weights"]["sha256"]) == 64
 
 
 @pytest.mark.parametrize(

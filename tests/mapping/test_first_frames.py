@@ -18,6 +18,7 @@ def test_frames_that_begin_no_map_are_not_told_as_sure() -> None:
     frames = short_drive()
     told = follow([*map(blind, frames[:3]), *frames[3:]])
     assert [estimate.certain for estimate in told[:4]] == [False, False, False, True]
+    assert [estimate.converged for estimate in told[:4]] == [False, False, False, True]
     assert {"0 points in range"} == {estimate.gate for estimate in told[:3]}
     assert {GATE_OPEN} == {estimate.gate for estimate in told[3:]}
 

@@ -91,6 +91,7 @@ class Replay:
 
     def _config(self, opened: OpenedRecording, pipeline: RecognitionPipeline) -> dict[str, Any]:
         from circumspect import __version__
+        from circumspect.cli.weights_record import weights_record
 
         reading, box = self.reading, opened.box
         told: dict[str, Any] = {
@@ -102,6 +103,7 @@ class Replay:
             "every": reading.every,
             "model": asdict(pipeline.model.settings),
             "grid": pipeline.classifier.recipe.to_dict(),
+            "weights": weights_record(self.weights),
         }
         if box is None or reading.box is None:
             return {**told, "segmentation": {"kind": "ground"}}

@@ -160,6 +160,7 @@ class Scan:
 
         from circumspect import __version__
         from circumspect.classification import Classifier
+        from circumspect.cli.weights_record import weights_record
         from circumspect.gathering.scanned_object import scanned_object
         from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
 
@@ -183,9 +184,12 @@ class Scan:
             "planner": self.planner,
             "stop_when_sure": self.stop_when_sure,
             "data": None if self.data is None else str(self.data),
+            "up": self.up,
+            "height": self.height,
         }
         world = RoomSettings(self.slip, self.clutter, self.mast_height, self.tilt)
         classifier = Classifier.load(self.weights)
+        config["weights"] = weights_record(self.weights)
         return SimulatedScan.prepared(
             thing.mesh, world, self._settings(), self._planner(), classifier, config,
             colour=self.viewer,

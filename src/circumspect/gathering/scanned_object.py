@@ -54,11 +54,14 @@ def scanned_object(
     """
     from circumspect.furniture import CATEGORIES, make_furniture
 
+    turned = height is not None or up != "z"
     if data is not None:
+        if turned:
+            raise InputError(f"--up and --height are for mesh files, not for objects of {data}")
         return _from_points(words, data)
     named = re.fullmatch(r"([a-z_]+)(?:-(\d+))?", words)
     if named is not None and named[1] in CATEGORIES:
-        if height is not None or up != "z":
+        if turned:
             raise InputError(f"--up and --height are for mesh files, not for {words!r}")
         number = variant if named[2] is None else int(named[2])
         return ScannedObject(f"{named[1]}-{number}", named[1], make_furniture(named[1], number))

@@ -357,7 +357,7 @@ class RegisteredPoses(PoseEstimator):
         lost = self._doubts >= self.settings.lost_after
         return PoseEstimate(
             believed.T_map_camera,
-            converged=found is None or found.converged,
+            converged=verdict.is_open if found is None else found.converged,
             inliers=0 if found is None else found.inliers,
             residual=0.0 if found is None else found.residual,
             gate=f"{LOST}{verdict.reason}" if lost else verdict.reason,

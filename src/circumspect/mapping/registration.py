@@ -96,9 +96,10 @@ def register(
 ) -> Registration:
     """Fit a scan to the scene, held by a prior.
 
-    Minimises Σ ρ(rᵢ / σᵢ) / c + ‖log(T_prior⁻¹ T)‖²_Λ over T by Gauss-Newton with Tukey's ρ, where
-    rᵢ = nᵢ · (T pᵢ - qᵢ) is the distance of point pᵢ to the plane (qᵢ, nᵢ) of its nearest point in
-    the map (Chen and Medioni 1991), σᵢ the noise of both, c `CORRELATION`, Λ `prior_information`.
+    Minimises Σ ρ(rᵢ / σᵢ) / (c s²) + ‖log(T_prior⁻¹ T)‖²_Λ over T by Gauss-Newton with Tukey's ρ,
+    where rᵢ = nᵢ · (T pᵢ - qᵢ) is the distance of point pᵢ to the plane (qᵢ, nᵢ) of its nearest
+    point in the map (Chen and Medioni 1991), σᵢ the noise of both as the sensor's description has
+    it, s how much of that the residuals show, c `CORRELATION`, Λ `prior_information`.
     Directions that only the normals' noise holds are left to the prior.
 
     Args:
