@@ -23,9 +23,8 @@ from scipy.spatial.transform import RigidTransform
 from benchmarks.report import RESULTS, write_page
 from circumspect.evaluation.markdown import table
 from circumspect.evaluation.trajectory_error import (
-    Alignment,
     TrajectoryError,
-    absolute_trajectory_error,
+    places_and_turns,
     relative_pose_error,
 )
 from circumspect.geometry import Trajectory
@@ -88,23 +87,12 @@ def figures(result: Run) -> dict[str, Any]:
         },
         **{
             name: {
-                "absolute": asdict(_absolute(trajectory, result.truth)),
+                "absolute": asdict(places_and_turns(trajectory, result.truth)),
                 "per_frame": asdict(relative_pose_error(trajectory, result.truth)),
             }
             for name, trajectory in (("told", result.live), ("corrected", result.final))
         },
     }
-
-
-def _absolute(trajectory: Trajectory, truth: Trajectory) -> TrajectoryError:
-    """Places after the alignment by places, as is usual; turns after the alignment by turns.
-
-    The path is short and thin: fitted to its places alone, it may turn about itself.
-    """
-    places = absolute_trajectory_error(trajectory, truth)
-    turns = absolute_trajectory_error(trajectory, truth, Alignment.ORIENTATIONS)
-    told = {key: value for key, value in asdict(turns).items() if key.endswith("_deg")}
-    return replace(places, **told)
 
 
 def rows(measured: dict[str, Any]) -> list[list[str]]:

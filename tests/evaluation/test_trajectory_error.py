@@ -15,6 +15,7 @@ from circumspect.evaluation.trajectory_error import (
     Alignment,
     absolute_trajectory_error,
     associated,
+    places_and_turns,
     relative_pose_error,
     rigid_alignment,
 )
@@ -242,3 +243,20 @@ def test_senseless_settings(arguments: dict, word: str) -> None:
     truth = wandering(np.random.default_rng(3))
     with pytest.raises(CircumspectError, match=word):
         relative_pose_error(truth, truth, **arguments)
+
+
+def test_turns_of_a_short_thin_path_are_compared_as_turns() -> None:
+    """Millimetres of noise across 80 mm of way turn the fit of the places by any angle."""
+    rng = np.random.default_rng(3)
+    places = np.column_stack([np.linspace(0, 0.08, 12), *rng.normal(0, 1e-4, (2, 12))])
+    noise = np.column_stack([np.zeros(12), *rng.normal(0, 2e-3, (2, 12))])
+    upright = Rotation.identity(12)
+    stamps = np.arange(12.0)
+    truth = Trajectory(stamps, RigidTransform.from_components(places, upright))
+    estimate = Trajectory(stamps, RigidTransform.from_components(places + noise, upright))
+    by_places = absolute_trajectory_error(estimate, truth)
+    told = places_and_turns(estimate, truth)
+    assert by_places.rotation_rmse_deg > 5
+    assert told.rotation_max_deg < 1e-6
+    assert told.yaw_max_deg < 1e-6
+    assert (told.rmse_m, told.max_m) == (by_places.rmse_m, by_places.max_m)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from circumspect.errors import GeometryError, InputError
-from circumspect.evaluation.trajectory_error import absolute_trajectory_error, relative_pose_error
+from circumspect.evaluation.trajectory_error import places_and_turns, relative_pose_error
 from circumspect.geometry import TrajectoryLog
 from circumspect.pipeline import RecognitionResult
 from circumspect.pipeline.camera_path import camera_path
@@ -34,8 +34,9 @@ class RecordedPoses:
         """Distances of the poses found to those recorded; empty where none were noted.
 
         Returns:
-            `ate_rmse_m`, `yaw_rmse_deg` after rigid alignment, and `frame_error_median_m`, the
-            error of the motion from frame to frame. Each is None where there are too few poses.
+            `ate_rmse_m` after rigid alignment, `yaw_rmse_deg` after that of the turns, and
+            `frame_error_median_m`, the error of the motion from frame to frame. Each is None where
+            there are too few poses.
         """
         if not len(self._noted):
             return {}
@@ -45,7 +46,7 @@ class RecordedPoses:
         if found is None or truth is None:
             return told
         try:
-            absolute = absolute_trajectory_error(found, truth)
+            absolute = places_and_turns(found, truth)
             relative = relative_pose_error(found, truth)
         except (GeometryError, InputError):
             return told

@@ -6,7 +6,7 @@ The measures are those of Sturm et al., "A benchmark for the evaluation of RGB-D
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -100,6 +100,20 @@ def absolute_trajectory_error(
     distances = np.linalg.norm(moved.positions_xyz - truth.positions_xyz, axis=1)
     turns = moved.T_map_camera.rotation * truth.T_map_camera.rotation.inv()
     return TrajectoryError.from_errors(distances, turns)
+
+
+def places_and_turns(estimate: Trajectory, truth: Trajectory) -> TrajectoryError:
+    """Places after the rigid alignment, as is usual; turns after the alignment by turns.
+
+    A path that is short and thin may turn about itself when it is fitted to its places alone.
+
+    Raises:
+        InputError, GeometryError: See `absolute_trajectory_error`.
+    """
+    places = absolute_trajectory_error(estimate, truth)
+    turns = absolute_trajectory_error(estimate, truth, Alignment.ORIENTATIONS)
+    told = {key: value for key, value in asdict(turns).items() if key.endswith("_deg")}
+    return replace(places, **told)
 
 
 def relative_pose_error(
