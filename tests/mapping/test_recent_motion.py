@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
-from tracking_world import blind, drive, follow, place_errors, true_camera
+from tracking_world import blind, drive, follow, place_errors, short_drive, true_camera
 
 from circumspect.mapping import RegisteredPoses, se3
-from circumspect.mapping.motion import MotionSettings
+from circumspect.mapping.motion import Belief, MotionSettings
+from circumspect.mapping.predictions import Predictions
 from circumspect.mapping.recent_motion import MOST_SHARE, RecentMotion
 
 STEP = np.array([0.0, 0.02, 0.0, 0.05, 0.0, 0.01])
@@ -23,14 +24,14 @@ def watched(steps: list[tuple[float, float]]) -> RecentMotion:
 
 
 def gone_on(recent: RecentMotion, time: float) -> np.ndarray:
-    return se3.log(recent.going_on(time)[0])
+    return se3.log(recent.going_on(time))
 
 
 @pytest.mark.parametrize("time", [0.05, 0.1, 0.2])
 def test_of_a_steady_stream_only_the_last_step_counts(time: float) -> None:
     recent = watched([(7.0, 0.1), (1.0, 0.1)])
     np.testing.assert_array_equal(
-        recent.going_on(time)[0].as_matrix(),
+        recent.going_on(time).as_matrix(),
         se3.exp(time / 0.1 * se3.log(se3.exp(STEP))).as_matrix(),
     )
 
@@ -105,3 +106,21 @@ def test_a_lost_camera_does_not_drive_on() -> None:
     assert told[-1].gate.startswith("lost")
     off: RigidTransform = before.inv() * told[-1].T_map_camera
     assert np.linalg.norm(off.translation) < 0.1
+
+
+@pytest.mark.parametrize("rate", [2, 30, 100])
+def test_a_fast_camera_that_nothing_holds_is_no_surer_than_a_slow_one(rate: int) -> None:
+    settings, first = MotionSettings(), short_drive()[0]
+    frame = replace(first, odometry=None, T_base_camera=None)
+    belief = Belief(RigidTransform.identity(), np.zeros((6, 6)))
+    expected = Predictions(settings)
+    expected.passed(1 / rate, held=True)
+    for _ in range(rate):
+        belief = expected.by_steady_motion(belief, frame, 1 / rate)
+        expected.passed(1 / rate, held=False)
+    turn, place = belief.sigmas
+    assert place == pytest.approx(settings.speed)
+    assert turn == pytest.approx(settings.spin)
+    expected.passed(1 / rate, held=True)
+    again = expected.by_standing_still(Belief(belief.T_map_camera, np.zeros((6, 6))), frame, 0.1)
+    assert again.sigmas[1] == pytest.approx(0.1 * settings.speed)

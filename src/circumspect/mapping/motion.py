@@ -158,13 +158,17 @@ def wheel_motion(
     return RigidTransform.from_matrix(motion), covariance
 
 
-def guessed(time: float, settings: MotionSettings) -> NDArray[np.float64]:
+def guessed(time: float, settings: MotionSettings, unheld: float = 0.0) -> NDArray[np.float64]:
     """(6, 6) covariance of a motion that nothing told of [rad, m].
+
+    A wrong velocity s stays wrong: of its variance (s t)² after a time t without the scene a step d
+    adds s² ((t + d)² - t²), so that fast cameras are no surer than slow ones.
 
     Args:
         time: For how long [s] it went on.
         settings: How far it may stray.
+        unheld: For how long [s] nothing had told of it before.
     """
-    time = min(time, LONGEST_GUESS)
-    turn, shift = settings.spin * time, settings.speed * time
-    return np.diag([turn] * 3 + [shift] * 3) ** 2
+    since = min(unheld, LONGEST_GUESS)
+    until = min(since + time, LONGEST_GUESS)
+    return np.diag([settings.spin**2] * 3 + [settings.speed**2] * 3) * (until**2 - since**2)

@@ -28,6 +28,16 @@ class Predictions:
         """
         self.wheels, self.recent = Wheels(settings), RecentMotion(settings)
         self._settings = settings
+        self._unheld = 0.0
+
+    def passed(self, time: float, held: bool) -> None:
+        """A frame was taken in.
+
+        Args:
+            time: Since the last one [s].
+            held: Whether the scene held the camera in all directions.
+        """
+        self._unheld = 0.0 if held else self._unheld + max(time, 0.0)
 
     def by_wheels(self, before: Belief, frame: RgbdFrame) -> Belief | None:
         """What the odometry says, where there is any.
@@ -49,12 +59,14 @@ class Predictions:
             frame: The next one.
             time: Between both [s].
         """
-        return self._moved(before, frame, *self.recent.going_on(time))
+        return self._moved(before, frame, self.recent.going_on(time), self._strays(time))
 
     def by_standing_still(self, before: Belief, frame: RgbdFrame, time: float) -> Belief:
         """As if the last motion had ended with the last frame; arguments as before."""
-        strays = guessed(time, self._settings)
-        return self._moved(before, frame, RigidTransform.identity(), strays)
+        return self._moved(before, frame, RigidTransform.identity(), self._strays(time))
+
+    def _strays(self, time: float) -> NDArray[np.float64]:
+        return guessed(time, self._settings, self._unheld)
 
     def _moved(
         self,

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import se3
-from circumspect.mapping.motion import MotionSettings, guessed
+from circumspect.mapping.motion import MotionSettings
 
 MOST_SHARE = 2.5
 """A motion is taken to go on for at most so many times as long as it was watched: its error, and
@@ -46,17 +44,14 @@ class RecentMotion:
             self._steps.popleft()
             older -= self._steps[0][1]
 
-    def going_on(self, time: float) -> tuple[RigidTransform, NDArray[np.float64]]:
-        """The same motion going on, with its covariance.
+    def going_on(self, time: float) -> RigidTransform:
+        """Camera in its frame before, if the same motion goes on.
 
         Frames that were stamped almost at the same time tell no velocity: as many steps are joined
         as are long enough for what is asked.
 
         Args:
             time: For how long [s] it goes on.
-
-        Returns:
-            Camera in its frame before, and (6, 6) of changes after the motion.
         """
         asked = min(time, self._settings.longest)
         moved, taken = RigidTransform.identity(), 0.0
@@ -65,4 +60,4 @@ class RecentMotion:
             if MOST_SHARE * taken >= asked:
                 break
         share = 0.0 if taken <= 0 else min(asked / taken, MOST_SHARE)
-        return se3.exp(share * se3.log(moved)), guessed(time, self._settings)
+        return se3.exp(share * se3.log(moved))

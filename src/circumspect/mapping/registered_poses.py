@@ -257,8 +257,10 @@ class RegisteredPoses(PoseEstimator):
         if self._belief is not None and not recognised:
             moved = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
         self._predictions.wheels.heard(frame, moved if held else None, recognised or contradicts)
+        time = frame.stamp - self._stamp
+        self._predictions.passed(time, self._belief is None or held)
         if moved is not None and not contradicts:
-            self._predictions.recent.add(moved, frame.stamp - self._stamp)
+            self._predictions.recent.add(moved, time)
         elif recognised or self._doubts >= self.settings.lost_after:
             # A lost camera does not drive on as it did when it was last seen.
             self._predictions.recent.forget()
