@@ -62,12 +62,13 @@ def scan(
     poses: PoseEstimator | None = None,
     fault: Callable[[SimulatedRobot], MobileRobot] | None = None,
     seed: int = 0,
+    camera: PinholeCamera = CAMERA,
 ) -> ObjectScan:
     robot = SimulatedRobot(
         Scene.with_object(mesh, *others),
         pose or start(),
         CameraMount(),
-        intrinsics=CAMERA,
+        intrinsics=camera,
         noise=DepthNoise(),
         seed=seed,
     )

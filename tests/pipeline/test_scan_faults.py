@@ -1,0 +1,102 @@
+"""What goes wrong with a robot, and a scan that finds its poses itself."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scan_world import QUICK, scan, wall
+
+from circumspect.furniture import make_furniture
+from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.mapping import RegisteredPoses
+from circumspect.pipeline import RecognitionStep, RunFolder
+from circumspect.simulation import (
+    Blackout,
+    Blocked,
+    DroppedFrames,
+    EqualStamps,
+    Kidnapped,
+    NanFrame,
+    OdometryGone,
+    OdometryJumping,
+    OdometryStuck,
+    SimulatedRobot,
+    UnorderedFrames,
+    WrongUnit,
+)
+
+CAMERA = PinholeCamera(320, 240, 285.0, 285.0, 159.5, 119.5)
+CHAIR = make_furniture("chair", 3)
+AFTER = 6.0
+"""When a fault begins [s]: a sixth of the way round."""
+ROOM = (
+    wall((-2.6, 2.3), (2.2, 2.4)), wall((-2.6, -2.4), (2.2, -2.3)),
+    wall((2.1, -2.4), (2.2, 2.4)), wall((-2.6, -2.4), (-2.5, 2.4)),
+)  # fmt: skip
+FAULTS = {
+    "none": lambda robot: robot,
+    "blackout": lambda robot: Blackout(robot, AFTER),
+    "frames dropped": lambda robot: DroppedFrames(robot, 0.3),
+    "frames late": lambda robot: UnorderedFrames(robot, 0.2),
+    "stamps twice": lambda robot: EqualStamps(robot, 0.2),
+    "NaN frame": lambda robot: NanFrame(robot, 5),
+    "millimetres from then on": lambda robot: WrongUnit(robot, AFTER),
+    "millimetres": lambda robot: WrongUnit(robot),
+    "never any odometry": lambda robot: OdometryGone(robot),
+    "odometry gone": lambda robot: OdometryGone(robot, AFTER),
+    "odometry jumping": lambda robot: OdometryJumping(robot, AFTER),
+    "odometry stuck": lambda robot: OdometryStuck(robot, AFTER),
+    "blocked": lambda robot: Blocked(robot, AFTER, 5.0),
+    "kidnapped": lambda robot: Kidnapped(robot, AFTER, PlanarPose(0.3, -0.1, 0.35)),
+}
+
+ENDS = {
+    "millimetres from then on": "lost: no frame can be placed with certainty any more",
+    "millimetres": "no object in view after a look round",
+}
+
+
+class Trusted:
+    """How far poses were off that were told as certain, counted from the first one [m]."""
+
+    def __init__(self, robot: SimulatedRobot) -> None:
+        self.robot = robot
+        self.first = None
+        self.off: list[float] = []
+
+    def on_step(self, step: RecognitionStep) -> None:
+        if step.pose is None:
+            return
+        truth = self.robot.truth().T_map_camera
+        if self.first is None:
+            self.first = truth * step.pose.T_map_camera.inv()
+        if step.pose.certain:
+            found = self.first * step.pose.T_map_camera
+            self.off.append(float(np.linalg.norm(found.translation - truth.translation)))
+
+    def on_end(self, result) -> None:
+        pass
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
+    fault: str, tmp_path: Path
+) -> None:
+    going = scan(
+        fault=FAULTS[fault], mesh=CHAIR, others=ROOM, poses=RegisteredPoses(), camera=CAMERA,
+        settings=replace(QUICK, speed=0.1, frame_interval=0.5, most_frames=60),
+    )  # fmt: skip
+    trusted = Trusted(going.robot.simulated)
+    going.pipeline.observers = (trusted, RunFolder(tmp_path, {}))
+    result = going.run()
+    assert going.ended.startswith(ENDS.get(fault, "the limit of 60 frames is reached"))
+    assert max(trusted.off, default=0.0) < 0.05
+    told = json.loads((tmp_path / "result.json").read_text())
+    assert told["frames"] == len(result.steps)
+    # The volume of what is known stands for a class here.
+    assert (told["label"] is None) == (fault == "millimetres")
+    assert (tmp_path / "model.ply").exists() == (fault != "millimetres")
