@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scan_world import QUICK, scan, wall
+from scan_world import NOTHING, QUICK, scan, wall
 
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.mapping import RegisteredPoses
-from circumspect.pipeline import RecognitionStep, RunFolder
+from circumspect.pipeline import TOO_WIDE, RecognitionStep, RunFolder
 from circumspect.simulation import (
     Blackout,
     Blocked,
@@ -80,6 +80,19 @@ class Trusted:
 
     def on_end(self, result) -> None:
         pass
+
+
+def test_the_walls_of_an_empty_room_are_no_object(tmp_path: Path) -> None:
+    going = scan(
+        mesh=NOTHING, others=ROOM, poses=RegisteredPoses(), camera=CAMERA,
+        settings=replace(QUICK, most_frames=150),
+    )  # fmt: skip
+    going.pipeline.observers = (RunFolder(tmp_path, {}),)
+    result = going.run()
+    assert TOO_WIDE in {step.outcome for step in result.steps}
+    assert result.prediction is None
+    assert going.ended
+    assert json.loads((tmp_path / "result.json").read_text())["label"] is None
 
 
 @pytest.mark.parametrize("fault", FAULTS)

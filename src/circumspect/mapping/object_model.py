@@ -33,12 +33,14 @@ class ModelSettings:
         confirmed_by: Once `frames_until_strict` frames are fused, a voxel needs this many.
         frames_until_strict: See above.
         crowd: Voxels with fewer than this many in their block of 3 x 3 x 3 are specks.
+        widest: What is wider than this is no object but the room [m].
     """
 
     voxel: float | None = None
     confirmed_by: int = 2
     frames_until_strict: int = 8
     crowd: int = 3
+    widest: float = 4.0
 
 
 @dataclass(frozen=True, eq=False)

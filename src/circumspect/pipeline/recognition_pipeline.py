@@ -28,6 +28,7 @@ from circumspect.pipeline.records import (
     NO_POSE,
     OUT_OF_ORDER,
     TOO_LITTLE,
+    TOO_WIDE,
     WRONG_UNIT,
     PipelineObserver,
     RecognitionResult,
@@ -161,9 +162,9 @@ class RecognitionPipeline:
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
         with clock.stage("grid"):
-            gridded = self._grid_model()
-        if not gridded:
-            return self._told(frame, TOO_LITTLE, clock, pose, int(mask.sum()))
+            fault = self._grid_model()
+        if fault is not None:
+            return self._told(frame, fault, clock, pose, int(mask.sum()))
 
         # What it is
         with clock.stage("classify"):
@@ -179,7 +180,7 @@ class RecognitionPipeline:
         self.poses.settle()
         if not self._rebuild_if_corrected():
             return False
-        if self._grid_model():
+        if self._grid_model() is None:
             self.prediction = self.classifier.classify_grid(*self._grids)
         return True
 
@@ -229,28 +230,37 @@ class RecognitionPipeline:
         self.model, self._rebuild = self._rebuild.model, None
         return True
 
-    def _grid_model(self) -> bool:
-        """Grid the model and tell how much of it was seen; False where there is too little."""
-        gridded = self._fill_grid()
+    def _grid_model(self) -> str | None:
+        """Grid the model and tell how much of it was seen.
+
+        Returns:
+            Why there is nothing to name; None where there is.
+        """
+        fault = self._fill_grid()
+        if fault == TOO_WIDE:
+            # Nor was what it was called before.
+            self._grids, self.prediction = [], None
         if self.grid is not None:
             self._seen = share_seen(self.model.views_xyz, self.grid)
-        return gridded
+        return fault
 
-    def _fill_grid(self) -> bool:
-        """Fit and fill the grid; False where too little is known to span one."""
+    def _fill_grid(self) -> str | None:
+        """Fit and fill the grid; why that is not possible, else None."""
         try:
             cloud = self.model.cloud()
             self._known_xyz = cloud.points_xyz
             bounds = self.classifier.recipe.bounds(cloud)
         except GeometryError:
-            return False
+            return TOO_LITTLE
+        if np.ptp(cloud.points_xyz[:, :2], axis=0).max() > self.model.settings.widest:
+            return TOO_WIDE
         grid = self.model.occupancy(bounds)
         if not grid.occupied.any():
-            return False
+            return TOO_LITTLE
         # Turned by fractions of a cell, so that the answer does not hang on where cells begin.
         further = self.classifier.recipe.turned_bounds(bounds)[1:]
         self._grids = [grid, *(turned.hits(cloud.points_xyz) for turned in further)]
-        return True
+        return None
 
     def _settled(
         self, steps: list[RecognitionStep], corrections: int

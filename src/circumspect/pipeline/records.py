@@ -19,6 +19,7 @@ NO_DEPTH = "no depth in the frame"
 NO_OBJECT = "no object in view"
 NO_POSE = "the pose is not certain enough to build on"
 TOO_LITTLE = "too little of the object seen to span a shape"
+TOO_WIDE = "what stands there is too wide for an object; is it the room?"
 
 
 @dataclass(frozen=True, eq=False)
