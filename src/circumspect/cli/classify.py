@@ -29,7 +29,7 @@ class Classify:
     """
 
     files: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="FILE...")]
-    """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, NPY, NPZ, or a grid saved by `circumspect grid`."""
+    """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, CSV, NPY, NPZ, or a grid saved by `circumspect grid`."""
     up: Literal["x", "y", "z", "auto"] = "z"
     """The axis that points up in the files; glTF/GLB files usually need y; nothing is turned by
     itself. auto stands each object on every face that it can stand on and believes the surest

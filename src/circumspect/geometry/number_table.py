@@ -16,18 +16,21 @@ from circumspect.geometry.ignored_warnings import ignored_warnings
 def read_table(
     source: IO[bytes] | Iterable[bytes] | Iterable[str],
     rows: int | None = None,
-    columns: int | None = None,
+    columns: int | tuple[int, ...] | None = None,
     delimiter: str | None = None,
     comments: str | None = None,
+    quote: str | None = None,
 ) -> NDArray[np.float64]:
     """Read lines of numbers; empty lines do not count.
 
     Args:
         source: An open binary file (read on from where it stands) or lines.
         rows: How many rows there must be; None means all up to the end.
-        columns: Take the first so many columns; None means all, and that all rows have as many.
+        columns: Take the first so many columns, or those of these numbers; None means all, and
+            that all rows have as many.
         delimiter: What stands between numbers; None means white space.
         comments: What begins a comment.
+        quote: What stands round a word that may hold the delimiter.
 
     Returns:
         (rows, columns) numbers, NaN and infinite ones included.
@@ -35,21 +38,24 @@ def read_table(
     Raises:
         InputError: Something is not a number, a row is too short, or rows are missing.
     """
+    taken = range(columns) if isinstance(columns, int) else columns
+    width = 0 if taken is None else len(taken)
     if rows == 0:
-        return np.empty((0, columns or 0))
+        return np.empty((0, width))
     if rows is not None and isinstance(source, io.BytesIO):
         # A number and what ends it take two bytes; loadtxt would allocate all announced rows.
         left = source.getbuffer().nbytes - source.tell()
-        if rows * 2 * (columns or 1) - 1 > left:
+        if rows * 2 * (width or 1) - 1 > left:
             raise InputError(f"ends too early: {rows} rows announced, {left} bytes left")
     try:
         with ignored_warnings():  # Of empty lines; that no rows are left is told below.
             table = np.loadtxt(
                 source,
                 max_rows=rows,
-                usecols=None if columns is None else range(columns),
+                usecols=taken,
                 delimiter=delimiter,
                 comments=comments,
+                quotechar=quote,
                 ndmin=2,
                 encoding="latin-1",
             )
