@@ -125,6 +125,39 @@ class TestPointPack:
         with pytest.raises(InputError, match="lacks points_u16"):
             read_point_pack(path)
 
+    @pytest.mark.parametrize(
+        ("key", "dtype", "remedy"),
+        [
+            ("points_u16", "float64", "not of uint16; scale the coordinates to 0 … 65535"),
+            ("points_u16", "int32", "not of uint16; scale the coordinates to 0 … 65535"),
+            ("labels", "float32", "not of whole numbers; they count the classes from 0"),
+            ("offset", "int64", "not of fractions; save offset.astype('float64')"),
+            ("names", "object", "not of text; save numpy.array(names, dtype=str)"),
+            ("classes", "|S5", "not of text; save numpy.array(classes, dtype=str)"),
+        ],
+    )
+    def test_another_type_is_named_with_its_key_and_the_remedy(self, tmp_path, key, dtype, remedy):
+        path = tmp_path / "train.npz"
+        write_point_pack(path, small_set())
+        arrays = dict(np.load(path))
+        arrays[key] = arrays[key].astype(dtype)
+        np.savez(path, **arrays)
+        with pytest.raises(InputError) as error:
+            read_point_pack(path)
+        told = f"{path}: {key} holds an array of {dtype}, {remedy}"
+        assert str(error.value).startswith(told)
+
+    def test_points_of_another_shape(self, tmp_path):
+        path = tmp_path / "train.npz"
+        write_point_pack(path, small_set())
+        arrays = dict(np.load(path))
+        arrays["points_u16"] = arrays["points_u16"][0]
+        np.savez(path, **arrays)
+        with pytest.raises(
+            InputError, match=r"points_u16 must have shape \(n, p, 3\), not \(20, 3"
+        ):
+            read_point_pack(path)
+
     @given(seed=st.integers(0, 2**32 - 1))
     def test_mutated_packs_give_a_set_or_a_known_fault(self, tmp_path_factory, seed):
         path = tmp_path_factory.getbasetemp() / "mutated.npz"

@@ -14,6 +14,15 @@ from circumspect.storage import atomic_open
 KINDS = {"points_u16": "iu", "offset": "f", "scale": "f", "labels": "iu", "names": "U",
          "classes": "U"}  # fmt: skip
 """Arrays of a pack to NumPy's letters for what they hold."""
+WANTED = {
+    "points_u16": "uint16; scale the coordinates to 0 … 65535 and save them as that",
+    "labels": "whole numbers; they count the classes from 0: save labels.astype('int16')",
+    "offset": "fractions; save offset.astype('float64')",
+    "scale": "fractions; save scale.astype('float64')",
+    "names": "text; save numpy.array(names, dtype=str)",
+    "classes": "text; save numpy.array(classes, dtype=str)",
+}
+"""What is told of an array that holds something else."""
 
 
 def read_point_pack(path: Path) -> ObjectSet:
@@ -23,15 +32,17 @@ def read_point_pack(path: Path) -> ObjectSet:
     object's longest side, since a pack's scale is arbitrary per object.
 
     Raises:
-        InputError: The file is missing, broken, or lacks a key.
+        InputError: The file is missing, broken, lacks a key, or one holds another type of values.
     """
-    pack = read_arrays(path, KINDS)
+    pack = read_arrays(path, KINDS, wanted=WANTED)
     points, labels = pack["points_u16"], pack["labels"]
     names, classes = pack["names"], pack["classes"]
-    if points.dtype != np.uint16 or points.ndim != 3:
-        raise InputError(f"{path}: points_u16 must be uint16 (n, p, 3), not {points.shape}")
-    if labels.dtype.kind not in "iu" or names.dtype.kind != "U" or classes.dtype.kind != "U":
-        raise InputError(f"{path}: labels must be whole numbers, names and classes text")
+    if points.dtype != np.uint16:
+        raise InputError(
+            f"{path}: points_u16 holds an array of {points.dtype}, not of {WANTED['points_u16']}"
+        )
+    if points.ndim != 3:
+        raise InputError(f"{path}: points_u16 must have shape (n, p, 3), not {points.shape}")
     try:
         return ObjectSet(
             (points / np.float32(65535)).astype(np.float32),

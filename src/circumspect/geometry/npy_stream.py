@@ -7,6 +7,7 @@ import zipfile
 import zlib
 from collections.abc import Collection, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import IO, Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from circumspect.geometry.file_faults import blamed_on
 from circumspect.geometry.ignored_warnings import ignored_warnings
 
 NUMBERS = "fiu"
+WORDS = {NUMBERS: "numbers", "iu": "whole numbers", "f": "fractions (float)", "U": "text (str)"}
+"""What values of some kinds are, for the one who saved others."""
 NPZ_FAULTS = (
     ValueError, KeyError, EOFError, OverflowError, RuntimeError, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
@@ -41,6 +44,7 @@ def read_arrays(
     kinds: Mapping[str, str],
     most_bytes: int = MOST_BYTES,
     optional: Collection[str] = (),
+    wanted: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, NDArray[Any]]:
     """Read arrays of known names from an NPZ file; others in it are not looked at.
 
@@ -49,6 +53,7 @@ def read_arrays(
         kinds: Names to NumPy's letters for the kinds of values that each may hold.
         most_bytes: Of all arrays together.
         optional: Those of the names that the file may lack.
+        wanted: Names to what else than `WORDS` is said of an array of another kind.
 
     Raises:
         InputError: The file is missing or broken, lacks an array, holds one of another kind, or
@@ -60,29 +65,51 @@ def read_arrays(
             file.open("rb") as stream,
             zipfile.ZipFile(stream) as archive,
         ):
-            members = {item.filename: item for item in archive.infolist()}
-            wanted = {name: members[f"{name}.npy"] for name in kinds if f"{name}.npy" in members}
-            if missing := [name for name in kinds if name not in wanted and name not in optional]:
+            all_members = {item.filename: item for item in archive.infolist()}
+            members = {
+                name: all_members[f"{name}.npy"] for name in kinds if f"{name}.npy" in all_members
+            }
+            if missing := [name for name in kinds if name not in members and name not in optional]:
                 raise InputError(f"lacks {', '.join(missing)}")
-            size = sum(item.file_size for item in wanted.values())
+            size = sum(item.file_size for item in members.values())
             if size > most_bytes:
                 raise InputError(f"would unpack to {size >> 20} MiB; {most_bytes >> 20} are read")
             return {
-                name: array_in_member(archive, item, kinds[name]) for name, item in wanted.items()
+                name: array_in_member(archive, item, kinds[name], wanted.get(name))
+                for name, item in members.items()
             }
     except NPZ_FAULTS as error:
         raise InputError(f"{path}: no readable NPZ file ({told(error)})") from error
 
 
 def array_in_member(
-    archive: zipfile.ZipFile, item: zipfile.ZipInfo, kinds: str = NUMBERS
+    archive: zipfile.ZipFile,
+    item: zipfile.ZipInfo,
+    kinds: str = NUMBERS,
+    wanted: str | None = None,
 ) -> NDArray[Any]:
     """One array of an NPZ file.
 
+    Args:
+        archive: The file.
+        item: The array in it.
+        kinds: See `array_in`.
+        wanted: See `array_in`.
+
     Raises:
-        InputError: Packed otherwise than NumPy does, too large, or see `array_in`.
+        InputError: Packed otherwise than NumPy does, too large, or see `array_in`; it names the
+            array.
         ValueError: No NPY file; see `NPZ_FAULTS` for what else.
     """
+    try:
+        return _unpacked(archive, item, kinds, wanted)
+    except InputError as error:
+        raise InputError(f"{item.filename.removesuffix('.npy')} {error}") from error
+
+
+def _unpacked(
+    archive: zipfile.ZipFile, item: zipfile.ZipInfo, kinds: str, wanted: str | None
+) -> NDArray[Any]:
     if item.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise InputError("is packed in a way that NumPy never does; save it again")
     if item.file_size > max(HARMLESS_BYTES, MOST_UNPACKED * item.compress_size):
@@ -92,16 +119,19 @@ def array_in_member(
         )
     largest = min(item.file_size, item.compress_size * _LARGEST_DEFLATE_RATIO)
     with archive.open(item) as stream:
-        return array_in(stream, largest, kinds)
+        return array_in(stream, largest, kinds, wanted)
 
 
-def array_in(stream: IO[bytes], largest: int, kinds: str = NUMBERS) -> NDArray[Any]:
+def array_in(
+    stream: IO[bytes], largest: int, kinds: str = NUMBERS, wanted: str | None = None
+) -> NDArray[Any]:
     """The array in a stream; what its header says is not trusted.
 
     Args:
         stream: At the beginning of an NPY file.
         largest: Bytes that the stream can hold.
         kinds: NumPy's letters for the kinds of values that are taken.
+        wanted: What is said of others that they are not; None takes the words for the kinds.
 
     Raises:
         InputError: Values of another kind, or fewer than announced.
@@ -110,7 +140,7 @@ def array_in(stream: IO[bytes], largest: int, kinds: str = NUMBERS) -> NDArray[A
     shape, fortran_order, dtype = _header(stream)
     count = math.prod(shape)
     if dtype.kind not in kinds:
-        raise InputError(f"holds an array of {dtype}, not of numbers")
+        raise InputError(f"holds an array of {dtype}, not of {wanted or WORDS.get(kinds, kinds)}")
     if min(shape, default=0) < 0 or count * dtype.itemsize > largest:
         raise InputError(f"ends too early: shape {shape} announced, {largest} bytes found")
     array = np.frombuffer(stream.read(count * dtype.itemsize), dtype)
