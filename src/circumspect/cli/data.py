@@ -25,7 +25,8 @@ class Data:
 
     what: tyro.conf.Positional[Literal["fetch", "verify"]]
     """fetch: download and unpack; an interrupted download goes on. verify: count every class and
-    split, and name what is missing, foreign or broken."""
+    split, and name what is missing, foreign or broken; of classes of your own nobody knows what is
+    missing."""
     which: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SET")]
     """What to fetch (modelnet10), or the folder to verify: point packs, OFF files, or a set that
     `circumspect gather` made."""
@@ -71,12 +72,13 @@ class Data:
     def _verify(self, path: Path) -> int:
         from circumspect.cli.progress import progress_bar
         from circumspect.datasets.gathered_set import is_gathered
+        from circumspect.datasets.own_verification import has_own_classes, verify_own
         from circumspect.datasets.verification import verify
 
         if is_gathered(path):
             return self._verify_gathered(path)
         with progress_bar("files") as progress:
-            found = verify(path, progress)
+            found = verify_own(path, progress) if has_own_classes(path) else verify(path, progress)
         document = {"folder": str(path), **found.to_dict()}
         print(json.dumps(document) if self.json else _readable(document))  # noqa: T201
         return 0 if found.complete else 1
@@ -94,13 +96,16 @@ def _readable_gathered(document: dict[str, Any]) -> str:
 def _readable(document: dict[str, Any]) -> str:
     from circumspect.datasets.verification import MODELNET10
 
+    train, test = (document["counts"][split] for split in ("train", "test"))
+    own = document.get("own_classes", False)
     lines = [f"{'class':14}{'train':>12}{'test':>12}"]
-    for name, wanted in MODELNET10.items():
-        cells = [
-            f"{document['counts'][split][name]} of {count}"
-            for split, count in zip(("train", "test"), wanted, strict=True)
-        ]
-        lines.append(f"{name:14}{cells[0]:>12}{cells[1]:>12}")
+    for name in train:
+        cells = [str(train[name]), str(test[name])]
+        if not own:
+            cells = [
+                f"{cell} of {all_}" for cell, all_ in zip(cells, MODELNET10[name], strict=True)
+            ]
+        lines.append(f"{printable(name):14}{cells[0]:>12}{cells[1]:>12}")
     return "\n".join([*lines, *_complaints(document)])
 
 
@@ -117,5 +122,11 @@ def _complaints(document: dict[str, Any]) -> list[str]:
             rest = f", and {more} more (all with --json)" if more > 0 else ""
             lines.append(f"{what}: {', '.join(map(printable, entries[:SHOWN]))}{rest}")
     state = "complete" if document["complete"] else "not complete"
+    if document.get("own_classes"):
+        # Nobody knows what else there should be.
+        readable = "all of it can be read" if document["complete"] else "not all of it can be read"
+        state = f"classes of your own, not ModelNet10's; {readable}"
+        if not document["complete"] and not document["broken"]:
+            state = "no object can be read"
     lines.append(f"{printable(document['folder'])}: {state}")
     return lines

@@ -1,0 +1,150 @@
+"""Whether a set of other classes than ModelNet10's can be read; what it lacks nobody knows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from circumspect.datasets.object_set import ObjectSet
+from circumspect.datasets.point_pack import KINDS, read_point_pack
+from circumspect.datasets.verification import MODELNET10, NAME, SPLITS
+from circumspect.errors import CircumspectError, InputError
+from circumspect.geometry import read_mesh
+from circumspect.geometry.npy_stream import read_arrays
+
+
+@dataclass(frozen=True)
+class OwnVerification:
+    """What a set of own classes holds.
+
+    Attributes:
+        classes: Their names, in alphabetical order.
+        counts: Split and class to objects that can be read.
+        foreign: Files that do not belong to the set.
+        broken: Path and fault of what can not be read, or says two things at once.
+    """
+
+    classes: tuple[str, ...]
+    counts: dict[tuple[str, str], int]
+    foreign: tuple[str, ...]
+    broken: tuple[tuple[str, str], ...]
+
+    @property
+    def complete(self) -> bool:
+        """All that is there can be read, and something is."""
+        return not self.broken and any(self.counts.values())
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON types."""
+        return {
+            "complete": self.complete,
+            "own_classes": True,
+            "counts": {
+                split: {name: self.counts.get((split, name), 0) for name in self.classes}
+                for split in SPLITS
+            },
+            "missing": [],
+            "foreign": list(self.foreign),
+            "broken": [{"file": file, "fault": fault} for file, fault in self.broken],
+        }
+
+
+def has_own_classes(path: Path) -> bool:
+    """Whether at least half of a set's classes are others than ModelNet10's.
+
+    A copy of ModelNet10 may lack classes and have something beside them. Packs of which none can be
+    read are told as they are, not as a ModelNet10 without anything.
+    """
+    packs = _packs(path)
+    classes = set(_classes_of_packs(packs)) if packs else {file.parts[0] for file in _meshes(path)}
+    strangers = classes - MODELNET10.keys()
+    if not classes:
+        return bool(packs)
+    return 2 * len(strangers) >= len(classes)
+
+
+def verify_own(path: Path, progress: Callable[[int, int], None] | None = None) -> OwnVerification:
+    """Read all of a set and count its classes and splits.
+
+    Args:
+        path: A folder of point packs, or one laid out as <class>/{train,test}/*.off.
+        progress: Called with (done, all) after each file.
+    """
+    packs = _packs(path)
+    return _of_packs(packs, progress) if packs else _of_files(path, progress)
+
+
+def _packs(path: Path) -> dict[str, Path]:
+    """Split to its pack, of those that are there."""
+    files = {split: path / f"{split}.npz" for split in SPLITS}
+    return {split: file for split, file in files.items() if file.is_file()}
+
+
+def _meshes(path: Path) -> Iterator[Path]:
+    """Of <class>/{train,test}/*.off, seen from the set's folder."""
+    for file in path.glob("*/*/*"):
+        place = file.relative_to(path)
+        if place.parts[1] in SPLITS and file.suffix.lower() == ".off" and file.is_file():
+            yield place
+
+
+def _classes_of_packs(packs: dict[str, Path]) -> Iterator[str]:
+    for pack in packs.values():
+        try:
+            yield from map(str, read_arrays(pack, {"classes": KINDS["classes"]})["classes"].flat)
+        except InputError:
+            continue  # Its fault is told when all of it is read.
+
+
+def _of_packs(
+    packs: dict[str, Path], progress: Callable[[int, int], None] | None
+) -> OwnVerification:
+    counts: Counter[tuple[str, str]] = Counter()
+    broken: list[tuple[str, str]] = []
+    for done, (split, pack) in enumerate(packs.items(), start=1):
+        try:
+            objects = read_point_pack(pack)
+        except InputError as error:
+            broken.append((pack.name, str(error)))
+        else:
+            counts.update((split, objects.classes[label]) for label in objects.labels)
+            broken += [(pack.name, f"{pack}: {fault}") for fault in _faults(objects)]
+        if progress:
+            progress(done, len(packs))
+    classes = {name for _, name in counts} | set(_classes_of_packs(packs))
+    return OwnVerification(tuple(sorted(classes)), dict(counts), (), tuple(broken))
+
+
+def _faults(objects: ObjectSet) -> Iterator[str]:
+    """What a pack that can be read says twice, or otherwise the second time."""
+    counts = Counter(objects.names.tolist())
+    if twice := sorted(name for name, count in counts.items() if count > 1):
+        yield f"{len(twice)} objects are in it more than once, as {twice[0]} is"
+    for name, label in zip(objects.names, objects.labels, strict=True):
+        named = NAME.fullmatch(str(name))
+        if named and named[1] in objects.classes and named[1] != objects.classes[label]:
+            yield f"{name} is labelled {objects.classes[label]}; name or label is wrong"
+            return
+
+
+def _of_files(path: Path, progress: Callable[[int, int], None] | None) -> OwnVerification:
+    files = sorted(file.relative_to(path) for file in path.rglob("*") if file.is_file())
+    meshes = set(_meshes(path))
+    counts: Counter[tuple[str, str]] = Counter()
+    foreign, broken = [], []
+    for done, file in enumerate(files, start=1):
+        if file not in meshes:
+            foreign.append(str(file))
+        else:
+            try:
+                read_mesh(path / file)
+                counts[file.parts[1], file.parts[0]] += 1
+            except CircumspectError as error:
+                broken.append((str(file), str(error)))
+        if progress:
+            progress(done, len(files))
+    classes = sorted({file.parts[0] for file in meshes})
+    return OwnVerification(tuple(classes), dict(counts), tuple(foreign), tuple(broken))

@@ -1,0 +1,127 @@
+"""Sets of other classes than ModelNet10's are counted as they are."""
+
+import json
+
+import numpy as np
+import pytest
+
+from circumspect.cli.main import main
+from circumspect.datasets import ObjectSet
+from circumspect.datasets.own_verification import has_own_classes, verify_own
+from circumspect.datasets.point_pack import write_point_pack
+
+OFF = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n"
+
+
+def write_pack(path, names, labels, classes=("bench", "stool")):
+    points = np.random.default_rng(0).random((len(names), 8, 3), np.float32)
+    write_point_pack(path, ObjectSet(points, np.array(labels), np.array(names), classes))
+
+
+def write_meshes(root, *places):
+    for place in places:
+        (root / place).parent.mkdir(parents=True, exist_ok=True)
+        (root / place).write_text(OFF)
+
+
+@pytest.fixture
+def packs(tmp_path):
+    write_pack(tmp_path / "train.npz", ["bench_0001", "bench_0002", "stool_0001"], [0, 0, 1])
+    write_pack(tmp_path / "test.npz", ["stool_0002"], [1])
+    return tmp_path
+
+
+def verified(folder, capsys):
+    code = main(["data", "verify", str(folder), "--json"])
+    return code, json.loads(capsys.readouterr().out)
+
+
+def test_packs_are_counted_by_their_own_classes(packs, capsys):
+    assert main(["data", "verify", str(packs)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split() for line in lines[:3]] == [
+        ["class", "train", "test"], ["bench", "2", "0"], ["stool", "1", "1"],
+    ]  # fmt: skip
+    assert lines[3:] == [f"{packs}: classes of your own, not ModelNet10's; all of it can be read"]
+    code, document = verified(packs, capsys)
+    assert (code, document["complete"], document["own_classes"]) == (0, True, True)
+    assert document["counts"]["train"] == {"bench": 2, "stool": 1}
+    assert document["missing"] == document["foreign"] == document["broken"] == []
+
+
+def test_a_lone_pack_is_counted(packs, capsys):
+    (packs / "test.npz").unlink()
+    code, document = verified(packs, capsys)
+    assert code == 0
+    assert document["counts"]["test"] == {"bench": 0, "stool": 0}
+
+
+def test_a_broken_pack_is_named(packs, capsys):
+    (packs / "test.npz").write_bytes(b"PK")
+    code, document = verified(packs, capsys)
+    assert code == 1
+    assert [entry["file"] for entry in document["broken"]] == ["test.npz"]
+    assert document["counts"]["train"] == {"bench": 2, "stool": 1}
+    assert main(["data", "verify", str(packs)]) == 1
+    assert "own, not ModelNet10's; not all of it can be read" in capsys.readouterr().out
+
+
+def test_packs_of_which_none_can_be_read_are_no_empty_modelnet10(packs, capsys):
+    for split in ("train", "test"):
+        (packs / f"{split}.npz").write_bytes(b"PK")
+    code, document = verified(packs, capsys)
+    assert (code, len(document["broken"]), document["missing"]) == (1, 2, [])
+
+
+@pytest.mark.parametrize(
+    ("names", "fault"),
+    [
+        (["bench_0001", "bench_0001"], "1 objects are in it more than once, as bench_0001 is"),
+        (["stool_0009", "bench_0002"], "stool_0009 is labelled bench; name or label is wrong"),
+    ],
+)
+def test_a_pack_that_says_two_things(packs, capsys, names, fault):
+    write_pack(packs / "train.npz", names, [0, 0])
+    code, document = verified(packs, capsys)
+    assert code == 1
+    assert [fault in entry["fault"] for entry in document["broken"]] == [True]
+
+
+def test_meshes_are_counted_by_their_folders(tmp_path, capsys):
+    write_meshes(tmp_path, "cup/train/a.off", "cup/train/b.OFF", "jug/test/a.off", "jug/more/c.off")
+    (tmp_path / "jug" / "train").mkdir()
+    (tmp_path / "jug" / "train" / "d.off").write_text("OFF\n9 9 0\n0 0")
+    found = verify_own(tmp_path)
+    assert found.classes == ("cup", "jug")
+    assert found.counts == {("train", "cup"): 2, ("test", "jug"): 1}
+    assert found.foreign == ("jug/more/c.off",)
+    assert [file for file, _ in found.broken] == ["jug/train/d.off"]
+    assert main(["data", "verify", str(tmp_path)]) == 1
+    (tmp_path / "jug" / "train" / "d.off").unlink()
+    capsys.readouterr()
+    assert main(["data", "verify", str(tmp_path)]) == 0
+
+
+@pytest.mark.parametrize(
+    ("classes", "own"),
+    [
+        (["cup"], True),
+        (["chair", "stool"], True),
+        (["chair"], False),
+        (["chair", "sofa", "stool"], False),
+        ([], False),
+    ],
+)
+def test_a_part_of_modelnet10_stays_one(tmp_path, classes, own):
+    for name in classes:
+        write_meshes(tmp_path, f"{name}/train/{name}_0001.off")
+    write_meshes(tmp_path, "unpacked/deeper/cup/train/a.off")
+    assert has_own_classes(tmp_path) is own
+
+
+def test_a_broken_modelnet10_is_named_as_such(tmp_path, capsys):
+    write_meshes(tmp_path, "chair/train/chair_0001.off", "sofa/test/sofa_0681.off")
+    code, document = verified(tmp_path, capsys)
+    assert code == 1
+    assert len(document["missing"]) == 4897
+    assert "own_classes" not in document
