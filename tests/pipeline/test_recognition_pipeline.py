@@ -7,9 +7,12 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.spatial.transform import RigidTransform, Rotation
 from small_world import blind, frames, pipeline
+from volume_classifier import VolumeClassifier
 
+from circumspect.classification import GridRecipe, Prediction
 from circumspect.errors import InputError
-from circumspect.mapping import PoseEstimate, PoseEstimator
+from circumspect.grid import OccupancyGrid
+from circumspect.mapping import KnownPoses, PoseEstimate, PoseEstimator
 from circumspect.pipeline import (
     CLASSIFIED,
     NO_DEPTH,
@@ -23,7 +26,7 @@ from circumspect.pipeline import (
     RecognitionStep,
 )
 from circumspect.pipeline.panels import draw_probabilities
-from circumspect.sensing import NO_FLOOR, RgbdFrame, Segmentation
+from circumspect.sensing import NO_FLOOR, GroundSegmentation, RgbdFrame, Segmentation
 
 
 class Diary:
@@ -71,6 +74,33 @@ def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:
         again = line.classifier.classify_grid(step.grid)
         assert step.prediction.probabilities == again.probabilities
         np.testing.assert_array_equal(step.grid.states, step.model.occupancy(step.grid.grid).states)
+
+
+def test_a_scan_is_named_over_a_traced_grid_and_turned_ones_of_its_points() -> None:
+    """As the model card says."""
+
+    class FourViews(VolumeClassifier):
+        views: tuple[OccupancyGrid, ...] = ()
+
+        @property
+        def recipe(self) -> GridRecipe:
+            return dataclasses.replace(super().recipe, azimuth_views=4)
+
+        def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+            self.views = views
+            return super().classify_grid(*views)
+
+    classifier = FourViews()
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
+    step = [line.step(frame) for frame in frames(3)][-1]
+    traced, *turned = classifier.views
+    assert traced is step.grid
+    np.testing.assert_array_equal(traced.states, step.model.occupancy(traced.grid).states)
+    bounds = classifier.recipe.turned_bounds(traced.grid)
+    assert [view.grid for view in turned] == bounds[1:]
+    points = step.model.cloud().points_xyz
+    for view in turned:
+        np.testing.assert_array_equal(view.states, view.grid.hits(points).states)
 
 
 def test_of_a_run_only_the_last_model_is_kept() -> None:
