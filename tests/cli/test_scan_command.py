@@ -24,9 +24,11 @@ from circumspect.geometry import TriangleMesh
 
 FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
-    "object", "true_label", "start_deg", "label", "probability", "frames", "distance_m",
-    "ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness",
-    "milliseconds", "run", "ended", "known",
+    "object", "true_label", "start_deg",
+    "label", "known", "probability", "probabilities", "truth", "frames", "outcomes", "lost_from",
+    "seen", "points", "interrupted", "milliseconds",
+    "distance_m", "ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness",
+    "run", "ended",
 ]  # fmt: skip
 
 
@@ -173,10 +175,16 @@ def test_json_is_one_line_with_exactly_these_fields(
     assert record["chamfer_m"] < 0.02
     assert 0 < record["completeness"] <= 1
     assert set(record["milliseconds"]["frame"]) == {"median", "p95"}
+    assert record["probabilities"][record["label"]] == record["probability"]
+    assert record["truth"] == record["true_label"] == "chair"
     assert {file.name for file in out.iterdir()} >= {
         "config.json", "log.jsonl", "result.json", "scan.json", "model.ply", "grid.npz",
         "trajectory.txt", "picture.png",
     }  # fmt: skip
+    result = json.loads((out / "result.json").read_text())
+    assert {name: record[name] for name in result} | {"milliseconds": 0} == (
+        result | {"milliseconds": 0}
+    )
     scan = json.loads((out / "scan.json").read_text())
     assert scan["ended"] == record["ended"]
     assert scan["measured"]["ate_rmse_m"] == record["ate_rmse_m"]

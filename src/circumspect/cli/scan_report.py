@@ -20,6 +20,7 @@ from circumspect.pipeline import (
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.playback_log import PlaybackLog
+from circumspect.pipeline.run_folder import result_document
 from circumspect.pipeline.scan_file import ScanFile
 from circumspect.pipeline.simulated_scan import SimulatedScan
 from circumspect.pipeline.stage_times import stage_times
@@ -116,21 +117,18 @@ class ScanReport:
         return self._space.measured(camera_path(result), self._truth())
 
     def _record(self, result: RecognitionResult, error: ScanError) -> dict[str, Any]:
-        config, measured, prediction = self.folder.config, error.summary(), result.prediction
+        config, measured = self.folder.config, error.summary()
         figures = ("ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness")
         return {
             "object": config["object"],
             "true_label": config["true_label"],
             "start_deg": config["start_deg"],
-            "label": None if prediction is None else prediction.label,
-            "probability": None if prediction is None else prediction.probability,
-            "frames": len(result.steps),
+            **result_document(result, config),
             "distance_m": round(self._parts.scan.driven_m, 3),
             **{name: measured[name] for name in figures},
             "milliseconds": stage_times(result.steps, self._parts.scan.plan_milliseconds),
             "run": str(self.folder.path),
             "ended": self._parts.scan.ended,
-            "known": None if prediction is None else prediction.known,
         }
 
 
