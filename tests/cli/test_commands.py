@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -271,13 +272,23 @@ class TestProcess:
     @pytest.mark.parametrize(("file", "code"), [("chair", 0), ("gone.ply", 2)])
     @pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
     def test_streams_may_be_closed(self, chair, tmp_path, file, code, closed):
-        """As a job that is started with `>&-` has them."""
+        """As a job that is started with `>&-` has them: what can not be told is a fault."""
         file = chair if file == "chair" else tmp_path / file
         closing = " ".join(f"{number}>&-" for number in closed)
         call = f'"$@" {closing}'
         words = [sys.executable, "-m", "circumspect", "classify", str(file)]
         done = subprocess.run(["sh", "-c", call, "sh", *words], capture_output=True, text=True)
-        assert done.returncode == code
+        assert done.returncode == (2 if 1 in closed else code)
         assert "Traceback" not in done.stderr
+        if closed == (1,):
+            told = "standard output is closed" if code == 0 else "gone.ply"
+            assert re.fullmatch(f"circumspect: .*{told}.*\n", done.stderr)
         assert ("chair" in done.stdout) == (code == 0 and 1 not in closed)
         assert "circumspect: " not in done.stdout
+
+    def test_work_goes_on_without_standard_output(self, chair, tmp_path):
+        words = [sys.executable, "-m", "circumspect", "grid", str(chair), "--out", "here.npz"]
+        call = ["sh", "-c", '"$@" >&-', "sh", *words]
+        done = subprocess.run(call, capture_output=True, text=True, cwd=tmp_path)
+        assert (tmp_path / "here.npz").is_file()
+        assert done.returncode == 2

@@ -33,7 +33,7 @@ class Explain:
     """
 
     file: Annotated[Path, tyro.conf.Positional]
-    """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, NPY, NPZ, or a grid saved by `circumspect grid`."""
+    """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, CSV, NPY, NPZ, or a grid saved by `circumspect grid`."""
     out: Path = Path()
     """The folder for FILE-why.png, FILE-why.ply and FILE-why.npz; here by default."""
     label: str | None = None

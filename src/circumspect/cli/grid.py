@@ -25,7 +25,7 @@ class Grid:
     """
 
     file: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE")]
-    """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, NPY or NPZ."""
+    """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, CSV, NPY or NPZ."""
     out: Path | None = None
     """The npz to write; the picture lies beside it. FILE-grid.npz here by default."""
     kind: Literal["cylindrical", "rectangular"] = "cylindrical"

@@ -61,8 +61,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: The words after the program's name; None means those of the process.
 
     Returns:
-        Exit code: 0 all done, 2 a known fault (already told on standard error), 130 interrupted
-        by Ctrl-C, 143 by SIGTERM.
+        Exit code: 0 all done, 2 a known fault (already told on standard error), or an
+        answer that could not be told, 130 interrupted by Ctrl-C, 143 by SIGTERM.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     _open_closed_streams()
@@ -71,6 +71,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with ends_as_ctrl_c_does():
             code = _dispatch(words)
             sys.stdout.flush()
+            if code == 0 and isinstance(sys.stdout, _ClosedOutput) and sys.stdout.lost:
+                raise CircumspectError("standard output is closed, so that nothing could be told")
     except (CircumspectError, KeyboardInterrupt) as error:
         if (interrupt := _interrupt(error)) is not None:
             say("interrupted; the same command starts or goes on again")
@@ -100,12 +102,26 @@ def _interrupt(error: BaseException) -> KeyboardInterrupt | None:
     return cause if isinstance(cause, KeyboardInterrupt) else None
 
 
+class _ClosedOutput(io.TextIOWrapper):
+    """In the place of a closed standard output: remembers whether something was to be told.
+
+    Work goes on meanwhile, for its files may be all that is wanted.
+    """
+
+    lost = False
+
+    def write(self, s: str, /) -> int:
+        self.lost = self.lost or bool(s)
+        return super().write(s)
+
+
 def _open_closed_streams() -> None:
     """A job may be started without them (`>&-`); no file of ours shall get their numbers."""
-    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+    for name, mode in (("stdin", "rb"), ("stdout", "wb"), ("stderr", "wb")):
         if getattr(sys, name) is None:
-            stream = Path(os.devnull).open(mode, encoding="utf-8")  # noqa: SIM115
-            setattr(sys, name, stream)
+            nowhere = Path(os.devnull).open(mode)  # noqa: SIM115
+            kind = _ClosedOutput if name == "stdout" else io.TextIOWrapper
+            setattr(sys, name, kind(nowhere, encoding="utf-8"))
 
 
 def _escape_what_output_lacks() -> None:
