@@ -1,4 +1,6 @@
+import copy
 import json
+import pickle
 from contextlib import suppress
 
 import numpy as np
@@ -302,3 +304,26 @@ def test_an_empty_grid_is_not_named(classifier):
     nothing = OccupancyGrid(grid, np.zeros(grid.shape, np.uint8))
     with pytest.raises(InputError, match="the grid is empty"):
         classifier.classify_grid(nothing)
+
+
+def test_the_same_cloud_gives_an_equal_answer(classifier):
+    cloud = make_furniture("chair", 0).sampled(2000, 0)
+    assert classifier.classify(cloud) == classifier.classify(cloud)
+
+
+def test_a_pickled_classifier_is_loaded_again(classifier, shipped_bytes, tmp_path, monkeypatch):
+    cloud = make_furniture("chair", 0).sampled(2000, 0)
+    (tmp_path / "own.onnx").write_bytes(shipped_bytes)
+    monkeypatch.chdir(tmp_path)
+    own = Classifier.load("own.onnx", threads=1)
+    expected = own.classify(cloud)
+    # The other process may stand in another folder.
+    monkeypatch.chdir("/")
+    assert pickle.loads(pickle.dumps(own)).classify(cloud) == expected
+    assert copy.deepcopy(classifier).classify(cloud) == classifier.classify(cloud)
+
+
+def test_a_classifier_from_no_file_can_not_be_pickled(classifier):
+    bare = OnnxClassifier(classifier._session, classifier.description)
+    with pytest.raises(TypeError, match=r"Classifier\.load\(path\)"):
+        pickle.dumps(bare)

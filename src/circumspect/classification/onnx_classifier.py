@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -56,13 +56,15 @@ class OnnxClassifier(Classifier):
         beyond = description.get("unknown_beyond")
         self._unknown_beyond = np.inf if beyond is None else checked_distance(beyond)
         self._outputs = [output.name for output in session.get_outputs()]
+        self._loaded_with: tuple[str | None, int] | None = None
 
     @staticmethod
     def load(path: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
         """See `Classifier.load`."""
         if path is None:
-            content = _shipped()
-            return _open(content, "the shipped classifier", threads)
+            shipped = _open(_shipped(), "the shipped classifier", threads)
+            shipped._loaded_with = (None, threads)
+            return shipped
         content = _read(Path(path))
         try:
             require_plain_network(content)
@@ -71,7 +73,22 @@ class OnnxClassifier(Classifier):
                 f"{path}: not an ONNX network that can be run ({error}); make one with "
                 "circumspect export"
             ) from error
-        return _open(content, str(path), threads, foreign=True)
+        own = _open(content, str(path), threads, foreign=True)
+        own._loaded_with = (str(Path(path).absolute()), threads)
+        return own
+
+    def __reduce__(self) -> tuple[Callable[..., OnnxClassifier], tuple[str | None, int]]:
+        """A copy, in this or in another process, is loaded from the same file again.
+
+        Raises:
+            TypeError: It came from no file.
+        """
+        if self._loaded_with is None:
+            raise TypeError(
+                "a classifier that came from no file can not be copied or pickled; make it with "
+                "Classifier.load(path)"
+            )
+        return OnnxClassifier.load, self._loaded_with
 
     @property
     def classes(self) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -125,16 +125,9 @@ def prediction_record(
         load: Time to read the file [ms].
     """
     times = {"load": load, "grid": 0.0, **prediction.milliseconds}
-    return {
-        "file": str(file),
-        "label": prediction.label,
-        "known": prediction.known,
-        "distance": prediction.distance,
-        "probability": prediction.probability,
-        "probabilities": dict(prediction.probabilities),
-        "points": points,
-        "milliseconds": {name: round(value, 3) for name, value in times.items()},
-    }
+    answer = replace(prediction, milliseconds=times).to_dict()
+    told = answer.pop("milliseconds")
+    return {"file": str(file), **answer, "points": points, "milliseconds": told}
 
 
 def _readable(record: dict[str, Any], top: int) -> str:

@@ -1,0 +1,101 @@
+"""An answer travels: to another process, into JSON, into a set."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import json
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+from circumspect.classification import Prediction
+
+ANSWER = Prediction.from_probabilities(
+    ("bed", "chair"), np.array([0.02, 0.98], np.float32), {"grid": 1.23456}, distance=0.1
+)
+
+
+def passed_on(prediction: Prediction) -> Prediction:
+    return prediction
+
+
+@pytest.mark.parametrize(
+    "travel",
+    [
+        *(lambda p, n=n: pickle.loads(pickle.dumps(p, n)) for n in range(2, 6)),
+        copy.copy,
+        copy.deepcopy,
+    ],
+)
+def test_copies_are_equal_and_as_read_only(travel):
+    copied = travel(ANSWER)
+    assert copied == ANSWER
+    assert list(copied.probabilities) == ["bed", "chair"]
+    assert copied.milliseconds == ANSWER.milliseconds
+    with pytest.raises(TypeError, match="read-only"):
+        copied.probabilities["bed"] = 1.0
+
+
+def test_it_comes_home_from_another_process():
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        assert pool.submit(passed_on, ANSWER).result() == ANSWER
+
+
+def test_the_time_it_took_does_not_tell_answers_apart():
+    later = dataclasses.replace(ANSWER, milliseconds={"grid": 9.0})
+    assert later == ANSWER
+    assert len({later, ANSWER}) == 1
+    assert dataclasses.replace(ANSWER, known=False) != ANSWER
+
+
+def test_numbers_given_as_a_dict_are_not_shared():
+    numbers = {"chair": 1.0}
+    prediction = Prediction("chair", 1.0, numbers)
+    numbers["chair"] = 0.0
+    assert prediction.probabilities == {"chair": 1.0}
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda table: table.update(bed=1.0),
+        lambda table: table.pop("bed"),
+        lambda table: table.popitem(),
+        lambda table: table.clear(),
+        lambda table: table.setdefault("sofa", 1.0),
+        lambda table: table.__delitem__("bed"),
+        lambda table: table.__ior__({"bed": 1.0}),
+    ],
+)
+def test_no_way_to_write(write):
+    with pytest.raises(TypeError, match="read-only"):
+        write(ANSWER.probabilities)
+    assert list(ANSWER.probabilities) == ["bed", "chair"]
+
+
+def test_json_and_plain_dicts():
+    told = json.loads(json.dumps(ANSWER.to_dict()))
+    assert told == {
+        "label": "chair",
+        "known": True,
+        "distance": 0.1,
+        "probability": pytest.approx(0.98),
+        "probabilities": {"bed": pytest.approx(0.02), "chair": pytest.approx(0.98)},
+        "milliseconds": {"grid": 1.235},
+    }
+    assert json.loads(json.dumps(ANSWER.probabilities)) == told["probabilities"]
+    assert dataclasses.asdict(ANSWER)["probabilities"] == ANSWER.probabilities
+
+
+def test_its_own_numbers_may_be_numpys():
+    told = Prediction("a", np.float32(0.5), {"a": np.float32(0.5)}, {"grid": np.float64(1)})
+    assert json.loads(json.dumps(told.to_dict()))["probabilities"] == {"a": 0.5}
+
+
+def test_it_is_told_in_a_few_words():
+    assert repr(ANSWER) == "Prediction(chair 0.98, known)"
+    assert repr(dataclasses.replace(ANSWER, known=False)) == "Prediction(chair 0.98, unknown)"
