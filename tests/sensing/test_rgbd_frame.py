@@ -96,3 +96,15 @@ def test_depths_that_are_none_in_any_unit_are_invalid():
     depth = np.array([[1e-38, 1e-20, 1e-3], [1.0, -1.0, np.inf]], np.float32)
     frame = RgbdFrame(depth, PinholeCamera(3, 2, 1.0, 1.0, 1.0, 0.5), 0.0)
     assert frame.valid.tolist() == [[False, False, True], [True, False, False]]
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.uint16])
+def test_masked_depth_is_invalid(dtype):
+    depth = np.ma.masked_array(np.full((6, 8), 2, dtype), mask=np.zeros((6, 8), bool))
+    depth[1, 2] = np.ma.masked
+    for frame in (
+        RgbdFrame(depth, CAMERA, 0.0),
+        RgbdFrame.from_millimetres(depth, CAMERA, 0.0),
+    ):
+        assert np.isnan(frame.depth[1, 2])
+        assert frame.valid.sum() == 47

@@ -13,6 +13,7 @@ from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.classification.prediction import Prediction
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
+from circumspect.geometry.frozen_array import ReadOnlyArrays
 from circumspect.grid import OccupancyGrid
 
 EDGES = (0.5, 0.25)
@@ -21,7 +22,7 @@ BATCH = 32
 
 
 @dataclass(frozen=True, eq=False)
-class CellEvidence:
+class CellEvidence(ReadOnlyArrays):
     """What each occupied cell of a grid says for a class.
 
     Attributes:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -9,13 +11,28 @@ from circumspect.errors import GeometryError
 
 # Squares and cubes of coordinates up to this stay finite in float64.
 LARGEST_COORDINATE = 1e100
+NUMBERS = "iuf"
+"""NumPy's letters for the kinds of whole and real numbers."""
+
+
+class ReadOnlyArrays:
+    """Base of what holds read-only arrays: those of its copies and pickles are read-only, too.
+
+    NumPy forgets it: without this base every copied array could be written to.
+    """
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+        self.__dict__.update(state)
 
 
 def frozen(values: ArrayLike) -> NDArray[np.float64]:
     """The values as a float64 array that nobody can write to; copied unless that holds already.
 
     Raises:
-        GeometryError: They are not numbers, or not of one shape.
+        GeometryError: They are not whole or real numbers, some are masked, or not of one shape.
     """
     if (
         isinstance(values, np.ndarray)
@@ -24,12 +41,30 @@ def frozen(values: ArrayLike) -> NDArray[np.float64]:
         and not values.flags.writeable
     ):
         return values
+    require_unmasked(values)
     try:
-        array = np.array(values, dtype=np.float64, order="C")
+        array = np.asarray(values)
     except (TypeError, ValueError) as error:
         raise GeometryError(f"an array of numbers is needed: {error}") from error
+    if array.dtype.kind not in NUMBERS:
+        raise GeometryError(
+            f"an array of numbers is needed, not {type(values).__name__} of {array.dtype}"
+        )
+    array = np.array(array, dtype=np.float64, order="C")
     array.flags.writeable = False
     return array
+
+
+def require_unmasked(values: object) -> None:
+    """Refuse an array that hides some of its values: they would be used like the others.
+
+    Raises:
+        GeometryError: Some are masked.
+    """
+    if not isinstance(values, np.ma.MaskedArray):
+        return
+    if np.ma.flatten_mask(np.ma.getmaskarray(values)).any():
+        raise GeometryError("the array has masked values; drop masked rows first")
 
 
 def require_coordinates(points_xyz: NDArray[np.float64], what: str) -> None:

@@ -3,28 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from circumspect.errors import GeometryError
-from circumspect.geometry.frozen_array import frozen, require_coordinates
+from circumspect.geometry.frozen_array import ReadOnlyArrays, frozen, require_coordinates
+from circumspect.geometry.point_fields import rows_of_fields
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import RigidTransform
 
 _SIMILARITY_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class PointCloud:
+class PointCloud(ReadOnlyArrays):
     """Points on the surface of an object; arrays are read-only.
 
+    NumPy takes a cloud as the array of its points.
+
     Attributes:
-        points_xyz: (n, 3) float64 [m], finite, n >= 1.
+        points_xyz: (n, 3) float64 [m], finite, n >= 1. May be given as a structured array with
+            fields x, y and z.
         areas: (n,) float64 [m²] or None: the surface area that each point stands for. None
             means that all points stand for the same area.
         normals_xyz: (n, 3) float64 unit vectors or None.
 
     Raises:
-        GeometryError: Wrong shapes, no points, coordinates that are not finite, negative areas.
+        GeometryError: Wrong shapes, no points, coordinates that are not finite, negative areas,
+            masked values, or values that are no whole or real numbers.
     """
 
     points_xyz: NDArray[np.float64]
@@ -32,7 +41,7 @@ class PointCloud:
     normals_xyz: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        points = frozen(self.points_xyz)
+        points = frozen(rows_of_fields(self.points_xyz))
         require_coordinates(points, "points")
         object.__setattr__(self, "points_xyz", points)
         for name, shape in (("areas", (len(points),)), ("normals_xyz", points.shape)):
@@ -51,6 +60,15 @@ class PointCloud:
     def __len__(self) -> int:
         return len(self.points_xyz)
 
+    def __repr__(self) -> str:
+        areas = "" if self.areas is None else ", areas"
+        normals = "" if self.normals_xyz is None else ", normals"
+        return f"PointCloud({len(self)} points{areas}{normals})"
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """(n, 3) [m]: the points; read-only unless copied."""
+        return np.array(self.points_xyz, dtype=dtype, copy=copy)
+
     @property
     def weights(self) -> NDArray[np.float64]:
         """(n,) shares of the whole surface; they sum to 1."""
@@ -59,12 +77,12 @@ class PointCloud:
         shares = self.areas / largest
         return shares / shares.sum()
 
-    def moved(self, matrix: ArrayLike) -> PointCloud:
+    def moved(self, T_target_source: RigidTransform | ArrayLike) -> PointCloud:
         """The cloud under a homogeneous transform.
 
         Args:
-            matrix: (4, 4) `T_target_source`, a similarity (rotation, scale, translation; a mirror
-                is allowed).
+            T_target_source: A rigid transform, or the (4, 4) matrix of a similarity (rotation,
+                scale, translation; a mirror is allowed).
 
         Returns:
             The cloud in the target frame; areas grow with the square of the scale.
@@ -72,9 +90,9 @@ class PointCloud:
         Raises:
             GeometryError: The matrix is no similarity.
         """
-        T_target_source = frozen(matrix)
-        scale = _similarity_scale(T_target_source)
-        linear, translation = T_target_source[:3, :3], T_target_source[:3, 3]
+        matrix = _matrix(T_target_source)
+        scale = _similarity_scale(matrix)
+        linear, translation = matrix[:3, :3], matrix[:3, 3]
         return PointCloud(
             self.points_xyz @ linear.T + translation,
             areas=None if self.areas is None else self.areas * scale**2,
@@ -95,6 +113,14 @@ class PointCloud:
         matrix = np.eye(4)
         matrix[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
         return self.moved(matrix)
+
+
+def _matrix(transform: RigidTransform | ArrayLike) -> NDArray[np.float64]:
+    from scipy.spatial.transform import RigidTransform
+
+    if isinstance(transform, RigidTransform):
+        return frozen(transform.as_matrix())
+    return frozen(transform)
 
 
 def _similarity_scale(matrix: NDArray[np.float64]) -> float:

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
-from circumspect.geometry.frozen_array import frozen
+from circumspect.geometry.frozen_array import ReadOnlyArrays, frozen
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(ReadOnlyArrays):
     """Poses of a camera over time.
 
     Attributes:

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
 from circumspect.geometry import _native
-from circumspect.geometry.frozen_array import frozen, require_coordinates
+from circumspect.geometry.frozen_array import ReadOnlyArrays, frozen, require_coordinates
 from circumspect.geometry.point_cloud import PointCloud
 
 
 @dataclass(frozen=True, eq=False)
-class TriangleMesh:
+class TriangleMesh(ReadOnlyArrays):
     """Triangles over shared vertices; arrays are read-only.
 
     Attributes:
@@ -44,6 +44,9 @@ class TriangleMesh:
         faces.flags.writeable = False
         object.__setattr__(self, "vertices_xyz", vertices)
         object.__setattr__(self, "faces", faces)
+
+    def __repr__(self) -> str:
+        return f"TriangleMesh({len(self.vertices_xyz)} vertices, {len(self.faces)} faces)"
 
     @property
     def corners_xyz(self) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
+from circumspect.geometry.frozen_array import ReadOnlyArrays
 
 if TYPE_CHECKING:
     from circumspect.grid.grid import Grid
@@ -19,7 +20,7 @@ UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
-class OccupancyGrid:
+class OccupancyGrid(ReadOnlyArrays):
     """The state of every cell of a grid; the array is read-only.
 
     Attributes:

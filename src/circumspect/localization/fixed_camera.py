@@ -9,11 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
+from circumspect.geometry.frozen_array import ReadOnlyArrays
 from circumspect.localization.lens_camera import LensCamera
 
 
 @dataclass(frozen=True, eq=False)
-class FixedCamera:
+class FixedCamera(ReadOnlyArrays):
     """Lens and place of one camera of the intelligent space.
 
     Attributes:

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
+from circumspect.geometry.frozen_array import ReadOnlyArrays
 
 
 @dataclass(frozen=True, eq=False)
-class Odometry:
+class Odometry(ReadOnlyArrays):
     """Dead reckoning since the start: smooth, but drifting (REP 105).
 
     Attributes:

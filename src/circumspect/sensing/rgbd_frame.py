@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
+from circumspect.geometry.frozen_array import ReadOnlyArrays
 from circumspect.sensing.millimetres import metres
 from circumspect.sensing.odometry import Odometry
 from circumspect.sensing.pixel_rays import pixel_rays
@@ -20,12 +21,12 @@ NEAREST = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class RgbdFrame:
+class RgbdFrame(ReadOnlyArrays):
     """Depth, and perhaps colour, from one place at one time; arrays are read-only.
 
     Attributes:
         depth: (height, width) float32 [m] along the optical z axis; NaN is invalid. Infinite
-            values and those below `NEAREST` become NaN.
+            and masked values and those below `NEAREST` become NaN.
         camera: The camera that took it.
         stamp: Time [s].
         T_map_camera: Where the camera is believed to have been (optical frame), or None.
@@ -51,6 +52,8 @@ class RgbdFrame:
         depth = np.array(self.depth, dtype=np.float32)
         if depth.shape != size:
             raise InputError(f"depth has shape {depth.shape}, the camera makes {size}")
+        if isinstance(self.depth, np.ma.MaskedArray):
+            depth[np.ma.getmaskarray(self.depth)] = np.nan
         depth[~(np.isfinite(depth) & (depth >= NEAREST))] = np.nan
         depth.flags.writeable = False
         object.__setattr__(self, "depth", depth)
@@ -79,7 +82,8 @@ class RgbdFrame:
         """Build from a depth image as cameras and files have it (16UC1, REP 118).
 
         Args:
-            depth: (height, width) uint16 or float32 [mm]; 0, 65535 and NaN are invalid.
+            depth: (height, width) uint16 or float32 [mm]; 0, 65535, NaN and what is masked
+                are invalid.
             camera: The camera that took it.
             stamp: Time [s].
             T_map_camera: See the class.
@@ -88,7 +92,7 @@ class RgbdFrame:
         Raises:
             InputError: See the class.
         """
-        return cls(metres(np.asarray(depth)), camera, stamp, T_map_camera, colour)
+        return cls(metres(np.ma.filled(depth, 0)), camera, stamp, T_map_camera, colour)
 
     @property
     def valid(self) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
+from circumspect.geometry.frozen_array import ReadOnlyArrays
 from circumspect.localization.tag_picture import MODULES, tag_picture
 
 BLACK, WHITE = 0.06, 0.88
@@ -15,7 +16,7 @@ BLACK, WHITE = 0.06, 0.88
 
 
 @dataclass(frozen=True, eq=False)
-class Plate:
+class Plate(ReadOnlyArrays):
     """A rectangle in the plane z = 0 of its own frame, its middle at the origin.
 
     Attributes:
