@@ -327,3 +327,24 @@ def test_a_classifier_from_no_file_can_not_be_pickled(classifier):
     bare = OnnxClassifier(classifier._session, classifier.description)
     with pytest.raises(TypeError, match=r"Classifier\.load\(path\)"):
         pickle.dumps(bare)
+
+
+def test_an_array_is_named_as_the_cloud_of_its_points(classifier):
+    points = make_furniture("chair", 0).sampled(2000, 0).points_xyz
+    assert classifier.classify(points) == classifier.classify(PointCloud(points))
+
+
+def test_what_is_no_cloud_is_told_how_to_become_one(classifier):
+    with pytest.raises(InputError, match=r"mesh\.sampled\("):
+        classifier.classify(make_furniture("chair", 0))
+    with pytest.raises(InputError, match=r"circumspect\.read_cloud\(path\)"):
+        classifier.classify("chair.ply")
+
+
+def test_what_is_no_grid_is_told(classifier):
+    cloud = make_furniture("chair", 0).sampled(20_000, 0)
+    bounds = classifier.recipe.bounds(cloud)
+    with pytest.raises(InputError, match=r"not a list; of several: classify_grid\(\*views\)"):
+        classifier.classify_grid([bounds.hits(cloud)])
+    with pytest.raises(InputError, match=r"bounds\.hits\(points\)"):
+        classifier.classify_grid(bounds)

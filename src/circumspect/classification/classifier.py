@@ -6,6 +6,8 @@ import os
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
+from numpy.typing import ArrayLike
+
 from circumspect.classification.input_recipe import InputRecipe
 from circumspect.classification.prediction import Prediction
 from circumspect.geometry import PointCloud
@@ -29,15 +31,17 @@ class Classifier(ABC):
         """How it wants to be shown clouds."""
 
     @abstractmethod
-    def classify(self, cloud: PointCloud) -> Prediction:
+    def classify(self, cloud: PointCloud | ArrayLike) -> Prediction:
         """Name the object that a cloud shows.
 
         Args:
-            cloud: The object's surface, z up, any unit and place; only the object. To the
-                shipped classifier fewer than 128 points tell no class: its answer is never `known`.
+            cloud: The object's surface, z up, any unit and place; only the object. An (n, 3)
+                array will do. To the shipped classifier fewer than 128 points tell no class: its
+                answer is never `known`.
 
         Raises:
             GeometryError: The points span no shape: all in one place or on a line.
+            InputError: No points: a mesh, a path.
         """
 
     @abstractmethod

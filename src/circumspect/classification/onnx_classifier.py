@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.input_recipe import InputRecipe
@@ -26,6 +26,7 @@ from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
 from circumspect.errors import CircumspectError, InputError, WeightsError, reason_of
 from circumspect.geometry import PointCloud
+from circumspect.geometry.given_cloud import as_cloud
 from circumspect.grid import OccupancyGrid
 
 METADATA_KEY = "circumspect"
@@ -111,9 +112,9 @@ class OnnxClassifier(Classifier):
         told = self.description.get("training")
         return told if isinstance(told, dict) else {}
 
-    def classify(self, cloud: PointCloud) -> Prediction:
+    def classify(self, cloud: PointCloud | ArrayLike) -> Prediction:
         """See `Classifier.classify`."""
-        start = time.perf_counter()
+        start, cloud = time.perf_counter(), as_cloud(cloud)
         inputs = self._recipe.inputs(cloud)
         times = {"grid": 1e3 * (time.perf_counter() - start)}
         prediction = self._prediction(inputs, times)
@@ -130,6 +131,11 @@ class OnnxClassifier(Classifier):
         if not views:
             raise InputError("there is no grid to name; give one at least")
         for grid in views:
+            if not isinstance(grid, OccupancyGrid):
+                raise InputError(
+                    f"a view is an OccupancyGrid, not a {type(grid).__name__}; of several: "
+                    "classify_grid(*views), of bounds: classify_grid(bounds.hits(points))"
+                )
             self._recipe.accepts(grid)
         occupied = np.stack([grid.occupied for grid in views])
         return self._prediction(occupied.astype(np.uint8)[None, :, None], {})

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry.file_shape import FileShape
-from circumspect.geometry.npy_stream import NPZ_FAULTS, array_in, array_in_member, told
+from circumspect.geometry.npy_stream import NPZ_FAULTS, NUMBERS, array_in, array_in_member, told
+from circumspect.geometry.point_fields import rows_of_fields
 
 POINT_KEYS = ("points_xyz", "points", "xyz")
 NORMAL_KEYS = ("normals_xyz", "normals")
@@ -20,16 +21,19 @@ WIDEST = 16
 MOST_COLUMNS = 64
 """Coordinates, colours and features of one point; an array with more is an image."""
 
+# Structured arrays, too: ROS and PCL hand over their points as such.
+_KINDS = NUMBERS + "V"
+
 
 def read_npy(path: Path) -> FileShape:
-    """Read an array of shape (n, 3) or wider, the first three columns being x, y, z.
+    """Read an array of shape (n, 3) or wider, the first three columns or fields x, y, z.
 
     Raises:
         InputError: Not such an array.
     """
     try:
         with path.open("rb") as stream:
-            return FileShape(_points(array_in(stream, path.stat().st_size), "the array"))
+            return FileShape(_points(array_in(stream, path.stat().st_size, _KINDS), "the array"))
     except ValueError as error:
         raise InputError(f"is no readable NPY file ({told(error)}); save it again") from error
 
@@ -62,7 +66,7 @@ def _chosen_array(
 ) -> tuple[NDArray[Any], str]:
     for key in POINT_KEYS:
         if key in members:
-            return array_in_member(archive, members[key]), key
+            return array_in_member(archive, members[key], _KINDS), key
     arrays = {key: array_in_member(archive, item) for key, item in members.items()}
     fitting = [key for key, array in arrays.items() if array.ndim == 2 and array.shape[1] == 3]
     if len(fitting) != 1:
@@ -74,6 +78,7 @@ def _chosen_array(
 
 
 def _points(array: NDArray[Any], name: str) -> NDArray[np.float64]:
+    array = np.asarray(rows_of_fields(array))
     if array.ndim != 2 or array.shape[1] < 3:
         raise InputError(f"{name} must have shape (n, 3) or wider, not {array.shape}")
     if array.shape[0] == 3 and array.shape[1] > WIDEST:

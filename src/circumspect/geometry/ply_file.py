@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry.file_shape import FileShape, side_by_side
+from circumspect.geometry.given_cloud import as_cloud
 from circumspect.geometry.ply_header import parse_ply_header
 from circumspect.geometry.ply_rows import Columns, Polygons, ply_rows
 from circumspect.geometry.point_cloud import PointCloud
@@ -59,18 +60,21 @@ def read_ply(path: Path) -> FileShape:
     )
 
 
-def write_ply(path: str | os.PathLike[str], cloud: PointCloud) -> None:
+def write_ply(path: str | os.PathLike[str], cloud: PointCloud | ArrayLike) -> None:
     """Write a cloud as binary PLY (little endian, double), with normals and areas it has.
 
     `read_cloud` gives back the same numbers; other programs pass over the areas.
 
     Args:
         path: The file; it appears when complete.
-        cloud: The points [m].
+        cloud: The points, or an (n, 3) array of them [m].
 
     Raises:
+        InputError: A mesh or a path in the place of points.
+        GeometryError: No array of points, see `PointCloud`.
         OutputError: The file can not be written.
     """
+    cloud = as_cloud(cloud)
     columns: Columns = dict(zip(_POSITION, cloud.points_xyz.T, strict=True))
     if cloud.normals_xyz is not None:
         columns |= dict(zip(_NORMAL, cloud.normals_xyz.T, strict=True))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from circumspect.geometry import PointCloud
+from circumspect.geometry.given_cloud import as_cloud
 from circumspect.grid import _native
 from circumspect.grid.bounds_fit import about_centre, require_size
 from circumspect.grid.grid import Grid
@@ -63,7 +64,7 @@ class CylindricalGrid(Grid):
     @classmethod
     def fit(
         cls,
-        cloud: PointCloud,
+        cloud: PointCloud | ArrayLike,
         shape: Sequence[int] = (32, 32, 32),
         half_height_per_radius: float = 1.0,
         azimuth_offset: float = 0.0,
@@ -71,16 +72,17 @@ class CylindricalGrid(Grid):
         """The smallest cylinder about the area-weighted centre that holds all points.
 
         Args:
-            cloud: (n, 3) points of the object, z up.
+            cloud: (n, 3) points of the object [m], z up.
             shape: Cells along (radius, azimuth, height).
             half_height_per_radius: Proportion of the cylinder; the scale is isotropic.
             azimuth_offset: [rad] where the first sector begins.
 
         Raises:
             GeometryError: All points coincide, or lie too far out for the arithmetic.
-            InputError: Wrong shape or proportion.
+            InputError: A mesh or a path in the place of points, wrong shape or proportion.
         """
         proportion = checked_length(half_height_per_radius, "half_height_per_radius")
+        cloud = as_cloud(cloud)
         centre, (x, y, z) = about_centre(cloud)
         reach, height = float(np.sqrt(x * x + y * y).max()), float(np.abs(z).max())
         radius = max(reach, height / proportion)

@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import PointCloud
+from circumspect.geometry.frozen_array import NUMBERS, require_unmasked
+from circumspect.geometry.given_cloud import refuse_mesh_and_path
+from circumspect.geometry.point_fields import rows_of_fields
 from circumspect.grid import _native
 
 SMALLEST_LENGTH, LARGEST_LENGTH = 1e-50, 1e50
@@ -84,15 +87,18 @@ def checked_points(points_xyz: PointCloud | ArrayLike, name: str = "points") -> 
     """Points as (n, 3) float64 or float32 in C order; copied only where they are not yet.
 
     Raises:
-        InputError: Wrong shape or not numbers.
+        InputError: Wrong shape, not numbers, or a mesh or a path in their place.
+        GeometryError: Some are masked.
     """
     if isinstance(points_xyz, PointCloud):
         return points_xyz.points_xyz
-    points = np.asarray(points_xyz)
+    refuse_mesh_and_path(points_xyz)
+    require_unmasked(points_xyz)
+    points = np.asarray(rows_of_fields(points_xyz))
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"{name} must have shape (n, 3), not {points.shape}")
     if points.dtype not in (np.float32, np.float64):
-        if points.dtype.kind not in "iuf":
+        if points.dtype.kind not in NUMBERS:
             raise InputError(f"{name} must be real numbers, not {points.dtype}")
         points = points.astype(np.float64)
     if not points.dtype.isnative:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from circumspect.geometry import PointCloud
+from circumspect.geometry.given_cloud import as_cloud
 from circumspect.grid import _native
 from circumspect.grid.bounds_fit import about_centre, require_size
 from circumspect.grid.grid import Grid
@@ -51,19 +52,22 @@ class RectangularGrid(Grid):
             object.__setattr__(self, name, value)
 
     @classmethod
-    def fit(cls, cloud: PointCloud, shape: Sequence[int] = (32, 32, 32), yaw: float = 0.0) -> Self:
+    def fit(
+        cls, cloud: PointCloud | ArrayLike, shape: Sequence[int] = (32, 32, 32), yaw: float = 0.0
+    ) -> Self:
         """The smallest cube about the area-weighted centre that holds all points.
 
         Args:
-            cloud: (n, 3) points of the object, z up.
+            cloud: (n, 3) points of the object [m], z up.
             shape: Cells along (x, y, z).
             yaw: [rad] of the cube.
 
         Raises:
             GeometryError: All points coincide, or lie too far out for the arithmetic.
-            InputError: Wrong shape or yaw.
+            InputError: A mesh or a path in the place of points, wrong shape or yaw.
         """
         angle = checked_number(yaw, "yaw")
+        cloud = as_cloud(cloud)
         centre, (x, y, z) = about_centre(cloud)
         cosine, sine = math.cos(angle), math.sin(angle)
         along = (cosine * x + sine * y, cosine * y - sine * x, z)

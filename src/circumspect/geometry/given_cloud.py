@@ -1,0 +1,41 @@
+"""What callers hand over where a cloud is wanted."""
+
+from __future__ import annotations
+
+import os
+
+from numpy.typing import ArrayLike
+
+from circumspect.errors import InputError
+from circumspect.geometry.point_cloud import PointCloud
+from circumspect.geometry.triangle_mesh import TriangleMesh
+
+
+def as_cloud(points_xyz: PointCloud | ArrayLike) -> PointCloud:
+    """A cloud as it is, or the cloud of an array of points.
+
+    Args:
+        points_xyz: (n, 3) [m].
+
+    Raises:
+        InputError: A mesh or a path; the message says how to make a cloud of it.
+        GeometryError: No array of points, see `PointCloud`.
+    """
+    if isinstance(points_xyz, PointCloud):
+        return points_xyz
+    refuse_mesh_and_path(points_xyz)
+    return PointCloud(points_xyz)  # pyright: ignore[reportArgumentType]
+
+
+def refuse_mesh_and_path(given: object) -> None:
+    """Tell those who have what points are made of, but no points yet.
+
+    Raises:
+        InputError: It is a mesh or a path.
+    """
+    if isinstance(given, TriangleMesh):
+        raise InputError("points are needed, not a mesh; draw some on it: mesh.sampled(20_000)")
+    if isinstance(given, str | os.PathLike):
+        raise InputError(
+            "points are needed, not the path of a file; read it: circumspect.read_cloud(path)"
+        )
