@@ -148,3 +148,12 @@ def test_bad_tum_files(text: str, word: str, tmp_path: Path):
     assert str(error.value).startswith(f"{path}: ")
     with pytest.raises(InputError, match="does not exist"):
         read_tum(tmp_path / "b.txt")
+
+
+def test_poses_are_rigid_transforms():
+    matrices = np.tile(np.eye(4), (2, 1, 1))
+    with pytest.raises(InputError, match=r"T_map_camera must be .* RigidTransform\.from_matrix"):
+        Trajectory(np.arange(2.0), matrices)
+    path = Trajectory(np.arange(2.0), RigidTransform.from_matrix(matrices))
+    with pytest.raises(InputError, match="T_target_map must be a SciPy RigidTransform"):
+        path.moved(np.eye(4))

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera, PlanarPose
@@ -32,3 +33,34 @@ def test_a_moved_frame_keeps_its_odometry():
     moved = frame.at(PlanarPose(4, 5, 6).as_transform())
     assert moved.odometry is odometry
     assert moved.T_base_camera is mounted
+
+
+def test_a_rigid_transform_is_taken_as_a_pose_on_the_floor():
+    T = RigidTransform.from_components([1.0, 2.0, 0.3], Rotation.from_rotvec([0.0, 0.0, 0.5]))
+    pose = Odometry(0.0, T).T_odom_base
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((1.0, 2.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    "pose", [np.eye(4), (1.0, 2.0, 0.5), None, RigidTransform.identity(1)], ids=str
+)
+def test_any_other_pose_is_refused(pose):
+    with pytest.raises(InputError, match=r"PlanarPose\(x, y, yaw\) or one RigidTransform"):
+        Odometry(0.0, pose)
+
+
+@pytest.mark.parametrize("shape", [(6, 6), (36,)])
+def test_the_covariance_of_ros_is_told_to_be_cut(shape):
+    with pytest.raises(InputError, match="rows and columns 0, 1 and 5"):
+        Odometry(0.0, PlanarPose(), np.eye(6).reshape(shape))
+
+
+def test_a_frame_takes_odometry_and_transforms_only():
+    camera = PinholeCamera(4, 3, 5, 5, 2, 1.5)
+    for name in ("T_map_camera", "T_base_camera"):
+        with pytest.raises(InputError, match=rf"{name} must be a SciPy RigidTransform"):
+            RgbdFrame(np.ones((3, 4)), camera, 0.0, **{name: np.eye(4)})
+    with pytest.raises(InputError, match="T_map_camera must be a SciPy RigidTransform"):
+        RgbdFrame(np.ones((3, 4)), camera, 0.0).at(np.eye(4))
+    with pytest.raises(InputError, match=r"odometry must be an Odometry, not PlanarPose"):
+        RgbdFrame(np.ones((3, 4)), camera, 0.0, odometry=PlanarPose())

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
 from circumspect.geometry.frozen_array import ReadOnlyArrays, frozen
+from circumspect.geometry.given_transform import require_transform
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
@@ -25,6 +26,7 @@ class Trajectory(ReadOnlyArrays):
 
     Raises:
         GeometryError: Stamps that are not finite or do not increase, or not one for each pose.
+        InputError: The poses are no RigidTransform.
     """
 
     stamps: NDArray[np.float64]
@@ -43,8 +45,9 @@ class Trajectory(ReadOnlyArrays):
                 f"stamps must increase strictly: number {at} is {stamps[at]:.9g} s after "
                 f"{stamps[at - 1]:.9g} s"
             )
-        if self.T_map_camera.single or len(self.T_map_camera) != len(stamps):
-            poses = 1 if self.T_map_camera.single else len(self.T_map_camera)
+        T_map_camera = require_transform(self.T_map_camera, "T_map_camera")
+        if T_map_camera.single or len(T_map_camera) != len(stamps):
+            poses = 1 if T_map_camera.single else len(T_map_camera)
             raise GeometryError(f"{len(stamps)} stamps need as many poses in a batch, not {poses}")
         object.__setattr__(self, "stamps", stamps)
 
@@ -57,5 +60,10 @@ class Trajectory(ReadOnlyArrays):
         return self.T_map_camera.translation
 
     def moved(self, T_target_map: RigidTransform) -> Trajectory:
-        """The same trajectory in another frame."""
+        """The same trajectory in another frame.
+
+        Raises:
+            InputError: It is no RigidTransform.
+        """
+        T_target_map = require_transform(T_target_map, "T_target_map")
         return Trajectory(self.stamps, T_target_map * self.T_map_camera)

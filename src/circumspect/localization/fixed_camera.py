@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry.frozen_array import ReadOnlyArrays
+from circumspect.geometry.given_transform import require_transform
 from circumspect.localization.lens_camera import LensCamera
 
 
@@ -26,7 +27,7 @@ class FixedCamera(ReadOnlyArrays):
         rms_px: What calibration left of the reprojection error [px].
 
     Raises:
-        InputError: No name, or a covariance that is none.
+        InputError: No name, a place that is no RigidTransform, or a covariance that is none.
     """
 
     name: str
@@ -38,6 +39,7 @@ class FixedCamera(ReadOnlyArrays):
     def __post_init__(self) -> None:
         if not self.name:
             raise InputError("a camera needs a name")
+        require_transform(self.T_map_camera, "T_map_camera")
         covariance = np.array(self.covariance, dtype=np.float64)
         if (
             covariance.shape != (6, 6)

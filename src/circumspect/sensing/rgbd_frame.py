@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
 from circumspect.geometry.frozen_array import ReadOnlyArrays
+from circumspect.geometry.given_transform import require_transform
 from circumspect.sensing.millimetres import metres
 from circumspect.sensing.odometry import Odometry
 from circumspect.sensing.pixel_rays import pixel_rays
@@ -36,7 +37,8 @@ class RgbdFrame(ReadOnlyArrays):
 
     Raises:
         InputError: The depth or the colour has not the camera's size, or the stamp, the pose or
-            the mount is not finite.
+            the mount is not finite, or the pose or the mount is no RigidTransform, or the odometry
+            no `Odometry`.
     """
 
     depth: NDArray[np.float32]
@@ -60,9 +62,16 @@ class RgbdFrame(ReadOnlyArrays):
         if not np.isfinite(self.stamp):
             raise InputError(f"the frame's stamp is {self.stamp}; give seconds")
         if self.T_map_camera is not None:
+            require_transform(self.T_map_camera, "T_map_camera")
             _finite(self.T_map_camera, "pose", self.stamp)
         if self.T_base_camera is not None:
+            require_transform(self.T_base_camera, "T_base_camera")
             _finite(self.T_base_camera, "mount (T_base_camera)", self.stamp)
+        if self.odometry is not None and not isinstance(self.odometry, Odometry):
+            raise InputError(
+                f"odometry must be an Odometry, not {type(self.odometry).__name__}; make one with "
+                "circumspect.Odometry(stamp, T_odom_base)"
+            )
         if self.colour is not None:
             colour = np.array(self.colour, dtype=np.uint8)
             if colour.shape != (*size, 3):
@@ -126,8 +135,9 @@ class RgbdFrame(ReadOnlyArrays):
         """The same picture, taken from another place.
 
         Raises:
-            InputError: The pose is not finite.
+            InputError: The pose is not finite, or no RigidTransform.
         """
+        T_map_camera = require_transform(T_map_camera, "T_map_camera")
         # The image was checked when it came in and can not have changed since.
         frame = copy(self)
         object.__setattr__(frame, "T_map_camera", _finite(T_map_camera, "pose", self.stamp))
