@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from circumspect.errors import CircumspectError as CircumspectError
     from circumspect.errors import GeometryError as GeometryError
     from circumspect.errors import InputError as InputError
+    from circumspect.errors import MissingExtraError as MissingExtraError
+    from circumspect.errors import OutputError as OutputError
     from circumspect.errors import WeightsError as WeightsError
     from circumspect.furniture import make_furniture as make_furniture
     from circumspect.geometry import PinholeCamera as PinholeCamera
@@ -30,13 +32,21 @@ if TYPE_CHECKING:
     from circumspect.grid import angular_spectrum as angular_spectrum
     from circumspect.mapping import ObjectModel as ObjectModel
     from circumspect.pipeline import RecognitionPipeline as RecognitionPipeline
+    from circumspect.sensing import Odometry as Odometry
     from circumspect.sensing import RgbdFrame as RgbdFrame
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "classification": ("Classifier", "GridRecipe", "Prediction"),
-    "errors": ("CircumspectError", "GeometryError", "InputError", "WeightsError"),
+    "errors": (
+        "CircumspectError",
+        "GeometryError",
+        "InputError",
+        "MissingExtraError",
+        "OutputError",
+        "WeightsError",
+    ),
     "furniture": ("make_furniture",),
     "geometry": (
         "PinholeCamera",
@@ -50,7 +60,7 @@ _HOMES = {
     "grid": ("CylindricalGrid", "OccupancyGrid", "RectangularGrid", "angular_spectrum"),
     "mapping": ("ObjectModel",),
     "pipeline": ("RecognitionPipeline",),
-    "sensing": ("RgbdFrame",),
+    "sensing": ("Odometry", "RgbdFrame"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -61,8 +71,11 @@ __all__ = [
     "GeometryError",
     "GridRecipe",
     "InputError",
+    "MissingExtraError",
     "ObjectModel",
     "OccupancyGrid",
+    "Odometry",
+    "OutputError",
     "PinholeCamera",
     "PointCloud",
     "Prediction",
