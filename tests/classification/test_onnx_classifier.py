@@ -348,3 +348,8 @@ def test_what_is_no_grid_is_told(classifier):
         classifier.classify_grid([bounds.hits(cloud)])
     with pytest.raises(InputError, match=r"bounds\.hits\(points\)"):
         classifier.classify_grid(bounds)
+
+
+def test_a_classifier_is_told_in_a_few_words(classifier):
+    views = classifier.recipe.azimuth_views
+    assert repr(classifier) == f"OnnxClassifier(10 classes, cylindrical 32x32x32, {views} views)"

@@ -66,6 +66,19 @@ def test_before_the_object_is_known_frames_must_show_the_floor() -> None:
     assert outcomes == [NO_FLOOR, NO_FLOOR, CLASSIFIED, CLASSIFIED]
 
 
+def test_steps_and_results_are_told_in_a_few_words() -> None:
+    result = pipeline().run(frames(2))
+    last = result.last
+    assert last is not None
+    answer = repr(last.prediction)
+    assert answer.startswith("Prediction(")
+    assert repr(last) == f"RecognitionStep(frame 1, 'classified', {answer})"
+    assert repr(result) == f"RecognitionResult(2 steps, {answer})"
+    assert repr(last.model) == f"ObjectModel({len(last.model.points_xyz)} points, 2 frames)"
+    early = RecognitionResult((), interrupted=True)
+    assert repr(early) == "RecognitionResult(0 steps, no prediction, interrupted)"
+
+
 def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:
     line = pipeline()
     for step in map(line.step, frames(3)):

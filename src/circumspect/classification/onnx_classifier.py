@@ -91,6 +91,12 @@ class OnnxClassifier(Classifier):
             )
         return OnnxClassifier.load, self._loaded_with
 
+    def __repr__(self) -> str:
+        recipe = self._recipe
+        shape = "x".join(map(str, recipe.input_shape)).removeprefix("1x")  # Of its only channel.
+        views = f"{recipe.azimuth_views} view{'' if recipe.azimuth_views == 1 else 's'}"
+        return f"OnnxClassifier({len(self._classes)} classes, {recipe.kind} {shape}, {views})"
+
     @property
     def classes(self) -> tuple[str, ...]:
         """See `Classifier.classes`."""

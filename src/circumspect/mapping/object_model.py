@@ -63,6 +63,9 @@ class ObjectModel:
     rays: SightRays = field(default_factory=SightRays.empty)
     views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
 
+    def __repr__(self) -> str:
+        return f"ObjectModel({len(self.sums)} points, {self.frames} frames)"
+
     @property
     def frames(self) -> int:
         """How many frames are fused."""

@@ -50,6 +50,9 @@ class RecognitionStep:
     prediction: Prediction | None
     milliseconds: Mapping[str, float] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return f"RecognitionStep(frame {self.index}, {self.outcome!r}, {_told(self.prediction)})"
+
     def at(self, T_map_camera: RigidTransform) -> RecognitionStep:
         """The same with a corrected pose; as it is where it has none."""
         if self.pose is None:
@@ -98,6 +101,10 @@ class RecognitionResult:
     steps: tuple[RecognitionStep, ...]
     interrupted: bool = False
 
+    def __repr__(self) -> str:
+        ended = ", interrupted" if self.interrupted else ""
+        return f"RecognitionResult({len(self.steps)} steps, {_told(self.prediction)}{ended})"
+
     @property
     def last(self) -> RecognitionStep | None:
         """The latest step, which holds the final model, grid and prediction; None without any."""
@@ -124,6 +131,10 @@ class RecognitionResult:
     def prediction(self) -> Prediction | None:
         """The final answer; None where the object was never seen."""
         return None if self.last is None else self.last.prediction
+
+
+def _told(prediction: Prediction | None) -> str:
+    return "no prediction" if prediction is None else repr(prediction)
 
 
 class PipelineObserver(Protocol):
