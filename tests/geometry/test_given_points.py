@@ -140,8 +140,13 @@ def test_masked_values_are_not_used():
 
 @pytest.mark.parametrize("bad", [POINTS + 0j, POINTS > 0, POINTS.astype(str), [["1", "2", "3"]]])
 def test_a_cloud_is_of_whole_or_real_numbers(bad):
-    with pytest.raises(GeometryError, match="an array of numbers is needed, not"):
+    with pytest.raises(GeometryError, match="an array of numbers is needed, not one of"):
         PointCloud(bad)
+
+
+def test_what_is_no_array_is_named():
+    with pytest.raises(GeometryError, match="an array of numbers is needed, not TriangleMesh"):
+        PointCloud(MESH)
 
 
 def test_a_rigid_transform_moves_a_cloud_as_its_matrix_does():

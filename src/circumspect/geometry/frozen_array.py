@@ -47,9 +47,8 @@ def frozen(values: ArrayLike) -> NDArray[np.float64]:
     except (TypeError, ValueError) as error:
         raise GeometryError(f"an array of numbers is needed: {error}") from error
     if array.dtype.kind not in NUMBERS:
-        raise GeometryError(
-            f"an array of numbers is needed, not {type(values).__name__} of {array.dtype}"
-        )
+        given = type(values).__name__ if array.dtype == object else f"one of {array.dtype}"
+        raise GeometryError(f"an array of numbers is needed, not {given}")
     array = np.array(array, dtype=np.float64, order="C")
     array.flags.writeable = False
     return array
