@@ -22,7 +22,7 @@ import numpy as np
 from benchmarks.asked import command_with, of_jobs
 from benchmarks.live_poses import LivePoses, trust
 from benchmarks.report import RESULTS, machine, telling
-from benchmarks.scan_job import ScanJob, measured, prepared, told
+from benchmarks.scan_job import ROOM, ScanJob, measured, prepared, told
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.markdown import table
 from circumspect.gathering.job_pool import records, run_all
@@ -71,7 +71,11 @@ FAULTS: dict[str, Wrapper] = {
     "robot blocked for 20 s": lambda robot: Blocked(robot, AFTER, 20.0),
     "robot kidnapped": lambda robot: _kidnapped(robot),
 }
-WORLDS = ("no object in view", "object larger than the room")
+ROOMS = {
+    "one wheel 2 % larger": replace(ROOM, wheel_error=0.02),
+    "floor with ridges of 5 mm": replace(ROOM, bump_height=0.005),
+}
+WORLDS = (*ROOMS, "no object in view", "object larger than the room")
 """Faults of the world instead of the robot."""
 EVERY = (*FAULTS, *WORLDS)
 SETTINGS = ("frame_interval", "frames")
@@ -129,7 +133,7 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
 
 def _parts(job: FaultJob) -> SimulatedScan:
     """The scan in its world; for `WORLDS` another world."""
-    parts = prepared(job.scan)
+    parts = prepared(job.scan, world=ROOMS.get(job.fault, ROOM))
     if job.fault == "object larger than the room":
         mesh = parts.room.scene.surfaces[0].mesh
         room(TriangleMesh(8 * mesh.vertices_xyz, mesh.faces), job.scan.seed)

@@ -34,6 +34,7 @@ PLANNERS = {
     "convinced": ConvincedPlanner,
 }
 SLIP = 0.05
+ROOM = RoomSettings(slip=SLIP)
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,9 @@ class ScanJob:
         return f"{what}/{self.frame_interval:g}/{self.frames}"
 
 
-def prepared(job: ScanJob, planner: ViewPlanner | None = None) -> SimulatedScan:
+def prepared(
+    job: ScanJob, planner: ViewPlanner | None = None, world: RoomSettings = ROOM
+) -> SimulatedScan:
     """The scan of a job, ready to run."""
     thing = scanned_object(job.object, 0, data=None if job.data is None else Path(job.data))
     config = {
@@ -80,7 +83,7 @@ def prepared(job: ScanJob, planner: ViewPlanner | None = None) -> SimulatedScan:
     }  # fmt: skip
     driving = ScanSettings(frame_interval=job.frame_interval, most_frames=job.frames)
     return SimulatedScan.prepared(
-        thing.mesh, RoomSettings(slip=SLIP), driving, planner or PLANNERS[job.planner](),
+        thing.mesh, world, driving, planner or PLANNERS[job.planner](),
         Classifier.load(threads=1), config,
     )  # fmt: skip
 

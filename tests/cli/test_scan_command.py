@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -249,12 +250,28 @@ def test_a_mesh_of_ones_own_is_scanned(
     assert len(config["weights"]["sha256"]) == 64
 
 
+def test_ridges_and_unequal_wheels_mislead_the_wheels_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["scan", "chair-3", "--seed", "2", "--speed", "0.2", "--frames", "24", "--json"]
+    faults = ["--bumps", "0.005", "--wheel-error", "0.05", "--no-clutter", "--real-time"]
+    began = time.monotonic()
+    assert main([*words, *faults, "--out", str(tmp_path)]) == 0
+    assert time.monotonic() - began > 23 * 0.5, "half a second between two frames"
+    record = json.loads(capsys.readouterr().out)
+    assert record["ate_rmse_m"] < 0.01
+    assert record["ate_odometry_rmse_m"] > 0.02
+    config = json.loads((tmp_path / "config.json").read_text())
+    assert (config["room"]["bump_height"], config["room"]["wheel_error"]) == (0.005, 0.05)
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
         {"frames": 0}, {"seed": -1}, {"start": float("nan")}, {"speed": 0.0}, {"speed": 9.0},
         {"frame_interval": 0.0}, {"slip": 0.9}, {"slip": -0.1}, {"mast_height": -1.0},
         {"mast_height": 0.001}, {"mast_height": float("nan")}, {"mast_height": float("inf")},
+        {"bumps": 0.06}, {"bumps": -0.01}, {"wheel_error": 0.5}, {"wheel_error": float("nan")},
         {"tilt": 95.0}, {"height": 0.5}, {"object": "chiar"}, {"weights": Path("none.onnx")},
     ],
 )  # fmt: skip

@@ -48,6 +48,10 @@ class Scan:
     """End as soon as the answer is sure, whatever the planner."""
     slip: float = 0.05
     """Share of the wheels' travel that does not become motion."""
+    wheel_error: float = 0.0
+    """Share by which the right wheel is larger than the odometry believes."""
+    bumps: float = 0.0
+    """Height of the highest ridge on the floor [m]."""
     speed: float = 0.05
     """The robot's speed [m/s]."""
     frame_interval: float = 0.5
@@ -60,6 +64,8 @@ class Scan:
     """Height of the camera above the floor [m]."""
     tilt: float | None = None
     """How far the camera looks down [degrees]; without it so that the object is in view."""
+    real_time: bool = False
+    """Go no faster than a real robot; without it as fast as the machine can."""
     space: bool = False
     """Four ceiling cameras see a tag on the robot, too, and the run is compared with what they
     say; the robot hears nothing of it."""
@@ -187,12 +193,14 @@ class Scan:
             "up": self.up,
             "height": self.height,
         }
-        world = RoomSettings(self.slip, self.clutter, self.mast_height, self.tilt)
+        world = RoomSettings(
+            self.slip, self.clutter, self.mast_height, self.tilt, self.wheel_error, self.bumps
+        )
         classifier = Classifier.load(self.weights)
         config["weights"] = weights_record(self.weights)
         return SimulatedScan.prepared(
             thing.mesh, world, self._settings(), self._planner(), classifier, config,
-            colour=self.viewer,
+            colour=self.viewer, real_time=self.real_time,
         )  # fmt: skip
 
     def _watched(self, scan: SimulatedScan) -> ScanSpace | None:

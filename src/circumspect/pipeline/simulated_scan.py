@@ -42,12 +42,16 @@ class RoomSettings:
         clutter: Whether other things stand about.
         mast_height: Of the camera [m].
         tilt_deg: How far it looks down [degrees]; None for what the object asks for.
+        wheel_error: Share by which the right wheel is larger than the odometry believes.
+        bump_height: The highest ridge on the floor [m].
     """
 
     slip: float = 0.05
     clutter: bool = True
     mast_height: float = 1.2
     tilt_deg: float | None = None
+    wheel_error: float = 0.0
+    bump_height: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +98,7 @@ class SimulatedScan:
         camera: PinholeCamera | None = None,
         faulty: Callable[[Witness], MobileRobot] | None = None,
         colour: bool = False,
+        real_time: bool = False,
     ) -> Self:
         """Put a robot into a room with an object.
 
@@ -107,6 +112,7 @@ class SimulatedScan:
             camera: None means the Xtion PRO.
             faulty: Makes of the robot one with something wrong.
             colour: The camera makes colour images, too, which takes time.
+            real_time: The simulation goes no faster than the world.
 
         Raises:
             InputError: A setting makes no sense, or the object is too large.
@@ -117,12 +123,16 @@ class SimulatedScan:
         mount = place.mount
         if world.tilt_deg is not None:
             mount = CameraMount(world.mast_height, float(np.radians(world.tilt_deg)))
-        robot_settings = RobotSettings(slip=world.slip)
+        robot_settings = RobotSettings(
+            slip=world.slip, wheel_radius_error=world.wheel_error, bump_height=world.bump_height
+        )
         askew = float(np.random.default_rng(seed).uniform(-ASKEW, ASKEW))
         start = place.start(float(config["start_deg"])) @ PlanarPose(0.0, 0.0, askew)
-        witness = Witness(
-            SimulatedRobot(place.scene, start, mount, robot_settings, camera, noise, seed, colour)
-        )
+        robot = SimulatedRobot(
+            place.scene, start, mount, robot_settings, camera, noise, seed, colour,
+            1.0 if real_time else None,
+        )  # fmt: skip
+        witness = Witness(robot)
         segmentation = GroundSegmentation(noise=noise)
         tracking = TrackingSettings.calibrated(noise)
         pipeline = RecognitionPipeline(segmentation, RegisteredPoses(settings=tracking), classifier)
@@ -136,6 +146,5 @@ class SimulatedScan:
             "model": asdict(pipeline.model.settings),
             "grid": classifier.recipe.to_dict(),
         }
-        robot = witness if faulty is None else faulty(witness)
-        scan = ObjectScan(robot, pipeline, planner, driving)
+        scan = ObjectScan(faulty(witness) if faulty else witness, pipeline, planner, driving)
         return cls(scan, witness, place, camera, told)
