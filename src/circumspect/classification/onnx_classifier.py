@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.classification.classifier import Classifier
+from circumspect.classification.floor_left import holds_floor
 from circumspect.classification.input_recipe import InputRecipe
 from circumspect.classification.onnx_inspection import (
     LARGEST_FILE,
@@ -124,7 +125,7 @@ class OnnxClassifier(Classifier):
         inputs = self._recipe.inputs(cloud)
         times = {"grid": 1e3 * (time.perf_counter() - start)}
         prediction = self._prediction(inputs, times)
-        if self._tells_unknown and not _are_distinct(cloud.points_xyz, FEWEST_POINTS):
+        if self._tells_unknown and not _is_one_object(cloud.points_xyz):
             return replace(prediction, known=False)
         return prediction
 
@@ -243,6 +244,11 @@ class OnnxClassifier(Classifier):
         flat = inputs.reshape(count * views, *self._recipe.input_shape)
         found = run_in_parts(self._session, flat, outputs)
         return [one.reshape(count, views, -1).mean(axis=1, dtype=np.float64) for one in found]
+
+
+def _is_one_object(points: NDArray[np.float64]) -> bool:
+    """Whether there is enough of it, and no floor beneath."""
+    return _are_distinct(points, FEWEST_POINTS) and not holds_floor(points)
 
 
 def _are_distinct(points: NDArray[np.float64], fewest: int) -> bool:

@@ -15,6 +15,7 @@ from circumspect.errors import CircumspectError, InputError, blamed_on, printabl
 
 if TYPE_CHECKING:
     from circumspect.classification import Classifier, Prediction
+    from circumspect.geometry import PointCloud
     from circumspect.grid import OccupancyGrid
 
 
@@ -88,7 +89,15 @@ def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[st
             record = prediction_record(file, prediction, points, 1e3 * (loaded - start))
             return {**record, "up_xyz": pose.inv().apply([0.0, 0.0, 1.0]).round(4).tolist()}
         prediction = classifier.classify(cloud)
+        _tell_of_floor(file, cloud)
     return prediction_record(file, prediction, points, 1e3 * (loaded - start))
+
+
+def _tell_of_floor(file: Path, cloud: PointCloud) -> None:
+    from circumspect.classification.floor_left import holds_floor
+
+    if holds_floor(cloud.points_xyz):
+        say(f"{file}: seems to hold the floor, too; cut the object out")
 
 
 def saved_grid(file: Path, up: str) -> OccupancyGrid | None:
