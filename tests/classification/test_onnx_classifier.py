@@ -353,3 +353,11 @@ def test_what_is_no_grid_is_told(classifier):
 def test_a_classifier_is_told_in_a_few_words(classifier):
     views = classifier.recipe.azimuth_views
     assert repr(classifier) == f"OnnxClassifier(10 classes, cylindrical 32x32x32, {views} views)"
+
+
+def test_a_grid_that_stretches_its_object_is_not_named(classifier):
+    """It was a bed, known, with 0.96."""
+    cloud = make_furniture("chair", 3).sampled(20_000, 0)
+    flat = CylindricalGrid.fit(cloud, half_height_per_radius=4).hits(cloud.points_xyz)
+    with pytest.raises(InputError, match=r"4 times as high as wide; make it by classifier\.recipe"):
+        classifier.classify_grid(flat)

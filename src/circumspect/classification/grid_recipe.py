@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from math import isclose
 from typing import Any
 
 import numpy as np
@@ -148,12 +149,18 @@ class GridRecipe(InputRecipe):
         return replace(self, margin=margin)
 
     def accepts(self, grid: OccupancyGrid) -> None:
-        """See `InputRecipe.accepts`: it must be of this kind and shape, and not empty."""
+        """See `InputRecipe.accepts`: of this kind and shape, as high as wide, and not empty."""
         kind = "cylindrical" if isinstance(grid.grid, CylindricalGrid) else "rectangular"
         if (kind, tuple(grid.grid.shape)) != (self.kind, self.shape):
             raise InputError(
                 f"the grid is {kind} {tuple(grid.grid.shape)}, the classifier expects "
                 f"{self.kind} {self.shape}; grid the cloud anew"
+            )
+        bounds = grid.grid
+        if isinstance(bounds, CylindricalGrid) and not isclose(bounds.half_height, bounds.radius):
+            raise InputError(
+                f"the grid is {bounds.half_height / bounds.radius:.3g} times as high as wide; make "
+                "it by classifier.recipe.bounds(cloud), which keeps proportions"
             )
         if not grid.occupied.any():
             raise InputError("the grid is empty; there is nothing to name")
