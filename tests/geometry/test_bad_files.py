@@ -262,6 +262,7 @@ def test_counts_that_lie_take_no_memory(name: str, data: bytes, refused: Callabl
         ("a.npz", shape_files.saved(points=np.zeros((3, 17))), "points has shape (3, 17); points"),
         ("a.npy", shape_files.npy(np.zeros((3, 3), complex)), "complex128"),
         ("a.npy", shape_files.npy(np.array([["a", "b", "c"]])), "not of numbers"),
+        ("a.npz", shape_files.saved(points=np.array([["a", "b", "c"]])), "not of numbers"),
         ("a.npz", shape_files.saved(), "no arrays"),
         (
             "a.npz",

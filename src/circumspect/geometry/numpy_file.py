@@ -22,7 +22,7 @@ MOST_COLUMNS = 64
 """Coordinates, colours and features of one point; an array with more is an image."""
 
 # Structured arrays, too: ROS and PCL hand over their points as such.
-_KINDS = NUMBERS + "V"
+_KINDS, _WANTED = NUMBERS + "V", "numbers"
 
 
 def read_npy(path: Path) -> FileShape:
@@ -33,7 +33,9 @@ def read_npy(path: Path) -> FileShape:
     """
     try:
         with path.open("rb") as stream:
-            return FileShape(_points(array_in(stream, path.stat().st_size, _KINDS), "the array"))
+            return FileShape(
+                _points(array_in(stream, path.stat().st_size, _KINDS, _WANTED), "the array")
+            )
     except ValueError as error:
         raise InputError(f"is no readable NPY file ({told(error)}); save it again") from error
 
@@ -66,7 +68,7 @@ def _chosen_array(
 ) -> tuple[NDArray[Any], str]:
     for key in POINT_KEYS:
         if key in members:
-            return array_in_member(archive, members[key], _KINDS), key
+            return array_in_member(archive, members[key], _KINDS, _WANTED), key
     arrays = {key: array_in_member(archive, item) for key, item in members.items()}
     fitting = [key for key, array in arrays.items() if array.ndim == 2 and array.shape[1] == 3]
     if len(fitting) != 1:
