@@ -46,7 +46,7 @@ def test_a_true_pose_is_not_doubted(category: str) -> None:
 @pytest.mark.parametrize("category", ["chair", "table", "bed"])
 @pytest.mark.parametrize(
     ("higher", "lower_tilt", "fault"),
-    [(0.3, 0, NO_FLOOR), (-0.3, 0, BELOW_FLOOR), (0, 8, BELOW_FLOOR), (0, -8, NO_FLOOR)],
+    [(0.3, 0, NO_FLOOR), (-0.3, 0, BELOW_FLOOR), (0, 5, BELOW_FLOOR), (0, -5, NO_FLOOR)],
 )
 def test_a_wrong_height_or_tilt_is_found(
     category: str, higher: float, lower_tilt: float, fault: str

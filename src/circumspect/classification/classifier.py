@@ -36,8 +36,8 @@ class Classifier(ABC):
 
         Args:
             cloud: The object's surface, z up, any unit and place; only the object. An (n, 3)
-                array will do. To the shipped classifier fewer than 128 points tell no class: its
-                answer is never `known`.
+                array will do. To a classifier that tells the unknown fewer than 128 distinct points
+                tell no class, nor does a cloud that still holds the floor: never `known`.
 
         Raises:
             GeometryError: The points span no shape: all in one place or on a line.

@@ -18,8 +18,8 @@ LOOKED_AT = 10_000
 def holds_floor(points_xyz: NDArray[np.floating]) -> bool:
     """Whether the lowest layer reaches beyond all that is above it.
 
-    Of ModelNet10's training objects three in a thousand do. Floors that are thicker than the layer,
-    by noise or because they lean, are not found.
+    Of ModelNet10's training objects hardly any does: a test counts them. Floors that are thicker
+    than the layer, by noise or because they lean, are not found.
 
     Args:
         points_xyz: (n, 3) [m], z up.
