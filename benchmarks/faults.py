@@ -173,7 +173,8 @@ def rows(found: list[dict[str, Any]]) -> list[list[str]]:
             answered = sum(r["label"] is not None for r in some)
             lines.append([
                 fault, f"{right} right of {answered} answers", _worst(some, "ate_rmse_m"),
-                _while_sure(some), _mean(some, "trusted"),
+                _while_certain(some), _mean(some, "trusted"),
+                _worst(some, "worst_sure_m"), _mean(some, "sure"),
                 "; ".join(sorted({str(r["ended"]) for r in some})),
             ])  # fmt: skip
     return lines
@@ -184,7 +185,7 @@ def _worst(some: list[dict[str, Any]], name: str) -> str:
     return f"{max(known):.0f}" if known else "–"
 
 
-def _while_sure(some: list[dict[str, Any]]) -> str:
+def _while_certain(some: list[dict[str, Any]]) -> str:
     sigmas = [r["worst_trusted_sigmas"] for r in some if r.get("worst_trusted_sigmas") is not None]
     return _worst(some, "worst_trusted_m") + (f" ({max(sigmas):.1f} σ)" if sigmas else "")
 
@@ -227,8 +228,8 @@ def _parser() -> argparse.ArgumentParser:
 def write(lines: list[list[str]], folder: Path, command: str) -> None:
     """Write `faults.md`."""
     head = [
-        "fault", "answer", "ATE [mm], worst", "pose told as sure, worst error [mm]",
-        "poses told as sure", "ended",
+        "fault", "answer", "ATE [mm], worst", "certain poses, worst error [mm]", "certain poses",
+        "sure poses, worst error [mm]", "sure poses", "ended",
     ]  # fmt: skip
     facts = "".join(f"- {key}: {value}\n" for key, value in machine().items())
     path = folder / "faults.md"

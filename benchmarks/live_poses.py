@@ -38,6 +38,7 @@ class Trust(NamedTuple):
         worst_trusted_sigmas: The largest error of such a pose beyond `SMALL_M` in standard
             deviations, as the pose's covariance told them, along the error.
         trusted: Share of the frames whose pose was.
+        worst_sure_m, sure: The same of poses that were told as sure, `PoseEstimate.sure`.
         nees_median: Of the normalised estimation error squared eᵀP⁻¹e over all poses. Where the
             covariances P are right it is that of χ² with six degrees of freedom, 5.3 (Bar-Shalom,
             Li and Kirubarajan, "Estimation with applications to tracking and navigation", 2001,
@@ -48,6 +49,8 @@ class Trust(NamedTuple):
     worst_trusted_sigmas: float | None = None
     trusted: float | None = None
     nees_median: float | None = None
+    worst_sure_m: float | None = None
+    sure: float | None = None
 
 
 def trust(told: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> Trust:
@@ -57,13 +60,15 @@ def trust(told: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> T
         return Trust()
     first, pose = posed[0]
     T_map_world = pose.T_map_camera * _at(truth, first).inv()
-    trusted, sigmas, nees = [], [], []
+    trusted, sure, sigmas, nees = [], [], [], []
     for stamp, pose in posed:
         T_map_true = T_map_world * _at(truth, stamp)
         error = se3.log(T_map_true.inv() * pose.T_map_camera)
         away = float(np.linalg.norm(T_map_true.translation - pose.T_map_camera.translation))
         if pose.certain:
             trusted.append(away)
+        if pose.sure:
+            sure.append(away)
         if pose.covariance is None:
             continue
         nees.append(_squared(error, pose.covariance))
@@ -74,6 +79,8 @@ def trust(told: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> T
         max(sigmas, default=None),
         len(trusted) / len(told),
         float(np.median(nees)) if nees else None,
+        max(sure, default=None),
+        len(sure) / len(told),
     )
 
 

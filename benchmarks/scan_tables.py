@@ -64,7 +64,7 @@ def trajectory_and_shape(found: list[Record]) -> tuple[str, Any]:
         ])  # fmt: skip
     head = [
         "category", "scans", "ATE [mm]", "yaw [°]", "odometry [mm]", "ATE / odometry",
-        "chamfer [mm]", "completeness", "NEES", "worst while sure [mm]", "right",
+        "chamfer [mm]", "completeness", "NEES", "worst while certain [mm]", "right",
     ]  # fmt: skip
     note = (
         "Median (worst) of the scans; ATE and yaw are root mean squares over a scan's frames. "

@@ -7,11 +7,14 @@ from contextlib import suppress
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.errors import InputError
+from circumspect.mapping import PoseEstimate
 from circumspect.pipeline import CLASSIFIED, NO_OBJECT
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS
 from circumspect.ros.health import ERROR, WARNING, WELL, Health
@@ -26,9 +29,9 @@ class Clock:
         return self.now
 
 
-def step(outcome: str = CLASSIFIED, known: bool = True) -> Any:
+def step(outcome: str = CLASSIFIED, known: bool = True, pose: Any = None) -> Any:
     prediction = Prediction("chair", 0.4, {"chair": 0.4, "sofa": 0.6}, known=known)
-    return SimpleNamespace(outcome=outcome, seen=0.5, prediction=prediction)
+    return SimpleNamespace(outcome=outcome, seen=0.5, prediction=prediction, pose=pose)
 
 
 def test_the_worst_is_said_first() -> None:
@@ -53,6 +56,20 @@ def test_the_worst_is_said_first() -> None:
     assert (status.values["sure"], status.values["messages lost on the wire"]) == ("no", 3)
     health.forget_answer()
     assert health.status(True, None, 0).values["answer"] == "none yet"
+
+
+def test_how_well_the_place_is_known_is_told() -> None:
+    health = Health()
+    health.step(step(), 20.0)
+    assert not any(name.startswith("pose") for name in health.status(True, None, 0).values)
+    for millimetres, sure in ((12, "yes"), (30, "no")):
+        covariance = np.diag([0.001, 0.001, 0.002, 0.001, 0.001, 1e-3 * millimetres]) ** 2
+        pose = PoseEstimate(RigidTransform.identity(), covariance=covariance)
+        health.step(step(pose=pose), 20.0)
+        values = health.status(True, None, 0).values
+        assert values["pose sure"] == sure
+        assert values["pose, standard deviation [mm]"] == str(millimetres)
+        assert values["pose, standard deviation [°]"] == "0.1"
 
 
 def test_reasons_do_not_grow_without_end() -> None:

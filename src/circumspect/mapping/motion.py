@@ -62,9 +62,7 @@ class Belief:
     @property
     def sigmas(self) -> tuple[float, float]:
         """Largest standard deviations of the turn [rad] and of the place [m]."""
-        blocks = self.covariance[:3, :3], self.covariance[3:, 3:]
-        turn, place = (float(np.sqrt(np.linalg.eigvalsh(block)[-1])) for block in blocks)
-        return turn, place
+        return se3.largest_deviations(self.covariance)
 
     def moved(self, T_old_new: RigidTransform, covariance: NDArray[np.floating]) -> Belief:
         """The belief after a motion that is itself uncertain.

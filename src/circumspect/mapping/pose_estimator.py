@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
+from circumspect.mapping import se3
 from circumspect.mapping.gate import GATE_OPEN
 from circumspect.sensing import RgbdFrame
 
 LOST = "lost: "
 """What a gate's reason begins with once several frames contradicted all that is known."""
+
+SURE = (float(np.radians(1.0)), 0.05 / 3)
+"""Standard deviations [rad, m] of a pose that is told as sure: 3° and 50 mm, to three of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +37,8 @@ class PoseEstimate:
             optical frame; None where the pose is taken as true.
         T_map_base: The robot's pose on the floor; None where its mount is not known.
         T_map_odom: What corrects the odometry's drift (REP 105); None without odometry.
-        certain: Whether the pose is good enough to build on: fuse, plan, drive.
+        certain: Whether the pose is good enough to build on (fuse, plan, drive): it is well known
+            in the map about it, which may itself have drifted; see `sure`.
         prior: What the pose was expected from: "odometry", "constant velocity", "standing
             still", ….
         anchor: Number of the keyframe that the pose moves with when it is corrected, if any.
@@ -57,6 +62,20 @@ class PoseEstimate:
     def lost(self) -> bool:
         """Whether the camera may be anywhere."""
         return self.gate.startswith(LOST)
+
+    @property
+    def deviations(self) -> tuple[float, float] | None:
+        """Largest standard deviations of the turn [rad] and of the place [m], since the first pose.
+
+        None where the pose is taken as true.
+        """
+        return None if self.covariance is None else se3.largest_deviations(self.covariance)
+
+    @property
+    def sure(self) -> bool:
+        """Whether the pose is certain, and by its covariance within 3° and 50 mm of the truth."""
+        turn, place = self.deviations or (0.0, 0.0)
+        return self.certain and turn <= SURE[0] and place <= SURE[1]
 
     def at(self, T_map_camera: RigidTransform) -> PoseEstimate:
         """The same with a corrected pose."""

@@ -75,6 +75,13 @@ def moved_information(
     return Ad.T @ information @ Ad
 
 
+def largest_deviations(covariance: NDArray[np.floating]) -> tuple[float, float]:
+    """Largest standard deviations of the turn [rad] and of the place [m], of (6, 6)."""
+    blocks = covariance[:3, :3], covariance[3:, 3:]
+    turn, place = (float(np.sqrt(np.linalg.eigvalsh(block)[-1])) for block in blocks)
+    return turn, place
+
+
 def level_error(
     T_map_camera: RigidTransform, T_base_camera: RigidTransform
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

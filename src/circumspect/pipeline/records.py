@@ -62,6 +62,7 @@ class RecognitionStep:
     def summary(self) -> dict[str, Any]:
         """The record in JSON types, without arrays."""
         position = None if self.pose is None else self.pose.T_map_camera.translation.tolist()
+        deviations = None if self.pose is None else self.pose.deviations
         return {
             "frame": self.index,
             "stamp": self.stamp,
@@ -82,6 +83,9 @@ class RecognitionStep:
             "gate": None if self.pose is None else self.pose.gate,
             "prior": None if self.pose is None else self.pose.prior,
             "certain": None if self.pose is None else self.pose.certain,
+            "sure": None if self.pose is None else self.pose.sure,
+            "deviation_rad": None if deviations is None else deviations[0],
+            "deviation_m": None if deviations is None else deviations[1],
             "milliseconds": {name: round(ms, 3) for name, ms in self.milliseconds.items()},
         }
 

@@ -9,7 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from circumspect.classification import Prediction
+from circumspect.mapping import PoseEstimate
 from circumspect.pipeline import CLASSIFIED, RecognitionStep
 
 WELL, WARNING, ERROR = 0, 1, 2
@@ -59,6 +62,7 @@ class Health:
         self.with_odometry = True
         self._seen = 0.0
         self._prediction: Prediction | None = None
+        self._pose: PoseEstimate | None = None
 
     def message(self, what: str) -> None:
         """A message of an input came: "depth", "camera info", …."""
@@ -96,6 +100,7 @@ class Health:
             self._outcome = self._clock(), step.outcome
             self._milliseconds = milliseconds
             self._seen, self._prediction = step.seen, step.prediction
+            self._pose = step.pose
 
     def forget_answer(self) -> None:
         """The object is modelled anew."""
@@ -125,6 +130,7 @@ class Health:
             values = {
                 "state": "running" if running else "stopped",
                 **self._answer(),
+                **_placed(self._pose),
                 **{f"{what} heard": number for what, number in sorted(self._heard.items())},
                 "frames taken": self.taken,
                 "frames dropped": self.dropped,
@@ -164,3 +170,15 @@ class Health:
         sure = "yes" if told.known else "no"
         figures = {"probability": f"{told.probability:.3f}", "seen": f"{self._seen:.2f}"}
         return {"answer": told.label, "sure": sure, **figures}
+
+
+def _placed(pose: PoseEstimate | None) -> dict[str, str]:
+    """How well the place of the latest frame is known."""
+    if pose is None or pose.deviations is None:
+        return {}
+    turn, place = pose.deviations
+    return {
+        "pose sure": "yes" if pose.sure else "no",
+        "pose, standard deviation [mm]": f"{1e3 * place:.0f}",
+        "pose, standard deviation [°]": f"{np.degrees(turn):.1f}",
+    }
