@@ -146,3 +146,13 @@ def test_poses_may_be_called_hidden_where_none_are(live: Path, tmp_path: Path, k
     told = json.loads((tmp_path / "result.json").read_text())
     assert told["frames"] == 2
     assert told["label"] is not None
+
+
+def test_what_is_beyond_the_cameras_range_is_no_object(live: Path, tmp_path: Path, capsys) -> None:
+    flags = ["--first-pose", *first_pose(live), "--every", "6", "--out", str(tmp_path / "run")]
+    replayed = ["replay", str(live / "seven"), *flags]
+    assert main([*replayed, "--depth-range", "0.3", "0.7"]) == 0
+    assert capsys.readouterr().out.startswith("No answer after 2 frames: ")
+    assert json.loads((tmp_path / "run/config.json").read_text())["depth_range"] == [0.3, 0.7]
+    assert main([*replayed, "--depth-range", "2", "1"]) == 2
+    assert "nearest and the farthest [m], not 2 and 1" in capsys.readouterr().err

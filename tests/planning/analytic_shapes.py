@@ -102,7 +102,7 @@ def situation(points_xyz: NDArray[np.float64], base: PlanarPose, **more) -> Situ
         T_map_base=base,
         T_base_camera=MOUNT,
         camera=CAMERA,
-        **more,
+        **{"depth_range": (0.8, 3.5), **more},
     )
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from circumspect.planning import camera_place, fitting_distance, stance
 from circumspect.planning.alternatives import NEAREST, alternatives
 from circumspect.planning.next_view import NextView
-from circumspect.planning.stance import IMAGE_SHARE, _shares_outside
+from circumspect.planning.stance import FARTHEST, IMAGE_SHARE, _shares_outside
 
 PLACE = st.tuples(st.floats(-3, 3), st.floats(-3, 3))
 
@@ -50,6 +50,29 @@ def test_the_fitting_distance_grows_with_the_object_and_ends_with_the_range() ->
     assert found[3] <= 3.5
 
 
+def test_a_camera_that_measures_further_stands_further_from_what_is_large() -> None:
+    large, side = walls(circle(1.5).outline_xy), np.array([0.0, 1.0])
+    found = [
+        fitting_distance(situation(large, facing_centre(0, 6), depth_range=(0.3, most)), side)
+        for most in (1.5, 3.0, 6.0, np.inf)
+    ]
+    assert found[0] < found[1] < found[2]
+    assert found[2] <= found[3] <= FARTHEST
+    assert found[0] <= 1.5
+
+
+def test_a_camera_that_measures_nothing_near_stays_away() -> None:
+    post = walls(circle(0.1).outline_xy)
+    near, far = (
+        fitting_distance(
+            situation(post, facing_centre(0, 3), depth_range=(nearest, 5.0)), np.array([0.0, 1.0])
+        )
+        for nearest in (0.3, 1.6)
+    )
+    assert near < 1.1
+    assert far > near + 0.4
+
+
 @given(azimuth=st.floats(0, 2 * np.pi), wide=st.floats(0.2, 3.0), deep=st.floats(0.2, 3.0))
 def test_what_all_distances_miss_is_what_each_misses(azimuth, wide, deep) -> None:
     """Fast against slow: a camera put to every distance, one after the other."""
@@ -60,7 +83,7 @@ def test_what_all_distances_miss_is_what_each_misses(azimuth, wide, deep) -> Non
     for number, distance in enumerate(away):
         base = stance(centre + distance * outward, centre, MOUNT)
         x, y, z = (base.as_transform() * MOUNT).inv().apply(around.points_xyz).T
-        inside = (z >= around.nearest) & (z <= around.farthest)
+        inside = (z >= around.depth_range[0]) & (z <= around.depth_range[1])
         with np.errstate(divide="ignore", invalid="ignore"):
             inside &= np.abs(CAMERA.fx * x / z) <= IMAGE_SHARE * CAMERA.width / 2
             inside &= np.abs(CAMERA.fy * y / z) <= IMAGE_SHARE * CAMERA.height / 2

@@ -73,6 +73,8 @@ def test_flags_win_over_the_file_and_the_file_over_defaults(params: Path) -> Non
         ("circumspect: {ros__parameters: {autostart: 1}}", "autostart is true or false"),
         ("circumspect: {ros__parameters: {depth: [1]}}", "depth is a text"),
         ("circumspect: {ros__parameters: {mount: [1, 2]}}", "mount takes 5 numbers"),
+        ("circumspect: {ros__parameters: {depth_range: [3]}}", "depth_range takes 2 numbers"),
+        ("circumspect: {ros__parameters: {depth_range: [3, 1]}}", "the farthest [m], not 3 and 1"),
         ("circumspect: {ros__parameters: {mount: [1, x, 1, 1, 1]}}", "mount is a list of numbers"),
         (
             "circumspect: {ros__parameters: {driver: kinect}}",
@@ -129,6 +131,13 @@ def test_numbers_that_ros_can_not_hold(
 def test_an_image_has_whole_pixels(side: float) -> None:
     with pytest.raises(InputError, match="whole pixels"):
         NodeSettings(size=(640.0, side))
+
+
+@pytest.mark.parametrize("wrong", [(3.0, 2.0), (1.0, 1.0), (-1.0, 2.0), (float("nan"), 2.0)])
+def test_a_range_of_depths_grows(wrong: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match="nearest and the farthest"):
+        _ = NodeSettings(depth_range=wrong).noise
+    assert NodeSettings(depth_range=(0.3, 6.0)).noise.depth_range == (0.3, 6.0)
 
 
 def test_no_file(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
 from circumspect.sensing import DepthNoise
 from circumspect.sensing.millimetres import metres, millimetres
@@ -86,3 +87,9 @@ def test_lateral_noise_mixes_both_sides_of_an_edge_within_three_sigma() -> None:
     # Chance that a normal draw of 0.8 px, rounded, reaches over the edge.
     assert strayed[0] > 0.05
     assert strayed[4:].max() < 1e-3
+
+
+@pytest.mark.parametrize("wrong", [(3.5, 0.8), (-0.1, 3.0), (1.0, float("nan"))])
+def test_a_range_that_is_none_is_refused(wrong: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match=r"nearest and the farthest \[m\]"):
+        DepthNoise(*wrong)

@@ -13,7 +13,7 @@ from circumspect.cli.run_screen import RunScreen
 from circumspect.pipeline import RecognitionPipeline
 from circumspect.pipeline.replayed import replay_pipeline
 from circumspect.recording import BagRecording, Recording
-from circumspect.sensing import BoxSegmentation, RgbdFrame
+from circumspect.sensing import BoxSegmentation, DepthNoise, RgbdFrame
 
 
 class OpenedRecording:
@@ -25,6 +25,7 @@ class OpenedRecording:
         box: BoxSegmentation | None,
         hidden: bool,
         T_map_first: RigidTransform | None = None,
+        noise: DepthNoise | None = None,
     ) -> None:
         """Put together what belongs together.
 
@@ -34,15 +35,18 @@ class OpenedRecording:
             hidden: Poses are found by registration; else the recorded ones are taken as true.
             T_map_first: Pose of the first frame, above the floor; None means that the recording
                 tells it.
+            noise: The camera's noise and range; None means the Xtion PRO's.
         """
         self.frames, self.box, self.hidden = frames, box, hidden
-        self.T_map_first = T_map_first
+        self.T_map_first, self.noise = T_map_first, noise
         self.poses = RecordedPoses()
         """Those of the frames, noted where they are hidden."""
 
     def pipeline(self, classifier: Classifier) -> RecognitionPipeline:
         """The pipeline for it; see `replay_pipeline`."""
-        return replay_pipeline(self.frames, classifier, self.box, self.hidden, self.T_map_first)
+        return replay_pipeline(
+            self.frames, classifier, self.box, self.hidden, self.T_map_first, self.noise
+        )
 
     def given(self) -> Iterable[RgbdFrame]:
         """The frames as the pipeline is to have them.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from circumspect.cli.opened_recording import OpenedRecording
     from circumspect.recording import BagSettings, Recording
-    from circumspect.sensing import BoxSegmentation
+    from circumspect.sensing import BoxSegmentation, DepthNoise
 
 Box = tuple[float, float, float, float, float, float]
 View = tuple[float, float, float, float, float]
@@ -46,6 +46,9 @@ class RecordingFlags:
     the camera looks; corners of a box are in this frame."""
     every: int = 1
     """Take each n-th frame of the recording only."""
+    depth_range: Annotated[tuple[float, float], tyro.conf.arg(metavar="NEAR FAR")] = (0.8, 3.5)
+    """The nearest and the farthest depth that the camera measures [m]: what is beyond is no
+    object."""
     depth_topic: str | None = None
     """Of a bag: the depth images; without it the only likely topic."""
     info_topic: str | None = None
@@ -79,7 +82,9 @@ class RecordingFlags:
         from circumspect.cli.opened_recording import OpenedRecording
         from circumspect.recording import is_bag, open_recording
         from circumspect.recording.frame_folder import FrameFolder
+        from circumspect.sensing import DepthNoise
 
+        noise = DepthNoise(*self.depth_range)
         self._require_bag_for_its_flags(path)
         self._require_folder_for_its_flags(path)
         registered = is_bag(path) or self.first_pose is not None
@@ -95,7 +100,7 @@ class RecordingFlags:
                 )
             frames.poses = False
         first = None if self.first_pose is None else _view(self.first_pose)
-        return OpenedRecording(frames, self._boxed(frames), hidden, first)
+        return OpenedRecording(frames, self._boxed(frames, noise), hidden, first, noise)
 
     @property
     def corners_frame(self) -> Literal["world", "map"]:
@@ -153,7 +158,7 @@ class RecordingFlags:
         mount = None if self.mount is None else _view(self.mount)
         return BagSettings(topics, camera, mount, self.map_frame)
 
-    def _boxed(self, frames: Recording) -> BoxSegmentation | None:
+    def _boxed(self, frames: Recording, noise: DepthNoise) -> BoxSegmentation | None:
         import numpy as np
 
         from circumspect.sensing import BoxSegmentation
@@ -163,7 +168,7 @@ class RecordingFlags:
         corners = np.array(self.box).reshape(2, 3)
         if self.corners_frame == "world":
             corners = frames.T_map_world.apply(corners)
-        return BoxSegmentation(corners[0], corners[1])
+        return BoxSegmentation(corners[0], corners[1], noise)
 
 
 def _view(view: View) -> RigidTransform:

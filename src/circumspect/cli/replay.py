@@ -99,6 +99,7 @@ class Replay:
             "version": __version__,
             "recording": str(self.recording),
             "poses": "hidden" if opened.hidden else "given",
+            "depth_range": list(reading.depth_range),
             "first_pose": None if reading.first_pose is None else list(reading.first_pose),
             "every": reading.every,
             "model": asdict(pipeline.model.settings),

@@ -46,6 +46,11 @@ class TrackingSettings:
     lost_after: int = 3
 
     @classmethod
+    def uncalibrated(cls, noise: DepthNoise) -> Self:
+        """For a camera of whose depth only the nearer part is true."""
+        return cls(scan=ScanSettings(noise=noise))
+
+    @classmethod
     def calibrated(cls, noise: DepthNoise) -> Self:
         """For a camera whose depth is true, but for its noise, as far as it reaches."""
         return cls(scan=ScanSettings(farthest=noise.farthest, noise=noise))

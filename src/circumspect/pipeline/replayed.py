@@ -6,7 +6,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Classifier
 from circumspect.errors import InputError
-from circumspect.mapping import KnownPoses, PoseEstimator, RegisteredPoses, TrackingSettings
+from circumspect.mapping import KnownPoses, RegisteredPoses, TrackingSettings
 from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
 from circumspect.recording import CALIBRATED, BagRecording, Recording
 from circumspect.sensing import DepthNoise, GroundSegmentation, Segmentation
@@ -18,6 +18,7 @@ def replay_pipeline(
     segmentation: Segmentation | None = None,
     hidden: bool = True,
     T_map_first: RigidTransform | None = None,
+    noise: DepthNoise | None = None,
 ) -> RecognitionPipeline:
     """The pipeline that a live run had, where the recording is of one, or one that suits it.
 
@@ -28,6 +29,7 @@ def replay_pipeline(
         hidden: Poses are found by registration; else the recorded ones are taken as true.
         T_map_first: Pose of the first frame, above a floor at z = 0; None means that the recording
             tells it.
+        noise: The camera's noise and range; None means the Xtion PRO's.
 
     Raises:
         InputError: Nothing tells where the floor is.
@@ -38,13 +40,14 @@ def replay_pipeline(
                 f"{recording.path}: nothing tells where the floor is; give the object's --box "
                 "X Y Z X Y Z, or --first-pose X Y Z PAN TILT"
             )
-        segmentation = GroundSegmentation(noise=DepthNoise())
-    poses = _registered(recording, T_map_first) if hidden else KnownPoses()
+        segmentation = GroundSegmentation(noise=noise or DepthNoise())
+    poses = KnownPoses()
+    if hidden:
+        poses = RegisteredPoses(T_map_first, _tracking(recording, noise or DepthNoise()))
     return RecognitionPipeline(segmentation, poses, classifier)
 
 
-def _registered(recording: Recording, T_map_first: RigidTransform | None) -> PoseEstimator:
-    settings = None
+def _tracking(recording: Recording, noise: DepthNoise) -> TrackingSettings:
     if isinstance(recording, BagRecording) and recording.bag.notes.get(CALIBRATED) == "true":
-        settings = TrackingSettings.calibrated(DepthNoise())
-    return RegisteredPoses(T_map_first, settings)
+        return TrackingSettings.calibrated(noise)
+    return TrackingSettings.uncalibrated(noise)

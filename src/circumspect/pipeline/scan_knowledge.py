@@ -124,6 +124,7 @@ class ScanKnowledge:
             T_map_base=here,
             T_base_camera=self._robot.T_base_camera,
             camera=self._robot.camera.intrinsics,
+            depth_range=self._robot.camera.depth_range,
             obstacles_xy=np.vstack([obstacles, self._bumps_xy]),
             robot_radius=self._robot.radius,
             visited=tuple(self._visited),

@@ -10,11 +10,19 @@ from circumspect.planning.plan_view import footprint
 from circumspect.planning.rounds import bearing_turned, sectors_visited
 from circumspect.planning.route import NoWay, Route, passable, route
 from circumspect.planning.situation import Situation
-from circumspect.planning.stance import camera_place, fitting_distance, stance
+from circumspect.planning.stance import (
+    IMAGE_SHARE,
+    SURFACE_DISTANCE,
+    camera_place,
+    fitting_distance,
+    stance,
+)
 from circumspect.planning.surface_normal_planner import SurfaceNormalPlanner
 from circumspect.planning.view_planner import ViewPlanner
 
 __all__ = [
+    "IMAGE_SHARE",
+    "SURFACE_DISTANCE",
     "Answer",
     "CirclePlanner",
     "Conviction",

@@ -28,7 +28,7 @@ class Situation:
         T_map_base: Where the robot is.
         T_base_camera: Where its camera is mounted (optical frame).
         camera: Says what fits its image.
-        nearest, farthest: Depths that the camera can measure [m].
+        depth_range: The nearest and the farthest depth that the camera measures [m].
         obstacles_xy: (m, 2) [m] everything else that stands in the way, map frame.
         robot_radius: Of the circle round `base_link` that holds the robot [m].
         visited: Where the robot was, in order; the last one is near `T_map_base`.
@@ -43,8 +43,7 @@ class Situation:
     T_map_base: PlanarPose
     T_base_camera: RigidTransform
     camera: PinholeCamera
-    nearest: float = 0.8
-    farthest: float = 3.5
+    depth_range: tuple[float, float]
     obstacles_xy: NDArray[np.float64] = field(default_factory=lambda: NOTHING_XY)
     robot_radius: float = 0.3
     visited: tuple[PlanarPose, ...] = ()

@@ -16,6 +16,8 @@ IMAGE_SHARE = 0.95
 """Share of the image that the object may fill along each side."""
 STEP = 0.05
 """Distances are tried in steps of this [m]."""
+FARTHEST = 10.0
+"""Larger distances are not tried [m], however far the camera measures."""
 TOLERATED = 0.01
 """So much of the object may stay outside the image if a larger distance gains no more."""
 MOST_POINTS = 600
@@ -69,7 +71,8 @@ def fitting_distance(
     points = thinned(situation.points_xyz, MOST_POINTS)
     centre = centre_of(points)
     reach = float(((points[:, :2] - centre) @ outward_xy).max())
-    distances = np.arange(least, max(situation.farthest, least + STEP), STEP)
+    most = min(situation.depth_range[1], FARTHEST)
+    distances = np.arange(least, max(most, least + STEP), STEP)
     outside = _shares_outside(situation, points, centre, reach + distances, outward_xy)
     return float(distances[int(np.argmax(outside <= outside.min() + TOLERATED))])
 
@@ -89,7 +92,7 @@ def _shares_outside(
     step_back = T_camera_map.rotation.apply([*outward_xy, 0.0])
     seen = T_camera_map.apply(points_xyz) - (away[:, None, None] - 1) * step_back
     x, y, z = np.moveaxis(seen, 2, 0)
-    inside = (z >= situation.nearest) & (z <= situation.farthest)
+    inside = (z >= situation.depth_range[0]) & (z <= situation.depth_range[1])
     z = np.maximum(z, 1e-6)
     inside &= np.abs(camera.fx * x / z) <= IMAGE_SHARE * camera.width / 2
     inside &= np.abs(camera.fy * y / z) <= IMAGE_SHARE * camera.height / 2

@@ -85,7 +85,7 @@ class Announcer:
         self._begin()
 
     def _begin(self) -> None:
-        self._path, self._views = PathLog(), NextViews()
+        self._path, self._views = PathLog(), NextViews(self._settings.noise.depth_range)
         self._told_at = -float("inf")
 
     def step(

@@ -30,12 +30,16 @@ MOST_PLACES, MOST_ANSWERS = 5000, 500
 class NextViews:
     """Remembers where the robot was and what stands about, and asks a planner."""
 
-    def __init__(self, planner: ViewPlanner | None = None) -> None:
+    def __init__(
+        self, depth_range: tuple[float, float], planner: ViewPlanner | None = None
+    ) -> None:
         """Know nothing.
 
         Args:
+            depth_range: The nearest and the farthest depth that the camera measures [m].
             planner: Chooses; None means the paper's rule.
         """
+        self._depth_range = depth_range
         self._planner = planner or SurfaceNormalPlanner()
         self._visited: deque[PlanarPose] = deque(maxlen=MOST_PLACES)
         self._answers: deque[Answer] = deque(maxlen=MOST_ANSWERS)
@@ -88,6 +92,7 @@ class NextViews:
             T_map_base=T_map_base,
             T_base_camera=T_base_camera,
             camera=frame.camera,
+            depth_range=self._depth_range,
             obstacles_xy=self._obstacles.places_xy(flat),
             visited=tuple(self._visited),
             answers=tuple(self._answers),

@@ -6,10 +6,13 @@ import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, get_type_hints
 
 from circumspect.errors import InputError
 from circumspect.ros.names import node_path, topic_path
+
+if TYPE_CHECKING:
+    from circumspect.sensing import DepthNoise
 
 DRIVERS = {
     "realsense": "/camera/camera/depth/image_rect_raw",
@@ -17,7 +20,7 @@ DRIVERS = {
     "openni": "/camera/depth/image",
 }
 """Drivers of cameras to where they publish depth if nobody tells them otherwise."""
-LENGTHS = {"mount": (0, 5), "box": (0, 6), "intrinsics": (0, 4), "size": (2,)}
+LENGTHS = {"mount": (0, 5), "box": (0, 6), "intrinsics": (0, 4), "size": (2,), "depth_range": (2,)}
 """Parameters that are lists of numbers to how many those may be."""
 MOST_PIXELS = 8192
 """Along a side of the images."""
@@ -52,6 +55,8 @@ class NodeSettings:
             (counter-clockwise from straight on), tilt (down); empty takes it from transforms.
         intrinsics: fx, fy, cx, cy [px] of a camera without CameraInfo; empty with.
         size: Width and height [px] of the images that intrinsics describe.
+        depth_range: The nearest and the farthest depth [m] that the camera measures: what is beyond
+            is no object, and next views are such that the object lies within.
         box: Two opposite corners x y z x y z [m] of a box round the object; empty takes what
             stands on the floor before the camera.
         rate: Frames a second that are taken of those that come; 0 for all.
@@ -81,6 +86,7 @@ class NodeSettings:
     mount: tuple[float, ...] = ()
     intrinsics: tuple[float, ...] = ()
     size: tuple[float, ...] = (640.0, 480.0)
+    depth_range: tuple[float, ...] = (0.8, 3.5)
     box: tuple[float, ...] = ()
     rate: float = 5.0
     queue: int = 4
@@ -134,6 +140,18 @@ class NodeSettings:
     def node(self) -> str:
         """The node's full name."""
         return node_path(self.namespace, self.name)
+
+    @property
+    def noise(self) -> DepthNoise:
+        """The camera's: the Xtion PRO's noise within its own range.
+
+        Raises:
+            InputError: The range is none.
+        """
+        from circumspect.sensing import DepthNoise
+
+        nearest, farthest = self.depth_range
+        return DepthNoise(nearest, farthest)
 
     @property
     def depth_topic(self) -> str:

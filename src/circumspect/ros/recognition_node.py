@@ -11,7 +11,7 @@ from typing import Protocol
 
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import CircumspectError, InputError
-from circumspect.mapping import KnownPoses, RegisteredPoses
+from circumspect.mapping import KnownPoses, RegisteredPoses, TrackingSettings
 from circumspect.pipeline import (
     CLASSIFIED,
     NO_POSE,
@@ -25,7 +25,7 @@ from circumspect.ros.live_frames import LiveFrames
 from circumspect.ros.middleware import COMMANDS, Middleware
 from circumspect.ros.node_settings import NodeSettings
 from circumspect.ros.outgoing import EMPTY
-from circumspect.sensing import BoxSegmentation, DepthNoise, GroundSegmentation, RgbdFrame
+from circumspect.sensing import BoxSegmentation, GroundSegmentation, RgbdFrame
 
 START, STOP, RESET = "start", "stop", "reset"
 REPORT_EVERY = 1.0
@@ -154,10 +154,11 @@ class RecognitionNode:
 
     def _new_pipeline(self) -> RecognitionPipeline:
         s = self.settings
-        poses = KnownPoses() if s.poses == "given" else RegisteredPoses()
-        segmentation = GroundSegmentation(noise=DepthNoise())
+        found = RegisteredPoses(settings=TrackingSettings.uncalibrated(s.noise))
+        poses = KnownPoses() if s.poses == "given" else found
+        segmentation = GroundSegmentation(noise=s.noise)
         if s.box:
-            segmentation = BoxSegmentation(s.box[:3], s.box[3:])
+            segmentation = BoxSegmentation(s.box[:3], s.box[3:], s.noise)
         return RecognitionPipeline(segmentation, poses, self._classifier)
 
     def _step(self, frame: RgbdFrame) -> RecognitionStep | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
 from circumspect.sensing.millimetres import metres, millimetres
 
@@ -30,6 +31,9 @@ class DepthNoise:
         steepest_incidence: beyond this angle between ray and normal [rad] nothing comes back.
         edge_jump: neighbours further apart than this share of their depth are an edge.
         edge_loss: share of the pixels at depth edges that are missing.
+
+    Raises:
+        InputError: The range is none.
     """
 
     nearest: float = 0.8
@@ -40,6 +44,18 @@ class DepthNoise:
     steepest_incidence: float = float(np.radians(80.0))
     edge_jump: float = 0.03
     edge_loss: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.nearest < self.farthest:
+            raise InputError(
+                "a range of depths is the nearest and the farthest [m], not "
+                f"{self.nearest:g} and {self.farthest:g}"
+            )
+
+    @property
+    def depth_range(self) -> tuple[float, float]:
+        """The nearest and the farthest depth [m]."""
+        return self.nearest, self.farthest
 
     def axial_sigma(
         self, depth: NDArray[np.floating], incidence: NDArray[np.floating] | float = 0.0

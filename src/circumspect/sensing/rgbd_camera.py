@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 
 from circumspect.geometry import PinholeCamera
+from circumspect.sensing.depth_noise import DepthNoise
 from circumspect.sensing.rgbd_frame import RgbdFrame
 
 
@@ -16,6 +17,14 @@ class RgbdCamera(ABC):
     @abstractmethod
     def intrinsics(self) -> PinholeCamera:
         """Size, focal length and principal point of the depth images."""
+
+    @property
+    def depth_range(self) -> tuple[float, float]:
+        """The nearest and the farthest depth that it measures [m]; those of the Xtion PRO.
+
+        Another camera's driver tells its own: views are planned so that the object lies within.
+        """
+        return DepthNoise().depth_range
 
     @abstractmethod
     def capture(self) -> RgbdFrame:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera, TriangleMesh
+from circumspect.planning import IMAGE_SHARE, SURFACE_DISTANCE
 from circumspect.sensing import DepthNoise
 from circumspect.simulation.station import Station, looking_at
 
@@ -17,14 +18,10 @@ MAST_HEIGHT = 1.2
 """Height of the camera above the floor [m]: on a mast, so that it sees seats and table tops."""
 LOWEST_MAST, HIGHEST_MAST = 0.05, 5.0
 """Within these the camera is above the robot's hull, and the floor within its range [m]."""
-SURFACE_DISTANCE = 0.8
-"""Level distance of camera and object [m] (section 3.1)."""
 SPEED = 0.05
 """The robot's speed [m/s] (section 3.1)."""
 CLEARANCE = 0.05
 """What the nearest point stays beyond the sensor's shortest range [m]: noise would lose it."""
-IMAGE_SHARE = 0.95
-"""Share of the image that the object may fill along each side."""
 
 
 @dataclass(frozen=True)

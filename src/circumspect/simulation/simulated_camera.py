@@ -56,6 +56,11 @@ class SimulatedCamera(RgbdCamera):
         """See `RgbdCamera.intrinsics`."""
         return self._intrinsics
 
+    @property
+    def depth_range(self) -> tuple[float, float]:
+        """See `RgbdCamera.depth_range`; of exact depth that of the Xtion PRO, too."""
+        return (self._noise or DepthNoise()).depth_range
+
     def capture(self) -> RgbdFrame:
         """See `RgbdCamera.capture`."""
         return self.photograph(self._station())
