@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from circumspect.errors import GeometryError
+from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import PinholeCamera, TriangleMesh, read_cloud
 from circumspect.grid import FREE, OCCUPIED, CylindricalGrid
 from circumspect.mapping import ModelSettings, ObjectModel
@@ -240,3 +240,8 @@ def test_a_turned_camera_sees_the_same_surface() -> None:
     other = ObjectModel().fused(turned, mask[::-1, ::-1], turned.pose)
     gaps, _ = cKDTree(other.points_xyz).query(one.points_xyz)
     assert np.quantile(gaps, 0.99) < 2e-3
+
+
+def test_a_model_in_the_place_of_its_points_is_told() -> None:
+    with pytest.raises(InputError, match=r"not an object of ObjectModel; take .*\.cloud\(\)"):
+        CylindricalGrid.fit(ObjectModel())

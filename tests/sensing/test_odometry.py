@@ -64,3 +64,5 @@ def test_a_frame_takes_odometry_and_transforms_only():
         RgbdFrame(np.ones((3, 4)), camera, 0.0).at(np.eye(4))
     with pytest.raises(InputError, match=r"odometry must be an Odometry, not PlanarPose"):
         RgbdFrame(np.ones((3, 4)), camera, 0.0, odometry=PlanarPose())
+    with pytest.raises(InputError, match=r"camera must be a PinholeCamera, not list"):
+        RgbdFrame(np.ones((3, 4)), [4, 3, 5, 5, 2, 1.5], 0.0)

@@ -23,15 +23,15 @@ def as_cloud(points_xyz: PointCloud | ArrayLike) -> PointCloud:
     """
     if isinstance(points_xyz, PointCloud):
         return points_xyz
-    refuse_mesh_and_path(points_xyz)
+    refuse_sources(points_xyz)
     return PointCloud(points_xyz)  # pyright: ignore[reportArgumentType]
 
 
-def refuse_mesh_and_path(given: object) -> None:
+def refuse_sources(given: object) -> None:
     """Tell those who have what points are made of, but no points yet.
 
     Raises:
-        InputError: It is a mesh or a path.
+        InputError: It is a mesh, a path or a model of points.
     """
     if isinstance(given, TriangleMesh):
         raise InputError("points are needed, not a mesh; draw some on it: mesh.sampled(20_000)")
@@ -39,3 +39,6 @@ def refuse_mesh_and_path(given: object) -> None:
         raise InputError(
             "points are needed, not the path of a file; read it: circumspect.read_cloud(path)"
         )
+    if callable(getattr(given, "cloud", None)):
+        name = type(given).__name__
+        raise InputError(f"points are needed, not an object of {name}; take its points: .cloud()")

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import PointCloud
 from circumspect.geometry.frozen_array import NUMBERS, require_unmasked
-from circumspect.geometry.given_cloud import refuse_mesh_and_path
+from circumspect.geometry.given_cloud import refuse_sources
 from circumspect.geometry.point_fields import rows_of_fields
 from circumspect.grid import _native
 
@@ -92,7 +92,7 @@ def checked_points(points_xyz: PointCloud | ArrayLike, name: str = "points") -> 
     """
     if isinstance(points_xyz, PointCloud):
         return points_xyz.points_xyz
-    refuse_mesh_and_path(points_xyz)
+    refuse_sources(points_xyz)
     require_unmasked(points_xyz)
     points = np.asarray(rows_of_fields(points_xyz))
     if points.ndim != 2 or points.shape[1] != 3:

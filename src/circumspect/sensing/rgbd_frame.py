@@ -38,7 +38,7 @@ class RgbdFrame(ReadOnlyArrays):
     Raises:
         InputError: The depth or the colour has not the camera's size, or the stamp, the pose or
             the mount is not finite, or the pose or the mount is no RigidTransform, or the odometry
-            no `Odometry`.
+            no `Odometry`, or the camera no `PinholeCamera`.
     """
 
     depth: NDArray[np.float32]
@@ -50,6 +50,11 @@ class RgbdFrame(ReadOnlyArrays):
     T_base_camera: RigidTransform | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.camera, PinholeCamera):
+            raise InputError(
+                f"camera must be a PinholeCamera, not {type(self.camera).__name__}; make one with "
+                "circumspect.PinholeCamera(width, height, fx, fy, cx, cy)"
+            )
         size = (self.camera.height, self.camera.width)
         depth = np.array(self.depth, dtype=np.float32)
         if depth.shape != size:
