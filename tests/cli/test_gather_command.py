@@ -68,7 +68,7 @@ def test_recordings_are_added_with_a_label(
 
 
 READ = [
-    "--first-pose", "0", "0", "1.2", "0", "30",
+    "--first-pose", "0", "0", "1.2", "0", "30", "--depth-range", "0.3", "5",
     "--box", "0", "0", "0", "1", "1", "1", "--box-frame", "map", "--poses", "given", "--every", "3",
     "--depth-topic", "/d", "--info-topic", "/i", "--colour-topic", "/c", "--odometry-topic", "",
     "--map-frame", "world", "--intrinsics", "1", "1", "1", "1", "--size", "4", "3",
