@@ -70,6 +70,8 @@ def test_how_well_the_place_is_known_is_told() -> None:
         assert values["pose sure"] == sure
         assert values["pose, standard deviation [mm]"] == str(millimetres)
         assert values["pose, standard deviation [°]"] == "0.1"
+    health.forget_answer()
+    assert "pose sure" not in health.status(True, None, 0).values
 
 
 def test_reasons_do_not_grow_without_end() -> None:

@@ -47,8 +47,8 @@ class RecordingFlags:
     every: int = 1
     """Take each n-th frame of the recording only."""
     depth_range: Annotated[tuple[float, float], tyro.conf.arg(metavar="NEAR FAR")] = (0.8, 3.5)
-    """The nearest and the farthest depth that the camera measures [m]: what is beyond is no
-    object."""
+    """The nearest and the farthest depth that the camera measures [m]: without --box, what
+    stands beyond is no object."""
     depth_topic: str | None = None
     """Of a bag: the depth images; without it the only likely topic."""
     info_topic: str | None = None

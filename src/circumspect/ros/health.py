@@ -105,7 +105,7 @@ class Health:
     def forget_answer(self) -> None:
         """The object is modelled anew."""
         with self._lock:
-            self._seen, self._prediction = 0.0, None
+            self._seen, self._prediction, self._pose = 0.0, None, None
 
     def count(self, what: str) -> int:
         """How many messages of an input came."""

@@ -55,8 +55,9 @@ class NodeSettings:
             (counter-clockwise from straight on), tilt (down); empty takes it from transforms.
         intrinsics: fx, fy, cx, cy [px] of a camera without CameraInfo; empty with.
         size: Width and height [px] of the images that intrinsics describe.
-        depth_range: The nearest and the farthest depth [m] that the camera measures: what is beyond
-            is no object, and next views are such that the object lies within.
+        depth_range: The nearest and the farthest depth [m] that the camera measures: without a
+            box what stands beyond is no object, and next views are such that the object lies
+            within.
         box: Two opposite corners x y z x y z [m] of a box round the object; empty takes what
             stands on the floor before the camera.
         rate: Frames a second that are taken of those that come; 0 for all.

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import CircumspectError, InputError
-from circumspect.mapping import KnownPoses, RegisteredPoses, TrackingSettings
+from circumspect.mapping import KnownPoses, PoseEstimator, RegisteredPoses, TrackingSettings
 from circumspect.pipeline import (
     CLASSIFIED,
     NO_POSE,
@@ -154,8 +154,9 @@ class RecognitionNode:
 
     def _new_pipeline(self) -> RecognitionPipeline:
         s = self.settings
-        found = RegisteredPoses(settings=TrackingSettings.uncalibrated(s.noise))
-        poses = KnownPoses() if s.poses == "given" else found
+        poses: PoseEstimator = KnownPoses()
+        if s.poses == "found":
+            poses = RegisteredPoses(settings=TrackingSettings.uncalibrated(s.noise))
         segmentation = GroundSegmentation(noise=s.noise)
         if s.box:
             segmentation = BoxSegmentation(s.box[:3], s.box[3:], s.noise)
