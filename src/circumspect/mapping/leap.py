@@ -15,6 +15,8 @@ FAR = 2.0
 """A fit that moves a frame by more than so many reaches of correspondences leaps."""
 BETTER = 0.9
 """At this share of the mean distance to the map a frame fits clearly better."""
+LEAST_DISTANCE = 5e-4
+"""Below this [m] one distance to the map is as good as another."""
 
 
 def is_hasty(

@@ -21,6 +21,9 @@ CLOSE_SHARE = 0.5
 LONGEST_GUESS, MOST_VARIANCE = 1e3, 1e6
 """After this time [s], and from this variance [m²], [rad²] on, nothing is known anyway; larger ones
 are no numbers to calculate with."""
+UNEVEN, ROUNDING = 0.01, 1e-6
+"""What an odometry's covariance shrinks by in one direction [share of its growth in the others,
+share of the covariance] is put down to rounding."""
 
 
 @dataclass(frozen=True)
@@ -124,16 +127,7 @@ def wheel_motion(
         Camera in its frame before, and (6, 6) of changes after the motion.
     """
     D = grip.applied(before.T_odom_base.inverse() @ now.T_odom_base)
-    moved = now.T_odom_base.xy - before.T_odom_base.xy
-    F = np.eye(3)
-    F[:2, 2] = -moved[1], moved[0]
-    grown = now.covariance - F @ before.covariance @ F.T
-    yaw = now.T_odom_base.yaw
-    turn = np.eye(3)
-    turn[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
-    planar = turn.T @ grown @ turn
-    values, vectors = np.linalg.eigh((planar + planar.T) / 2)
-    planar = vectors * np.clip(values, 0, MOST_VARIANCE) @ vectors.T
+    planar = _grown(before, now)
     way, turned = float(np.hypot(D.x, D.y)), abs(D.yaw)
     shift = settings.least_shift + settings.slip * way
     spin = settings.least_turn + settings.slip * turned
@@ -154,6 +148,27 @@ def wheel_motion(
     motion = rigid_matrix.inverse(X_before) @ moved_base @ X
     covariance = se3.moved_covariance(mounts[1].inv(), base)
     return RigidTransform.from_matrix(motion), covariance
+
+
+def _grown(before: Odometry, now: Odometry) -> NDArray[np.float64]:
+    """(3, 3) what the odometry's covariance grew by [m, rad], in the base's frame now.
+
+    With F the motion's derivative by the pose before it, that is P_now - F P_before Fᵀ. Where it
+    has a negative eigenvalue, P is not that of dead reckoning: a constant, or one of other poses
+    than it comes with. The little that is left of the difference of two large numbers would mean
+    nothing; then it is zero, and the slip alone tells what a step is worth.
+    """
+    moved = now.T_odom_base.xy - before.T_odom_base.xy
+    F = np.eye(3)
+    F[:2, 2] = -moved[1], moved[0]
+    grown = now.covariance - F @ before.covariance @ F.T
+    values, vectors = np.linalg.eigh((grown + grown.T) / 2)
+    if values[0] < -UNEVEN * values[-1] - ROUNDING * np.trace(now.covariance):
+        return np.zeros((3, 3))
+    yaw = now.T_odom_base.yaw
+    turn = np.eye(3)
+    turn[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    return turn.T @ (vectors * np.clip(values, 0, MOST_VARIANCE) @ vectors.T) @ turn
 
 
 def guessed(time: float, settings: MotionSettings, unheld: float = 0.0) -> NDArray[np.float64]:

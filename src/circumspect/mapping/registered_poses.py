@@ -11,14 +11,16 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
 from circumspect.mapping import motion, se3
+from circumspect.mapping.ambiguity import is_ambiguous
 from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.keyframes import Keyframes
-from circumspect.mapping.leap import BETTER, is_hasty
+from circumspect.mapping.leap import BETTER, LEAST_DISTANCE, is_hasty
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.news import is_out_of_place, rest_is_news
 from circumspect.mapping.pose_estimator import LOST, PoseEstimate, PoseEstimator
 from circumspect.mapping.predictions import Predictions
+from circumspect.mapping.probation import Probation
 from circumspect.mapping.recognition import Recognition
 from circumspect.mapping.registration import Registration, register
 from circumspect.mapping.relocalisation import nearby, relocalise
@@ -30,9 +32,9 @@ from circumspect.sensing import RgbdFrame
 
 RECOGNISED = "a place seen before"
 STEADY, STANDING = motion.CONSTANT_VELOCITY, motion.STANDING_STILL
-UNUSUAL, LEAST_DISTANCE = 1.5, 5e-4
-"""A frame that is this many times further from the map than the last ones, and than this [m], may
-have been fitted from a wrong prediction."""
+UNUSUAL = 1.5
+"""A frame that is this many times further from the map than the last ones, and than
+`LEAST_DISTANCE`, may have been fitted from a wrong prediction."""
 
 KNOWN = 0.5
 """A pose whose standard deviation is less than this share of the reach of correspondences finds
@@ -40,6 +42,9 @@ the right ones; a turn counts by what it moves at 1 m."""
 VAGUE, REGAINED = 5.0, 0.7
 """After a pose that was known to so many reaches only the next one is believed where this share of
 the frame lies on what is known."""
+
+ANYWHERE = np.eye(6)
+"""(6, 6) covariance [rad, m] of a camera that may be anywhere."""
 
 FARTHEST = 1e5
 """Of a map's begin from its origin [m]; from afar cells can no longer be counted."""
@@ -81,6 +86,7 @@ class RegisteredPoses(PoseEstimator):
         self._stamp = 0.0
         self._predictions = Predictions(s.motion)
         self._recognition = Recognition(s.relocalisation, s.gate.farthest)
+        self._probation = Probation(s.relocalisation.confirmed, KNOWN * s.registration.reach)
         self._overlap = 0.0
         self._inliers = 0.0
         self._distance = np.inf
@@ -110,6 +116,7 @@ class RegisteredPoses(PoseEstimator):
             self._doubts += 1
         elif not best.verdict.mute:
             self._doubts = 0
+        self._probation.hear(best, self._is_known(self._belief))
         self._remember(frame, best)
         # A direction that the scene does not hold is held by the wheels for a while.
         if self._is_certain(best) and len(scan) >= self.settings.gate.fewest_points:
@@ -209,9 +216,14 @@ class RegisteredPoses(PoseEstimator):
             return Attempt(believed, Verdict("far from where it was expected", mute=True), source)
         if verdict.contradicts or verdict.mute:
             return Attempt(believed, verdict, source, found)
+        if self._is_ambiguous(scan, found, believed):
+            return Attempt(believed, Verdict("fits elsewhere as well", mute=True), source)
         # By their information; directions that the scene does not hold stay as predicted.
         fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(fused, verdict, source, found)
+
+    def _is_ambiguous(self, scan: Scan, found: Registration, expected: Belief) -> bool:
+        return is_ambiguous(scan, self.scene, found, expected, self.settings.registration)
 
     def _least_overlap(self, scan: Scan, found: Registration, expected: Belief) -> float:
         """Share of a frame that must lie on what is known; none where the rest is news."""
@@ -245,7 +257,7 @@ class RegisteredPoses(PoseEstimator):
             scan, expected.T_map_camera, self.scene, self.keyframes, reach
         )
         found = self._recognition.believed(fits, expected, moved, self._inliers, lost, elsewhere)
-        if found is None:
+        if found is None or self._is_ambiguous(scan, found, Belief(found.T_map_camera, ANYWHERE)):
             return None
         self.keyframes.found_again()
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
@@ -338,9 +350,12 @@ class RegisteredPoses(PoseEstimator):
 
     def _is_certain(self, attempt: Attempt) -> bool:
         """Whether to build on it: nothing speaks against it, and it is known well enough."""
-        turn, place = attempt.belief.sigmas
-        known = turn < self.settings.certain[0] and place < self.settings.certain[1]
-        return known and self._doubts == 0
+        unopposed = self._doubts == 0 and self._probation.left == 0
+        return unopposed and self._is_known(attempt.belief)
+
+    def _is_known(self, belief: Belief) -> bool:
+        turn, place = belief.sigmas
+        return turn < self.settings.certain[0] and place < self.settings.certain[1]
 
     def _told(self, frame: RgbdFrame, attempt: Attempt) -> PoseEstimate:
         believed = self._belief or attempt.belief

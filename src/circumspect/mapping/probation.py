@@ -1,0 +1,45 @@
+"""When to build again on a camera that had been out of sight, or leapt."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from circumspect.mapping.attempt import Attempt
+
+
+class Probation:
+    """Counts frames that came to lie where they were expected.
+
+    What one frame says to a camera that may be anywhere can be wrong, and what is built on it would
+    soon bear it out: the map that the next frames are fitted to would be its own. They are fitted
+    to the map as it was until several of them have agreed.
+
+    Attributes:
+        left: So many frames must still agree.
+    """
+
+    def __init__(self, frames: int, leap: float) -> None:
+        """Nothing is on probation yet.
+
+        Args:
+            frames: That must agree once the camera was not known well enough to build on.
+            leap: After one that was further than this [m] from where it was expected another must
+                agree; turns count by what they move at 1 m.
+        """
+        self._frames, self._leap = frames, leap
+        self.left = 0
+
+    def hear(self, attempt: Attempt, known: bool) -> None:
+        """Take a frame in.
+
+        Args:
+            attempt: What became of it.
+            known: Whether the camera was known well enough before it.
+        """
+        found = attempt.found
+        if not known:
+            self.left = self._frames
+        if not attempt.verdict.is_open or found is None:
+            return
+        leapt = np.linalg.norm(found.innovation.reshape(2, 3), axis=1).max() > self._leap
+        self.left = max(self.left - 1, int(leapt))
