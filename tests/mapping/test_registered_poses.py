@@ -249,7 +249,7 @@ def test_without_a_doubt_a_frame_that_says_nothing_changes_no_trust() -> None:
 
 
 def test_a_kidnapped_robot_is_found_though_every_second_frame_says_nothing() -> None:
-    frames, angles = carried_off(0.0, count=11)
+    frames, angles = carried_off(0.0, count=15)
     away = [blind(f) if n % 2 else f for n, f in enumerate(frames[16:])]
     told = follow([*frames[:16], *away])
     assert RECOGNISED in {estimate.prior for estimate in told[16:]}

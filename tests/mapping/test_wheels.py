@@ -70,6 +70,37 @@ def along(steps: int, held: bool, grip: WheelGrip) -> float:
     return float(np.sqrt(covariance[3, 3]))
 
 
+def step_sigmas(covariances, poses) -> np.ndarray:
+    """Standard deviations of turn and place after one step."""
+    wheels, told = Wheels(MotionSettings()), []
+    for number, (pose, covariance) in enumerate(zip(poses, covariances, strict=True)):
+        odometry = Odometry(float(number), pose, covariance)
+        frame = replace(short_drive()[0], odometry=odometry, T_base_camera=LOOKING_AHEAD)
+        told.append(wheels.step(frame))
+        wheels.heard(frame, None)
+    assert told[-1] is not None
+    return np.sqrt(np.diag(told[-1][1]))
+
+
+def test_a_covariance_that_does_not_grow_as_dead_reckoning_does_tells_nothing() -> None:
+    before, now = PlanarPose(2.0, 1.0, 0.3), PlanarPose(2.024, 1.007, 0.3)
+    slip_alone = step_sigmas([np.zeros((3, 3))] * 2, [before, now])
+    constant = np.diag([0.1, 0.1, 0.2])
+    np.testing.assert_allclose(step_sigmas([constant] * 2, [before, now]), slip_alone)
+    # Of another pose than it comes with: the same steps, but seen from elsewhere.
+    first = Odometry(0.0, before, np.array([[0.2, 0.1, 0.1], [0.1, 0.4, -0.2], [0.1, -0.2, 0.3]]))
+    noise = np.diag([0.01, 0.02, 0.03]) ** 2
+    true = Odometry(1.0, now).grown_from(first, noise).covariance
+    R = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    turned = [R @ P @ R.T for P in (first.covariance, true)]
+    np.testing.assert_allclose(step_sigmas(turned, [before, now]), slip_alone)
+    # One that does is believed.
+    believed = step_sigmas([first.covariance, true], [before, now])
+    np.testing.assert_allclose(
+        believed[[3, 4, 2]], np.hypot(slip_alone[[3, 4, 2]], [0.01, 0.02, 0.03])
+    )
+
+
 @pytest.mark.parametrize("steps", [1, 4, 40])
 def test_steady_slip_costs_the_same_in_long_and_short_steps(steps: int) -> None:
     # A twentieth of the metre, and up to a millimetre a step.

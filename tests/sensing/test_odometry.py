@@ -1,5 +1,8 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
@@ -18,6 +21,29 @@ def test_the_covariance_is_kept_read_only():
 def test_an_impossible_covariance_is_refused(covariance):
     with pytest.raises(InputError):
         Odometry(0.0, PlanarPose(), covariance)
+
+
+POSES = st.builds(PlanarPose, *[st.floats(-3, 3)] * 3)
+ROOTS = arrays(np.float64, (3, 3), elements=st.floats(-1, 1))
+
+
+@given(POSES, POSES, ROOTS, ROOTS)
+def test_what_a_covariance_grew_by_is_what_it_was_made_to_grow_by(before, now, old, new):
+    first = Odometry(0.0, before, old @ old.T)
+    then = Odometry(1.0, now).grown_from(first, new @ new.T)
+    np.testing.assert_allclose(then.growth_since(first), new @ new.T, atol=1e-9)
+
+
+def test_an_error_of_the_heading_moves_what_lies_ahead_aside():
+    first = Odometry(0.0, PlanarPose(1.0, 1.0, 0.5), np.diag([0.0, 0.0, 0.1**2]))
+    then = Odometry(1.0, PlanarPose(1.0, 3.0, 2.0)).grown_from(first, np.zeros((3, 3)))
+    np.testing.assert_allclose(np.sqrt(np.diag(then.covariance)), [0.2, 0.0, 0.1])
+
+
+def test_the_growth_is_told_as_the_robot_sees_it():
+    ahead = np.diag([0.3**2, 0.0, 0.0])
+    then = Odometry(1.0, PlanarPose(0, 0, np.pi / 2)).grown_from(Odometry(0.0, PlanarPose()), ahead)
+    np.testing.assert_allclose(then.covariance, np.diag([0.0, 0.3**2, 0.0]), atol=1e-12)
 
 
 def test_a_stamp_must_be_finite():

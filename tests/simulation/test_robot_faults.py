@@ -188,6 +188,18 @@ def test_blocked_the_robot_stands_while_its_wheels_claim_the_way() -> None:
     assert np.hypot(*(true_pose(inner).xy - before.xy)) > 0.5
 
 
+def test_a_blocked_robot_is_as_sure_of_its_way_as_if_it_had_driven_it() -> None:
+    driver, free = Blocked(robot(), after=2.0, seconds=4.0), robot()
+    told = [[frame.odometry for frame in drive_on(each)] for each in (driver, free)]
+    for before, now in zip(told[0], told[0][1:], strict=False):
+        grown = np.linalg.eigvalsh(now.growth_since(before))
+        assert grown[0] > -1e-12
+    blocked, drove = (np.sqrt(np.diag(each[-1].covariance)) for each in told)
+    # The wheels drew no noise while the robot stood.
+    assert (blocked < 1.05 * drove).all()
+    assert (blocked > 0.3 * drove).all()
+
+
 def test_kidnapped_the_robot_is_elsewhere_and_does_not_know() -> None:
     inner, healthy = robot(), robot()
     by = PlanarPose(0.3, -0.4, 0.8)

@@ -153,22 +153,15 @@ def wheel_motion(
 def _grown(before: Odometry, now: Odometry) -> NDArray[np.float64]:
     """(3, 3) what the odometry's covariance grew by [m, rad], in the base's frame now.
 
-    With F the motion's derivative by the pose before it, that is P_now - F P_before Fᵀ. Where it
-    has a negative eigenvalue, P is not that of dead reckoning: a constant, or one of other poses
-    than it comes with. The little that is left of the difference of two large numbers would mean
-    nothing; then it is zero, and the slip alone tells what a step is worth.
+    Where that has a negative eigenvalue, it is not that of dead reckoning, but a constant, or one
+    of other poses than it comes with. What is left of the difference of two large numbers would
+    mean nothing; it is zero then, and the slip alone tells what a step is worth.
     """
-    moved = now.T_odom_base.xy - before.T_odom_base.xy
-    F = np.eye(3)
-    F[:2, 2] = -moved[1], moved[0]
-    grown = now.covariance - F @ before.covariance @ F.T
+    grown = now.growth_since(before)
     values, vectors = np.linalg.eigh((grown + grown.T) / 2)
     if values[0] < -UNEVEN * values[-1] - ROUNDING * np.trace(now.covariance):
         return np.zeros((3, 3))
-    yaw = now.T_odom_base.yaw
-    turn = np.eye(3)
-    turn[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
-    return turn.T @ (vectors * np.clip(values, 0, MOST_VARIANCE) @ vectors.T) @ turn
+    return vectors * np.clip(values, 0, MOST_VARIANCE) @ vectors.T
 
 
 def guessed(time: float, settings: MotionSettings, unheld: float = 0.0) -> NDArray[np.float64]:

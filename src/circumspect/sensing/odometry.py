@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,45 @@ class Odometry(ReadOnlyArrays):
         if not np.isfinite([self.stamp, self.forward, self.turn, *covariance.ravel()]).all():
             raise InputError(f"the odometry at {self.stamp} s is not finite")
         object.__setattr__(self, "covariance", covariance)
+
+    def growth_since(self, before: Odometry) -> NDArray[np.float64]:
+        """(3, 3) what the covariance grew by [m, rad], in the base's frame now.
+
+        With F the derivative of the pose now by the pose before, that is P - F P_before Fᵀ, turned
+        into the base's frame. It has no negative eigenvalue where P is that of dead reckoning.
+
+        Args:
+            before: An earlier reading.
+        """
+        F = _derivative(before.T_odom_base, self.T_odom_base)
+        turn = _turn(self.T_odom_base.yaw)
+        return turn.T @ (self.covariance - F @ before.covariance @ F.T) @ turn
+
+    def grown_from(self, before: Odometry, growth: NDArray[np.float64]) -> Odometry:
+        """The same with the covariance of dead reckoning; see `growth_since`.
+
+        Args:
+            before: An earlier reading.
+            growth: (3, 3) what is new since then [m, rad], in the base's frame now.
+        """
+        F = _derivative(before.T_odom_base, self.T_odom_base)
+        turn = _turn(self.T_odom_base.yaw)
+        covariance = F @ before.covariance @ F.T + turn @ growth @ turn.T
+        return replace(self, covariance=(covariance + covariance.T) / 2)
+
+
+def _derivative(before: PlanarPose, now: PlanarPose) -> NDArray[np.float64]:
+    """(3, 3) of a pose by an earlier one, the motion between them being what it is."""
+    F = np.eye(3)
+    F[:2, 2] = before.y - now.y, now.x - before.x
+    return F
+
+
+def _turn(yaw: float) -> NDArray[np.float64]:
+    """(3, 3) from a base's frame to the one its yaw [rad] is told in, of changes of x, y, yaw."""
+    turn = np.eye(3)
+    turn[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    return turn
 
 
 def _planar(pose: object) -> PlanarPose:

@@ -24,6 +24,7 @@ class Blocked(WrappedRobot):
         self._span = (after, after + seconds)
         self._wanted = Velocity()
         self._spun = PlanarPose()
+        self._last: tuple[Odometry, Odometry] | None = None
 
     @property
     def _blocked(self) -> bool:
@@ -49,6 +50,11 @@ class Blocked(WrappedRobot):
         if odometry is None:
             return None
         told = replace(odometry, T_odom_base=self._spun @ odometry.T_odom_base)
+        if self._last is not None:
+            # An error of the heading moves the way that the wheels seemed to drive, too.
+            before, told_before = self._last
+            told = told.grown_from(told_before, odometry.growth_since(before))
+        self._last = odometry, told
         if not self._blocked:
             return told
         return replace(told, forward=self._wanted.forward, turn=self._wanted.turn)

@@ -1,0 +1,59 @@
+"""A fit says nothing where one aside of it is as good and the prior decides between both."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+from tracking_world import THINGS, drive
+
+from circumspect.mapping.ambiguity import is_ambiguous
+from circumspect.mapping.motion import Belief
+from circumspect.mapping.registration import RegistrationSettings, register
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scan_surface import ScanSurface
+from circumspect.mapping.scene_map import SceneMap
+from circumspect.simulation import Surface, block
+
+SETTINGS = RegistrationSettings()
+HERE = RigidTransform.identity()
+FLAT = (Surface("wall", block((-6.0, -0.2, -3.0), (6.0, 0.2, 3.0))),)
+"""Looks the same wherever one stands along it."""
+ALONG = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+FEIGNED = 1.1 / SETTINGS.reach
+"""What a scene seems to hold the direction along a wall by, though it does not [1/m]."""
+
+
+def asked(things, sigma, feigned=0.0):
+    """Whether a frame before the map of its place, so well expected, is ambiguous."""
+    (frame,) = drive(np.radians([90.0]), things=things)
+    scan = Scan.of(frame)
+    scene = SceneMap().with_surface(ScanSurface.of(scan), HERE)
+    if things is FLAT:  # seen from further left and right, too
+        for metres in (-0.4, 0.4):
+            aside = RigidTransform.from_translation([metres, 0.0, 0.0])
+            scene = scene.with_surface(ScanSurface.of(scan), aside)
+    expected = Belief(HERE, np.eye(6) * sigma**2)
+    found = register(scan, scene, HERE, np.eye(6) / sigma**2, SETTINGS)
+    found = replace(found, hessian=found.hessian + np.diag(ALONG) * feigned**2)
+    return is_ambiguous(scan, scene, found, expected, SETTINGS)
+
+
+@pytest.mark.parametrize("sigma", [1.1 * SETTINGS.reach, 0.5, 2.0])
+def test_a_flat_wall_that_seems_to_hold_a_camera_is(sigma):
+    assert asked(FLAT, sigma, FEIGNED)
+
+
+def test_a_flat_wall_that_is_known_not_to_is_left_to_the_prior():
+    assert not asked(FLAT, 0.5)
+
+
+def test_a_camera_that_was_known_well_enough_is_not():
+    assert not asked(FLAT, 0.9 * SETTINGS.reach, FEIGNED)
+
+
+@pytest.mark.parametrize("feigned", [0.0, FEIGNED])
+def test_a_scene_with_things_in_it_is_not(feigned):
+    assert not asked(THINGS, 2.0, feigned)

@@ -1,0 +1,57 @@
+"""When a camera that was out of sight, or leapt, is built on again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.mapping.attempt import Attempt
+from circumspect.mapping.gate import Verdict
+from circumspect.mapping.motion import Belief
+from circumspect.mapping.probation import Probation
+from circumspect.mapping.registration import Registration
+
+FRAMES, LEAP = 3, 0.025
+MUTE, CONTRADICTS = Verdict("nothing", mute=True), Verdict("other things", contradicts=True)
+
+
+def attempt(innovation=(0.0,) * 6, verdict=None):
+    found = Registration(
+        RigidTransform.identity(), np.eye(6), np.eye(6), np.array(innovation),
+        1000, 1000, 1.0, 0.001, 0.001, 1.0, 4, converged=True,
+    )  # fmt: skip
+    return Attempt(Belief(found.T_map_camera, np.eye(6)), verdict or Verdict(), "odometry", found)
+
+
+def left(*heard):
+    """Frames that must still agree after some: (attempt, whether the camera was known)."""
+    probation, counts = Probation(FRAMES, LEAP), []
+    for each, known in heard:
+        probation.hear(each, known)
+        counts.append(probation.left)
+    return counts
+
+
+def test_a_camera_that_goes_on_as_expected_is_built_on():
+    assert left(*[(attempt(), True)] * 3) == [0, 0, 0]
+
+
+def test_one_that_was_not_known_is_built_on_once_frames_agree():
+    assert left((attempt(), False), *[(attempt(), True)] * 3) == [2, 1, 0, 0]
+
+
+def test_what_says_nothing_and_what_contradicts_does_not_count():
+    between = [(attempt(verdict=MUTE), True), (attempt(verdict=CONTRADICTS), True)]
+    assert left((attempt(), False), *between, (attempt(), True)) == [2, 2, 2, 1]
+    assert left(*[(attempt(verdict=MUTE), False)] * 2, (attempt(), False)) == [3, 3, 2]
+
+
+@pytest.mark.parametrize("axis", range(6))
+def test_after_a_leap_another_frame_must_agree(axis):
+    innovation = np.zeros(6)
+    innovation[axis] = -1.1 * LEAP
+    leapt = attempt(innovation)
+    assert left((leapt, True), (attempt(), True)) == [1, 0]
+    assert left((attempt(), False), (leapt, True), (leapt, True), (leapt, True)) == [2, 1, 1, 1]
+    assert left((attempt(0.9 * innovation / 1.1), True)) == [0]
