@@ -28,17 +28,15 @@ FEIGNED = 1.1 / SETTINGS.reach
 
 def asked(things, sigma, feigned=0.0):
     """Whether a frame before the map of its place, so well expected, is ambiguous."""
-    (frame,) = drive(np.radians([90.0]), things=things)
-    scan = Scan.of(frame)
-    scene = SceneMap().with_surface(ScanSurface.of(scan), HERE)
-    if things is FLAT:  # seen from further left and right, too
-        for metres in (-0.4, 0.4):
-            aside = RigidTransform.from_translation([metres, 0.0, 0.0])
-            scene = scene.with_surface(ScanSurface.of(scan), aside)
+    before, now = (Scan.of(frame) for frame in drive(np.radians([90.0, 90.0]), things=things))
+    scene = SceneMap()
+    for metres in (-0.4, 0.4, 0.0) if things is FLAT else (0.0,):
+        aside = RigidTransform.from_translation([metres, 0.0, 0.0])
+        scene = scene.with_surface(ScanSurface.of(before), aside)
     expected = Belief(HERE, np.eye(6) * sigma**2)
-    found = register(scan, scene, HERE, np.eye(6) / sigma**2, SETTINGS)
+    found = register(now, scene, HERE, np.eye(6) / sigma**2, SETTINGS)
     found = replace(found, hessian=found.hessian + np.diag(ALONG) * feigned**2)
-    return is_ambiguous(scan, scene, found, expected, SETTINGS)
+    return is_ambiguous(now, scene, found, expected, SETTINGS)
 
 
 @pytest.mark.parametrize("sigma", [1.1 * SETTINGS.reach, 0.5, 2.0])
