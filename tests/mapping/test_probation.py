@@ -47,11 +47,19 @@ def test_what_says_nothing_and_what_contradicts_does_not_count():
     assert left(*[(attempt(verdict=MUTE), False)] * 2, (attempt(), False)) == [3, 3, 2]
 
 
+STEADY = [(attempt(), True)] * 20
+
+
 @pytest.mark.parametrize("axis", range(6))
 def test_after_a_leap_another_frame_must_agree(axis):
     innovation = np.zeros(6)
     innovation[axis] = -1.1 * LEAP
     leapt = attempt(innovation)
-    assert left((leapt, True), (attempt(), True)) == [1, 0]
-    assert left((attempt(), False), (leapt, True), (leapt, True), (leapt, True)) == [2, 1, 1, 1]
-    assert left((attempt(0.9 * innovation / 1.1), True)) == [0]
+    assert left(*STEADY, (leapt, True), (attempt(), True))[-2:] == [1, 0]
+    assert left(*STEADY, (attempt(), False), (leapt, True), (leapt, True))[-3:] == [2, 1, 1]
+    assert left(*STEADY, (attempt(0.9 * innovation / 1.1), True))[-1] == 0
+
+
+def test_a_camera_that_leaps_all_the_time_is_built_on():
+    leaps = [(attempt([0, 0, 0, 2 * LEAP, 0, 0]), True)] * 9
+    assert left(*leaps) == [0] * 9

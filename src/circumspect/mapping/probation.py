@@ -6,6 +6,10 @@ import numpy as np
 
 from circumspect.mapping.attempt import Attempt
 
+UNUSUAL, MEMORY = 3.0, 0.8
+"""A leap is so many times what frames lay away from where they were expected lately; of which the
+mean forgets at this rate a frame. A camera in a hand leaps all the time, one on wheels does not."""
+
 
 class Probation:
     """Counts frames that came to lie where they were expected.
@@ -23,10 +27,11 @@ class Probation:
 
         Args:
             frames: That must agree once the camera was not known well enough to build on.
-            leap: After one that was further than this [m] from where it was expected another must
-                agree; turns count by what they move at 1 m.
+            leap: After one that was further than this [m] from where it was expected, and unusually
+                far, another must agree; turns count by what they move at 1 m.
         """
         self._frames, self._leap = frames, leap
+        self._usual = leap
         self.left = 0
 
     def hear(self, attempt: Attempt, known: bool) -> None:
@@ -41,5 +46,7 @@ class Probation:
             self.left = self._frames
         if not attempt.verdict.is_open or found is None:
             return
-        leapt = np.linalg.norm(found.innovation.reshape(2, 3), axis=1).max() > self._leap
+        away = float(np.linalg.norm(found.innovation.reshape(2, 3), axis=1).max())
+        leapt = away > max(self._leap, UNUSUAL * self._usual)
+        self._usual = MEMORY * self._usual + (1 - MEMORY) * away
         self.left = max(self.left - 1, int(leapt))
