@@ -15,42 +15,27 @@ from circumspect.mapping.ambiguity import is_ambiguous
 from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.keyframes import Keyframes
-from circumspect.mapping.leap import BETTER, LEAST_DISTANCE, is_hasty
+from circumspect.mapping.leap import BETTER
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.news import is_out_of_place, rest_is_news
+from circumspect.mapping.news import is_out_of_place
+from circumspect.mapping.placement import KNOWN, Placement
 from circumspect.mapping.pose_estimator import LOST, PoseEstimate, PoseEstimator
 from circumspect.mapping.predictions import Predictions
 from circumspect.mapping.probation import Probation
 from circumspect.mapping.recognition import Recognition
-from circumspect.mapping.registration import Registration, register
 from circumspect.mapping.relocalisation import nearby, relocalise
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.tracking_settings import TrackingSettings
-from circumspect.mapping.visibility import seen_through
 from circumspect.sensing import RgbdFrame
 
 RECOGNISED = "a place seen before"
 STEADY, STANDING = motion.CONSTANT_VELOCITY, motion.STANDING_STILL
-UNUSUAL = 1.5
-"""A frame that is this many times further from the map than the last ones, and than
-`LEAST_DISTANCE`, may have been fitted from a wrong prediction."""
-
-KNOWN = 0.5
-"""A pose whose standard deviation is less than this share of the reach of correspondences finds
-the right ones; a turn counts by what it moves at 1 m."""
-VAGUE, REGAINED = 5.0, 0.7
-"""After a pose that was known to so many reaches only the next one is believed where this share of
-the frame lies on what is known."""
-
 ANYWHERE = np.eye(6)
 """(6, 6) covariance [rad, m] of a camera that may be anywhere."""
 
 FARTHEST = 1e5
 """Of a map's begin from its origin [m]; from afar cells can no longer be counted."""
-
-FADING = 0.99
-"""A frame: how soon it is forgotten how many inliers a good frame has."""
 
 
 class RegisteredPoses(PoseEstimator):
@@ -74,7 +59,6 @@ class RegisteredPoses(PoseEstimator):
             settings: How frames are followed.
         """
         self.settings = settings or TrackingSettings()
-        self.scene = SceneMap(self.settings.scan.voxel)
         self._T_map_first = T_map_first
         self._T_odom_first: RigidTransform | None = None
         s = self.settings
@@ -82,17 +66,21 @@ class RegisteredPoses(PoseEstimator):
         self.keyframes = Keyframes(
             s.scan.voxel, s.keyframes, s.registration, s.gate, np.diag(np.array(bumps) ** -2.0)
         )
+        self._placement = Placement(s, self.keyframes)
+        self._usual = self._placement.usual
         self._belief: Belief | None = None
         self._stamp = 0.0
         self._predictions = Predictions(s.motion)
         self._recognition = Recognition(s.relocalisation, s.gate.farthest)
         self._probation = Probation(s.relocalisation.confirmed, KNOWN * s.registration.reach)
-        self._overlap = 0.0
-        self._inliers = 0.0
-        self._distance = np.inf
         self._source = ""
         self._doubts = 0
         self._loops = 0
+
+    @property
+    def scene(self) -> SceneMap:
+        """What frames are fitted to."""
+        return self._placement.scene
 
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
         """See `PoseEstimator.estimate`."""
@@ -175,7 +163,7 @@ class RegisteredPoses(PoseEstimator):
             standing = expected.by_standing_still(self._belief, frame, time)
             return self._without_wheels(frame, scan, steady, standing)
         first = self._attempt(frame, scan, wheels, motion.ODOMETRY)
-        usual = first.distance < self._most_usual
+        usual = first.distance < self._usual.most_distance
         agree = motion.agree(self._belief, wheels, steady)
         if agree and usual and not first.verdict.contradicts:
             return first
@@ -192,7 +180,7 @@ class RegisteredPoses(PoseEstimator):
     ) -> Attempt:
         """As if the last motion just went on; where that is doubtful, also as if it had ended."""
         first = self._attempt(frame, scan, steady, STEADY)
-        usual = first.distance < self._most_usual
+        usual = first.distance < self._usual.most_distance
         if motion.agree(self._belief, steady, standing) or (first.verdict.is_open and usual):
             return first
         second = self._attempt(frame, scan, standing, STANDING)
@@ -202,45 +190,8 @@ class RegisteredPoses(PoseEstimator):
         return second if fits_better or not first.verdict.is_open else first
 
     def _attempt(self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str) -> Attempt:
-        """Fit a frame from one prediction, and judge."""
-        information = np.linalg.inv(believed.covariance)
-        found = register(
-            scan, self.scene, believed.T_map_camera, information, self.settings.registration
-        )
-        through = seen_through(frame, self.scene, found.T_map_camera)
-        least = self._least_overlap(scan, found, believed)
-        verdict = self.settings.gate.verdict(found, information, through, least)
-        if verdict.is_open and is_hasty(
-            scan, self.scene, found, believed, self._most_usual, self.settings.registration
-        ):
-            return Attempt(believed, Verdict("far from where it was expected", mute=True), source)
-        if verdict.contradicts or verdict.mute:
-            return Attempt(believed, verdict, source, found)
-        if self._is_ambiguous(scan, found, believed):
-            return Attempt(believed, Verdict("fits elsewhere as well", mute=True), source)
-        # By their information; directions that the scene does not hold stay as predicted.
-        fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
-        return Attempt(fused, verdict, source, found)
-
-    def _is_ambiguous(self, scan: Scan, found: Registration, expected: Belief) -> bool:
-        return is_ambiguous(scan, self.scene, found, expected, self.settings.registration)
-
-    def _least_overlap(self, scan: Scan, found: Registration, expected: Belief) -> float:
-        """Share of a frame that must lie on what is known; none where the rest is news."""
-        s = self.settings
-        usual = max(s.gate.least_overlap, s.keeps_overlap * self._overlap)
-        reach = s.registration.reach
-        if self._belief is not None and max(self._belief.sigmas) > VAGUE * reach:
-            return max(usual, REGAINED)
-        # What is new fits anywhere; it says something only where the pose is known already.
-        if found.overlap >= usual or max(expected.sigmas) > KNOWN * reach:
-            return usual
-        return 0.0 if rest_is_news(scan, found, self.scene, self.keyframes, reach) else usual
-
-    @property
-    def _most_usual(self) -> float:
-        """A frame that fits has at most this mean distance to the map [m]."""
-        return UNUSUAL * max(self._distance, LEAST_DISTANCE)
+        assert self._belief is not None
+        return self._placement.attempt(frame, scan, self._belief, believed, source)
 
     def _recognised(self, frame: RgbdFrame, scan: Scan, expected: Belief) -> Attempt | None:
         """The frame among all keyframes, where it fits one place beyond doubt."""
@@ -256,8 +207,12 @@ class RegisteredPoses(PoseEstimator):
         elsewhere = lost and is_out_of_place(
             scan, expected.T_map_camera, self.scene, self.keyframes, reach
         )
-        found = self._recognition.believed(fits, expected, moved, self._inliers, lost, elsewhere)
-        if found is None or self._is_ambiguous(scan, found, Belief(found.T_map_camera, ANYWHERE)):
+        found = self._recognition.believed(
+            fits, expected, moved, self._usual.inliers, lost, elsewhere
+        )
+        if found is None or is_ambiguous(
+            scan, self.scene, found, Belief(found.T_map_camera, ANYWHERE), s.registration
+        ):
             return None
         self.keyframes.found_again()
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
@@ -277,10 +232,7 @@ class RegisteredPoses(PoseEstimator):
             # A lost camera does not drive on as it did when it was last seen.
             self._predictions.recent.forget()
         if held and attempt.found is not None:
-            self._overlap = 0.5 * (self._overlap + attempt.found.overlap)
-            before = self._distance if np.isfinite(self._distance) else attempt.found.distance
-            self._distance = 0.5 * (before + attempt.found.distance)
-            self._inliers = max(FADING * self._inliers, attempt.found.inliers)
+            self._usual.hear(attempt.found)
         self._source = attempt.source
         self._belief, self._stamp = attempt.belief, frame.stamp
 
@@ -295,7 +247,7 @@ class RegisteredPoses(PoseEstimator):
             by_scene = found.hessian if found is not None and found.converged else None
             passage = self._predictions.wheels.at_keyframe(by_scene)
             key = keys.add(T_map_camera, covariance, scan, frame, passage)
-            self.scene = self.scene.with_surface(key.surface, T_map_camera)
+            self._placement.scene = self.scene.with_surface(key.surface, T_map_camera)
         # A new keyframe is work enough for a frame, unless they come too fast.
         hurry = keys.queue.is_crowded
         pairs = min(2 if hurry else int(not is_news), len(keys.queue))
@@ -317,7 +269,7 @@ class RegisteredPoses(PoseEstimator):
             return
         moved = self.keyframes.anchored(number, T_anchor_camera)
         self._belief = Belief(moved, self._belief.covariance)
-        self.scene = self.keyframes.scene()
+        self._placement.scene = self.keyframes.scene()
 
     @property
     def corrections(self) -> int:

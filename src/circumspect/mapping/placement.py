@@ -1,0 +1,93 @@
+"""Placing a frame from one prediction, and judging what comes out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from circumspect.mapping.ambiguity import is_ambiguous
+from circumspect.mapping.attempt import Attempt
+from circumspect.mapping.gate import Verdict
+from circumspect.mapping.keyframes import Keyframes
+from circumspect.mapping.leap import is_hasty
+from circumspect.mapping.motion import Belief
+from circumspect.mapping.news import rest_is_news
+from circumspect.mapping.registration import Registration, register
+from circumspect.mapping.scan import Scan
+from circumspect.mapping.scene_map import SceneMap
+from circumspect.mapping.tracking_settings import TrackingSettings
+from circumspect.mapping.usual_frames import UsualFrames
+from circumspect.mapping.visibility import seen_through
+from circumspect.sensing import RgbdFrame
+
+KNOWN = 0.5
+"""A pose whose standard deviation is less than this share of the reach of correspondences finds
+the right ones; a turn counts by what it moves at 1 m."""
+VAGUE, REGAINED = 5.0, 0.7
+"""After a pose that was known to so many reaches only the next one is believed where this share of
+the frame lies on what is known."""
+
+
+class Placement:
+    """Fits frames to the scene and asks all that may speak against a fit.
+
+    Attributes:
+        scene: What frames are fitted to.
+        usual: What frames that fit are like.
+    """
+
+    def __init__(self, settings: TrackingSettings, keyframes: Keyframes) -> None:
+        """Begin with an empty scene.
+
+        Args:
+            settings: How frames are followed.
+            keyframes: That the scene is made of, and what they looked through.
+        """
+        self._settings, self._keyframes = settings, keyframes
+        self.scene = SceneMap(settings.scan.voxel)
+        self.usual = UsualFrames()
+
+    def attempt(
+        self, frame: RgbdFrame, scan: Scan, before: Belief, believed: Belief, source: str
+    ) -> Attempt:
+        """Fit a frame from one prediction, and judge.
+
+        Args:
+            frame: The frame.
+            scan: Its points.
+            before: The pose at the last frame.
+            believed: The prediction.
+            source: What it is of.
+
+        Returns:
+            The prediction itself where the fit says nothing or contradicts.
+        """
+        s = self._settings
+        information = np.linalg.inv(believed.covariance)
+        found = register(scan, self.scene, believed.T_map_camera, information, s.registration)
+        through = seen_through(frame, self.scene, found.T_map_camera)
+        least = self._least_overlap(scan, found, before, believed)
+        verdict = s.gate.verdict(found, information, through, least)
+        if verdict.is_open and is_hasty(
+            scan, self.scene, found, believed, self.usual.most_distance, s.registration
+        ):
+            return Attempt(believed, Verdict("far from where it was expected", mute=True), source)
+        if verdict.contradicts or verdict.mute:
+            return Attempt(believed, verdict, source, found)
+        if is_ambiguous(scan, self.scene, found, believed, s.registration):
+            return Attempt(believed, Verdict("fits elsewhere as well", mute=True), source)
+        # By their information; directions that the scene does not hold stay as predicted.
+        fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
+        return Attempt(fused, verdict, source, found)
+
+    def _least_overlap(
+        self, scan: Scan, found: Registration, before: Belief, expected: Belief
+    ) -> float:
+        """Share of a frame that must lie on what is known; none where the rest is news."""
+        s, reach = self._settings, self._settings.registration.reach
+        usual = max(s.gate.least_overlap, s.keeps_overlap * self.usual.overlap)
+        if max(before.sigmas) > VAGUE * reach:
+            return max(usual, REGAINED)
+        # What is new fits anywhere; it says something only where the pose is known already.
+        if found.overlap >= usual or max(expected.sigmas) > KNOWN * reach:
+            return usual
+        return 0.0 if rest_is_news(scan, found, self.scene, self._keyframes, reach) else usual
