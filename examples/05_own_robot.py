@@ -12,24 +12,23 @@ from circumspect.pipeline import ObjectScan, ScanSettings
 from circumspect.planning import CirclePlanner
 from circumspect.robot import MobileRobot, Velocity, arc
 from circumspect.sensing import GroundSegmentation, Odometry
-from circumspect.simulation import Room, SimulatedCamera, Station, room
+from circumspect.simulation import SimulatedCamera, Station, room
 
 
 class MyRobot(MobileRobot):
     """Where this toy adds up arcs, ask your base's driver."""
 
-    def __init__(self, place: Room) -> None:
-        self.mount, self.clock, self.velocity = place.mount.T_base_camera, 0.0, Velocity()
-        self.T_map_start, self.T_start_base = place.start(40.0), PlanarPose()
-        # Yours is an RgbdCamera: `intrinsics`, and `capture()` that returns an RgbdFrame.
-        self.eye = SimulatedCamera(place.scene, self._station, tell_pose=False)
+    max_forward, max_turn = 0.5, 1.0  # what `drive` takes [m/s], [rad/s]
+    radius = 0.25  # of the footprint [m]
+    now = 0.0  # time [s]; yours is a property that reads a clock
+    camera = T_base_camera = None  # set below; the mount is that of the optical frame
 
-    camera = property(lambda self: self.eye)
-    T_base_camera = property(lambda self: self.mount)  # of the optical frame
-    radius = property(lambda _: 0.25)  # of the footprint [m]
-    max_forward = property(lambda _: 0.5)  # what `drive` takes [m/s]
-    max_turn = property(lambda _: 1.0)  # [rad/s]
-    now = property(lambda self: self.clock)  # [s]; yours reads one
+    def __init__(self, place) -> None:
+        # Yours is an RgbdCamera: `intrinsics`, and `capture()` that returns an RgbdFrame.
+        self.camera = SimulatedCamera(place.scene, self._station, tell_pose=False)
+        self.T_base_camera = place.mount.T_base_camera
+        self.T_map_start, self.T_start_base = place.start(40.0), PlanarPose()
+        self.velocity = Velocity()
 
     def odometry(self) -> Odometry:
         return Odometry(self.now, self.T_start_base)
@@ -39,11 +38,11 @@ class MyRobot(MobileRobot):
 
     def wait(self, seconds: float) -> None:  # yours sleeps
         step = arc(self.velocity.forward * seconds, self.velocity.turn * seconds)
-        self.T_start_base, self.clock = self.T_start_base @ step, self.clock + seconds
+        self.T_start_base, self.now = self.T_start_base @ step, self.now + seconds
 
     def _station(self) -> Station:
         T_map_base = (self.T_map_start @ self.T_start_base).as_transform()
-        return Station(self.now, T_map_base * self.mount)
+        return Station(self.now, T_map_base * self.T_base_camera)
 
 
 if __name__ == "__main__":
