@@ -50,6 +50,11 @@ def test_what_says_nothing_and_what_contradicts_does_not_count():
 STEADY = [(attempt(), True)] * 20
 
 
+def test_what_agrees_in_some_directions_counts():
+    agrees = attempt(verdict=Verdict("the scene holds one direction to 1.000 m only"))
+    assert left((attempt(), False), (agrees, True), (agrees, True)) == [2, 1, 0]
+
+
 @pytest.mark.parametrize("axis", range(6))
 def test_after_a_leap_another_frame_must_agree(axis):
     innovation = np.zeros(6)

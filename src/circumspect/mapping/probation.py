@@ -44,7 +44,7 @@ class Probation:
         found = attempt.found
         if not known:
             self.left = self._frames
-        if not attempt.verdict.is_open or found is None:
+        if attempt.verdict.contradicts or attempt.verdict.mute or found is None:
             return
         away = float(np.linalg.norm(found.innovation.reshape(2, 3), axis=1).max())
         leapt = away > max(self._leap, UNUSUAL * self._usual)
