@@ -59,7 +59,8 @@ class Placement:
             source: What it is of.
 
         Returns:
-            The prediction itself where the fit says nothing or contradicts.
+            Prediction and fit fused by their information; the prediction itself where the fit
+            says nothing or contradicts.
         """
         s = self._settings
         information = np.linalg.inv(believed.covariance)
