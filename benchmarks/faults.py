@@ -169,15 +169,20 @@ def rows(found: list[dict[str, Any]]) -> list[list[str]]:
     for fault in EVERY:
         some = [record for record in found if record["fault"] == fault]
         if some:
-            right = sum(r["label"] is not None and r["label"] == r.get("true_label") for r in some)
-            answered = sum(r["label"] is not None for r in some)
+            answered = [record for record in some if record["label"] is not None]
             lines.append([
-                fault, f"{right} right of {answered} answers", _worst(some, "ate_rmse_m"),
+                fault, _right(answered), _right([r for r in answered if r.get("conclusive")]),
+                _worst(some, "ate_rmse_m"),
                 _while_certain(some), _mean(some, "trusted"),
                 _worst(some, "worst_sure_m"), _mean(some, "sure"),
                 "; ".join(sorted({str(r["ended"]) for r in some})),
             ])  # fmt: skip
     return lines
+
+
+def _right(answered: list[dict[str, Any]]) -> str:
+    right = sum(record["label"] == record.get("true_label") for record in answered)
+    return f"{right} of {len(answered)}"
 
 
 def _worst(some: list[dict[str, Any]], name: str) -> str:
@@ -228,7 +233,8 @@ def _parser() -> argparse.ArgumentParser:
 def write(lines: list[list[str]], folder: Path, command: str) -> None:
     """Write `faults.md`."""
     head = [
-        "fault", "answer", "ATE [mm], worst", "certain poses, worst error [mm]", "certain poses",
+        "fault", "right answers", "of conclusive ones", "ATE [mm], worst",
+        "certain poses, worst error [mm]", "certain poses",
         "sure poses, worst error [mm]", "sure poses", "ended",
     ]  # fmt: skip
     facts = "".join(f"- {key}: {value}\n" for key, value in machine().items())

@@ -143,6 +143,7 @@ def told(result: RecognitionResult) -> dict[str, Any]:
         "label": None if prediction is None else prediction.label,
         "probability": None if prediction is None else prediction.probability,
         "known": None if prediction is None else prediction.known,
+        "conclusive": result.conclusive,
         "frames": len(result.steps),
         "seen": 0.0 if last is None else last.seen,
         "outcomes": dict(Counter(step.outcome for step in result.steps)),

@@ -47,7 +47,9 @@ def test_a_table_of_other_settings_names_them(tmp_path: Path) -> None:
     others = [of_another_setting(record) for record in found if record["fault"] == "none"]
     text = tables("faults", tmp_path, [*found, *others], "--only", "none", "--frame-interval", "3")
     assert "`python -m benchmarks.faults --frame-interval 3`" in text
-    assert "| none | 0 right of 3 answers | 9000 |" in text
+    (row,) = [line for line in text.splitlines() if line.startswith("| none |")]
+    assert row.startswith("| none | 0 of 3 |")
+    assert "| 9000 |" in row
     assert "blackout" not in text
 
 

@@ -26,8 +26,8 @@ from circumspect.geometry import TriangleMesh
 FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
     "object", "true_label", "start_deg",
-    "label", "known", "probability", "probabilities", "truth", "frames", "outcomes", "lost_from",
-    "seen", "points", "interrupted", "milliseconds",
+    "label", "known", "conclusive", "probability", "probabilities", "truth", "frames", "outcomes",
+    "lost_from", "seen", "points", "interrupted", "milliseconds",
     "distance_m", "ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness",
     "run", "ended",
 ]  # fmt: skip

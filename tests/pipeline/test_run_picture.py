@@ -119,12 +119,14 @@ def test_a_camera_that_stands_still_is_drawn_over_frames(tmp_path: Path) -> None
     assert (tmp_path / "still.png").stat().st_size > 10_000
 
 
-def named(result: RecognitionResult, known: bool) -> RecognitionResult:
+def named(result: RecognitionResult, known: bool, seen: float = 1.0) -> RecognitionResult:
     """The same run with the longest name."""
     answer = Prediction.from_probabilities(
         ("night_stand", "chair"), np.array([0.55, 0.45]), known=known
     )
-    return replace(result, steps=tuple(replace(step, prediction=answer) for step in result.steps))
+    return replace(
+        result, steps=tuple(replace(step, prediction=answer, seen=seen) for step in result.steps)
+    )
 
 
 def test_an_answer_that_may_be_of_no_class_says_so_in_the_title(result: RecognitionResult) -> None:
@@ -132,6 +134,14 @@ def test_an_answer_that_may_be_of_no_class_says_so_in_the_title(result: Recognit
     assert title == "night stand, 55% sure (right)"
     title, _ = captions(named(result, False), {"truth": "bathtub"})
     assert title == "unknown, nearest night stand, 55% (wrong: it is a bathtub)"
+
+
+def test_an_answer_by_a_few_sides_is_not_called_sure_in_the_title(
+    result: RecognitionResult,
+) -> None:
+    title, note = captions(named(result, True, seen=0.46), {"truth": "bathtub"})
+    assert title == "perhaps night stand, 55% (wrong: it is a bathtub)"
+    assert "seen from 46% of the directions" in note
 
 
 def test_the_longest_title_fits(

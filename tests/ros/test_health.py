@@ -29,9 +29,9 @@ class Clock:
         return self.now
 
 
-def step(outcome: str = CLASSIFIED, known: bool = True, pose: Any = None) -> Any:
+def step(outcome: str = CLASSIFIED, known: bool = True, pose: Any = None, seen: float = 0.5) -> Any:
     prediction = Prediction("chair", 0.4, {"chair": 0.4, "sofa": 0.6}, known=known)
-    return SimpleNamespace(outcome=outcome, seen=0.5, prediction=prediction, pose=pose)
+    return SimpleNamespace(outcome=outcome, seen=seen, prediction=prediction, pose=pose)
 
 
 def test_the_worst_is_said_first() -> None:
@@ -54,6 +54,12 @@ def test_the_worst_is_said_first() -> None:
     status = health.status(True, None, 3)
     assert "not sure" in status.text
     assert (status.values["sure"], status.values["messages lost on the wire"]) == ("no", 3)
+    health.step(step(seen=0.49), 20.0)
+    status = health.status(True, None, 0)
+    assert "too little" in status.text
+    assert (status.values["answer"], status.values["sure"]) == ("chair", "no")
+    health.step(step(), 20.0)
+    assert health.status(True, None, 0).values["sure"] == "yes"
     health.forget_answer()
     assert health.status(True, None, 0).values["answer"] == "none yet"
 

@@ -137,6 +137,16 @@ def test_an_answer_that_was_not_sure_is_not_sure_in_the_playback(copied_run, kno
     assert ("not sure to be of any class" in shown) is not known
 
 
+@pytest.mark.parametrize("conclusive", [True, False])
+def test_an_answer_by_a_few_sides_is_not_sure_in_the_playback(copied_run, conclusive):
+    log = copied_run / "log.jsonl"
+    rows = [json.loads(line) | {"conclusive": conclusive} for line in log.read_text().splitlines()]
+    log.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    played = PlayedRun(SavedRun.load(copied_run))
+    shown = answer_html(played.shown(5).row)
+    assert ("too little of it was seen" in shown) is not conclusive
+
+
 def test_what_is_no_run_is_told_with_the_remedy(tmp_path, capsys):
     assert main(["view", str(tmp_path / "none")]) == 2
     assert "no such folder" in capsys.readouterr().err

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from circumspect.cli.say import say
+from circumspect.pipeline.doubt import doubt
 from circumspect.ros.log_throttle import LogThrottle
 
 if TYPE_CHECKING:
@@ -66,18 +67,21 @@ class NodeScreen:
         told = step.prediction
         if told is None:
             return
-        before, now = self._answer, (told.label, told.known, told.probability)
+        before, now = self._answer, (told.label, step.conclusive, told.probability)
         if before is not None and before[:2] == now[:2] and abs(before[2] - now[2]) < CHANGE:
             return
         self._answer = now
         if self._json:
             self._print(json.dumps(step.summary()))
             return
-        self._print(f"{told.label} {told.probability:.2f}  seen {step.seen:4.0%}{told.doubt}")
+        self._print(
+            f"{told.label} {told.probability:.2f}  seen {step.seen:4.0%}{doubt(told, step.seen)}"
+        )
 
-    def on_settled(self, prediction: Prediction) -> None:
+    def on_settled(self, prediction: Prediction, seen: float) -> None:
         """Tell the last answer."""
-        say(f"the answer: {prediction.label} {prediction.probability:.2f}{prediction.doubt}")
+        told = f"{prediction.label} {prediction.probability:.2f}"
+        say(f"the answer: {told}{doubt(prediction, seen)}")
 
     def on_status(self, status: Status) -> None:
         """Tell the state where it changed."""

@@ -128,6 +128,8 @@ def tell_where(folder: RunFolder) -> None:
 
 def verdict(result: RecognitionResult, truth: str | None) -> str:
     """The answer in a sentence, judged where the truth is known."""
+    from circumspect.pipeline.doubt import doubt
+
     prediction, last = result.prediction, result.last
     if prediction is None or last is None:
         reasons = sorted({step.outcome for step in result.steps})
@@ -135,7 +137,7 @@ def verdict(result: RecognitionResult, truth: str | None) -> str:
     answer = (
         f"{prediction.label} with probability {prediction.probability:.2f} after "
         f"{_frames(result)}, seen from {last.seen:.0%} of the directions"
-        f"{prediction.doubt}"
+        f"{doubt(prediction, last.seen)}"
     )
     if truth is None:
         return f"It is named {answer}."

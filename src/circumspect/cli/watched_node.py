@@ -41,7 +41,7 @@ class NodeWatch:
         if self._watch is not None:
             self._watch.on_step(step)
 
-    def on_settled(self, prediction: Prediction) -> None:
+    def on_settled(self, prediction: Prediction, seen: float) -> None:
         """Nothing: the last step showed it but for the last correction."""
 
     def on_status(self, status: Status) -> None:

@@ -74,7 +74,9 @@ def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str,
     if prediction is None or last is None:
         return "no answer", ""
     label, share = _words(prediction.label), f"{prediction.probability:.0%}"
-    title = f"{label}, {share} sure" if prediction.known else f"unknown, nearest {label}, {share}"
+    title = f"{label}, {share} sure" if result.conclusive else f"perhaps {label}, {share}"
+    if not prediction.known:
+        title = f"unknown, nearest {label}, {share}"
     truth = config.get("truth")
     if truth is not None:
         right = truth == prediction.label

@@ -48,7 +48,13 @@ PATCHES_A_FRAME = 4
 
 
 class RecognitionPipeline:
-    """Models one object and names it after every frame."""
+    """Models one object and names it after every frame.
+
+    Attributes:
+        model: The object so far.
+        prediction: What it was called last; None before it was.
+        seen: Share of the directions around it from which it has been seen, 0 … 1.
+    """
 
     def __init__(
         self,
@@ -80,7 +86,7 @@ class RecognitionPipeline:
         self._corrections = poses.corrections
         self._stamp: float | None = None
         self._count = 0
-        self._seen = 0.0
+        self.seen = 0.0
 
     @property
     def grid(self) -> OccupancyGrid | None:
@@ -241,7 +247,7 @@ class RecognitionPipeline:
             # Nor was what it was called before.
             self._grids, self.prediction = [], None
         if self.grid is not None:
-            self._seen = share_seen(self.model.views_xyz, self.grid)
+            self.seen = share_seen(self.model.views_xyz, self.grid)
         return fault
 
     def _fill_grid(self) -> str | None:
@@ -296,7 +302,7 @@ class RecognitionPipeline:
             outcome=outcome,
             pose=pose,
             object_pixels=object_pixels,
-            seen=self._seen,
+            seen=self.seen,
             model=self.model,
             grid=self.grid,
             prediction=self.prediction,

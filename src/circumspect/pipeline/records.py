@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Prediction
 from circumspect.grid import OccupancyGrid
 from circumspect.mapping import ObjectModel, PoseEstimate
+from circumspect.pipeline.doubt import doubt
 
 CLASSIFIED = "classified"
 OUT_OF_ORDER = "not later than the frame before"
@@ -53,6 +54,11 @@ class RecognitionStep:
     def __repr__(self) -> str:
         return f"RecognitionStep(frame {self.index}, {self.outcome!r}, {_told(self.prediction)})"
 
+    @property
+    def conclusive(self) -> bool:
+        """Whether there is an answer to rely on as far as its probability goes; see `doubt`."""
+        return self.prediction is not None and not doubt(self.prediction, self.seen)
+
     def at(self, T_map_camera: RigidTransform) -> RecognitionStep:
         """The same with a corrected pose; as it is where it has none."""
         if self.pose is None:
@@ -69,6 +75,7 @@ class RecognitionStep:
             "outcome": self.outcome,
             "label": None if self.prediction is None else self.prediction.label,
             "known": None if self.prediction is None else self.prediction.known,
+            "conclusive": self.conclusive,
             "probability": None if self.prediction is None else self.prediction.probability,
             "probabilities": None
             if self.prediction is None
@@ -135,6 +142,11 @@ class RecognitionResult:
     def prediction(self) -> Prediction | None:
         """The final answer; None where the object was never seen."""
         return None if self.last is None else self.last.prediction
+
+    @property
+    def conclusive(self) -> bool:
+        """See `RecognitionStep.conclusive`; of the final answer."""
+        return self.last is not None and self.last.conclusive
 
 
 def _told(prediction: Prediction | None) -> str:

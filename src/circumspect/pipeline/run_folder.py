@@ -112,6 +112,7 @@ def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dic
     return {
         "label": None if prediction is None else prediction.label,
         "known": None if prediction is None else prediction.known,
+        "conclusive": result.conclusive,
         "probability": None if prediction is None else prediction.probability,
         "probabilities": None if prediction is None else dict(prediction.probabilities),
         "truth": config.get("truth"),

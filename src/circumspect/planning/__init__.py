@@ -1,7 +1,7 @@
 """Where to look from next, and how to get there."""
 
 from circumspect.planning.alternatives import alternatives
-from circumspect.planning.answer import Answer
+from circumspect.planning.answer import ENOUGH_SEEN, Answer
 from circumspect.planning.circle_planner import CirclePlanner
 from circumspect.planning.conviction import Conviction
 from circumspect.planning.convinced_planner import ConvincedPlanner
@@ -21,6 +21,7 @@ from circumspect.planning.surface_normal_planner import SurfaceNormalPlanner
 from circumspect.planning.view_planner import ViewPlanner
 
 __all__ = [
+    "ENOUGH_SEEN",
     "IMAGE_SHARE",
     "SURFACE_DISTANCE",
     "Answer",

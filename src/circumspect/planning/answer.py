@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+ENOUGH_SEEN = 0.5
+"""An answer by a smaller share of the directions is not one to rely on."""
+
 
 @dataclass(frozen=True, slots=True)
 class Answer:

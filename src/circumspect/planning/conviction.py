@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from circumspect.planning.answer import Answer
+from circumspect.planning.answer import ENOUGH_SEEN, Answer
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Conviction:
     """
 
     probability: float = 0.8
-    seen: float = 0.5
+    seen: float = ENOUGH_SEEN
     over: float = 0.15
     change: float = 0.08
 

@@ -14,6 +14,7 @@ import numpy as np
 from circumspect.classification import Prediction
 from circumspect.mapping import PoseEstimate
 from circumspect.pipeline import CLASSIFIED, RecognitionStep
+from circumspect.pipeline.doubt import doubt
 
 WELL, WARNING, ERROR = 0, 1, 2
 SILENT = 3.0
@@ -159,15 +160,15 @@ class Health:
             return WARNING, self._outcome[1]
         if not self.with_odometry:
             return WARNING, "no odometry at the time of the frames: poses by registration alone"
-        if self._prediction is not None and not self._prediction.known:
-            return WELL, "the object is in view, but not sure to be of any class"
+        if self._prediction is not None and (why := doubt(self._prediction, self._seen)):
+            return WELL, f"the object is in view and named{why}"
         return WELL, "the object is in view and named"
 
     def _answer(self) -> dict[str, str]:
         told = self._prediction
         if told is None:
             return {"answer": "none yet"}
-        sure = "yes" if told.known else "no"
+        sure = "no" if doubt(told, self._seen) else "yes"
         figures = {"probability": f"{told.probability:.3f}", "seen": f"{self._seen:.2f}"}
         return {"answer": told.label, "sure": sure, **figures}
 

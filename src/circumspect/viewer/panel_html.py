@@ -32,6 +32,8 @@ def answer_html(row: Mapping[str, Any], truth: str | None = None, news: str = ""
         )
         if row.get("known") is False:
             head += f" <span style='{QUIET}'>not sure to be of any class</span>"
+        elif row.get("conclusive") is False:
+            head += f" <span style='{QUIET}'>not sure: too little of it was seen</span>"
         if truth is not None:
             right = truth == label
             head += (

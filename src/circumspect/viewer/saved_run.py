@@ -176,8 +176,7 @@ def _checked(row: Any) -> Row:
     told |= {
         name: row[name] for name in ("probability", "seen", "points") if _is_number(row.get(name))
     }
-    if isinstance(row.get("known"), bool):
-        told["known"] = row["known"]
+    told |= {name: row[name] for name in ("known", "conclusive") if isinstance(row.get(name), bool)}
     for name in ("probabilities", "milliseconds"):
         table = row.get(name)
         if isinstance(table, dict):
