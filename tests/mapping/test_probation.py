@@ -65,6 +65,12 @@ def test_after_a_leap_another_frame_must_agree(axis):
     assert left(*STEADY, (attempt(0.9 * innovation / 1.1), True))[-1] == 0
 
 
-def test_a_camera_that_leaps_all_the_time_is_built_on():
-    leaps = [(attempt([0, 0, 0, 2 * LEAP, 0, 0]), True)] * 9
-    assert left(*leaps) == [0] * 9
+def test_leaps_to_and_fro_do_not_become_usual_at_once():
+    leapt = attempt([0, 0, 0, 1.1 * LEAP, 0, 0])
+    assert left(*STEADY, *[(leapt, True)] * 4)[-4:] == [1] * 4
+
+
+@pytest.mark.parametrize("before", [[], STEADY])
+def test_a_camera_that_leaps_all_the_time_is_built_on(before):
+    leaps = [(attempt([0, 0, 0, 2 * LEAP, 0, 0]), True)] * 25
+    assert left(*before, *leaps)[-9:] == [0] * 9

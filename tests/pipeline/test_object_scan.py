@@ -14,7 +14,7 @@ from scan_world import NOTHING, QUICK, scan, start, wall
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
 from circumspect.mapping import KnownPoses, PoseEstimate
-from circumspect.pipeline import RunFolder
+from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.scan import INTERRUPTED, LOST
 from circumspect.pipeline.scan_file import ScanFile
@@ -24,7 +24,7 @@ from circumspect.planning import CirclePlanner, Conviction, ConvincedPlanner, Su
 from circumspect.planning.circle_planner import ALL_TRIED
 from circumspect.planning.view_planner import AS_FAR_AS_POSSIBLE, ROUND_COMPLETE
 from circumspect.sensing import RgbdFrame
-from circumspect.simulation import block
+from circumspect.simulation import SimulatedRobot, block
 from circumspect.simulation.camera_faults import Blackout, DroppedFrames, UnorderedFrames
 from circumspect.simulation.motion_faults import Blocked
 from circumspect.simulation.odometry_faults import OdometryGone, OdometryStuck
@@ -173,6 +173,43 @@ def test_a_robot_that_is_lost_for_good_says_so() -> None:
     assert going.ended == LOST
     assert len(result.steps) < 60
     assert result.steps[-1].prediction == result.steps[6].prediction
+
+
+class TruePlaces:
+    """Where the robot really was at each frame."""
+
+    def __init__(self, robot: SimulatedRobot) -> None:
+        self.robot, self.places_xy = robot, []
+
+    def on_step(self, step: RecognitionStep) -> None:
+        self.places_xy.append(self.robot.truth().T_map_base.translation[:2])
+
+    def on_end(self, result: RecognitionResult) -> None:
+        pass
+
+
+@pytest.mark.parametrize("fault", [None, lambda robot: OdometryGone(robot)])
+def test_a_robot_that_lost_its_way_looks_round_where_it_last_knew_it(fault) -> None:
+    going = scan(poses=Doubtful(after=8), fault=fault)
+    true = TruePlaces(going.robot.simulated)
+    going.pipeline.observers = (true,)
+    going.run()
+    assert going.ended == LOST
+    places = np.array(true.places_xy)
+    off = np.linalg.norm(places - places[6], axis=1)
+    assert off.max() > 0.5
+    assert off[-1] < 0.1
+
+
+def test_what_a_robot_commanded_in_vain_it_does_not_take_back() -> None:
+    """Nobody knows what is behind it."""
+    going = scan(poses=Doubtful(after=9), fault=lambda robot: Blocked(robot, 6.0, 6.0))
+    true = TruePlaces(going.robot.simulated)
+    going.pipeline.observers = (true,)
+    going.run()
+    places = np.array(true.places_xy)
+    assert BLOCKED in {record.outcome for record in going.views}
+    assert np.linalg.norm(places - places[-1], axis=1)[8:].max() < 0.1
 
 
 def test_a_robot_that_finds_itself_again_goes_on() -> None:

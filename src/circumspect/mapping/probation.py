@@ -6,9 +6,10 @@ import numpy as np
 
 from circumspect.mapping.attempt import Attempt
 
-UNUSUAL, MEMORY = 3.0, 0.8
+UNUSUAL, MEMORY, MOST = 3.0, 0.8, 2.0
 """A leap is so many times what frames lay away from where they were expected lately; of which the
-mean forgets at this rate a frame. A camera in a hand leaps all the time, one on wheels does not."""
+mean forgets at this rate a frame, and takes in so many times itself at most. A camera in a hand
+leaps all the time, one on wheels does not."""
 
 
 class Probation:
@@ -48,5 +49,7 @@ class Probation:
             return
         away = float(np.linalg.norm(found.innovation.reshape(2, 3), axis=1).max())
         leapt = away > max(self._leap, UNUSUAL * self._usual)
-        self._usual = MEMORY * self._usual + (1 - MEMORY) * away
+        # Lest two leaps, to a wrong place and back, make a third one usual.
+        heard = min(away, MOST * max(self._usual, self._leap / UNUSUAL / MOST))
+        self._usual = MEMORY * self._usual + (1 - MEMORY) * heard
         self.left = max(self.left - 1, int(leapt))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
@@ -21,6 +23,9 @@ LIKELY = 16.8
 freedom)."""
 EXACT = np.array([np.radians(3.0)] * 3 + [0.05] * 3)
 """How exactly a place is recognised [rad, m]."""
+
+VAGUE = float(np.radians(20.0)), 0.3
+"""Where a camera should be says little once it is known no better than so [rad, m]."""
 
 
 class Recognition:
@@ -63,6 +68,7 @@ class Recognition:
         usual_inliers: float,
         lost: bool,
         out_of_place: bool,
+        ambiguous: Callable[[Registration], bool],
     ) -> Registration | None:
         """The one place where the camera can be.
 
@@ -75,6 +81,8 @@ class Recognition:
             out_of_place: The frame shows things where it was known to be empty, if the camera is
                 where it should be. One that shows nothing, or what is new, is no reason to believe
                 that the camera was carried off.
+            ambiguous: Whether the frame fits aside of a place as well. Such a place speaks against
+                being elsewhere, but not for being there.
 
         Returns:
             Of those with enough inliers the only one near by, at once where the camera is likely
@@ -87,13 +95,15 @@ class Recognition:
         fits = [fit for fit in fits if fit.inliers >= enough]
         near = [fit for fit in fits if _distance(fit, expected, SIGMAS) < self._farthest]
         # A lost camera that nothing speaks against may well be where it should be, before news.
-        doubtful = lost and not out_of_place
+        # And one that may be anywhere is near to every place.
+        vague = expected.sigmas[0] > VAGUE[0] or expected.sigmas[1] > VAGUE[1]
+        doubtful = lost and (vague or not out_of_place)
         if len(near) == 1 and not doubtful and _distance(near[0], expected, EXACT) < LIKELY:
             self.forget()
-            return near[0]
+            return None if ambiguous(near[0]) else near[0]
         carried_off = not near and lost and out_of_place
         possible = fits if carried_off or (near and doubtful) else near
-        if len(possible) != 1:
+        if len(possible) != 1 or ambiguous(possible[0]):
             self.forget()
             return None
         (only,) = possible

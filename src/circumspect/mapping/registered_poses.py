@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -23,6 +24,7 @@ from circumspect.mapping.pose_estimator import LOST, PoseEstimate, PoseEstimator
 from circumspect.mapping.predictions import Predictions
 from circumspect.mapping.probation import Probation
 from circumspect.mapping.recognition import Recognition
+from circumspect.mapping.registration import Registration
 from circumspect.mapping.relocalisation import nearby, relocalise
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
@@ -208,15 +210,19 @@ class RegisteredPoses(PoseEstimator):
             scan, expected.T_map_camera, self.scene, self.keyframes, reach
         )
         found = self._recognition.believed(
-            fits, expected, moved, self._usual.inliers, lost, elsewhere
-        )
-        if found is None or is_ambiguous(
-            scan, self.scene, found, Belief(found.T_map_camera, ANYWHERE), s.registration
-        ):
+            fits, expected, moved, self._usual.inliers, lost, elsewhere,
+            partial(self._fits_aside, scan),
+        )  # fmt: skip
+        if found is None:
             return None
         self.keyframes.found_again()
         belief = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(belief, Verdict(), RECOGNISED, found)
+
+    def _fits_aside(self, scan: Scan, fit: Registration) -> bool:
+        """Whether a frame that may be anywhere fits elsewhere as well."""
+        anywhere = Belief(fit.T_map_camera, ANYWHERE)
+        return is_ambiguous(scan, self.scene, fit, anywhere, self.settings.registration)
 
     def _remember(self, frame: RgbdFrame, attempt: Attempt) -> None:
         moved, held = None, attempt.verdict.is_open and attempt.found is not None

@@ -47,7 +47,7 @@ class RelocalisationSettings:
         confirmed: So many frames in a row must tell of the same far place.
     """
 
-    least_overlap: float = 0.92
+    least_overlap: float = 0.88
     most_through: float = 0.01
     least_inliers: float = 0.5
     confirmed: int = 3

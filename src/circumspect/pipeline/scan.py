@@ -101,6 +101,7 @@ class ObjectScan:
         self._follower = PathFollower(max_turn=turn)
         self._known = ScanKnowledge(robot)
         self._blocks = self._failures = 0
+        self._unplaced: list[Velocity] = []
         self._looked = self._due = robot.now
 
     @property
@@ -197,6 +198,9 @@ class ObjectScan:
         self._record(view, outcome, way)
         if outcome == BLOCKED:
             yield from self._back_off()
+        # What was commanded in vain is not to be taken back: nobody knows what is behind.
+        elif outcome == UNSURE or self._known.doubted_for:
+            yield from self._retrace()
 
     def _stand_and_look(self) -> Frames:
         """Take a frame from here; a few where the first ones come late or empty."""
@@ -232,6 +236,15 @@ class ObjectScan:
         s = self.settings
         for _ in range(round(s.back_off / s.speed / s.tick)):
             yield from self._tick(Velocity(-s.speed))
+        self.robot.stop()
+
+    def _retrace(self) -> Frames:
+        """Take back what was driven since the last frame that could be placed, until one can be."""
+        unplaced, self._unplaced = tuple(self._unplaced), []
+        for velocity in reversed(unplaced):
+            if self._known.certain:
+                break
+            yield from self._tick(Velocity(-velocity.forward, -velocity.turn))
         self.robot.stop()
 
     def _record(self, view: NextView, outcome: str, way: Route | None = None) -> None:
@@ -272,6 +285,8 @@ class ObjectScan:
         step = commanded = abs(velocity.forward) * seconds
         if before is not None and after is not None:
             step = float(np.linalg.norm(after.T_odom_base.xy - before.T_odom_base.xy))
+        if step >= commanded / 2:
+            self._unplaced.append(velocity)
         # Odometry that jumps is no way driven.
         self.driven_m += min(step, 2 * commanded)
         if self.robot.now >= self._due - 1e-6:
@@ -300,6 +315,8 @@ class ObjectScan:
         """Take what the latest frame led to."""
         if self.frame is not None:
             self._known.heard(step, self.frame)
+        if self._known.certain:
+            self._unplaced.clear()
 
 
 class _Listener:
