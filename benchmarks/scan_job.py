@@ -33,6 +33,8 @@ PLANNERS = {
     "circle": CirclePlanner,
     "convinced": ConvincedPlanner,
 }
+SHARES = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
+"""Of the directions round the object: where answers on the way are kept."""
 SLIP = 0.05
 ROOM = RoomSettings(slip=SLIP)
 
@@ -113,6 +115,7 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         "ended": parts.scan.ended,
         "distance_m": parts.scan.driven_m,
         **settled(result, log),
+        "on_the_way": on_the_way(result),
         **error.summary(),
         **trust(live.told, parts.witness.trajectory)._asdict(),
         "missing": list(error.missing),
@@ -149,6 +152,17 @@ def told(result: RecognitionResult) -> dict[str, Any]:
         "outcomes": dict(Counter(step.outcome for step in result.steps)),
         "gates": dict(gates),
     }
+
+
+def on_the_way(result: RecognitionResult) -> dict[str, tuple[str, float, bool]]:
+    """The first answer by each share of the directions: label, probability, known."""
+    answered = [(step.seen, step.prediction) for step in result.steps]
+    found = {}
+    for share in SHARES:
+        first = next((told for seen, told in answered if told is not None and seen >= share), None)
+        if first is not None:
+            found[f"{share:g}"] = (first.label, first.probability, first.known)
+    return found
 
 
 def settled(result: RecognitionResult, log: JourneyLog) -> dict[str, float | None]:

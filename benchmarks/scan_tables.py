@@ -12,6 +12,7 @@ import numpy as np
 
 from benchmarks.complete_clouds import complete_answers
 from benchmarks.report import machine
+from benchmarks.scan_job import SHARES
 from circumspect.evaluation.markdown import table
 from circumspect.storage import atomic_open, write_json
 
@@ -19,6 +20,8 @@ Record = dict[str, Any]
 LIMITS = {"ate_mm": 10.0, "yaw_deg": 0.5, "ratio": 0.2, "chamfer_mm": 6.0, "completeness": 0.9}
 """What is wanted; a figure that misses its limit is bold."""
 SPREAD = ("median", "p95", "worst")
+SURE = 0.9
+"""A probability that is called sure."""
 SLOW = 300
 """A frame that takes longer [ms] is one at which the robot waits."""
 
@@ -30,8 +33,11 @@ def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path
         by_suite[record["suite"]].append(record)
     document: dict[str, Any] = {"command": command, "machine": machine()}
     parts = [f"# Scans\n\n`{command}`; what the figures mean: [scans](../../docs/scans.md)\n"]
+    # Scans of older versions do not tell their answers on the way.
+    by_suite["on the way"] = [r for r in by_suite["furniture"] if "on_the_way" in r]
     makers: tuple[tuple[str, str, Callable[[list[Record]], tuple[str, Any]]], ...] = (
         ("furniture", "Trajectory and shape", trajectory_and_shape),
+        ("on the way", "Answers on the way", on_the_way),
         ("planners", "Distance driven", distances),
         ("modelnet", "Answers on ModelNet10's test objects", partial(answers, data=data)),
         ("timing", "Time a frame [ms]", times),
@@ -95,6 +101,34 @@ def _errors(some: list[Record]) -> dict[str, Any]:
         ),
         "right": sum(r["label"] == r.get("true_label") for r in some),
     }
+
+
+def on_the_way(found: list[Record]) -> tuple[str, Any]:
+    """How far answers are to be relied on, by the share of the directions that were seen."""
+    rows, figures = [], {}
+    for share in map("{:g}".format, SHARES):
+        some = [
+            (*r["on_the_way"][share], r["true_label"]) for r in found if share in r["on_the_way"]
+        ]
+        right = [label == truth for label, _, _, truth in some]
+        sure = [label == truth for label, p, known, truth in some if known and p >= SURE]
+        f = figures[share] = {
+            "scans": len(some),
+            "right": float(np.mean(right)) if some else None,
+            "probability": float(np.mean([p for _, p, _, _ in some])) if some else None,
+            "sure": len(sure),
+            "wrong_of_sure": len(sure) - sum(sure),
+        }
+        if some:
+            rows.append([
+                f"{100 * float(share):g}%", str(len(some)), f"{f['right']:.2f}",
+                f"{f['probability']:.2f}", str(len(sure)), str(f["wrong_of_sure"]),
+            ])  # fmt: skip
+    head = [
+        "seen", "scans", "right", "mean probability", f"known, at least {SURE:g}", "wrong of these",
+    ]  # fmt: skip
+    note = "Furniture: the first answer once this share of the directions was seen.\n\n"
+    return note + table(head, rows), figures
 
 
 def distances(found: list[Record]) -> tuple[str, Any]:
