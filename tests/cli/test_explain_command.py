@@ -68,6 +68,22 @@ def test_the_answer_is_that_of_classify(chair, tmp_path, capsys):
     assert why["points"] == named["points"]
 
 
+def test_a_lying_chair_is_stood_up_and_shown_so(tmp_path, capsys):
+    cloud = make_furniture("chair", 3).sampled(20_000, 0)
+    lying = PointCloud(cloud.points_xyz[:, [1, 2, 0]])
+    write_ply(tmp_path / "lying.ply", lying)
+    words = (tmp_path / "lying.ply", "--up", "auto", "--json", "--threads", 1)
+    run("classify", *words)
+    run("explain", *words, "--out", tmp_path, "--near", 1)
+    named, why = (json.loads(line) for line in capsys.readouterr().out.splitlines())
+    assert why["up_xyz"] == named["up_xyz"] == pytest.approx([0.0, 1.0, 0.0], abs=0.02)
+    assert why["probabilities"] == named["probabilities"]
+    shown = read_cloud(tmp_path / "lying-why.ply")
+    assert np.ptp(shown.points_xyz[:, 2]) == pytest.approx(np.ptp(cloud.points_xyz[:, 2]), abs=0.02)
+    run("explain", *words[:3], "--out", tmp_path, "--near", 0)
+    assert "; up is (" in capsys.readouterr().out.splitlines()[0]
+
+
 def test_a_grid_is_not_turned(chair, tmp_path, capsys):
     run("grid", chair, "--out", tmp_path / "g.npz")
     capsys.readouterr()

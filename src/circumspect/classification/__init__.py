@@ -9,6 +9,7 @@ from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.classification.points_recipe import PointsRecipe
 from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
+from circumspect.classification.upright import classify_any_way_up
 
 __all__ = [
     "CellEvidence",
@@ -21,6 +22,7 @@ __all__ = [
     "PointsRecipe",
     "Prediction",
     "cell_evidence",
+    "classify_any_way_up",
     "nearest_examples",
     "recipe_from_dict",
 ]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from scipy.spatial.transform import RigidTransform, Rotation
+from typing import TYPE_CHECKING
 
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.prediction import Prediction
 from circumspect.geometry import PointCloud
-from circumspect.geometry.resting_poses import resting_poses
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 
 def classify_any_way_up(classifier: Classifier, cloud: PointCloud) -> tuple[Prediction, Rotation]:
@@ -23,10 +25,15 @@ def classify_any_way_up(classifier: Classifier, cloud: PointCloud) -> tuple[Pred
     Raises:
         GeometryError: The points span no shape.
     """
+    # SciPy's part for space takes as long to load as all else that names a standing object.
+    from circumspect.geometry.resting_poses import resting_poses
+
     answers = [(classifier.classify(stood(cloud, pose)), pose) for pose in resting_poses(cloud)]
     return max(answers, key=lambda answer: answer[0].probability)
 
 
 def stood(cloud: PointCloud, pose: Rotation) -> PointCloud:
     """The cloud, turned."""
+    from scipy.spatial.transform import RigidTransform
+
     return cloud.moved(RigidTransform.from_rotation(pose).as_matrix())

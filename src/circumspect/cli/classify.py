@@ -14,6 +14,8 @@ from circumspect.cli.say import say
 from circumspect.errors import CircumspectError, InputError, blamed_on, printable
 
 if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
     from circumspect.classification import Classifier, Prediction
     from circumspect.geometry import PointCloud
     from circumspect.grid import OccupancyGrid
@@ -87,7 +89,7 @@ def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[st
 
             prediction, pose = classify_any_way_up(classifier, cloud)
             record = prediction_record(file, prediction, points, 1e3 * (loaded - start))
-            return {**record, "up_xyz": pose.inv().apply([0.0, 0.0, 1.0]).round(4).tolist()}
+            return {**record, "up_xyz": up_of(pose)}
         prediction = classifier.classify(cloud)
         _tell_of_floor(file, cloud)
     return prediction_record(file, prediction, points, 1e3 * (loaded - start))
@@ -139,10 +141,19 @@ def prediction_record(
     return {"file": str(file), **answer, "points": points, "milliseconds": told}
 
 
+def up_of(pose: Rotation) -> list[float]:
+    """The direction that points up in a file's own coordinates, where it had to be found."""
+    return pose.inv().apply([0.0, 0.0, 1.0]).round(4).tolist()
+
+
+def told_up(record: dict[str, Any]) -> str:
+    """The same in words; nothing where it was known."""
+    up = record.get("up_xyz")
+    return "" if up is None else f"; up is ({', '.join(f'{value:.2f}' for value in up)})"
+
+
 def _readable(record: dict[str, Any], top: int) -> str:
     best = sorted(record["probabilities"].items(), key=lambda item: -item[1])[:top]
     ranked = ", ".join(f"{name} {100 * share:.1f} %" for name, share in best)
-    up = record.get("up_xyz")
-    turned = "" if up is None else f"; up is ({', '.join(f'{value:.2f}' for value in up)})"
     unknown = "" if record["known"] else "unknown, nearest "
-    return f"{printable(record['file'])}: {unknown}{ranked}{turned}"
+    return f"{printable(record['file'])}: {unknown}{ranked}{told_up(record)}"

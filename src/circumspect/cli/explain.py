@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.cli.classify import prediction_record, saved_grid
+from circumspect.cli.classify import prediction_record, saved_grid, told_up, up_of
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
 if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
     from circumspect.classification import (
         CellEvidence,
         ExampleTable,
@@ -40,8 +42,9 @@ class Explain:
     """The class to ask about; without it the one that is named."""
     near: int = 5
     """How many of the nearest training objects to name; 0 for none."""
-    up: Literal["x", "y", "z"] = "z"
-    """The axis that points up in the file; a saved grid has its axis already."""
+    up: Literal["x", "y", "z", "auto"] = "z"
+    """The axis that points up in the file; auto tries every face that the object can stand on, and
+    shows it on the surest. A saved grid has its axis already."""
     json: bool = False
     """One JSON object on standard output and nothing else there."""
     weights: Path | None = None
@@ -64,26 +67,37 @@ class Explain:
         classifier = Classifier.load(self.weights, self.threads)
         table = self._table() if self.near else None
         with blamed_on(self.file):
-            found = self._explained(classifier)
+            found, pose = self._explained(classifier)
         near = self._nearest(classifier, found, table)
         record = self._record(found, near, 1e3 * (time.perf_counter() - start))
+        if pose is not None:
+            record["up_xyz"] = up_of(pose)
         record["files"] = self._save(found, near)
         print(json.dumps(record) if self.json else _readable(record))  # noqa: T201
         return 0
 
-    def _explained(self, classifier: OnnxClassifier) -> Explanation:
+    def _explained(self, classifier: OnnxClassifier) -> tuple[Explanation, Rotation | None]:
+        """The evidence, and how the object was stood up where nobody knew that."""
         from circumspect.classification.explanation import explain_cloud, explain_grid
         from circumspect.cli.progress import progress_bar
 
         grid = saved_grid(self.file, self.up)
         if grid is not None:
             with progress_bar("emptying cells") as progress:
-                return explain_grid(classifier, grid, self.label, progress)
+                return explain_grid(classifier, grid, self.label, progress), None
         from circumspect.geometry import read_cloud
 
-        cloud = read_cloud(self.file, up=self.up, samples=self.samples)
+        cloud = read_cloud(
+            self.file, up="z" if self.up == "auto" else self.up, samples=self.samples
+        )
+        pose = None
+        if self.up == "auto":
+            from circumspect.classification.upright import classify_any_way_up, stood
+
+            _, pose = classify_any_way_up(classifier, cloud)
+            cloud = stood(cloud, pose)
         with progress_bar("emptying cells") as progress:
-            return explain_cloud(classifier, cloud, self.label, progress)
+            return explain_cloud(classifier, cloud, self.label, progress), pose
 
     def _table(self) -> ExampleTable | None:
         """What the network was trained on; None where nobody wrote it down."""
@@ -159,7 +173,7 @@ def _readable(record: dict[str, Any]) -> str:
     unknown = "" if record["known"] else "unknown, nearest "
     evidence, file = record["evidence"], printable(record["file"])
     lines = [
-        f"{file}: {unknown}{record['label']} {100 * record['probability']:.1f} %",
+        f"{file}: {unknown}{record['label']} {100 * record['probability']:.1f} %{told_up(record)}",
         f"evidence for {record['explained']}: {evidence['least']:+.2f} to "
         f"{evidence['most']:+.2f} of log-odds {record['log_odds']:+.2f};",
         f"  {100 * evidence['half_of_it_in']:.0f} % of the cells hold half of what speaks for it",
