@@ -12,7 +12,7 @@ from circumspect.mapping import (
     Rebuild,
     se3,
 )
-from circumspect.mapping.object_views import MOST
+from circumspect.mapping.object_views import ENOUGH, MOST
 from circumspect.sensing import GroundSegmentation
 
 ANCHORS = [0, 0, 0, 1, 1, 1]
@@ -67,6 +67,25 @@ def test_patches_are_bounded() -> None:
         views = views.with_share(anchor, T_BASE_CAMERA, model.share(surface))
     assert len(views.patches) == MOST
     assert MOST + 2 in views.patches
+
+
+def test_a_patch_that_has_enough_frames_takes_no_more_in() -> None:
+    """Else a robot that goes round for half an hour gathers the noise of all its frames."""
+    frame = short_drive()[0]
+    mask = np.zeros(frame.depth.shape, bool)
+    mask[100:104, 100:104] = True
+    model, views, counts = ObjectModel(), ObjectViews(), []
+    for number in range(ENOUGH + 5):
+        T_map_camera = se3.exp([0.0, 0.0, 0.0, 0.02 * number, 0.0, 0.0]) * T_BASE_CAMERA
+        surface = FrameSurface.of(frame, mask, T_map_camera)
+        model = model.with_surface(surface)
+        views = views.with_share(0, T_BASE_CAMERA, model.share(surface))
+        counts.append((len(views.patches[0].views_xyz), len(views.patches[0].sums.keys)))
+    assert [frames for frames, _ in counts[:ENOUGH]] == list(range(1, ENOUGH + 1))
+    assert counts[ENOUGH - 1][1] > counts[ENOUGH - 2][1]
+    assert set(counts[ENOUGH - 1 :]) == {counts[ENOUGH - 1]}
+    # Another keyframe's patch is as open as ever.
+    assert 1 in views.with_share(1, T_BASE_CAMERA, model.share(surface)).patches
 
 
 def test_a_rebuild_a_few_patches_at_a_time_is_the_one_at_once() -> None:

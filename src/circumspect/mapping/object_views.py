@@ -18,6 +18,8 @@ from circumspect.mapping.voxel_sums import VoxelSums
 
 MOST = 300
 """So many patches are kept; the one that fewest frames showed gives way."""
+ENOUGH = 40
+"""A patch that so many frames showed takes no more in: their noise would add voxels for ever."""
 FINE = 0.01
 """Side of the voxels [m] where nothing is known yet."""
 STILL = 1e-9
@@ -62,7 +64,7 @@ class ObjectViews:
     def with_share(
         self, anchor: int, T_map_anchor: RigidTransform, share: FrameShare
     ) -> ObjectViews:
-        """The views with what one more frame adds.
+        """The views with what one more frame adds; nothing where they have enough from there.
 
         Args:
             anchor: Number of the keyframe that the frame hangs on.
@@ -72,6 +74,8 @@ class ObjectViews:
         old = self.patches.get(anchor)
         if old is None:
             old = ViewPatch.empty(T_map_anchor.inv(), share.surface.origin_xyz)
+        if len(old.views_xyz) >= ENOUGH:
+            return self
         # Where the keyframe was corrected since, the map is not the patch's frame any more.
         T_map_patch = T_map_anchor * old.T_anchor_patch
         still = np.abs(T_map_patch.as_matrix() - np.eye(4)).max() < STILL

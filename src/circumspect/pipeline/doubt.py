@@ -5,7 +5,7 @@ from __future__ import annotations
 from circumspect.classification import Prediction
 from circumspect.planning import ENOUGH_SEEN
 
-TOO_LITTLE = ", not sure: too little of it was seen"
+FEW_SIDES = ", not sure: too little of it was seen"
 
 
 def doubt(prediction: Prediction, seen: float) -> str:
@@ -19,4 +19,4 @@ def doubt(prediction: Prediction, seen: float) -> str:
         Empty where nothing speaks against the answer: the object is like those of the classes, and
         enough of it was seen.
     """
-    return prediction.doubt or (TOO_LITTLE if seen < ENOUGH_SEEN else "")
+    return prediction.doubt or (FEW_SIDES if seen < ENOUGH_SEEN else "")
