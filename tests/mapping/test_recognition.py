@@ -60,6 +60,19 @@ def test_a_place_near_by_counts_at_once(recognition: Recognition) -> None:
     )
 
 
+@pytest.mark.parametrize(("metres", "at_once"), [(0.3, True), (0.6, False)])
+def test_where_the_camera_may_be_anywhere_a_near_place_needs_several_frames(
+    recognition: Recognition, metres: float, at_once: bool
+) -> None:
+    """To a camera that may be anywhere every place is near."""
+    vague = Belief(STILL, np.diag([0.01] * 3 + [metres] * 3) ** 2)
+    told = [
+        believed(recognition, [fit(0.2)], vague, STILL, USUAL, lost=True, out_of_place=True)
+        for _ in range(3)
+    ]
+    assert [found is not None for found in told] == [at_once, at_once, True]
+
+
 @pytest.mark.parametrize(("lost", "contrary"), [(False, False), (True, False), (True, True)])
 def test_a_place_where_the_camera_is_hardly_counts_when_several_frames_tell_of_it(
     recognition: Recognition, lost: bool, contrary: bool

@@ -24,8 +24,9 @@ freedom)."""
 EXACT = np.array([np.radians(3.0)] * 3 + [0.05] * 3)
 """How exactly a place is recognised [rad, m]."""
 
-VAGUE = float(np.radians(20.0)), 0.3
-"""Where a camera should be says little once it is known no better than so [rad, m]."""
+VAGUE = float(np.radians(30.0)), 0.5
+"""Where a camera should be says little once it is known no better than so [rad, m]: places that
+look alike, as the sides of a night stand, are about as far from each other."""
 
 
 class Recognition:
@@ -95,10 +96,11 @@ class Recognition:
         fits = [fit for fit in fits if fit.inliers >= enough]
         near = [fit for fit in fits if _distance(fit, expected, SIGMAS) < self._farthest]
         # A lost camera that nothing speaks against may well be where it should be, before news.
+        doubtful = lost and not out_of_place
         # And one that may be anywhere is near to every place.
         vague = expected.sigmas[0] > VAGUE[0] or expected.sigmas[1] > VAGUE[1]
-        doubtful = lost and (vague or not out_of_place)
-        if len(near) == 1 and not doubtful and _distance(near[0], expected, EXACT) < LIKELY:
+        at_once = not doubtful and not vague
+        if len(near) == 1 and at_once and _distance(near[0], expected, EXACT) < LIKELY:
             self.forget()
             return None if ambiguous(near[0]) else near[0]
         carried_off = not near and lost and out_of_place
