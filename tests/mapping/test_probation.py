@@ -16,10 +16,10 @@ FRAMES, LEAP = 3, 0.025
 MUTE, CONTRADICTS = Verdict("nothing", mute=True), Verdict("other things", contradicts=True)
 
 
-def attempt(innovation=(0.0,) * 6, verdict=None):
+def attempt(innovation=(0.0,) * 6, verdict=None, distance=0.001, overlap=1.0):
     found = Registration(
         RigidTransform.identity(), np.eye(6), np.eye(6), np.array(innovation),
-        1000, 1000, 1.0, 0.001, 0.001, 1.0, 4, converged=True,
+        1000, 1000, overlap, distance, 0.001, 1.0, 4, converged=True,
     )  # fmt: skip
     return Attempt(Belief(found.T_map_camera, np.eye(6)), verdict or Verdict(), "odometry", found)
 
@@ -63,6 +63,21 @@ def test_after_a_leap_another_frame_must_agree(axis):
     assert left(*STEADY, (leapt, True), (attempt(), True))[-2:] == [1, 0]
     assert left(*STEADY, (attempt(), False), (leapt, True), (leapt, True))[-3:] == [2, 1, 1]
     assert left(*STEADY, (attempt(0.9 * innovation / 1.1), True))[-1] == 0
+
+
+def test_after_a_frame_that_lies_on_the_map_as_none_did_another_must_agree():
+    odd, as_usual = attempt(distance=0.0035), attempt(distance=0.0025)
+    assert left(*STEADY, (odd, True), (attempt(), True))[-2:] == [1, 0]
+    assert left(*STEADY, (as_usual, True))[-1] == 0
+    # Three of them do not make it usual, and what is new in a frame adds to its distance.
+    far = attempt(distance=0.007)
+    assert left(*STEADY, *[(far, True)] * 3)[-3:] == [1, 1, 1]
+    assert left(*STEADY, (attempt(distance=0.007, overlap=0.9), True))[-1] == 0
+
+
+def test_a_wall_further_off_becomes_usual():
+    far = [(attempt(distance=0.02), True)] * 30
+    assert left(*STEADY, *far)[-9:] == [0] * 9
 
 
 def test_leaps_to_and_fro_do_not_become_usual_at_once():

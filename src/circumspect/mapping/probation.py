@@ -1,15 +1,21 @@
-"""When to build again on a camera that had been out of sight, or leapt."""
+"""When to build again on a camera that had been out of sight, leapt, or fitted oddly."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from circumspect.mapping.attempt import Attempt
+from circumspect.mapping.leap import LEAST_DISTANCE
+from circumspect.mapping.registration import Registration
 
 UNUSUAL, MEMORY, MOST = 3.0, 0.8, 2.0
 """A leap is so many times what frames lay away from where they were expected lately; of which the
 mean forgets at this rate a frame, and takes in so many times itself at most. A camera in a hand
 leaps all the time, one on wheels does not."""
+
+WHOLE, ODD = 0.95, 3.0
+"""A frame of which this share lies on the map lies there oddly where its mean distance to it is so
+many times that of such frames lately: it may have slid to a wrong place."""
 
 
 class Probation:
@@ -33,6 +39,7 @@ class Probation:
         """
         self._frames, self._leap = frames, leap
         self._usual = leap
+        self._distance = 0.0
         self.left = 0
 
     def hear(self, attempt: Attempt, known: bool) -> None:
@@ -52,4 +59,12 @@ class Probation:
         # Lest two leaps, to a wrong place and back, make a third one usual.
         heard = min(away, MOST * max(self._usual, self._leap / UNUSUAL / MOST))
         self._usual = MEMORY * self._usual + (1 - MEMORY) * heard
-        self.left = max(self.left - 1, int(leapt))
+        self.left = max(self.left - 1, int(leapt or self._is_odd(found)))
+
+    def _is_odd(self, found: Registration) -> bool:
+        """Whether a frame lies on the map, but as none did lately."""
+        if found.overlap < WHOLE:
+            return False  # What is new adds to its distance.
+        usual = max(self._distance or found.distance, LEAST_DISTANCE)
+        self._distance = MEMORY * usual + (1 - MEMORY) * min(found.distance, MOST * usual)
+        return found.distance > ODD * usual
