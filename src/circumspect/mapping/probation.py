@@ -59,10 +59,12 @@ class Probation:
         # Lest two leaps, to a wrong place and back, make a third one usual.
         heard = min(away, MOST * max(self._usual, self._leap / UNUSUAL / MOST))
         self._usual = MEMORY * self._usual + (1 - MEMORY) * heard
-        self.left = max(self.left - 1, int(leapt or self._is_odd(found)))
+        # How a frame lies that leapt says nothing of how frames lie.
+        odd = not leapt and self._lies_oddly(found)
+        self.left = max(self.left - 1, int(leapt or odd))
 
-    def _is_odd(self, found: Registration) -> bool:
-        """Whether a frame lies on the map, but as none did lately."""
+    def _lies_oddly(self, found: Registration) -> bool:
+        """Take a frame's distance in; whether it lies on the map, but as none did lately."""
         if found.overlap < WHOLE:
             return False  # What is new adds to its distance.
         usual = max(self._distance or found.distance, LEAST_DISTANCE)
