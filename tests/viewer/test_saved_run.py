@@ -127,24 +127,21 @@ def test_numbers_that_can_not_be_counted_with_are_left_out(copied_run, number):
     assert told == {"frame": 0, "stamp": 1.0, "probabilities": {}, "milliseconds": {}}
 
 
-@pytest.mark.parametrize("known", [True, False])
-def test_an_answer_that_was_not_sure_is_not_sure_in_the_playback(copied_run, known):
+@pytest.mark.parametrize("sure", [True, False])
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("known", "not sure to be of any class"), ("conclusive", "too little of it was seen")],
+)
+def test_an_answer_that_was_not_sure_is_not_sure_in_the_playback(copied_run, name, told, sure):
     log = copied_run / "log.jsonl"
-    rows = [json.loads(line) | {"known": known} for line in log.read_text().splitlines()]
+    rows = [
+        json.loads(line) | {"known": True, "conclusive": True, name: sure}
+        for line in log.read_text().splitlines()
+    ]
     log.write_text("".join(json.dumps(row) + "\n" for row in rows))
     played = PlayedRun(SavedRun.load(copied_run))
     shown = answer_html(played.shown(5).row)
-    assert ("not sure to be of any class" in shown) is not known
-
-
-@pytest.mark.parametrize("conclusive", [True, False])
-def test_an_answer_by_a_few_sides_is_not_sure_in_the_playback(copied_run, conclusive):
-    log = copied_run / "log.jsonl"
-    rows = [json.loads(line) | {"conclusive": conclusive} for line in log.read_text().splitlines()]
-    log.write_text("".join(json.dumps(row) + "\n" for row in rows))
-    played = PlayedRun(SavedRun.load(copied_run))
-    shown = answer_html(played.shown(5).row)
-    assert ("too little of it was seen" in shown) is not conclusive
+    assert (told in shown) is not sure
 
 
 def test_what_is_no_run_is_told_with_the_remedy(tmp_path, capsys):
