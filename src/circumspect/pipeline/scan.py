@@ -285,6 +285,7 @@ class ObjectScan:
         step = commanded = abs(velocity.forward) * seconds
         if before is not None and after is not None:
             step = float(np.linalg.norm(after.T_odom_base.xy - before.T_odom_base.xy))
+        # What the wheels did not do can not be taken back.
         if step >= commanded / 2:
             self._unplaced.append(velocity)
         # Odometry that jumps is no way driven.
