@@ -5,6 +5,8 @@ python examples/05_own_robot.py [FRAMES]    # needs: pip install "circumspect[si
 
 import sys
 
+from scipy.spatial.transform import RigidTransform
+
 import circumspect as cs
 from circumspect.geometry import PlanarPose
 from circumspect.mapping import RegisteredPoses
@@ -12,36 +14,54 @@ from circumspect.pipeline import ObjectScan, ScanSettings
 from circumspect.planning import CirclePlanner
 from circumspect.robot import MobileRobot, Velocity, arc
 from circumspect.sensing import GroundSegmentation, Odometry
-from circumspect.simulation import SimulatedCamera, Station, room
+from circumspect.simulation import Room, SimulatedCamera, Station, room
 
 
 class MyRobot(MobileRobot):
     """Where this toy adds up arcs, ask your base's driver."""
 
-    max_forward, max_turn = 0.5, 1.0  # what `drive` takes [m/s], [rad/s]
-    radius = 0.25  # of the footprint [m]
-    now = 0.0  # time [s]; yours is a property that reads a clock
-    camera = T_base_camera = None  # set below; the mount is that of the optical frame
+    def __init__(self, place: Room) -> None:
+        self._eye = SimulatedCamera(place.scene, self._station, tell_pose=False)
+        self._T_base_camera = place.mount.T_base_camera
+        self._T_map_start, self._T_start_base = place.start(40.0), PlanarPose()
+        self._velocity, self._time = Velocity(), 0.0
 
-    def __init__(self, place) -> None:
-        # Yours is an RgbdCamera: `intrinsics`, and `capture()` that returns an RgbdFrame.
-        self.camera = SimulatedCamera(place.scene, self._station, tell_pose=False)
-        self.T_base_camera = place.mount.T_base_camera
-        self.T_map_start, self.T_start_base = place.start(40.0), PlanarPose()
-        self.velocity = Velocity()
+    @property
+    def camera(self) -> SimulatedCamera:  # yours has `intrinsics`, and `capture()` of an RgbdFrame
+        return self._eye
+
+    @property
+    def T_base_camera(self) -> RigidTransform:  # the mount, of the optical frame
+        return self._T_base_camera
+
+    @property
+    def radius(self) -> float:  # of the footprint [m]
+        return 0.25
+
+    @property
+    def max_forward(self) -> float:  # what `drive` takes [m/s]
+        return 0.5
+
+    @property
+    def max_turn(self) -> float:  # what `drive` takes [rad/s]
+        return 1.0
+
+    @property
+    def now(self) -> float:  # yours reads a clock [s]
+        return self._time
 
     def odometry(self) -> Odometry:
-        return Odometry(self.now, self.T_start_base)
+        return Odometry(self.now, self._T_start_base)
 
     def drive(self, velocity: Velocity) -> None:
-        self.velocity = velocity.clipped(self.max_forward, self.max_turn)
+        self._velocity = velocity.clipped(self.max_forward, self.max_turn)
 
     def wait(self, seconds: float) -> None:  # yours sleeps
-        step = arc(self.velocity.forward * seconds, self.velocity.turn * seconds)
-        self.T_start_base, self.now = self.T_start_base @ step, self.now + seconds
+        step = arc(self._velocity.forward * seconds, self._velocity.turn * seconds)
+        self._T_start_base, self._time = self._T_start_base @ step, self._time + seconds
 
     def _station(self) -> Station:
-        T_map_base = (self.T_map_start @ self.T_start_base).as_transform()
+        T_map_base = (self._T_map_start @ self._T_start_base).as_transform()
         return Station(self.now, T_map_base * self.T_base_camera)
 
 

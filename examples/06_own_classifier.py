@@ -6,10 +6,12 @@ python examples/06_own_classifier.py [OBJECTS_PER_CLASS]
 import sys
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import circumspect as cs
 from circumspect.datasets import ObjectSet, furniture_set
 from circumspect.evaluation import spread_yaws, sweep_yaw
+from circumspect.geometry import as_cloud
 
 
 class PowerClassifier(cs.Classifier):
@@ -40,7 +42,8 @@ class PowerClassifier(cs.Classifier):
         likely = np.exp(gaps.min(axis=1, keepdims=True) - gaps)
         return likely / likely.sum(axis=1, keepdims=True)
 
-    def classify(self, cloud: cs.PointCloud) -> cs.Prediction:
+    def classify(self, cloud: cs.PointCloud | ArrayLike) -> cs.Prediction:
+        cloud = as_cloud(cloud)
         return self.classify_grid(self.recipe.bounds(cloud).hits(self.recipe.surface(cloud)))
 
     def classify_grid(self, *views: cs.OccupancyGrid) -> cs.Prediction:

@@ -4,6 +4,7 @@ from circumspect.geometry.angles import wrapped
 from circumspect.geometry.camera import PinholeCamera
 from circumspect.geometry.cloud_files import read_cloud, read_mesh
 from circumspect.geometry.extent import require_extent
+from circumspect.geometry.given_cloud import as_cloud
 from circumspect.geometry.planar_pose import PlanarPose
 from circumspect.geometry.ply_file import write_ply
 from circumspect.geometry.point_cloud import PointCloud
@@ -20,6 +21,7 @@ __all__ = [
     "Trajectory",
     "TrajectoryLog",
     "TriangleMesh",
+    "as_cloud",
     "fill_surface",
     "read_cloud",
     "read_mesh",
