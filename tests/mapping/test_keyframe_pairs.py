@@ -9,20 +9,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
-from tracking_world import drive, true_camera
+from tracking_world import T_BASE_CAMERA, drive, true_base, true_camera
 
+from circumspect.geometry import PlanarPose
 from circumspect.mapping import TrackingSettings, se3
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.keyframe_pairs import (
     along,
+    by_tracking,
     joined,
     pair_edge,
     showing_the_same,
     worth_by_view,
 )
-from circumspect.mapping.motion import Belief
+from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.scan import Scan
+from circumspect.mapping.wheel_grip import WheelGrip
+from circumspect.mapping.wheel_motion import WheelMotion, wheel_step
 from circumspect.mapping.wheels import Passage
+from circumspect.sensing import Odometry
 
 I6 = np.eye(6)
 SETTINGS = TrackingSettings()
@@ -36,7 +41,12 @@ def keyframe(number: int, angle: float, stretch: int = 0, off: float = 0.0) -> K
 
 
 def fitted(one: Keyframe, other: Keyframe):
-    return pair_edge(one, other, 0.03, SETTINGS.registration, SETTINGS.gate)
+    return pair_edge(one, other, 0.03, SETTINGS.registration, SETTINGS.gate, WheelGrip())
+
+
+def driven(T_old_new: RigidTransform, covariance: np.ndarray) -> WheelMotion:
+    """What wheels told that grip fully."""
+    return replace(WheelMotion.none(), T_old_new=T_old_new, noise=covariance)
 
 
 def error_of(edge, first: float, second: float) -> float:
@@ -81,9 +91,9 @@ def test_where_the_scene_let_go_the_wheels_link_keyframes() -> None:
     """Nothing of the second view lies on the first; tracking was 0.1 m off, the wheels 2 mm."""
     first, second = np.radians(45.0), np.radians(135.0)
     true = true_camera(first).inv() * true_camera(second)
-    driven = Belief(true * RigidTransform.from_translation([0.002, 0, 0]), 1e-5 * I6)
+    by_wheels = driven(true * RigidTransform.from_translation([0.002, 0, 0]), 1e-5 * I6)
     other = keyframe(1, second, off=0.1)
-    lost = replace(other, passage=Passage(1, driven))
+    lost = replace(other, passage=Passage(1, by_wheels))
     edge = fitted(keyframe(0, first), lost)
     assert edge is not None
     assert not edge.robust, "the chain of the drive"
@@ -94,13 +104,52 @@ def test_where_the_scene_let_go_the_wheels_link_keyframes() -> None:
     assert np.linalg.eigvalsh(alone.information)[0] < 1e3, "which is worth little"
 
 
+def test_a_grip_learnt_later_moves_what_the_wheels_alone_linked() -> None:
+    """The second keyframe shows nothing of the first, and a twentieth of the way was slip."""
+    first, second = np.radians(45.0), np.radians(135.0)
+    told = true_base(first).inverse() @ true_base(second)
+    told = PlanarPose(told.x / 0.95, told.y / 0.95, told.yaw)
+    by_wheels = wheel_step(
+        Odometry(0.0, PlanarPose()), Odometry(1.0, told), 2 * (T_BASE_CAMERA,), SETTINGS.motion
+    )
+    keys = Keyframes(
+        0.03, SETTINGS.keyframes, SETTINGS.registration, SETTINGS.gate, np.diag([1e4, 1e4, 1e4])
+    )
+    for angle, passage in ((first, Passage()), (second, Passage(1, by_wheels))):
+        frame = drive(np.array([angle]))[0]
+        keys.add(true_camera(angle), 1e-6 * I6, Scan.of(frame), frame, passage)
+    keys.fit_next()
+    (before,) = keys.graph().edges
+    keys.grip = WheelGrip((4.0, 6.0), (0.95 * 4.0, 6.0))
+    keys.fit_what_wheels_held()
+    (after,) = keys.graph().edges
+    assert error_of(before, first, second) > 0.06
+    assert error_of(after, first, second) < 0.02
+
+
+def test_tracking_is_worth_what_the_scene_held_of_it() -> None:
+    one = keyframe(0, np.radians(45.0))
+    held = np.diag([1e9, 1e9, 1e9, 0.01**-2, 1e9, 0.0])
+    near, far = (
+        replace(keyframe(number, np.radians(48.0)), number=number, passage=Passage(0, None, held))
+        for number in (1, 4)
+    )
+    covariance = np.linalg.inv(by_tracking(one, near) + 1e-6 * I6)
+    assert np.sqrt(covariance[4, 4]) == pytest.approx(0.0005, rel=0.1)
+    assert np.sqrt(covariance[3, 3]) == pytest.approx(0.015, rel=0.1)
+    assert np.sqrt(covariance[5, 5]) > 10, "nothing is known of it"
+    np.testing.assert_allclose(by_tracking(one, far), by_tracking(one, near) / 4)
+    alone = by_tracking(one, keyframe(1, np.radians(48.0)))
+    assert np.sqrt(1 / alone[3, 3]) == pytest.approx(0.0005)
+
+
 def test_where_the_scene_held_the_heading_it_is_kept() -> None:
     """The wheels turned 2° too little; a wall all along told the heading, but not the way."""
     first, second = np.radians(45.0), np.radians(135.0)
     true = true_camera(first).inv() * true_camera(second)
-    driven = Belief(true * se3.exp(np.array([0, np.radians(2.0), 0, 0.01, 0, 0])), 1e-5 * I6)
+    by_wheels = driven(true * se3.exp(np.array([0, np.radians(2.0), 0, 0.01, 0, 0])), 1e-5 * I6)
     by_scene = np.diag([1e8, 1e8, 1e8, 0.0, 1e6, 1e6])
-    key = replace(keyframe(1, second, off=0.1), passage=Passage(1, driven, by_scene))
+    key = replace(keyframe(1, second, off=0.1), passage=Passage(1, by_wheels, by_scene))
     edge = fitted(keyframe(0, first), key)
     assert edge is not None
     error = se3.log(true.inv() * edge.T_first_second)
@@ -112,8 +161,8 @@ def test_where_the_camera_leapt_the_wheels_link_keyframes_but_may_be_let_go() ->
     """The map had gone wrong by 0.1 m, and the last frames were fitted to an older part of it."""
     first, second = np.radians(45.0), np.radians(135.0)
     true = true_camera(first).inv() * true_camera(second)
-    driven = Belief(true * RigidTransform.from_translation([0.002, 0, 0]), 1e-5 * I6)
-    key = replace(keyframe(1, second, off=0.1), passage=Passage(1, driven, broken=True))
+    by_wheels = driven(true * RigidTransform.from_translation([0.002, 0, 0]), 1e-5 * I6)
+    key = replace(keyframe(1, second, off=0.1), passage=Passage(1, by_wheels, broken=True))
     edge = fitted(keyframe(0, first), key)
     assert edge is not None
     assert edge.robust, "it may have been carried"
@@ -125,8 +174,8 @@ def test_found_again_where_the_wheels_may_lead_is_believed(turned: float, believ
     """After long blind turns the wheels are 15° off, and know that they may be; 90° is a leap."""
     unsure = np.diag([np.radians(8.0)] * 3 + [0.1] * 3) ** 2
     off = se3.exp(np.array([0, np.radians(turned), 0, 0, 0, 0]))
-    passage = Passage(1, Belief(off, unsure), broken=True)
-    T, information = along(passage, RigidTransform.identity(), SETTINGS.gate)
+    passage = Passage(1, driven(off, unsure), broken=True)
+    T, information = along(passage, RigidTransform.identity(), SETTINGS.gate, WheelGrip())
     assert np.degrees(T.rotation.magnitude()) == pytest.approx(0.0 if believed else turned)
     wheels_alone = np.linalg.inv(unsure)
     assert np.allclose(information, wheels_alone) != believed

@@ -25,21 +25,12 @@ def after_a_drive(way: float, turn: float, steps: int = 200, backwards: bool = F
 
 def test_at_first_the_wheels_are_believed() -> None:
     assert WheelGrip().shares == (1.0, 1.0)
-    step = PlanarPose(0.3, 0.01, -0.2)
-    assert WheelGrip().applied(step) == step
 
 
 @given(shares, shares, st.booleans())
 def test_slip_is_learnt(way: float, turn: float, backwards: bool) -> None:
     found = after_a_drive(way, turn, backwards=backwards).shares
     assert found == pytest.approx((way, turn), abs=0.015 + 0.12 * max(abs(1 - way), abs(1 - turn)))
-
-
-@given(shares, shares)
-def test_what_was_learnt_is_applied(way: float, turn: float) -> None:
-    grip = WheelGrip((100.0, 100.0), (100.0 * way, 100.0 * turn))
-    moved = grip.applied(PlanarPose(1.0, 0.5, 1.0))
-    assert (moved.x, moved.y, moved.yaw) == pytest.approx((way, 0.5 * way, turn), abs=0.01)
 
 
 def test_a_robot_that_stands_teaches_nothing() -> None:

@@ -64,7 +64,7 @@ def along(steps: int, held: bool, grip: WheelGrip) -> float:
         odometry = Odometry(float(number), PlanarPose(number / steps, 0.0, 0.0))
         frame = replace(short_drive()[0], odometry=odometry, T_base_camera=LOOKING_AHEAD)
         if number > 0:
-            covariance = covariance + wheels.step(frame)[1]
+            covariance = covariance + wheels.step(frame).by(grip).covariance
         step = RigidTransform.from_translation([1 / steps, 0.0, 0.0])
         wheels.heard(frame, step if held else None)
     return float(np.sqrt(covariance[3, 3]))
@@ -79,7 +79,7 @@ def step_sigmas(covariances, poses) -> np.ndarray:
         told.append(wheels.step(frame))
         wheels.heard(frame, None)
     assert told[-1] is not None
-    return np.sqrt(np.diag(told[-1][1]))
+    return np.sqrt(np.diag(told[-1].by(wheels.grip).covariance))
 
 
 def test_a_covariance_that_does_not_grow_as_dead_reckoning_does_tells_nothing() -> None:
@@ -116,14 +116,14 @@ def test_slip_is_steady_only_where_it_was_never_compared() -> None:
 
 
 def test_a_passage_is_the_way_since_the_last_keyframe() -> None:
-    _, passages = listened(set(range(1, 16)))
+    wheels, passages = listened(set(range(1, 16)))
     assert passages[0].by_wheels is None, "nothing was driven yet"
     for number, passage in enumerate(passages[1:], start=1):
         true = true_camera(float(SHORT[4 * number - 4])).inv() * true_camera(
             float(SHORT[4 * number])
         )
-        by_wheels = passage.by_wheels
-        assert by_wheels is not None
+        assert passage.by_wheels is not None
+        by_wheels = passage.by_wheels.by(wheels.grip)
         error = np.linalg.norm((true.inv() * by_wheels.T_map_camera).translation)
         assert error < 0.06 * np.linalg.norm(true.translation)
         assert (np.linalg.eigvalsh(by_wheels.covariance) > 0).all()
@@ -166,7 +166,9 @@ def test_a_wild_reading_leaves_numbers_that_can_be_calculated_with(
         heard = replace(frame, odometry=told)
         step = wheels.step(heard)
         if step is not None:
-            belief = belief.moved(*step).held_to_floor(T_BASE_CAMERA, settings)
+            moved = step.by(wheels.grip)
+            belief = belief.moved(moved.T_map_camera, moved.covariance)
+            belief = belief.held_to_floor(T_BASE_CAMERA, settings)
             assert np.isfinite(np.linalg.inv(belief.covariance)).all()
         elif number == 1:
             assert size > 0.5 * FARTHEST_STEP
@@ -206,7 +208,7 @@ def test_wheels_that_misled_are_worth_a_guess_until_they_are_right_again() -> No
     for number, frame in enumerate(frames):
         told = replace(frame, odometry=stuck) if 4 < number < 10 else frame
         step = wheels.step(told)
-        sure.append(step is not None and np.linalg.eigvalsh(step[1])[-1] < 0.02**2)
+        sure.append(step is not None and np.linalg.eigvalsh(step.noise)[-1] < 0.02**2)
         wheels.heard(told, true_motion(number) if number not in (0, 8) else None)
     # The first frame with stuck wheels can not be told; the others, the jump back, and what
     # follows until the scene agreed once, can.

@@ -16,6 +16,7 @@ from circumspect.mapping.pose_graph import Edge
 from circumspect.mapping.registration import RegistrationSettings, register
 from circumspect.mapping.scan_surface import FLOOR
 from circumspect.mapping.scene_map import SceneMap
+from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.mapping.wheels import Passage
 
 OLD = 12
@@ -27,8 +28,9 @@ ASKED, SAME, SHOWN = 300, 0.15, 0.3
 distance along its line of sight [m]."""
 TURNED = float(np.radians(75.0))
 """Views that differ by more [rad] show other sides of things."""
-TRACKED_SIGMAS = np.array([np.radians(0.05)] * 3 + [0.001] * 3)
-"""How well tracking alone places two keyframes of one stretch to each other [rad, m]."""
+TRACKED_SIGMAS, TOO_SURE = np.array([np.radians(0.03)] * 3 + [0.0005] * 3), 1.5
+"""From one keyframe to the next tracking errs by so much [rad, m], and by so many of the standard
+deviations that the scene's Hessian tells: its terms are not independent."""
 BELIEVED_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
 """How far others may be from where they are believed to be."""
 VIEW_SIGMAS = np.array([np.radians(0.25)] * 3 + [0.01] * 3)
@@ -80,6 +82,7 @@ def pair_edge(
     voxel: float,
     registration: RegistrationSettings,
     gate: GateSettings,
+    grip: WheelGrip,
 ) -> Edge | None:
     """Fit two keyframes to each other.
 
@@ -89,6 +92,7 @@ def pair_edge(
         voxel: Of the map that the earlier one makes [m].
         registration: How they are fitted.
         gate: What is believed.
+        grip: What the wheels are worth.
 
     Returns:
         What is known then; None where that is nothing. Consecutive keyframes are never let go,
@@ -101,9 +105,10 @@ def pair_edge(
     # Both were fitted to the same map, from frame to frame.
     tracked = one.passage.stretch == other.passage.stretch and not loop
     broken = consecutive and other.passage.broken
-    guesses = [(expected, np.diag((TRACKED_SIGMAS if tracked else BELIEVED_SIGMAS) ** -2.0))]
+    believed = by_tracking(one, other) if tracked else np.diag(BELIEVED_SIGMAS**-2.0)
+    guesses = [(expected, believed)]
     if consecutive and not tracked:
-        guesses = [along(other.passage, expected, gate), *(guesses if broken else [])]
+        guesses = [along(other.passage, expected, gate, grip), *(guesses if broken else [])]
     target = SceneMap(voxel).with_surface(one.surface, RigidTransform.identity())
     thinned = other.surface.scan.thinned(PAIR_THINNED)
     fits = [register(thinned, target, T, known, registration) for T, known in guesses]
@@ -123,8 +128,22 @@ def pair_edge(
     return Edge(one.number, other.number, measured, worth, robust=broken or not consecutive)
 
 
+def by_tracking(one: Keyframe, other: Keyframe) -> NDArray[np.float64]:
+    """(6, 6) information of tracking alone about two keyframes of one stretch.
+
+    Of each step it is off by `TRACKED_SIGMAS`, and by more where the scene hardly held it.
+    """
+    steps = max(other.number - one.number, 1)
+    step = np.diag(TRACKED_SIGMAS**-2.0)
+    by_scene = other.passage.by_scene
+    if by_scene is not None:
+        # (S + H⁻¹)⁻¹ with S⁻¹ = `step`, where H may be blind to a direction.
+        step = step - step @ np.linalg.solve(by_scene / TOO_SURE**2 + step, step)
+    return step / steps
+
+
 def along(
-    passage: Passage, T_live: RigidTransform, gate: GateSettings
+    passage: Passage, T_live: RigidTransform, gate: GateSettings, grip: WheelGrip
 ) -> tuple[RigidTransform, NDArray[np.floating]]:
     """What a passage on which the scene did not hold tells of its end, with its information.
 
@@ -132,9 +151,9 @@ def along(
     with all that they may be off, lead there, too.
     """
     believed = T_live, np.diag(BELIEVED_SIGMAS**-2.0)
-    wheels, by_scene = passage.by_wheels, passage.by_scene
-    if wheels is None:
+    if passage.by_wheels is None:
         return believed
+    wheels, by_scene = passage.by_wheels.by(grip), passage.by_scene
     T, information = wheels.T_map_camera, np.linalg.inv(wheels.covariance)
     off = se3.log(T.inv() * T_live)
     if passage.broken and off @ information @ off < gate.farthest:

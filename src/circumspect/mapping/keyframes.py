@@ -30,6 +30,7 @@ from circumspect.mapping.surest_ways import (
     by_surest_ways,
     share_of_variance,
 )
+from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.mapping.wheels import Passage
 from circumspect.sensing import RgbdFrame
 
@@ -77,6 +78,8 @@ class Keyframes:
         """How often poses were corrected."""
         self.loops = 0
         """Edges that closed a loop."""
+        self.grip = WheelGrip()
+        """What the wheels are worth, by what is known now."""
         self._voxel, self._registration, self._gate = voxel, registration, gate
         self._level_information = level_information
         self._by_number: dict[int, Keyframe] = {}
@@ -223,7 +226,9 @@ class Keyframes:
         self._fit(*self.queue.take(hurry))
 
     def _fit(self, first: int, second: int) -> None:
-        edge = pair_edge(self[first], self[second], self._voxel, self._registration, self._gate)
+        edge = pair_edge(
+            self[first], self[second], self._voxel, self._registration, self._gate, self.grip
+        )
         if edge is None:
             return
         self._edges.append(edge)
@@ -232,6 +237,21 @@ class Keyframes:
             return
         if share_of_variance(edge, self[first], self[second]) < FOUND_AGAIN:
             self._reconcile()
+
+    def fit_what_wheels_held(self) -> None:
+        """Fit consecutive keyframes anew where wheels held one to the other, by `grip`.
+
+        At the begin of a drive nobody knew yet how much of their way the wheels lose.
+        """
+        for edge in [edge for edge in self._edges if self._is_held_by_wheels(edge)]:
+            self._edges.remove(edge)
+            self._fit(edge.first, edge.second)
+
+    def _is_held_by_wheels(self, edge: Edge) -> bool:
+        if edge.inherited or not is_consecutive(edge.first, edge.second):
+            return False
+        first, second = self[edge.first].passage, self[edge.second].passage
+        return first.stretch != second.stretch and second.by_wheels is not None
 
     def graph(self) -> PoseGraph:
         """The pose graph; its poses are in the order of the keyframes."""

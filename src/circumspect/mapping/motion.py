@@ -10,8 +10,6 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import rigid_matrix, se3
 from circumspect.mapping.pose_distance import distances
-from circumspect.mapping.wheel_grip import WheelGrip
-from circumspect.sensing import Odometry
 
 ODOMETRY, CONSTANT_VELOCITY = "odometry", "constant velocity"
 STANDING_STILL = "standing still"
@@ -21,9 +19,6 @@ CLOSE_SHARE = 0.5
 LONGEST_GUESS, MOST_VARIANCE = 1e3, 1e6
 """After this time [s], and from this variance [m²], [rad²] on, nothing is known anyway; larger ones
 are no numbers to calculate with."""
-UNEVEN, ROUNDING = 0.01, 1e-6
-"""What an odometry's covariance shrinks by in one direction [share of its growth in the others,
-share of the covariance] is put down to rounding."""
 
 
 @dataclass(frozen=True)
@@ -100,68 +95,6 @@ def agree(before: Belief | None, one: Belief, other: Belief) -> bool:
         way, spin = distances(before.T_map_camera.as_matrix(), one.T_map_camera.as_matrix())
     near = shift < max(CLOSE_SHIFT, CLOSE_SHARE * float(way))
     return bool(near and turn < max(CLOSE_TURN, CLOSE_SHARE * float(spin)))
-
-
-def wheel_motion(
-    before: Odometry,
-    now: Odometry,
-    grip: WheelGrip,
-    mounts: tuple[RigidTransform, RigidTransform],
-    settings: MotionSettings,
-    unheld: tuple[float, float] = (0.0, 0.0),
-) -> tuple[RigidTransform, NDArray[np.float64]]:
-    """The camera's motion by the wheels, with its covariance.
-
-    What a steady slip s costs grows with the whole way L since the scene held the camera: of its
-    variance (s L)² a step d adds s² ((L + d)² - L²).
-
-    Args:
-        before: Odometry at the last frame.
-        now: Odometry at this frame.
-        grip: How much of it becomes motion.
-        mounts: T_base_camera at both; a head that pans moves the camera, too.
-        settings: Bounds of the trust.
-        unheld: Way [m] and turn [rad] by the wheels alone before this step.
-
-    Returns:
-        Camera in its frame before, and (6, 6) of changes after the motion.
-    """
-    D = grip.applied(before.T_odom_base.inverse() @ now.T_odom_base)
-    planar = _grown(before, now)
-    way, turned = float(np.hypot(D.x, D.y)), abs(D.yaw)
-    shift = settings.least_shift + settings.slip * way
-    spin = settings.least_turn + settings.slip * turned
-    steady = settings.slip * np.array(grip.novelty)
-    base = np.zeros((6, 6))
-    base[np.ix_([3, 4, 2], [3, 4, 2])] = planar + np.diag([shift, shift, spin]) ** 2
-    base[[3, 2], [3, 2]] += 2 * steady**2 * np.array(unheld) * [way, turned]
-    base[[0, 1, 5], [0, 1, 5]] = (
-        settings.bump_turn**2,
-        settings.bump_turn**2,
-        settings.bump_height**2,
-    )
-    X_before, X = (mount.as_matrix() for mount in mounts)
-    moved_base = np.eye(4)
-    cosine, sine = np.cos(D.yaw), np.sin(D.yaw)
-    moved_base[:2, :2] = [[cosine, -sine], [sine, cosine]]
-    moved_base[:2, 3] = D.xy
-    motion = rigid_matrix.inverse(X_before) @ moved_base @ X
-    covariance = se3.moved_covariance(mounts[1].inv(), base)
-    return RigidTransform.from_matrix(motion), covariance
-
-
-def _grown(before: Odometry, now: Odometry) -> NDArray[np.float64]:
-    """(3, 3) what the odometry's covariance grew by [m, rad], in the base's frame now.
-
-    Where that has a negative eigenvalue, it is not that of dead reckoning, but a constant, or one
-    of other poses than it comes with. What is left of the difference of two large numbers would
-    mean nothing; it is zero then, and the slip alone tells what a step is worth.
-    """
-    grown = now.growth_since(before)
-    values, vectors = np.linalg.eigh((grown + grown.T) / 2)
-    if values[0] < -UNEVEN * values[-1] - ROUNDING * np.trace(now.covariance):
-        return np.zeros((3, 3))
-    return vectors * np.clip(values, 0, MOST_VARIANCE) @ vectors.T
 
 
 def guessed(time: float, settings: MotionSettings, unheld: float = 0.0) -> NDArray[np.float64]:

@@ -49,7 +49,8 @@ class Predictions:
         step = self.wheels.step(frame)
         if step is None or frame.T_base_camera is None:
             return None
-        return self._moved(before, frame, *step)
+        moved = step.by(self.wheels.grip)
+        return self._moved(before, frame, moved.T_map_camera, moved.covariance)
 
     def by_steady_motion(self, before: Belief, frame: RgbdFrame, time: float) -> Belief:
         """As if the last motion went on.
@@ -73,7 +74,7 @@ class Predictions:
         before: Belief,
         frame: RgbdFrame,
         T_old_new: RigidTransform,
-        covariance: NDArray[np.float64],
+        covariance: NDArray[np.floating],
     ) -> Belief:
         moved, mount = before.moved(T_old_new, covariance), frame.T_base_camera
         return moved if mount is None else moved.held_to_floor(mount, self._settings)

@@ -246,6 +246,7 @@ class RegisteredPoses(PoseEstimator):
         """Take a new keyframe in, and work a little on what the last ones are to be fitted to."""
         assert self._belief is not None
         keys, T_map_camera = self.keyframes, self._belief.T_map_camera
+        keys.grip = self._predictions.wheels.grip
         is_news = len(keys) == 0 or keys.holding(T_map_camera)[1] >= 1
         if is_news:
             covariance = self._belief.covariance
@@ -304,6 +305,7 @@ class RegisteredPoses(PoseEstimator):
             return
         while len(self.keyframes.queue):
             self.keyframes.fit_next()
+        self.keyframes.fit_what_wheels_held()
         self._correct(anyway=True)
 
     def _is_certain(self, attempt: Attempt) -> bool:

@@ -44,15 +44,6 @@ class WheelGrip:
         way, turn = DOUBT / (np.array(self.told) + DOUBT)
         return float(way), float(turn)
 
-    def applied(self, told: PlanarPose) -> PlanarPose:
-        """The motion behind what the wheels tell.
-
-        Args:
-            told: Robot in its frame before.
-        """
-        way, turn = self.shares
-        return PlanarPose(way * told.x, way * told.y, turn * told.yaw)
-
     def is_contradicted(
         self, told: PlanarPose, found: PlanarPose, slack: NDArray[np.float64] = SLACK
     ) -> bool:

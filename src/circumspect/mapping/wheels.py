@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
-from circumspect.mapping.motion import Belief, MotionSettings, guessed, wheel_motion
+from circumspect.mapping.motion import MotionSettings, guessed
 from circumspect.mapping.wheel_grip import SLACK, WheelGrip
+from circumspect.mapping.wheel_motion import WheelMotion, wheel_step
 from circumspect.sensing import Odometry, RgbdFrame
 
 MISLED = np.array([0.015, 0.05])
@@ -27,7 +28,7 @@ class Passage:
 
     Attributes:
         stretch: Changes whenever the scene does not hold a frame.
-        by_wheels: Where the camera is in the last keyframe's frame; None where wheels were mute.
+        by_wheels: The motion since the last keyframe; None where wheels were mute.
         by_scene: (6, 6) information of the scene about where it came to; None where that is
             nothing.
         broken: A frame on the way contradicted its pose, and the next one that fits may have
@@ -35,7 +36,7 @@ class Passage:
     """
 
     stretch: int = 0
-    by_wheels: Belief | None = None
+    by_wheels: WheelMotion | None = None
     by_scene: NDArray[np.floating] | None = None
     broken: bool = False
 
@@ -58,23 +59,21 @@ class Wheels:
         self._held = False
         self._unheld = (0.0, 0.0)
         self._stretch = 0
-        self._since_key: Belief | None = None
+        self._since_key: WheelMotion | None = None
         self._broken = False
 
-    def step(self, frame: RgbdFrame) -> tuple[RigidTransform, NDArray[np.float64]] | None:
-        """The camera's motion since the last frame heard, with its covariance, where they tell.
+    def step(self, frame: RgbdFrame) -> WheelMotion | None:
+        """The camera's motion since the last frame heard, where they tell.
 
         Wheels that misled when the scene last knew better are worth no more than a guess.
         """
         mounts, before, now = self._mounts(frame), self._last, frame.odometry
         if mounts is None or before is None or now is None or self._told(now) is None:
             return None
-        moved, covariance = wheel_motion(
-            before, now, self.grip, mounts, self._settings, self._unheld
-        )
+        moved = wheel_step(before, now, mounts, self._settings, self._unheld)
         if self._misled:
-            covariance = covariance + guessed(frame.stamp - self._stamp, self._settings)
-        return moved, covariance
+            return moved.blurred(guessed(frame.stamp - self._stamp, self._settings))
+        return moved
 
     def heard(
         self, frame: RgbdFrame, T_before_now: RigidTransform | None, broken: bool = False
@@ -89,7 +88,7 @@ class Wheels:
         """
         self._broken |= broken
         step, since = self.step(frame), self._since_key
-        self._since_key = None if step is None or since is None else since.moved(*step)
+        self._since_key = None if step is None or since is None else since.then(step)
         if T_before_now is not None and self._held:
             self._learn(frame, T_before_now)
         self._held = T_before_now is not None
@@ -137,6 +136,6 @@ class Wheels:
         """
         told = None if self._broken else by_scene
         passage = Passage(self._stretch, self._since_key, told, self._broken)
-        self._since_key = Belief(RigidTransform.identity(), np.zeros((6, 6)))
+        self._since_key = WheelMotion.none()
         self._broken = False
         return passage
