@@ -29,7 +29,7 @@ class Clock:
         return self.now
 
 
-def step(outcome: str = CLASSIFIED, known: bool = True, pose: Any = None, seen: float = 0.5) -> Any:
+def step(outcome: str = CLASSIFIED, known: bool = True, pose: Any = None, seen: float = 0.75) -> Any:
     prediction = Prediction("chair", 0.4, {"chair": 0.4, "sofa": 0.6}, known=known)
     return SimpleNamespace(outcome=outcome, seen=seen, prediction=prediction, pose=pose)
 
@@ -54,7 +54,7 @@ def test_the_worst_is_said_first() -> None:
     status = health.status(True, None, 3)
     assert "not sure" in status.text
     assert (status.values["sure"], status.values["messages lost on the wire"]) == ("no", 3)
-    health.step(step(seen=0.49), 20.0)
+    health.step(step(seen=0.74), 20.0)
     status = health.status(True, None, 0)
     assert "too little" in status.text
     assert (status.values["answer"], status.values["sure"]) == ("chair", "no")
