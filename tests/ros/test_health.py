@@ -29,7 +29,9 @@ class Clock:
         return self.now
 
 
-def step(outcome: str = CLASSIFIED, known: bool = True, pose: Any = None, seen: float = 0.75) -> Any:
+def step(
+    outcome: str = CLASSIFIED, known: bool = True, pose: Any = None, seen: float = 0.75
+) -> Any:
     prediction = Prediction("chair", 0.4, {"chair": 0.4, "sofa": 0.6}, known=known)
     return SimpleNamespace(outcome=outcome, seen=seen, prediction=prediction, pose=pose)
 
