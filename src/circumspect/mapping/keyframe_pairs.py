@@ -137,8 +137,7 @@ def by_tracking(one: Keyframe, other: Keyframe) -> NDArray[np.float64]:
     step = np.diag(TRACKED_SIGMAS**-2.0)
     by_scene = other.passage.by_scene
     if by_scene is not None:
-        # (S + H⁻¹)⁻¹ with S⁻¹ = `step`, where H may be blind to a direction.
-        step = step - step @ np.linalg.solve(by_scene / TOO_SURE**2 + step, step)
+        step = blurred(by_scene / TOO_SURE**2, step)
     return step / steps
 
 
@@ -200,8 +199,14 @@ def worth_by_view(
     Returns:
         (6, 6).
     """
-    across = np.linalg.inv(view_covariance(T_first_second))
-    return across - across @ np.linalg.solve(information + across, across)
+    return blurred(information, np.linalg.inv(view_covariance(T_first_second)))
+
+
+def blurred(
+    information: NDArray[np.floating], further: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """(6, 6) (C + V)⁻¹ of C⁻¹, which may be blind to a direction, and V⁻¹, which may not."""
+    return further - further @ np.linalg.solve(information + further, further)
 
 
 def view_covariance(T_first_second: RigidTransform) -> NDArray[np.float64]:
