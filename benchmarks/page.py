@@ -21,10 +21,9 @@ from circumspect.storage import atomic_open
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
 HEAD = """# Benchmarks
 
-Made by `python -m benchmarks.page` from `benchmarks/results/`, whose tables the benchmarks write;
-that of RedKitchen's answers alone is put together by hand, from what its commands print. Each
-section names the command that measured it, most name the machine. What the scans' figures mean is
-told in [scans](scans.md), how the networks differ in [networks](networks.md).
+Made by `python -m benchmarks.page` from `benchmarks/results/`, whose tables the benchmarks write.
+Each section names the command that measured it, most name the machine. What the scans' figures mean
+is told in [scans](scans.md), how the networks differ in [networks](networks.md).
 """
 SECTIONS = (
     "grid_speed", "classifier_speed", "modelnet10_test", "lookalikes", "few_points", "deletion",

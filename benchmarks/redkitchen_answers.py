@@ -1,0 +1,85 @@
+"""What two objects among real frames are called: `python -m benchmarks.redkitchen_answers DIR`.
+
+`circumspect replay` names what lies in a box, with the recorded poses and with poses of our own.
+The boxes were found by hand, on a plan view of the fused frames.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from benchmarks.redkitchen import FOLDER
+from benchmarks.report import RESULTS, telling, write_page
+from circumspect.evaluation.markdown import table
+
+BOXES = {
+    "chair": ("-1.445", "0.746", "1.811", "-0.947", "-0.337", "2.101"),
+    "table": ("-1.017", "0.819", "1.618", "1.263", "-0.217", "2.222"),
+}
+POSES = ("given", "hidden")
+HEAD = ("object", "poses", "answer", "next", "conclusive", "frames", "seen", "points")
+
+
+def main() -> int:
+    """Replay, print and write `redkitchen.md`."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, nargs="?", default=FOLDER)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    arguments = parser.parse_args()
+    tell, runs = telling(), []
+    jobs = [(name, poses) for name in BOXES for poses in POSES]
+    for done, (name, poses) in enumerate(jobs):
+        tell(done, len(jobs), f"{name}, {poses}")
+        runs.append({"object": name, "poses": poses, **replayed(arguments.folder, name, poses)})
+    commands = "\n".join(" ".join(words(Path("redkitchen"), *job)) for job in jobs)
+    text = (
+        f"The first {runs[0]['frames']} even frames of 7-Scenes' RedKitchen, by\n\n"
+        f"```\n{commands}\n```\n\n{table(HEAD, [row(run) for run in runs])}\n\n"
+        "Frames: those that show the object. Seen: share of the directions round it; an answer may "
+        "be conclusive from three quarters on."
+    )
+    command = "python -m benchmarks.redkitchen_answers"
+    title = "Real frames: RedKitchen of 7-Scenes"
+    write_page("redkitchen", title, command, text, {"runs": runs}, arguments.out)
+    return 0
+
+
+def words(folder: Path, name: str, poses: str) -> list[str]:
+    """The command that names an object."""
+    box = BOXES[name]
+    return ["circumspect", "replay", str(folder), "--box", *box, "--poses", poses, "--json"]
+
+
+def replayed(folder: Path, name: str, poses: str) -> dict[str, Any]:
+    """What the command prints of an object, its times left out."""
+    with tempfile.TemporaryDirectory() as out:
+        command = [sys.executable, "-m", *words(folder, name, poses), "--out", out]
+        printed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    found = json.loads(printed)
+    kept = ("label", "known", "conclusive", "probabilities", "frames", "outcomes", "seen", "points")
+    return {key: found[key] for key in kept}
+
+
+def row(run: dict[str, Any]) -> list[str]:
+    """Of the table."""
+    first, second = sorted(run["probabilities"].items(), key=lambda pair: -pair[1])[:2]
+    return [
+        run["object"],
+        run["poses"],
+        f"{first[0]} {first[1]:.2f}",
+        f"{second[0]} {second[1]:.2f}",
+        "yes" if run["conclusive"] else "no",
+        f"{run['outcomes'].get('classified', 0)} of {run['frames']}",
+        f"{run['seen']:.0%}",
+        f"{run['points']:,}",
+    ]
+
+
+if __name__ == "__main__":
+    sys.exit(main())
