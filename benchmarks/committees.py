@@ -1,0 +1,113 @@
+"""Whether networks with unlike inputs know more together than the best of them alone.
+
+    python -m benchmarks.committees ModelNet10 runs/planes runs/rivals/mvcnn/training …
+
+Each run names the objects that were held back from its training, at yaws that meet fractions of an
+azimuth cell; a committee's answer is the mean of its members' probabilities. The test split is left
+alone: this is for choosing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.report import RESULTS, telling, write_page
+from circumspect.datasets import ObjectSet, open_data_set
+from circumspect.evaluation.accuracy import mean_class_accuracy
+from circumspect.evaluation.markdown import table
+from circumspect.evaluation.predictor import load_predictor
+from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
+from circumspect.training.held_back import fitted_and_held_back
+from circumspect.training.settings import TrainingSettings
+
+COMMAND = "python -m benchmarks.committees ModelNet10 RUN …"
+YAWS = 8
+HEAD = ("members", "epochs", "mean-class accuracy", "accuracy", "worst yaw", "flips")
+
+
+def main() -> int:
+    """Measure and write `committees.md`."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", type=Path, help="ModelNet10")
+    parser.add_argument("runs", type=Path, nargs="+", help="folders of trainings, the best first")
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    given = parser.parse_args()
+    train, tell = open_data_set(given.data, "train"), telling()
+    held_back, answers, epochs = None, {}, {}
+    for done, run in enumerate(given.runs):
+        tell(done, len(given.runs), str(run))
+        settings, found, objects = answered(run, train)
+        if held_back is not None and objects.names.tolist() != held_back.names.tolist():
+            sys.exit(f"{run}: other objects were held back from it than from {given.runs[0]}")
+        held_back = objects
+        answers[settings["net"]], epochs[settings["net"]] = found, settings["epochs"]
+    assert held_back is not None
+    rows = [
+        {"members": names, **figures([answers[name] for name in names], held_back)}
+        for names in committees(list(answers))
+    ]
+    text = (
+        f"{len(held_back)} held-back training objects, whole families of likes; {YAWS} yaws.\n\n"
+        + table(HEAD, [told(row, epochs) for row in rows])
+    )
+    write_page(
+        "committees", "Networks with unlike inputs, alone and together", COMMAND, text,
+        {"objects": len(held_back), "yaws": YAWS, "epochs": epochs, "rows": rows}, given.out,
+    )  # fmt: skip
+    return 0
+
+
+def answered(run: Path, train: ObjectSet) -> tuple[dict[str, Any], NDArray[np.float64], ObjectSet]:
+    """A run's settings, its (yaws, n, c) probabilities, and the n objects held back from it."""
+    predictor = load_predictor(run)
+    settings = dict(predictor.training["settings"])
+    if not settings["validation"]:
+        sys.exit(f"{run}: nothing was held back from its training")
+    held_back = fitted_and_held_back(
+        train, TrainingSettings(validation_salt=settings["validation_salt"])
+    )[1]
+    sweep = sweep_yaw(predictor, held_back, list(spread_yaws(YAWS)))
+    return settings, sweep.probabilities, held_back
+
+
+def committees(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """Each alone, the first with every choice of others."""
+    yield from ((name,) for name in names)
+    for others in range(1, len(names)):
+        yield from ((names[0], *chosen) for chosen in combinations(names[1:], others))
+
+
+def figures(members: Sequence[NDArray[np.float64]], objects: ObjectSet) -> dict[str, float]:
+    """Of a committee, over all yaws."""
+    answers = np.mean(members, axis=0).argmax(axis=2)
+    right = answers == objects.labels
+    accuracy = right.mean(axis=1)
+    return {
+        # The share of the yaws at which an object is named rightly stands for it.
+        "mean_class_accuracy": mean_class_accuracy(
+            right.mean(axis=0), objects.labels, len(objects.classes)
+        ),
+        "accuracy": float(accuracy.mean()),
+        "worst": float(accuracy.min()),
+        "flip_rate": float((answers != answers[0]).any(axis=0).mean()),
+    }
+
+
+def told(row: dict[str, Any], epochs: dict[str, int]) -> list[str]:
+    """Of the table."""
+    lengths = ", ".join(str(epochs[name]) for name in row["members"])
+    shares = [row[key] for key in ("mean_class_accuracy", "accuracy", "worst")]
+    words = [f"{share:.3f}" for share in shares]
+    return [", ".join(row["members"]), lengths, *words, f"{row['flip_rate']:.1%}"]
+
+
+if __name__ == "__main__":
+    sys.exit(main())
