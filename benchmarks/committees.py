@@ -20,13 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.report import RESULTS, telling, write_page
-from circumspect.datasets import ObjectSet, open_data_set
+from circumspect.datasets import ObjectSet
 from circumspect.evaluation.accuracy import mean_class_accuracy
+from circumspect.evaluation.evaluation_set import open_evaluation_set
 from circumspect.evaluation.markdown import table
 from circumspect.evaluation.predictor import load_predictor
 from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
-from circumspect.training.held_back import fitted_and_held_back
-from circumspect.training.settings import TrainingSettings
 
 COMMAND = "python -m benchmarks.committees ModelNet10 RUN …"
 YAWS = 8
@@ -40,13 +39,14 @@ def main() -> int:
     parser.add_argument("runs", type=Path, nargs="+", help="folders of trainings, the best first")
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
-    train, tell = open_data_set(given.data, "train"), telling()
-    held_back, answers, epochs = None, {}, {}
+    held_back, answers, epochs, tell = None, {}, {}, telling()
     for done, run in enumerate(given.runs):
         tell(done, len(given.runs), str(run))
-        settings, found, objects = answered(run, train)
+        settings, found, objects = answered(run, given.data)
         if held_back is not None and objects.names.tolist() != held_back.names.tolist():
             sys.exit(f"{run}: other objects were held back from it than from {given.runs[0]}")
+        if settings["net"] in answers:
+            sys.exit(f"{run}: there is a run of {settings['net']} already; give one of each")
         held_back = objects
         answers[settings["net"]], epochs[settings["net"]] = found, settings["epochs"]
     assert held_back is not None
@@ -65,17 +65,14 @@ def main() -> int:
     return 0
 
 
-def answered(run: Path, train: ObjectSet) -> tuple[dict[str, Any], NDArray[np.float64], ObjectSet]:
+def answered(run: Path, data: Path) -> tuple[dict[str, Any], NDArray[np.float64], ObjectSet]:
     """A run's settings, its (yaws, n, c) probabilities, and the n objects held back from it."""
     predictor = load_predictor(run)
-    settings = dict(predictor.training["settings"])
-    if not settings["validation"]:
+    evaluated = open_evaluation_set(predictor, data, "validation")
+    if evaluated.seen:
         sys.exit(f"{run}: nothing was held back from its training")
-    held_back = fitted_and_held_back(
-        train, TrainingSettings(validation_salt=settings["validation_salt"])
-    )[1]
-    sweep = sweep_yaw(predictor, held_back, list(spread_yaws(YAWS)))
-    return settings, sweep.probabilities, held_back
+    sweep = sweep_yaw(predictor, evaluated.objects, list(spread_yaws(YAWS)))
+    return dict(predictor.training["settings"]), sweep.probabilities, evaluated.objects
 
 
 def committees(names: Sequence[str]) -> Iterator[tuple[str, ...]]:

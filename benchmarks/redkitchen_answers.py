@@ -60,8 +60,11 @@ def replayed(folder: Path, name: str, poses: str) -> dict[str, Any]:
     """What the command prints of an object, its times left out."""
     with tempfile.TemporaryDirectory() as out:
         command = [sys.executable, "-m", *words(folder, name, poses), "--out", out]
-        printed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-    found = json.loads(printed)
+        done = subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True)
+    if done.returncode:
+        # It has said why.
+        sys.exit(done.returncode)
+    found = json.loads(done.stdout)
     kept = ("label", "known", "conclusive", "probabilities", "frames", "outcomes", "seen", "points")
     return {key: found[key] for key in kept}
 
