@@ -79,6 +79,8 @@ def checkpoint_path(weights: Path) -> Path:
 def load_predictor(weights: Path | None, threads: int = 0) -> TrainedPredictor:
     """Load an ONNX classifier or a checkpoint of a training run.
 
+    A checkpoint runs on the GPU where there is one, as its training did.
+
     Args:
         weights: A file, or the folder of a run; None means the shipped classifier.
         threads: Of ONNX Runtime; 0 means all cores.
@@ -98,13 +100,14 @@ def load_predictor(weights: Path | None, threads: int = 0) -> TrainedPredictor:
     from circumspect.nets import Checkpoint
 
     checkpoint = Checkpoint.load(weights)
-    net = checkpoint.build()
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    net = checkpoint.build().to(device)
 
     def probabilities(inputs: NDArray[Any]) -> NDArray[np.float64]:
         count, views = inputs.shape[:2]
         flat = torch.from_numpy(inputs.reshape(count * views, *inputs.shape[2:]))
         with torch.inference_mode():
-            parts = [net(part.float()) for part in flat.split(64)]
+            parts = [net(part.to(device).float()).cpu() for part in flat.split(64)]
         mean = torch.cat(parts).double().view(count, views, -1).mean(1)
         return mean.softmax(1).numpy()
 

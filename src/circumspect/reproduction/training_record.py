@@ -75,7 +75,7 @@ def training_table(names: Sequence[str], records: Sequence[dict[str, Any]]) -> s
             name,
             f"{r['epoch']} of {r['epochs']}",
             f"{r['validation_accuracy']:.3f}",
-            f"{r['minutes']:.0f}",
+            f"{r['minutes']:.{0 if r['minutes'] >= 10 else 1}f}",
         ]
         for name, r in zip(names, records, strict=True)
     ]
