@@ -43,8 +43,8 @@ def full_journey(result: RecognitionResult) -> Journey:
     )
 
 
-def axes():
-    figure = Figure(figsize=(6, 6))
+def axes(inches: float = 6.0):
+    figure = Figure(figsize=(inches, inches))
     FigureCanvasAgg(figure)
     return figure.add_subplot()
 
@@ -72,6 +72,22 @@ def test_a_replay_shows_only_what_it_knows(result: RecognitionResult) -> None:
     panel = axes()
     draw_plan(panel, result.last.model.cloud(), result, Journey())
     assert labels(panel) == ["path of the camera, estimated"]
+
+
+@pytest.mark.parametrize("inches", [2.5, 6.0])
+@pytest.mark.parametrize("beside_deg", [0.0, 60.0, -60.0])
+def test_the_word_start_covers_no_number(
+    result: RecognitionResult, inches: float, beside_deg: float
+) -> None:
+    start = camera_path(result).positions_xyz[0, :2]
+    outward = np.arctan2(*start[::-1]) + np.radians(beside_deg)
+    stand = start + 0.25 * np.array([np.cos(outward), np.sin(outward)])
+    view = NextView(PlanarPose(*stand, 0.0), (0.0, 0.0), None, "on the circle")
+    panel = axes(inches)
+    draw_plan(panel, result.last.model.cloud(), result, Journey(views=(view,)))
+    panel.figure.canvas.draw()
+    boxes = {text.get_text(): text.get_window_extent() for text in panel.texts}
+    assert not boxes["start"].overlaps(boxes["1"])
 
 
 def test_everything_driven_lies_within_the_plan(result: RecognitionResult) -> None:

@@ -21,9 +21,8 @@ NORMAL_LENGTH = 0.06
 """Of the arrows that show surface normals, as a share of the view's width."""
 SPACING = 0.015
 """Side of a point as drawn [m]."""
-LABEL_OFFSET, LABEL_ROOM = 15, 0.12
-"""From a place to the middle of its label [points], and what it needs, as a share of half the
-view's width."""
+LABEL_OFFSET, LABEL_ROOM = 15, 22
+"""From a place to the middle of its label, and from there to the next view's number [points]."""
 MARGIN = 0.25
 """Round everything that is shown [m]."""
 
@@ -61,7 +60,7 @@ def draw_plan(axes: Axes, cloud: PointCloud, result: RecognitionResult, journey:
 def _draw_object(axes: Axes, cloud: PointCloud, half: float) -> None:
     points = cloud.points_xyz
     # As large as the points' spacing, so that a surface looks closed.
-    side = SPACING / (2 * half) * axes.bbox.width * 72 / axes.figure.dpi
+    side = SPACING / _metres_a_point(axes, half)
     shades = axes.scatter(
         points[:, 0], points[:, 1], c=points[:, 2], s=max(1.0, side**2), cmap="viridis",
         linewidths=0, zorder=2,
@@ -134,7 +133,8 @@ def _draw_start(
     half: float,
 ) -> None:
     axes.plot(*place, "o", color=START_COLOUR, ms=10, mec="white", mew=1.5, zorder=7)
-    away = _free_side(place, middle, [view.T_map_base.xy for view in journey.views], half)
+    stands = [view.T_map_base.xy for view in journey.views]
+    away = _free_side(place, middle, stands, _metres_a_point(axes, half))
     axes.annotate(
         "start", _pair(place), xytext=_pair(LABEL_OFFSET * away),
         textcoords="offset points", color=START_COLOUR, fontweight="bold", ha="center",
@@ -146,7 +146,7 @@ def _free_side(
     place: NDArray[np.float64],
     middle: NDArray[np.float64],
     stands: list[NDArray[np.float64]],
-    half: float,
+    metres_a_point: float,
 ) -> NDArray[np.float64]:
     """Unit vector to where the label meets no view's number; outward if there is a choice."""
     outward = np.arctan2(*(place - middle)[::-1])
@@ -154,9 +154,14 @@ def _free_side(
     sides = np.column_stack([np.cos(turns), np.sin(turns)])
     if not stands:
         return sides[0]
-    spots = place + LABEL_ROOM * half * sides
+    spots = place + LABEL_OFFSET * metres_a_point * sides
     gaps = np.linalg.norm(spots[:, None] - np.array(stands), axis=2).min(axis=1)
-    return sides[int(np.argmax(gaps >= min(gaps.max(), LABEL_ROOM * half)))]
+    return sides[int(np.argmax(gaps >= min(gaps.max(), LABEL_ROOM * metres_a_point)))]
+
+
+def _metres_a_point(axes: Axes, half: float) -> float:
+    """How much of the view, 2 `half` wide, a typographic point shows [m]."""
+    return 2 * half * axes.figure.dpi / (72 * axes.bbox.width)
 
 
 def _pair(xy: NDArray[np.floating]) -> tuple[float, float]:
