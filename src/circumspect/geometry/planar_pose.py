@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import GeometryError
+from circumspect.geometry.composition import orthonormal
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
@@ -48,10 +49,10 @@ class PlanarPose:
 
     def as_transform(self) -> RigidTransform:
         """The same pose in space, at height 0."""
-        from scipy.spatial.transform import RigidTransform, Rotation
-
-        turn = Rotation.from_rotvec([0.0, 0.0, self.yaw])
-        return RigidTransform.from_components([self.x, self.y, 0.0], turn)
+        cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
+        matrix = np.eye(4)
+        matrix[:2] = [[cosine, -sine, 0.0, self.x], [sine, cosine, 0.0, self.y]]
+        return orthonormal(matrix)
 
     @property
     def xy(self) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry.composition import composed
 from circumspect.mapping import se3
 from circumspect.mapping.leap import BETTER, LEAST_DISTANCE
 from circumspect.mapping.motion import Belief
@@ -56,7 +57,7 @@ def _fits_aside(
     change: NDArray[np.float64],
     settings: RegistrationSettings,
 ) -> bool:
-    T = found.T_map_camera * se3.exp(change)
+    T = composed(found.T_map_camera, se3.exp(change))
     other = register(scan, scene, T, np.eye(6) / settings.reach**2, settings)
     apart, _ = distances(other.T_map_camera.as_matrix(), found.T_map_camera.as_matrix())
     as_well = BETTER * other.distance < max(found.distance, LEAST_DISTANCE)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import composed
+
 MOST = 4096
 """So many that gave way are remembered: at 0.2 m each, more than 800 m of driving."""
 
@@ -47,5 +49,5 @@ class Heirs:
         """
         while number in self._of:
             number, T_heir_number = self._of[number]
-            T_number_x = T_heir_number * T_number_x
+            T_number_x = composed(T_heir_number, T_number_x)
         return number, T_number_x

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import between, composed
 from circumspect.mapping import se3
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.keyframe import Keyframe
@@ -99,7 +100,7 @@ def pair_edge(
         but where a frame between them contradicted: what they do not tell of each other, tracking
         and the wheels do.
     """
-    expected = one.T_map_camera.inv() * other.T_map_camera
+    expected = between(one.T_map_camera, other.T_map_camera)
     consecutive = is_consecutive(one.number, other.number)
     loop = closes_a_loop(one.number, other.number)
     # Both were fitted to the same map, from frame to frame.
@@ -154,7 +155,7 @@ def along(
         return believed
     wheels, by_scene = passage.by_wheels.by(grip), passage.by_scene
     T, information = wheels.T_map_camera, np.linalg.inv(wheels.covariance)
-    off = se3.log(T.inv() * T_live)
+    off = se3.log(between(T, T_live))
     if passage.broken and off @ information @ off < gate.farthest:
         return believed
     return (T, information) if by_scene is None else joined(T, information, T_live, by_scene)
@@ -171,8 +172,8 @@ def joined(
     With e = log(T⁻¹T_other) and information Λ, H the joint optimum lies at T exp((Λ + H)⁻¹He).
     """
     total = information + other_information
-    step = np.linalg.solve(total, other_information @ se3.log(T.inv() * T_other))
-    return T * se3.exp(step), total
+    step = np.linalg.solve(total, other_information @ se3.log(between(T, T_other)))
+    return composed(T, se3.exp(step)), total
 
 
 def is_consecutive(first: int, second: int) -> bool:

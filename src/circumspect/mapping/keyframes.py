@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import between, composed
 from circumspect.mapping import se3
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.heirs import Heirs
@@ -109,7 +110,7 @@ class Keyframes:
             KeyError: The keyframe gave way so long ago that it is forgotten.
         """
         number, T_living_camera = self._heirs.living(number, T_anchor_camera)
-        return self[number].T_map_camera * T_living_camera
+        return composed(self[number].T_map_camera, T_living_camera)
 
     @property
     def places(self) -> list[RigidTransform]:
@@ -168,7 +169,7 @@ class Keyframes:
         if not self._by_number:
             return to_scene
         key = self[self.holding(T_map_camera)[0]]
-        held = se3.moved_covariance(T_map_camera.inv() * key.T_map_camera, key.covariance)
+        held = se3.moved_covariance(between(T_map_camera, key.T_map_camera), key.covariance)
         return held + to_scene
 
     def add(
@@ -329,7 +330,7 @@ class Keyframes:
         for pair in self.queue.take_out(gone):
             if is_consecutive(*pair):
                 self._fit(*pair)
-        T_heir_gone = self[heir].T_map_camera.inv() * self[gone].T_map_camera
+        T_heir_gone = between(self[heir].T_map_camera, self[gone].T_map_camera)
         self._heirs.gave_way(gone, heir, T_heir_gone)
         edges = bridged(self._edges, gone, heir, T_heir_gone)
         self._edges = thinned(edges, EDGES_EACH * self.settings.most)
@@ -344,6 +345,6 @@ class Keyframes:
         left = self[gone]
         for number, key in list(self._by_number.items()):
             if key.parent == gone:
-                back = key.T_map_camera.inv() * left.T_map_camera
+                back = between(key.T_map_camera, left.T_map_camera)
                 both = key.since_parent + se3.moved_covariance(back, left.since_parent)
                 self._by_number[number] = replace(key, parent=left.parent, since_parent=both)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import composed
 from circumspect.mapping import rigid_matrix, se3
 from circumspect.mapping.pose_distance import distances
 
@@ -70,7 +71,7 @@ class Belief:
             covariance: (6, 6) of changes after it.
         """
         carried = se3.moved_covariance(T_old_new.inv(), self.covariance)
-        return Belief(self.T_map_camera * T_old_new, carried + covariance)
+        return Belief(composed(self.T_map_camera, T_old_new), carried + covariance)
 
     def held_to_floor(self, T_base_camera: RigidTransform, settings: MotionSettings) -> Belief:
         """The belief given that the robot stands level at z = 0, up to bumps.

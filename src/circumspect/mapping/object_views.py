@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import composed
 from circumspect.mapping import surface_area
 from circumspect.mapping.compact_sums import CompactSums
 from circumspect.mapping.frame_share import COLUMNS, FrameShare
@@ -77,7 +78,7 @@ class ObjectViews:
         if len(old.views_xyz) >= ENOUGH:
             return self
         # Where the keyframe was corrected since, the map is not the patch's frame any more.
-        T_map_patch = T_map_anchor * old.T_anchor_patch
+        T_map_patch = composed(T_map_anchor, old.T_anchor_patch)
         still = np.abs(T_map_patch.as_matrix() - np.eye(4)).max() < STILL
         local = share if still else share.moved(T_map_patch.inv())
         origin_xyz = local.surface.origin_xyz

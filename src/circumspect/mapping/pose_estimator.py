@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
+from circumspect.geometry.composition import between, composed
 from circumspect.mapping import se3
 from circumspect.mapping.gate import GATE_OPEN
 from circumspect.sensing import RgbdFrame
@@ -81,7 +82,7 @@ class PoseEstimate:
         """The same with a corrected pose."""
         if self.T_map_base is None:
             return replace(self, T_map_camera=T_map_camera)
-        moved = T_map_camera * self.T_map_camera.inv() * self.T_map_base.as_transform()
+        moved = composed(T_map_camera, between(self.T_map_camera, self.T_map_base.as_transform()))
         base = PlanarPose.from_transform(moved)
         odom = self.T_map_odom
         if odom is not None:
@@ -139,5 +140,5 @@ class KnownPoses(PoseEstimator):
         """
         base = None
         if frame.T_base_camera is not None:
-            base = PlanarPose.from_transform(frame.pose * frame.T_base_camera.inv())
+            base = PlanarPose.from_transform(composed(frame.pose, frame.T_base_camera.inv()))
         return PoseEstimate(frame.pose, inliers=int(frame.valid.sum()), T_map_base=base)

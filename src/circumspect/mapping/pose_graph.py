@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import composed
 from circumspect.mapping import se3
 
 KERNEL = 6.0
@@ -191,12 +192,12 @@ def bridged(edges: list[Edge], gone: int, heir: int, T_heir_gone: RigidTransform
         elif heir in (edge.first, edge.second):
             continue
         elif edge.first == gone:
-            measured = T_heir_gone * edge.T_first_second
+            measured = composed(T_heir_gone, edge.T_first_second)
             kept.append(
                 Edge(heir, edge.second, measured, edge.information, robust=True, inherited=True)
             )
         else:
-            measured = edge.T_first_second * T_heir_gone.inv()
+            measured = composed(edge.T_first_second, T_heir_gone.inv())
             information = se3.moved_information(T_heir_gone, edge.information)
             kept.append(Edge(edge.first, heir, measured, information, robust=True, inherited=True))
     return kept

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import composed
 from circumspect.mapping import surface_area
 from circumspect.mapping.frame_share import FRAMES, NORMAL, POINT, WEIGHT, FrameShare
 from circumspect.mapping.object_model import ModelSettings, ObjectModel
@@ -43,7 +44,7 @@ class Rebuild:
         self._waiting: deque[tuple[ViewPatch, RigidTransform]] = deque()
         for number, patch in views.patches.items():
             try:
-                self._waiting.append((patch, place(number) * patch.T_anchor_patch))
+                self._waiting.append((patch, composed(place(number), patch.T_anchor_patch)))
             except KeyError:  # the keyframe gave way so long ago that it is forgotten
                 continue
 

@@ -6,6 +6,7 @@ from collections import deque
 
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import composed
 from circumspect.mapping import se3
 from circumspect.mapping.motion import MotionSettings
 
@@ -56,7 +57,7 @@ class RecentMotion:
         asked = min(time, self._settings.longest)
         moved, taken = RigidTransform.identity(), 0.0
         for number, (step, step_time) in enumerate(reversed(self._steps)):
-            moved, taken = (step * moved if number else step), taken + step_time
+            moved, taken = (composed(step, moved) if number else step), taken + step_time
             if MOST_SHARE * taken >= asked:
                 break
         share = 0.0 if taken <= 0 else min(asked / taken, MOST_SHARE)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import between, composed
 from circumspect.mapping import se3
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.registration import Registration
@@ -59,7 +60,7 @@ class Recognition:
             T_before_now: How the camera moved since the last frame.
         """
         if self._supposed is not None:
-            self._supposed = self._supposed * T_before_now
+            self._supposed = composed(self._supposed, T_before_now)
 
     def believed(
         self,
@@ -113,7 +114,9 @@ class Recognition:
 
     def _confirms(self, T_map_camera: RigidTransform, T_before_now: RigidTransform) -> bool:
         supposed = self._supposed
-        if supposed is None or not within(supposed * T_before_now, T_map_camera, SAME_PLACE):
+        if supposed is None or not within(
+            composed(supposed, T_before_now), T_map_camera, SAME_PLACE
+        ):
             self._times = 0
         self._supposed = T_map_camera
         self._times += 1
@@ -128,5 +131,5 @@ def _distance(fit: Registration, expected: Belief, sigmas: NDArray[np.float64]) 
         expected: Where the camera should be.
         sigmas: Standard deviations [rad, m] beside those of the belief.
     """
-    error = se3.log(expected.T_map_camera.inv() * fit.T_map_camera)
+    error = se3.log(between(expected.T_map_camera, fit.T_map_camera))
     return float(error @ np.linalg.inv(expected.covariance + np.diag(sigmas**2)) @ error)

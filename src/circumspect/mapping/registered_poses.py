@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
+from circumspect.geometry.composition import between, composed
 from circumspect.mapping import motion, se3
 from circumspect.mapping.ambiguity import is_ambiguous
 from circumspect.mapping.attempt import Attempt
@@ -98,7 +99,7 @@ class RegisteredPoses(PoseEstimator):
             best = self._recognised(frame, scan, best.belief) or best
         elif best.verdict.mute:
             # A doubt is not removed by a frame that says nothing.
-            self._recognition.carry(self._belief.T_map_camera.inv() * best.belief.T_map_camera)
+            self._recognition.carry(between(self._belief.T_map_camera, best.belief.T_map_camera))
         else:
             self._recognition.forget()
         if best.verdict.contradicts:
@@ -151,7 +152,7 @@ class RegisteredPoses(PoseEstimator):
         """The pose that was given for the first frame, carried on while there is no map yet."""
         T, before, now = self._T_map_first, self._T_odom_first, frame.T_odom_camera
         if T is not None and before is not None and now is not None:
-            self._T_map_first = T * before.inv() * now
+            self._T_map_first = composed(T, between(before, now))
         self._T_odom_first = now
         return self._T_map_first
 
@@ -204,7 +205,7 @@ class RegisteredPoses(PoseEstimator):
         if not lost:
             places = nearby(places, expected.T_map_camera)
         fits = relocalise(frame, scan, self.scene, places, s.registration, s.gate, s.relocalisation)
-        moved = self._belief.T_map_camera.inv() * expected.T_map_camera
+        moved = between(self._belief.T_map_camera, expected.T_map_camera)
         reach = s.registration.reach
         elsewhere = lost and is_out_of_place(
             scan, expected.T_map_camera, self.scene, self.keyframes, reach
@@ -228,7 +229,7 @@ class RegisteredPoses(PoseEstimator):
         moved, held = None, attempt.verdict.is_open and attempt.found is not None
         recognised, contradicts = attempt.source == RECOGNISED, attempt.verdict.contradicts
         if self._belief is not None and not recognised:
-            moved = self._belief.T_map_camera.inv() * attempt.belief.T_map_camera
+            moved = between(self._belief.T_map_camera, attempt.belief.T_map_camera)
         self._predictions.wheels.heard(frame, moved if held else None, recognised or contradicts)
         time = frame.stamp - self._stamp
         self._predictions.passed(time, self._belief is None or held)
@@ -271,7 +272,7 @@ class RegisteredPoses(PoseEstimator):
         assert self._belief is not None
         T_map_camera = self._belief.T_map_camera
         number, _ = self.keyframes.holding(T_map_camera)
-        T_anchor_camera = self.keyframes[number].T_map_camera.inv() * T_map_camera
+        T_anchor_camera = between(self.keyframes[number].T_map_camera, T_map_camera)
         if not self.keyframes.correct(anyway):
             return
         moved = self.keyframes.anchored(number, T_anchor_camera)
@@ -323,14 +324,14 @@ class RegisteredPoses(PoseEstimator):
         T_map_base = T_map_odom = None
         if frame.T_base_camera is not None:
             T_map_base = PlanarPose.from_transform(
-                believed.T_map_camera * frame.T_base_camera.inv()
+                composed(believed.T_map_camera, frame.T_base_camera.inv())
             )
             if frame.odometry is not None:
                 T_map_odom = T_map_base @ frame.odometry.T_odom_base.inverse()
         number = T_anchor_camera = None
         if len(self.keyframes):
             number, _ = self.keyframes.holding(believed.T_map_camera)
-            T_anchor_camera = self.keyframes[number].T_map_camera.inv() * believed.T_map_camera
+            T_anchor_camera = between(self.keyframes[number].T_map_camera, believed.T_map_camera)
         lost = self._doubts >= self.settings.lost_after
         return PoseEstimate(
             believed.T_map_camera,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import between
 from circumspect.mapping import se3
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.pose_graph import KERNEL, Edge
@@ -68,7 +69,7 @@ def _by_parents(keys: dict[int, Keyframe]) -> dict[int, Keyframe]:
 
 def moved_covariance(one: Keyframe, other: Keyframe) -> NDArray[np.floating]:
     """(6, 6) of one keyframe's pose, told of the other as if that were fixed to it."""
-    T_other_one = other.T_map_camera.inv() * one.T_map_camera
+    T_other_one = between(other.T_map_camera, one.T_map_camera)
     return se3.moved_covariance(T_other_one, one.covariance)
 
 
@@ -101,7 +102,8 @@ def _place(covariance: NDArray[np.floating]) -> float:
 
 def agrees(edge: Edge, first: Keyframe, second: Keyframe) -> bool:
     """Whether the poses are as an edge has it, as far as its kernel takes it for sound."""
-    off = se3.log(edge.T_first_second.inv() * first.T_map_camera.inv() * second.T_map_camera)
+    moved = between(first.T_map_camera, second.T_map_camera)
+    off = se3.log(between(edge.T_first_second, moved))
     return float(off @ edge.information @ off) < KERNEL**2
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
+from circumspect.geometry.composition import between, composed
 from circumspect.mapping import se3
 from circumspect.mapping.motion import MOST_VARIANCE, Belief, MotionSettings
 from circumspect.mapping.wheel_grip import WheelGrip
@@ -49,7 +50,7 @@ class WheelMotion:
         """This motion and another one after it."""
         back = se3.adjoint(step.T_old_new.inv())
         return WheelMotion(
-            self.T_old_new * step.T_old_new,
+            composed(self.T_old_new, step.T_old_new),
             back @ self.by_shares + step.by_shares,
             back @ self.noise @ back.T + step.noise,
             back @ self.steady @ back.T + step.steady,
@@ -68,7 +69,7 @@ class WheelMotion:
         lost = np.array(grip.shares) - 1
         novelty = np.array(grip.novelty) ** 2
         return Belief(
-            self.T_old_new * se3.exp(self.by_shares @ lost),
+            composed(self.T_old_new, se3.exp(self.by_shares @ lost)),
             self.noise + np.tensordot(novelty, self.steady, axes=1),
         )
 
@@ -103,7 +104,7 @@ def wheel_step(
     steady[[0, 1], [3, 2], [3, 2]] = 2 * settings.slip**2 * np.array(unheld) * [way, turned]
     to_camera = se3.adjoint(mounts[1].inv())
     return WheelMotion(
-        mounts[0].inv() * told.as_transform() * mounts[1],
+        between(mounts[0], composed(told.as_transform(), mounts[1])),
         to_camera @ _by_shares(told),
         to_camera @ base @ to_camera.T,
         to_camera @ steady @ to_camera.T,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
+from circumspect.geometry.composition import composed
 from circumspect.mapping.motion import MotionSettings, guessed
 from circumspect.mapping.wheel_grip import SLACK, WheelGrip
 from circumspect.mapping.wheel_motion import WheelMotion, wheel_step
@@ -120,7 +121,7 @@ class Wheels:
         mounts, told = self._mounts(frame), self._told(frame.odometry)
         if mounts is None or told is None:
             return
-        found = PlanarPose.from_transform(mounts[0] * T_before_now * mounts[1].inv())
+        found = PlanarPose.from_transform(composed(mounts[0], T_before_now, mounts[1].inv()))
         if self.grip.is_contradicted(told, found, MISLED):
             self._misled = True
         elif (np.abs([found.x, found.yaw]) > SLACK).any():

@@ -258,7 +258,8 @@ class RecognitionPipeline:
             bounds = self.classifier.recipe.bounds(cloud)
         except GeometryError:
             return TOO_LITTLE
-        if np.ptp(cloud.points_xyz[:, :2], axis=0).max() > self.model.settings.widest:
+        # Column by column: along the rows of two columns it takes milliseconds.
+        if max(map(np.ptp, cloud.points_xyz.T[:2])) > self.model.settings.widest:
             return TOO_WIDE
         grid = self.model.occupancy(bounds)
         if not grid.occupied.any():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import composed
 from circumspect.pipeline.records import RecognitionStep
 from circumspect.sensing import RgbdFrame
 
@@ -30,9 +31,9 @@ class WheelPath:
         if T_map_odom is None:
             if step.pose is None:
                 return
-            T_map_odom = self._T_map_odom = step.pose.T_map_camera * T_odom_camera.inv()
+            T_map_odom = self._T_map_odom = composed(step.pose.T_map_camera, T_odom_camera.inv())
         self.frames.append(step.index)
-        x, y, z = (T_map_odom * T_odom_camera).translation.tolist()
+        x, y, z = composed(T_map_odom, T_odom_camera).translation.tolist()
         self.places_xyz.append((x, y, z))
 
     def forget(self, kept: int) -> None:

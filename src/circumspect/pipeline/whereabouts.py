@@ -5,6 +5,7 @@ from __future__ import annotations
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
+from circumspect.geometry.composition import composed
 from circumspect.mapping import PoseEstimate
 from circumspect.robot import Velocity, arc
 from circumspect.sensing import Odometry
@@ -26,7 +27,9 @@ class Whereabouts:
 
     def corrected(self, pose: PoseEstimate, odometry: Odometry | None) -> None:
         """Take the pose of a frame and what the wheels said at its time."""
-        self._T_map_base = PlanarPose.from_transform(pose.T_map_camera * self._T_camera_base)
+        self._T_map_base = PlanarPose.from_transform(
+            composed(pose.T_map_camera, self._T_camera_base)
+        )
         self._T_odom_base = None if odometry is None else odometry.T_odom_base
         self._commanded = PlanarPose()
 

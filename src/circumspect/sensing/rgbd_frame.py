@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
+from circumspect.geometry.composition import composed
 from circumspect.geometry.frozen_array import ReadOnlyArrays
 from circumspect.geometry.given_transform import require_transform
 from circumspect.sensing.millimetres import metres
@@ -129,7 +130,7 @@ class RgbdFrame(ReadOnlyArrays):
         """Where the camera is by odometry alone; None without odometry or mount."""
         if self.odometry is None or self.T_base_camera is None:
             return None
-        return self.odometry.T_odom_base.as_transform() * self.T_base_camera
+        return composed(self.odometry.T_odom_base.as_transform(), self.T_base_camera)
 
     def covered(self) -> RgbdFrame:
         """The same as if a hand were before the camera: no pixel has a depth, colour is black."""

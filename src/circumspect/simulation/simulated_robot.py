@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.geometry.composition import composed
 from circumspect.robot import DifferentialDrive, MobileRobot, Velocity, WheelOdometry
 from circumspect.sensing import DepthNoise, Odometry
 from circumspect.simulation import pioneer
@@ -191,7 +192,7 @@ class SimulatedRobot(MobileRobot):
     def truth(self) -> Truth:
         """Where the robot really is; for measurements only, never for the robot."""
         T_map_base = self._physics.T_map_base
-        return Truth(self.now, T_map_base * self._T_base_camera, T_map_base)
+        return Truth(self.now, composed(T_map_base, self._T_base_camera), T_map_base)
 
     def place(self, pose: PlanarPose) -> None:
         """Carry the robot to another pose, unknown to its wheels; no time passes."""
