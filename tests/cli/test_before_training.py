@@ -35,8 +35,9 @@ def test_flags_that_can_not_work_are_told_before_the_data_are_opened(tmp_path, c
 @pytest.mark.parametrize(
     ("flags", "why"),
     [
-        (("--yaw-count", -3), "--yaw-count must be at least 1, not -3"),
-        (("--yaw-count", 0), "--yaw-count must be at least 1, not 0"),
+        (("--yaw-count", -3), "--yaw-count must be 1 to 3600, not -3"),
+        (("--yaw-count", 0), "--yaw-count must be 1 to 3600, not 0"),
+        (("--yaw-count", 100_000_000_000), "--yaw-count must be 1 to 3600, not 100000000000"),
         (("--robot", "no-such-folder"), "no-such-folder/manifest.jsonl: can not be read"),
     ],
 )

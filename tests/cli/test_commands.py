@@ -292,3 +292,20 @@ class TestProcess:
         done = subprocess.run(call, capture_output=True, text=True, cwd=tmp_path)
         assert (tmp_path / "here.npz").is_file()
         assert done.returncode == 2
+
+
+def test_too_little_memory_is_told_in_one_line(monkeypatch, capsys):
+    def short(_):
+        return np.empty((2**25, 2**20))
+
+    monkeypatch.setattr("circumspect.cli.main._dispatch", short)
+    assert main(["nets"]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("circumspect: not enough memory (Unable to allocate")
+    assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize("classes", ["0", "100001", "100000000000"])
+def test_networks_of_no_or_countless_classes_are_not_counted(capsys, classes):
+    assert main(["nets", "--classes", classes]) == 2
+    assert capsys.readouterr().err == f"circumspect: --classes {classes}: give 1 to 100000\n"

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from circumspect.errors import CircumspectError, InputError
 from circumspect.furniture import make_furniture
 from circumspect.gathering.scanned_object import scanned_object
 from circumspect.geometry import TriangleMesh
+from circumspect.planning import ConvincedPlanner
 
 FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
@@ -303,3 +304,10 @@ def test_ctrl_c_saves_and_says_where(
     assert json.loads((out / "result.json").read_text())["interrupted"] is True
     assert json.loads((out / "scan.json").read_text())["ended"] == "interrupted"
     assert str(out) in capsys.readouterr().err.replace("\n", "")
+
+
+@pytest.mark.parametrize("planner", ["normals", "circle"])
+def test_every_planner_can_stop_when_sure(planner: Literal["normals", "circle"]) -> None:
+    going = replace(FEW, planner=planner)
+    assert not isinstance(going._planner(), ConvincedPlanner)
+    assert isinstance(replace(going, stop_when_sure=True)._planner(), ConvincedPlanner)

@@ -321,11 +321,6 @@ def test_seeds_that_are_none(data, tmp_path, capsys, seed):
     assert "seed" in capsys.readouterr().err
 
 
-def test_networks_without_classes(capsys):
-    assert run("nets", "--classes", 0) == 2
-    assert "at least one" in capsys.readouterr().err
-
-
 def test_a_finished_network_is_not_trained_over(trained, data, tmp_path, capsys):
     shutil.copytree(trained, tmp_path / "run")
     (tmp_path / "run" / "state.safetensors").unlink()

@@ -213,6 +213,12 @@ def marked(first, second, value):
     return bytes(content)
 
 
+def unreadable():
+    """A name that is told to be UTF-8 and is not."""
+    content = archive(names=("ModelNet10/ch\u00e4ir/train/chair_0001.off",))
+    return content.replace("\u00e4".encode(), b"\xff\xff")
+
+
 def spoilt(compression):
     content = bytearray(archive(compression=compression))
     content[90:130] = bytes(40)
@@ -222,18 +228,26 @@ def spoilt(compression):
 @pytest.mark.parametrize(
     ("content", "told"),
     [
+        (unreadable(), "decode"),
         (marked(6, 8, 1), "encrypted"),
         (marked(8, 10, 99), "compression"),
         (spoilt(zipfile.ZIP_LZMA), "Corrupt"),
         (spoilt(zipfile.ZIP_BZIP2), "Invalid data"),
     ],
-    ids=["encrypted", "unknown", "lzma", "bzip2"],
+    ids=["name", "encrypted", "unknown", "lzma", "bzip2"],
 )
 def test_archives_that_can_not_be_unpacked_are_not_kept(server, tmp_path, content, told):
     server.content = content
     with pytest.raises(CircumspectError, match=rf"no sound archive \(.*{told}"):
         fetch(server, tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_broken_note_of_a_part_s_version_begins_anew(server, tmp_path):
+    (tmp_path / "ModelNet10.zip.part").write_bytes(server.content[:100])
+    (tmp_path / "ModelNet10.zip.part.version").write_bytes(b"\xff\xfe")
+    assert unpacked(fetch(server, tmp_path))
+    assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10"]
 
 
 def test_a_disk_that_fails_costs_no_download(server, tmp_path, monkeypatch):

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from circumspect.cli.main import main
-from circumspect.datasets import ObjectSet
+from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.datasets.own_verification import has_own_classes, verify_own
 from circumspect.datasets.point_pack import write_point_pack
+from circumspect.errors import InputError
 
 OFF = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n"
 
@@ -100,6 +101,29 @@ def test_meshes_are_counted_by_their_folders(tmp_path, capsys):
     (tmp_path / "jug" / "train" / "d.off").unlink()
     capsys.readouterr()
     assert main(["data", "verify", str(tmp_path)]) == 0
+
+
+def test_what_no_reader_could_read_is_broken(tmp_path, capsys):
+    write_meshes(tmp_path, "cup/train/a.off", "cup/train/b.off", "cup/train/c.Off")
+    line = OFF.replace("0 1 0", "2 0 0").replace("0 0 1\n", "3 0 0\n")
+    (tmp_path / "cup" / "train" / "b.off").write_text(line)
+    (tmp_path / "cup" / "train" / "d.off").symlink_to("nowhere.off")
+    (tmp_path / "cup" / "train" / "e.off").mkdir()
+    found = verify_own(tmp_path)
+    assert found.counts == {("train", "cup"): 1}
+    assert found.foreign == ("cup/train/c.Off",)
+    assert [file for file, _ in found.broken] == [f"cup/train/{name}.off" for name in "bde"]
+    assert "no area" in found.broken[0][1]
+    assert main(["data", "verify", str(tmp_path)]) == 1
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_mesh_without_area_is_named_where_it_is_sampled(tmp_path):
+    write_meshes(tmp_path, "cup/train/a.off")
+    flat = tmp_path / "cup" / "train" / "b.off"
+    flat.write_text(OFF.replace("0 1 0", "2 0 0").replace("0 0 1\n", "3 0 0\n"))
+    with pytest.raises(InputError, match=r"b\.off: the mesh has no area"):
+        open_data_set(tmp_path, "train")
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,23 @@ class TestPointPack:
         with pytest.raises(InputError, match="lacks points_u16"):
             read_point_pack(path)
 
+    def test_an_object_without_a_shape_is_named(self, tmp_path):
+        path = tmp_path / "train.npz"
+        objects = small_set()
+        objects.points_xyz[2] = 0.5
+        write_point_pack(path, objects)
+        with pytest.raises(InputError, match=r"train\.npz: bed_0002: all 20 points lie in one pl"):
+            open_data_set(tmp_path, "train")
+
+    def test_classes_in_rows_and_columns_are_refused(self, tmp_path):
+        path = tmp_path / "train.npz"
+        write_point_pack(path, small_set())
+        arrays = dict(np.load(path))
+        arrays["classes"] = arrays["classes"][:, None]
+        np.savez(path, **arrays)
+        with pytest.raises(InputError, match=r"classes must have shape \(c,\), not \(2, 1\)"):
+            read_point_pack(path)
+
     @pytest.mark.parametrize(
         ("key", "dtype", "remedy"),
         [

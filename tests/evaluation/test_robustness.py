@@ -46,6 +46,13 @@ def test_an_empty_set_is_no_measure():
         measure_robustness(ByHeight(), objects.subset(np.zeros(len(objects), bool)))
 
 
+def test_an_object_without_a_shape_is_no_wrong_answer():
+    objects = flat_and_tall(4)
+    objects.points_xyz[1] = 0.25
+    with pytest.raises(InputError, match=f"{objects.names[1]}: all .* points lie in one place"):
+        measure_robustness(ByHeight(), objects)
+
+
 def test_what_was_measured_before_is_not_measured_again():
     kept = {}
 

@@ -60,6 +60,8 @@ def test_the_camera_is_upright_and_looks_at_its_target() -> None:
     assert np.linalg.det(np.column_stack([right, down, forward])) == pytest.approx(1)
 
 
-def test_an_object_in_millimetres_is_refused_with_a_hint() -> None:
-    with pytest.raises(InputError, match="metres"):
-        Orbit.around(block((-500, -500, 0), (500, 500, 900)), CAMERA)
+@pytest.mark.parametrize("unit", [1000.0, 0.001])
+def test_an_object_in_other_units_is_refused_with_a_hint(unit: float) -> None:
+    half, height = 0.5 * unit, 0.9 * unit
+    with pytest.raises(InputError, match="are its units metres"):
+        Orbit.around(block((-half, -half, 0), (half, half, height)), CAMERA)

@@ -83,6 +83,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader of our output went away (`| head`); nothing is left to tell it.
         _close_output()
         return 0
+    except MemoryError as error:
+        # NumPy tells how much was asked for; Python's own error tells nothing.
+        say(f"not enough memory ({str(error) or 'nothing is left'}); ask for less at once")
+        return 2
     except OSError as error:
         # A path that the system refuses, or a full disk behind standard output.
         if error.filename is None:

@@ -8,6 +8,9 @@ from typing import Any
 
 from circumspect.errors import InputError, MissingExtraError
 
+MOST_CLASSES = 100_000
+"""The largest networks then have gigabytes of weights."""
+
 
 @dataclass(frozen=True)
 class Nets:
@@ -25,8 +28,8 @@ class Nets:
 
     def run(self) -> int:
         """List them."""
-        if self.classes < 1:
-            raise InputError(f"--classes {self.classes}: at least one is needed")
+        if not 1 <= self.classes <= MOST_CLASSES:
+            raise InputError(f"--classes {self.classes}: give 1 to {MOST_CLASSES}")
         try:
             import torch  # noqa: F401
         except ImportError as error:

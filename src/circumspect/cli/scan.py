@@ -47,21 +47,21 @@ class Scan:
     stop_when_sure: bool = False
     """End as soon as the answer is sure, whatever the planner."""
     slip: float = 0.05
-    """Share of the wheels' travel that does not become motion."""
+    """Share of the wheels' travel that does not become motion, 0 to 0.5."""
     wheel_error: float = 0.0
-    """Share by which the right wheel is larger than the odometry believes."""
+    """Share by which the right wheel is larger than the odometry believes, -0.2 to 0.2."""
     bumps: float = 0.0
-    """Height of the highest ridge on the floor [m]."""
+    """Height of the highest ridge on the floor [m], 0 to 0.05."""
     speed: float = 0.05
-    """The robot's speed [m/s]."""
+    """The robot's speed [m/s], 0.01 to 1."""
     frame_interval: float = 0.5
-    """Time between two frames [s]."""
+    """Time between two frames [s], 0.1 to 60."""
     frames: int = 4000
     """The scan ends after so many frames."""
     clutter: bool = True
     """Put nothing else into the room; without it other things stand about."""
     mast_height: float = 1.2
-    """Height of the camera above the floor [m]."""
+    """Height of the camera above the floor [m], 0.05 to 5."""
     tilt: float | None = None
     """How far the camera looks down [degrees]; without it so that the object is in view."""
     real_time: bool = False
@@ -79,7 +79,7 @@ class Scan:
     weights: Path | None = None
     """A classifier of your own, made by `circumspect export`; without it the shipped one."""
     out: Path | None = None
-    """Folder of the run; runs/scan-DATE-TIME by default."""
+    """Folder of the run; runs/scan-DATE-TIME by default. An earlier run there is replaced."""
     record: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Record what the robot and the ceiling cameras see into a new MCAP file, and the answers;
     `circumspect replay`, Foxglove and ROS 2 can play it."""

@@ -21,8 +21,9 @@ ARCHIVE = "ModelNet10.zip"
 MEMBER = re.compile(r"ModelNet10/(\w+)/(train|test)/(\w+)\.off")
 """What is unpacked; archives hold notes of the machine that made them as well."""
 SHA256 = re.compile(r"[0-9a-fA-F]{64}")
-UNSOUND = (BadZipFile, zlib.error, lzma.LZMAError, EOFError, RuntimeError)
-"""What broken archives raise, encrypted ones, and those that are packed in an unknown way."""
+UNSOUND = (BadZipFile, zlib.error, lzma.LZMAError, EOFError, RuntimeError, UnicodeDecodeError)
+"""What broken archives raise, encrypted ones, those that are packed in an unknown way, and those
+with names that are no text."""
 
 
 def fetch_modelnet10(

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.errors import InputError
-from circumspect.geometry import PointCloud
+from circumspect.errors import GeometryError, InputError
+from circumspect.geometry import PointCloud, require_extent
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +57,18 @@ class ObjectSet:
     def cloud(self, index: int) -> PointCloud:
         """The points of one object."""
         return PointCloud(self.points_xyz[index])
+
+    def require_shapes(self) -> None:
+        """Check that every object spans a shape.
+
+        Raises:
+            InputError: One does not; the message names it.
+        """
+        for index, name in enumerate(self.names):
+            try:
+                require_extent(self.cloud(index))
+            except GeometryError as error:
+                raise InputError(f"{name}: {error}") from error
 
     def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> ObjectSet:
         """The objects that a mask or an index array names."""

@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 
 from circumspect.datasets.cache_folder import cache_folder
 from circumspect.datasets.farthest_points import CANDIDATES, POINTS, evenly_sampled
+from circumspect.datasets.object_mesh import SUFFIXES, read_object_mesh
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.datasets.verification import MODELNET10, NAME
 from circumspect.errors import InputError, printable
-from circumspect.geometry import read_mesh
 
 VERSION = 2
-SUFFIXES = (".off", ".OFF")
 log = logging.getLogger(__name__)
 
 
@@ -130,9 +129,9 @@ def sampled_file(file: Path) -> NDArray[np.float32]:
     """(1024, 3) evenly spread points of one mesh, in units of its longest side.
 
     Raises:
-        InputError: It can not be read.
+        InputError: It can not be read, or has no area.
     """
-    return evenly_sampled(read_mesh(file))
+    return evenly_sampled(read_object_mesh(file))
 
 
 def _fingerprint(files: list[Path]) -> str:

@@ -80,7 +80,10 @@ def _gathered(path: Path, source: str) -> ObjectSet:
 
 def _lone_pack(path: Path, source: str) -> ObjectSet:
     if source == "test" and path.stem == "train":
-        raise InputError(f"{path}: the training split is no test of anything; say --split train")
+        raise InputError(
+            f"{path}: the training split is no test of anything; give a folder that holds test.npz "
+            "as well (evaluate takes --split train)"
+        )
     if source == "train" and path.stem == "test":
         raise InputError(f"{path}: the test split is for reports, not for training or choosing")
     return _pack(path)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from circumspect.datasets.object_mesh import SUFFIXES, read_object_mesh
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import KINDS, read_point_pack
 from circumspect.datasets.verification import MODELNET10, NAME, SPLITS
 from circumspect.errors import CircumspectError, InputError
-from circumspect.geometry import read_mesh
 from circumspect.geometry.npy_stream import read_arrays
 
 
@@ -87,7 +87,8 @@ def _meshes(path: Path) -> Iterator[Path]:
     """Of <class>/{train,test}/*.off, seen from the set's folder."""
     for file in path.glob("*/*/*"):
         place = file.relative_to(path)
-        if place.parts[1] in SPLITS and file.suffix.lower() == ".off" and file.is_file():
+        # Folders and dangling links of such names as well, which no reader can read.
+        if place.parts[1] in SPLITS and file.suffix in SUFFIXES:
             yield place
 
 
@@ -131,8 +132,10 @@ def _faults(objects: ObjectSet) -> Iterator[str]:
 
 
 def _of_files(path: Path, progress: Callable[[int, int], None] | None) -> OwnVerification:
-    files = sorted(file.relative_to(path) for file in path.rglob("*") if file.is_file())
     meshes = set(_meshes(path))
+    files = sorted(
+        {*meshes, *(file.relative_to(path) for file in path.rglob("*") if file.is_file())}
+    )
     counts: Counter[tuple[str, str]] = Counter()
     foreign, broken = [], []
     for done, file in enumerate(files, start=1):
@@ -140,7 +143,7 @@ def _of_files(path: Path, progress: Callable[[int, int], None] | None) -> OwnVer
             foreign.append(str(file))
         else:
             try:
-                read_mesh(path / file)
+                read_object_mesh(path / file)
                 counts[file.parts[1], file.parts[0]] += 1
             except CircumspectError as error:
                 broken.append((str(file), str(error)))

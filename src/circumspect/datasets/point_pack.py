@@ -32,7 +32,8 @@ def read_point_pack(path: Path) -> ObjectSet:
     object's longest side, since a pack's scale is arbitrary per object.
 
     Raises:
-        InputError: The file is missing, broken, lacks a key, or one holds another type of values.
+        InputError: The file is missing, broken, lacks a key, one holds another type of values, or
+            an object spans no shape.
     """
     pack = read_arrays(path, KINDS, wanted=WANTED)
     points, labels = pack["points_u16"], pack["labels"]
@@ -43,15 +44,19 @@ def read_point_pack(path: Path) -> ObjectSet:
         )
     if points.ndim != 3:
         raise InputError(f"{path}: points_u16 must have shape (n, p, 3), not {points.shape}")
+    if classes.ndim != 1:
+        raise InputError(f"{path}: classes must have shape (c,), not {classes.shape}")
     try:
-        return ObjectSet(
+        objects = ObjectSet(
             (points / np.float32(65535)).astype(np.float32),
             labels.astype(np.int64),
             names.astype(np.str_),
             tuple(str(name) for name in classes),
         )
+        objects.require_shapes()
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+    return objects
 
 
 def write_point_pack(path: Path, objects: ObjectSet) -> None:

@@ -105,7 +105,7 @@ class ResumedDownload:
             headers |= {
                 "Range": f"bytes={there}-",
                 # Otherwise parts of two versions would become one file.
-                "If-Range": self._version.read_text(encoding="utf-8"),
+                "If-Range": self._version.read_text(encoding="latin-1"),
             }
         else:
             there = 0
@@ -136,7 +136,8 @@ class ResumedDownload:
         if version is None:
             self._version.unlink(missing_ok=True)
         else:
-            self._version.write_text(version, encoding="utf-8")
+            # As headers are; any bytes are some version.
+            self._version.write_text(version, encoding="latin-1")
 
     def _require_space(self, url: str, missing: int) -> None:
         free = shutil.disk_usage(os.fspath(self.part.parent)).free

@@ -14,6 +14,7 @@ from circumspect.datasets import ObjectSet
 from circumspect.datasets.corruption import CORRUPTIONS, SEVERITIES, corrupted
 from circumspect.errors import GeometryError, InputError
 from circumspect.evaluation.predictor import Predictor, check_classes
+from circumspect.evaluation.yaw_sweep import inputs_of
 
 BATCH = 16
 CLEAN = "none"
@@ -73,7 +74,7 @@ def measure_robustness(
         keep: Called for `CLEAN` and for each corruption; may give what was measured before.
 
     Raises:
-        InputError: The set is empty.
+        InputError: The set is empty, or an object spans no shape before anything goes wrong.
         WeightsError: The weights know other classes than the set.
     """
     check_classes(predictor, objects)
@@ -120,11 +121,11 @@ def _accuracy(
 def _input(
     predictor: Predictor, objects: ObjectSet, index: int, kind: str, severity: int, seed: int
 ) -> NDArray[Any] | None:
-    cloud = objects.cloud(index)
+    if kind == CLEAN:
+        return inputs_of(predictor.recipe, objects, index, [0.0])
+    chance = [seed, index, list(CORRUPTIONS).index(kind), severity]
     try:
-        if kind != CLEAN:
-            chance = [seed, index, list(CORRUPTIONS).index(kind), severity]
-            cloud = corrupted(cloud, kind, severity, np.random.default_rng(chance))
+        cloud = corrupted(objects.cloud(index), kind, severity, np.random.default_rng(chance))
         return predictor.recipe.inputs(cloud)
     except GeometryError:
         return None

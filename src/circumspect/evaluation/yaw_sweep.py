@@ -22,6 +22,9 @@ from circumspect.evaluation.predictor import Predictor, check_classes
 from circumspect.geometry.npy_stream import NPZ_FAULTS, told
 from circumspect.storage import atomic_open
 
+MOST_YAWS = 3600
+"""A tenth of a degree apart; the inputs of an object at all of them are made at once."""
+
 
 @dataclass(frozen=True, eq=False)
 class YawSweep:
@@ -129,10 +132,12 @@ def spread_yaws(count: int) -> list[float]:
     each angle lies at another place within its step, by the golden ratio; the first is 0.
 
     Raises:
-        InputError: Fewer than one.
+        InputError: Fewer than one, or more than `MOST_YAWS`.
     """
     if count < 1:
         raise InputError(f"at least one yaw is needed, not {count}")
+    if count > MOST_YAWS:
+        raise InputError(f"at most {MOST_YAWS} yaws can be spread over the turn, not {count}")
     steps = np.arange(count)
     golden = (np.sqrt(5) - 1) / 2
     return ((steps + (steps * golden) % 1.0) * 360.0 / count).tolist()

@@ -21,7 +21,7 @@ from circumspect.mapping.scene_map import SceneMap
 
 
 def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float) -> LinearFit:
-    """Twin of `registration.linearised`."""
+    """Twin of `linear_fit.linearised`."""
     from scipy.spatial import KDTree
 
     if len(scan) == 0 or len(scene) == 0:

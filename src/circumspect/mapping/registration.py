@@ -96,7 +96,7 @@ def register(
 ) -> Registration:
     """Fit a scan to the scene, held by a prior.
 
-    Minimises Σ ρ(rᵢ / σᵢ) / (c s²) + ‖log(T_prior⁻¹ T)‖²_Λ over T by Gauss-Newton with Tukey's ρ,
+    Minimises Σ ρ(rᵢ / σᵢ) / (c s²) + ½ ‖log(T_prior⁻¹ T)‖²_Λ over T by Gauss-Newton with Tukey's ρ,
     where rᵢ = nᵢ · (T pᵢ - qᵢ) is the distance of point pᵢ to the plane (qᵢ, nᵢ) of its nearest
     point in the map (Chen and Medioni 1991), σᵢ the noise of both as the sensor's description has
     it, s how much of that the residuals show, c `CORRELATION`, Λ `prior_information`.

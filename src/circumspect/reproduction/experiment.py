@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from circumspect.errors import InputError
+from circumspect.evaluation.yaw_sweep import MOST_YAWS
 from circumspect.nets.registry import net_spec
 from circumspect.training import TrainingSettings
 
@@ -38,8 +39,8 @@ class Experiment(ABC):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.yaw_count < 1:
-            raise InputError(f"--yaw-count must be at least 1, not {self.yaw_count}")
+        if not 1 <= self.yaw_count <= MOST_YAWS:
+            raise InputError(f"--yaw-count must be 1 to {MOST_YAWS}, not {self.yaw_count}")
         for flag, single in (("epochs", self.epochs_of), ("precision", self.precision_of)):
             if strange := set(single) - set(self.trained_nets):
                 raise InputError(

@@ -20,6 +20,8 @@ LOWEST_MAST, HIGHEST_MAST = 0.05, 5.0
 """Within these the camera is above the robot's hull, and the floor within its range [m]."""
 SPEED = 0.05
 """The robot's speed [m/s] (section 3.1)."""
+SMALLEST = 0.1
+"""What is smaller in all directions has too few pixels to be modelled [m]."""
 CLEARANCE = 0.05
 """What the nearest point stays beyond the sensor's shortest range [m]: noise would lose it."""
 
@@ -73,10 +75,15 @@ class Orbit:
 
         Raises:
             InputError: The object is too large: where it fits the picture it is out of range; or
-                the camera is lower or higher than a mast can be.
+                too small to be modelled; or the camera is lower or higher than a mast can be.
         """
         sensor = noise or DepthNoise()
         low, high = mesh.vertices_xyz.min(axis=0), mesh.vertices_xyz.max(axis=0)
+        if (high - low).max() < SMALLEST:
+            raise InputError(
+                f"the object is {1e3 * (high - low).max():.2g} mm at its longest, too small for "
+                f"the camera, which needs {SMALLEST:g} m; are its units metres?"
+            )
         centre = (low + high) / 2
         points = _outline(mesh.vertices_xyz - [centre[0], centre[1], 0.0])
         reach = float(np.hypot(points[:, 0], points[:, 1]).max())

@@ -36,12 +36,13 @@ furniture, whose sizes are those of shops.
 def surface_from_points(points_xyz: ArrayLike, category: str) -> TriangleMesh:
     """Give evenly spread points a surface and the size of their category.
 
-    How good it is, by `python benchmarks/point_surfaces.py`: procedural furniture, sampled to
+    How good it is, by `python -m benchmarks.point_surfaces`: procedural furniture, sampled to
     1,024 spread points and rebuilt, was compared with itself in depth images from eight sides.
     Of the pixels on the object 5 % go through the rebuilt surface (3.7 % miss it altogether,
     mostly along outlines), 2 % as many lie before the true surface where a gap was bridged, and
-    half of the others are within 3.2 mm, nine tenths within 2.3 cm. Beds and sofas fare worst,
-    with 9 % and 5 % through and 7 % and 4 % bridged; edges are rounded by half the points' spacing.
+    half of the others are within 3.2 mm, nine tenths within 2.3 cm. Desks and beds fare worst,
+    with 10 % and 9 % through, and beds with 7 % bridged; edges are rounded by half the points'
+    spacing.
 
     Args:
         points_xyz: (n, 3), z up, any unit.
