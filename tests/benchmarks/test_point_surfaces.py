@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from benchmarks.point_surfaces import differences, told
 
 FAR = np.inf

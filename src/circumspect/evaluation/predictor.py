@@ -101,6 +101,9 @@ def load_predictor(weights: Path | None, threads: int = 0) -> TrainedPredictor:
 
     checkpoint = Checkpoint.load(weights)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    if device.type == "cuda":
+        # As a CPU does it; TF32 would round what is convolved.
+        torch.backends.cudnn.allow_tf32 = False
     net = checkpoint.build().to(device)
 
     def probabilities(inputs: NDArray[Any]) -> NDArray[np.float64]:
