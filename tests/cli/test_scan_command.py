@@ -135,6 +135,7 @@ class TestObjects:
             ({"words": "chiar"}, "'chiar'.*bathtub, bed"),
             ({"words": "chair-"}, "no object"),
             ({"words": "gone.obj"}, "gone.obj: no such file"),
+            ({"words": "."}, r"\.: is a folder; give a mesh file"),
             ({"words": "chair_0890"}, "--data says where"),
             ({"words": "chair", "height": 1.0}, "--height"),
             ({"words": "chair", "up": "y"}, "--up"),

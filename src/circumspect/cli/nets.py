@@ -21,8 +21,7 @@ class Nets:
     """
 
     json: bool = False
-    """One JSON object a line on standard output and nothing else there; tells where each departs
-    from its source, too."""
+    """One JSON object a line on standard output and nothing else there."""
     classes: int = 10
     """How many classes to count for."""
 
@@ -86,4 +85,7 @@ def _show(records: list[dict[str, Any]]) -> None:
         )
     console = OutputConsole()
     console.print(table)
-    console.print("--json tells where each departs from its source.")
+    console.print("\nWhere they depart from their sources:")
+    for record in records:
+        if record["departures"]:
+            console.print(f"{record['name']}: {record['departures']}.", highlight=False)

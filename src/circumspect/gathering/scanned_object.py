@@ -67,6 +67,8 @@ def scanned_object(
         return ScannedObject(f"{named[1]}-{number}", named[1], make_furniture(named[1], number))
     if Path(words).is_file():
         return _from_file(Path(words), up, height)
+    if Path(words).is_dir():
+        raise InputError(f"{words}: is a folder; give a mesh file")
     if Path(words).suffix or Path(words).name != words:
         raise InputError(f"{words}: no such file")
     hint = "; --data says where ModelNet10 is" if re.search(r"_\d+$", words) else ""
