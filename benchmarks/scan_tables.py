@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.complete_clouds import complete_answers
 from benchmarks.report import machine
@@ -76,7 +77,57 @@ def trajectory_and_shape(found: list[Record]) -> tuple[str, Any]:
         "Median (worst) of the scans; ATE and yaw are root mean squares over a scan's frames. "
         "Bold: the worst scan misses 10 mm, 0.5°, a fifth of odometry, 6 mm or 90 %.\n\n"
     )
-    return note + table(head, rows), figures
+    shaped = [
+        r for r in found if r.get("ate_rmse_m") is not None and r.get("chamfer_m") is not None
+    ]
+    if not shaped:
+        return note + table(head, rows), figures
+    figures["together"] = together = _together(shaped)
+    return f"{note}{table(head, rows)}\n\n{_told_together(together)}", figures
+
+
+def _together(shaped: list[Record]) -> dict[str, Any]:
+    """Measured scans as one: root mean squares of what is one already, else means; and how many
+    keep to the limits.
+    """
+    ate, odometry, chamfer = (
+        np.array([1e3 * r[name] for r in shaped])
+        for name in ("ate_rmse_m", "ate_odometry_rmse_m", "chamfer_m")
+    )
+    yaw, completeness = (
+        np.array([r[name] for r in shaped]) for name in ("yaw_rmse_deg", "completeness")
+    )
+    return {
+        "ate_mm": _root_mean_square(ate),
+        "yaw_deg": _root_mean_square(yaw),
+        "odometry_mm": _root_mean_square(odometry),
+        "chamfer_mm": float(chamfer.mean()),
+        "completeness": float(completeness.mean()),
+        "within": {
+            "ate_mm": int((ate <= LIMITS["ate_mm"]).sum()),
+            "yaw_deg": int((yaw <= LIMITS["yaw_deg"]).sum()),
+            "ratio": int((ate <= LIMITS["ratio"] * odometry).sum()),
+            "chamfer_mm": int((chamfer <= LIMITS["chamfer_mm"]).sum()),
+            "completeness": int((completeness >= LIMITS["completeness"]).sum()),
+        },
+        "measured": len(shaped),
+    }
+
+
+def _told_together(f: Record) -> str:
+    within = f["within"]
+    return (
+        f"All {f['measured']} together: ATE {f['ate_mm']:.1f} mm, {f['yaw_deg']:.2f}°, odometry "
+        f"{f['odometry_mm']:.0f} mm (root mean squares), so that the ratio is "
+        f"{f['ate_mm'] / f['odometry_mm']:.3f}; chamfer {f['chamfer_mm']:.1f} mm, completeness "
+        f"{f['completeness']:.3f} (means). Within the limits are {within['ate_mm']} (ATE), "
+        f"{within['yaw_deg']} (yaw), {within['ratio']} (ratio), {within['chamfer_mm']} (chamfer) "
+        f"and {within['completeness']} (completeness)."
+    )
+
+
+def _root_mean_square(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _errors(some: list[Record]) -> dict[str, Any]:

@@ -87,3 +87,17 @@ def test_answers_on_the_way_are_counted_by_the_share_seen(tmp_path: Path) -> Non
     (row,) = [line for line in text.splitlines() if line.startswith("| 25% |")]
     assert row == "| 25% | 3 | 0.33 | 0.80 | 1 | 1 |"
     assert "| 50% |" not in text
+
+
+def test_all_furniture_is_told_as_one_scan_too(tmp_path: Path) -> None:
+    some = [r for r in committed("scans.jsonl") if r["suite"] == "furniture"][:2]
+    errors = {"ate_rmse_m": 0.003, "ate_odometry_rmse_m": 0.1, "yaw_rmse_deg": 0.6}
+    shape = {"chamfer_m": 0.005, "completeness": 0.95}
+    worse = {**errors, "ate_rmse_m": 0.011, "chamfer_m": 0.007, "yaw_rmse_deg": 0.2}
+    found = [{**some[0], **errors, **shape}, {**some[1], **shape, **worse}]
+    text = tables("scans", tmp_path, found, "--tables")
+    (line,) = [line for line in text.splitlines() if line.startswith("All 2 together")]
+    # √((3² + 11²) / 2) and √((0.6² + 0.2²) / 2)
+    assert "ATE 8.1 mm, 0.45°, odometry 100 mm" in line
+    assert "the ratio is 0.081; chamfer 6.0 mm, completeness 0.950" in line
+    assert line.endswith("1 (ATE), 1 (yaw), 2 (ratio), 1 (chamfer) and 2 (completeness).")
