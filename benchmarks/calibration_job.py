@@ -174,8 +174,10 @@ class Chain:
 
     def edges(self, truth: Callable[[float], RigidTransform]) -> Iterator[tuple[bool, float, Told]]:
         """Edges of the graph: consecutive, the turn between the two [rad], and what they tell."""
-        numbers = sorted(self._stamps)
-        for edge in self._keyframes.graph().edges:
+        numbers, graph = sorted(self._stamps), self._keyframes.graph()
+        # Edges name keyframes by their place: all must have been seen, and none given way.
+        assert len(numbers) == len(graph.poses)
+        for edge in graph.edges:
             first, second = numbers[edge.first], numbers[edge.second]
             true = self._true(truth, first, second)
             told = Told(se3.log(between(true, edge.T_first_second)), edge.information)
