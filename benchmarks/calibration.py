@@ -30,7 +30,7 @@ from circumspect.evaluation.markdown import table
 from circumspect.furniture import CATEGORIES
 from circumspect.gathering.job_pool import records, run_all
 from circumspect.mapping.keyframe_pairs import TOO_SURE, TRACKED_SIGMAS, blurred
-from circumspect.mapping.linear_fit import CORRELATION
+from circumspect.mapping.linear_fit import TELLING
 
 COMMAND = "python -m benchmarks.calibration"
 FIRST_VARIANT = 300_000
@@ -121,14 +121,15 @@ SQUARES = ["count", "mean", "median", f"beyond {SELDOM:.1f}"]
 
 
 def of_fits(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
-    """How right `Registration.information` is, and what `CORRELATION` would make of it."""
+    """How right `Registration.information` is, and what `TELLING.correlation` would make of it."""
     fits = {record["object"].rsplit("-", 1)[0]: np.array(record["fits"]) for record in found}
-    rows, figures = [], {}
+    rows, figures, used = [], {}, TELLING.correlation
     for name, values in {**fits, "all": np.concatenate(list(fits.values()))}.items():
         squares, held = Squares.of(values[:, 0]), Squares.of(values[:, 1])
-        by = {"mean": CORRELATION * held.mean / 6, "median": CORRELATION * held.median / MIDDLE}
+        off = {"mean": held.mean / 6, "median": held.median / MIDDLE}
+        by = {rule: used * times for rule, times in off.items()}
         figures[name] = {**squares._asdict(), "correlation_by": by}
-        best = [f"{value:.0f}" for value in by.values()]
+        best = [f"{value:.1f}" for value in by.values()]
         rows.append([name.replace("_", " "), *squares.cells, *best])
     turn, shift = 1e3 * PRIOR_SIGMAS[0], 1e3 * PRIOR_SIGMAS[3]
     text = (
@@ -136,7 +137,7 @@ def of_fits(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
         "Every eighth frame makes the map, at its true pose; those between are fitted to it from "
         f"poses that are {turn:.0f} mrad and {shift:.0f} mm off about each axis. eᵀ(H + Λ)e of the "
         f"error e, which has the mean 6 and the median {MIDDLE} where information is told rightly; "
-        f"more is too sure. Beside it the `CORRELATION`, {CORRELATION:g} in the code, that would "
+        f"more is too sure. Beside it the `correlation`, {used:g} in the code, that would "
         f"make the mean of eᵀHe 6, and the one that would make its median {MIDDLE}.\n\n"
         + table(["", *SQUARES, "by the mean", "by the median"], rows)
     )

@@ -36,26 +36,29 @@ void require(bool fulfilled, const char* message) {
 }
 
 PlaneMap* make_planes(Points points_xyz, Points normals_xyz, Values sigmas, Values slopes,
-                      double cell) {
+                      Values unevenness, double cell) {
   const std::size_t count = points_xyz.shape(0);
-  require(normals_xyz.shape(0) == count && sigmas.shape(0) == count && slopes.shape(0) == count,
-          "one normal, sigma and slope a point");
+  require(normals_xyz.shape(0) == count && sigmas.shape(0) == count &&
+              slopes.shape(0) == count && unevenness.shape(0) == count,
+          "one normal, sigma, slope and unevenness a point");
   require(count < (std::size_t(1) << 30), "number of points");
   require(cell >= 1e-3 && cell <= 1e3, "cell");
   for (std::size_t n = 0; n < 3 * count; ++n) {
     require(std::fabs(points_xyz.data()[n]) < kFarthest, "points that are finite and within 1000 km");
   }
   nb::gil_scoped_release release;
-  return new PlaneMap(points_xyz.data(), normals_xyz.data(), sigmas.data(), slopes.data(), count,
-                      cell);
+  return new PlaneMap(points_xyz.data(), normals_xyz.data(), sigmas.data(), slopes.data(),
+                      unevenness.data(), count, cell);
 }
 
 nb::tuple linearised(const PlaneMap& planes, Points points_xyz, Values sigmas, Pose pose,
                      double reach, double tukey, double correlation, double least_spread,
-                     double floor, double far, double averted, int64_t standing, int64_t fewest) {
+                     double uneven, double least_cut, double floor, double far, double averted,
+                     int64_t standing, int64_t fewest) {
   require(sigmas.shape(0) == points_xyz.shape(0), "one sigma a point");
   require(reach > 0.0 && reach <= 10.0, "reach");
-  const FitRules rules{reach, tukey, correlation, least_spread, floor, far, averted, standing, fewest};
+  const FitRules rules{reach, tukey, correlation, least_spread, uneven, least_cut,
+                       floor, far,   averted,     standing,     fewest};
   LinearFit fit;
   {
     nb::gil_scoped_release release;
@@ -274,10 +277,10 @@ NB_MODULE(_native, m) {
   m.doc() = "Native kernels of mapping.";
   nb::class_<PlaneMap>(m, "PlaneMap")
       .def(nb::new_(&make_planes), "points_xyz"_a, "normals_xyz"_a, "sigmas"_a, "slopes"_a,
-           "cell"_a)
+           "unevenness"_a, "cell"_a)
       .def("linearised", &linearised, "points_xyz"_a, "sigmas"_a, "pose"_a, nb::kw_only(),
-           "reach"_a, "tukey"_a, "correlation"_a, "least_spread"_a, "floor"_a, "far"_a, "averted"_a,
-           "standing"_a, "fewest"_a);
+           "reach"_a, "tukey"_a, "correlation"_a, "least_spread"_a, "uneven"_a, "least_cut"_a,
+           "floor"_a, "far"_a, "averted"_a, "standing"_a, "fewest"_a);
   m.def("plane_fits", &plane_fits, "points_xyz"_a, "near"_a);
   m.def("groups", &groups, "keys"_a);
   m.def("crowds", &crowds_of, "keys"_a);

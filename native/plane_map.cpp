@@ -11,7 +11,7 @@ namespace {
 inline double square(double v) { return v * v; }
 
 struct Match {
-  double r, u, inverse_sigma, slope;
+  double r, u, inverse_sigma, slope, unevenness;
   std::array<double, 3> p, facing;
 };
 
@@ -41,28 +41,36 @@ void add_feigned(double factor, const Match& m, LinearFit& fit) {
   }
 }
 
+inline double tukey(double u, double cut) { return square(std::max(0.0, 1.0 - square(u / cut))); }
+
 // Adds up robustly weighted squares; `noise` is the spread that the residuals themselves show.
+// What belongs together is told by the sensor's noise, what a match has to say by all noise.
 void accumulate(const std::vector<Match>& matches, double noise, const FitRules& rules,
                 LinearFit& fit) {
-  const double cut = 1.0 / (rules.tukey * std::max(1.0, noise));
-  const double share = 1.0 / (rules.correlation * noise * noise);
+  const double within = rules.tukey * std::max(1.0, noise);
   double total = 0.0, r2 = 0.0, u2 = 0.0;
   for (const Match& m : matches) {
-    const double w = square(std::max(0.0, 1.0 - square(m.u * cut)));
-    if (w <= 0.0) continue;
+    const double belongs = tukey(m.u, within);
+    if (belongs <= 0.0) continue;
     fit.inliers += 1;
-    total += w, r2 += w * m.r * m.r, u2 += w * m.u * m.u;
+    total += belongs, r2 += belongs * m.r * m.r, u2 += belongs * m.u * m.u;
+    // Both in units of the sensor's own variance.
+    const double variance =
+        noise * noise + rules.uneven * m.unevenness * square(m.inverse_sigma);
+    const double w = tukey(m.u, rules.tukey * std::max(rules.least_cut, std::sqrt(variance)));
+    if (w <= 0.0) continue;
+    const double share = w / (rules.correlation * variance);
     const auto& [px, py, pz] = m.p;
     const auto& [nx, ny, nz] = m.facing;
     const double s = m.inverse_sigma;
     const double J[6] = {s * (py * nz - pz * ny), s * (pz * nx - px * nz),
                          s * (px * ny - py * nx), s * nx, s * ny, s * nz};
     for (int a = 0; a < 6; ++a) {
-      const double weighted = share * w * J[a];
+      const double weighted = share * J[a];
       for (int b = 0; b <= a; ++b) fit.hessian[std::size_t(6 * a + b)] += weighted * J[b];
       fit.gradient[std::size_t(a)] += weighted * m.u;
     }
-    add_feigned(share * w * s * s * m.slope, m, fit);
+    add_feigned(share * s * s * m.slope, m, fit);
   }
   for (std::size_t a = 0; a < 6; ++a) {
     for (std::size_t b = 0; b < a; ++b) {
@@ -77,13 +85,13 @@ void accumulate(const std::vector<Match>& matches, double noise, const FitRules&
 }  // namespace
 
 PlaneMap::PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
-                   const double* slopes, std::size_t count, double cell)
+                   const double* slopes, const double* unevenness, std::size_t count, double cell)
     : cell_(cell), cells_(points_xyz, count, cell), planes_(count) {
   for (std::size_t place = 0; place < count; ++place) {
     const auto n = std::size_t(cells_.order()[place]);
     const double *p = points_xyz + 3 * n, *normal = normals_xyz + 3 * n;
-    planes_[place] =
-        Plane{p[0], p[1], p[2], normal[0], normal[1], normal[2], square(sigmas[n]), slopes[n]};
+    planes_[place] = Plane{p[0],      p[1],      p[2],           normal[0], normal[1],
+                           normal[2], square(sigmas[n]), slopes[n], unevenness[n]};
   }
 }
 
@@ -151,7 +159,7 @@ LinearFit PlaneMap::linearised(const double* points_xyz, const double* sigmas, s
       const double s = 1.0 / std::sqrt(square(sigmas[n]) + plane->variance);
       away = std::min(std::fabs(r), rules.far);
       // The normal in the optical frame.
-      matches.push_back({r, r * s, s, plane->slope, {px, py, pz},
+      matches.push_back({r, r * s, s, plane->slope, plane->unevenness, {px, py, pz},
                          {T[0] * nx + T[4] * ny + T[8] * nz, T[1] * nx + T[5] * ny + T[9] * nz,
                           T[2] * nx + T[6] * ny + T[10] * nz}});
       sizes.push_back(std::fabs(r * s));

@@ -13,12 +13,12 @@ namespace circumspect {
 constexpr double kFarthest = 1e6;  // [m]; coordinates beyond are no part of any scene
 
 struct Plane {
-  double x, y, z, nx, ny, nz, variance, slope;
+  double x, y, z, nx, ny, nz, variance, slope, unevenness;
 };
 
 // What the robust weights and the figures about a fit depend on; see registration.py.
 struct FitRules {
-  double reach, tukey, correlation, least_spread, floor, far, averted;
+  double reach, tukey, correlation, least_spread, uneven, least_cut, floor, far, averted;
   int64_t standing, fewest;
 };
 
@@ -34,10 +34,10 @@ struct LinearFit {
 // Planes in cubic cells, found by a hash of the cell.
 class PlaneMap {
  public:
-  // Rows of (n, 3) points and normals, n standard deviations, and n variances of the normals'
-  // slopes.
+  // Rows of (n, 3) points and normals, n standard deviations, n variances of the normals' slopes,
+  // and n of the points across their planes by what the surface shows there.
   PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
-           const double* slopes, std::size_t count, double cell);
+           const double* slopes, const double* unevenness, std::size_t count, double cell);
 
   // Of the planes that a camera can see, those whose normals make a cosine below `averted` with
   // its line of sight, the one nearest to a point and nearer than √`within2`, or null; sets

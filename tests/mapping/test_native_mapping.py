@@ -10,7 +10,7 @@ from tracking_world import SHORT, short_drive, true_camera
 
 from circumspect.mapping import SightRays, _native, rigid_matrix, se3
 from circumspect.mapping import numpy_twin as twin
-from circumspect.mapping.linear_fit import FEWEST, linearised
+from circumspect.mapping.linear_fit import FEWEST, FINDING, TELLING, linearised
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scan_surface import ScanSurface
 from circumspect.mapping.scene_map import SceneMap
@@ -23,16 +23,20 @@ def random_scene(rng: np.random.Generator, count: int, spread: float) -> SceneMa
     scan = Scan(rng.uniform(-spread, spread, (count, 3)), rng.uniform(1e-3, 5e-3, count))
     normals = rng.normal(size=(count, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    surface = ScanSurface(scan, normals, rng.uniform(0, 0.01, count))
+    unevenness = rng.uniform(0, 3e-3, count) ** 2
+    surface = ScanSurface(scan, normals, rng.uniform(0, 0.01, count), unevenness)
     return SceneMap().with_surface(surface, se3.exp(np.zeros(6)))
 
 
 def assert_same_fit(scan: Scan, scene: SceneMap, T: np.ndarray, reach: float) -> None:
-    native, expected = linearised(scan, scene, T, reach), twin.linearised(scan, scene, T, reach)
-    for name in FIGURES:
-        one, other = getattr(native, name), getattr(expected, name)
-        scale = max(1e-9, float(np.abs(other).max()))
-        np.testing.assert_allclose(one, other, rtol=1e-7, atol=1e-9 * scale, err_msg=name)
+    for weighing in (FINDING, TELLING):
+        native, expected = (
+            by(scan, scene, T, reach, weighing) for by in (linearised, twin.linearised)
+        )
+        for name in FIGURES:
+            one, other = getattr(native, name), getattr(expected, name)
+            scale = max(1e-9, float(np.abs(other).max()))
+            np.testing.assert_allclose(one, other, rtol=1e-7, atol=1e-9 * scale, err_msg=name)
 
 
 @settings(max_examples=40)
@@ -98,16 +102,17 @@ def test_points_that_are_nowhere_have_no_correspondence() -> None:
 
 
 @pytest.mark.parametrize(
-    ("points", "normals", "cell"),
+    ("points", "normals", "uneven", "cell"),
     [
-        (np.full((3, 3), np.inf), np.zeros((3, 3)), 0.05),
-        (np.zeros((3, 3)), np.zeros((2, 3)), 0.05),
-        (np.zeros((3, 3)), np.zeros((3, 3)), 0.0),
+        (np.full((3, 3), np.inf), np.zeros((3, 3)), 3, 0.05),
+        (np.zeros((3, 3)), np.zeros((2, 3)), 3, 0.05),
+        (np.zeros((3, 3)), np.zeros((3, 3)), 2, 0.05),
+        (np.zeros((3, 3)), np.zeros((3, 3)), 3, 0.0),
     ],
 )
-def test_planes_that_are_none_are_refused(points, normals, cell) -> None:
+def test_planes_that_are_none_are_refused(points, normals, uneven, cell) -> None:
     with pytest.raises(ValueError, match=r"points|normal|cell"):
-        _native.PlaneMap(points, normals, np.ones(3), np.zeros(3), cell)
+        _native.PlaneMap(points, normals, np.ones(3), np.zeros(3), np.zeros(uneven), cell)
 
 
 @given(seeds, st.integers(0, 300), st.integers(1, 400))

@@ -117,8 +117,11 @@ def test_a_camera_without_wheels_may_stop_at_once(start_deg: float) -> None:
     angles = np.radians(start_deg + np.concatenate([[0.0], np.cumsum(steps)]))
     told = follow([replace(frame, odometry=None) for frame in drive(angles)])
     assert STANDING in {estimate.prior for estimate in told}
-    assert place_errors(told, angles).max() < 0.06
-    never_wrong_and_sure(told, angles)
+    errors = place_errors(told, angles)
+    assert errors.max() < 0.06
+    # Seen anew from 30 cm further on each time, flat sides hold it to 20 to 30 mm, as is told.
+    for estimate, error in zip(told, errors, strict=True):
+        assert error < max(NEAR, 2 * estimate.deviations[1]) or not estimate.certain
 
 
 def test_a_blackout_is_bridged_by_odometry_with_growing_covariance() -> None:

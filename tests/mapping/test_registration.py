@@ -134,6 +134,34 @@ def test_along_a_bare_wall_the_prior_decides(seed: int) -> None:
     assert not GateSettings().verdict(found, np.diag(sigmas**-2.0)).is_open
 
 
+def test_an_uneven_rim_does_not_decide_along_a_bare_wall() -> None:
+    """A rim's normal is of both its sides: it pulls along the wall, where nothing else holds."""
+    rng = np.random.default_rng(1)
+    prior = np.diag(np.array([np.radians(0.2)] * 3 + [0.01] * 3) ** -2.0)
+    surface, again = ScanSurface.of(wall(rng)), wall(rng)
+    # Both see a rim at the same place, 8 mm apart, with a normal that points along the wall.
+    rim = np.column_stack([np.zeros(12), np.linspace(-0.5, 0.5, 12), np.full(12, 1.4)])
+    seen = Scan(
+        np.vstack([again.points_xyz, rim + np.array([0.008, 0, 0])]),
+        np.append(again.sigmas, [2e-3] * 12),
+    )
+    normals = np.tile([-0.9, 0.0, -np.sqrt(0.19)], (12, 1))
+
+    def pulled(unevenness: float) -> float:
+        known = ScanSurface(
+            Scan(np.vstack([surface.scan.points_xyz, rim]), seen.sigmas),
+            np.vstack([surface.normals_xyz, normals]),
+            np.append(surface.slopes, [1e-3] * 12),
+            np.append(surface.unevenness, [unevenness] * 12),
+        )
+        scene = SceneMap().with_surface(known, RigidTransform.identity())
+        found = register(seen, scene, RigidTransform.identity(), prior)
+        return abs(float(found.T_map_camera.translation[0]))
+
+    assert pulled(0.0) > 1.5e-3
+    assert pulled(0.01**2) < 0.5e-3
+
+
 def test_the_far_side_of_a_board_is_not_taken_for_the_near_one() -> None:
     """A board of 4 cm whose back is known, seen from the front: within reach, yet no match."""
     rng = np.random.default_rng(0)

@@ -43,6 +43,10 @@ def test_near_an_edge_normals_are_less_certain() -> None:
     surface = ScanSurface.of(Scan(bent, scan.sigmas))
     flat, edge = (np.abs(bent[:, 0]) > 0.15), (np.abs(bent[:, 0]) < 0.02)
     assert np.median(surface.slopes[edge]) > 6 * np.median(surface.slopes[flat])
+    # What is flat is as uneven as the noise of its points.
+    inside = flat & (np.abs(bent[:, :2]) < 0.35).all(axis=1)
+    assert np.mean(surface.unevenness[inside]) == pytest.approx(1e-3**2, rel=0.4)
+    assert np.median(surface.unevenness[edge]) > 10 * 1e-3**2
 
 
 def test_few_points_have_no_normals() -> None:

@@ -12,6 +12,7 @@ class PlaneMap:
         normals_xyz: NDArray[np.float64],
         sigmas: NDArray[np.float64],
         slopes: NDArray[np.float64],
+        unevenness: NDArray[np.float64],
         cell: float,
     ) -> None: ...
     def linearised(
@@ -24,6 +25,8 @@ class PlaneMap:
         tukey: float,
         correlation: float,
         least_spread: float,
+        uneven: float,
+        least_cut: float,
         floor: float,
         far: float,
         averted: float,

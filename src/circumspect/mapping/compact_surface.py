@@ -20,22 +20,26 @@ class CompactSurface:
         sigmas: (n,) float32 [m].
         normals_xyz: (n, 3) float32.
         slopes: (n,) float32 [rad²].
+        unevenness: (n,) float32 [m²].
     """
 
     points_xyz: NDArray[np.float32]
     sigmas: NDArray[np.float32]
     normals_xyz: NDArray[np.float32]
     slopes: NDArray[np.float32]
+    unevenness: NDArray[np.float32]
 
     @classmethod
     def of(cls, surface: ScanSurface) -> CompactSurface:
         """Round a surface."""
         scan = surface.scan
-        kept = (scan.points_xyz, scan.sigmas, surface.normals_xyz, surface.slopes)
+        kept = (
+            scan.points_xyz, scan.sigmas, surface.normals_xyz, surface.slopes, surface.unevenness
+        )  # fmt: skip
         return cls(*(values.astype(np.float32) for values in kept))
 
     def expanded(self) -> ScanSurface:
         """The surface in double precision."""
         scan = Scan(self.points_xyz.astype(np.float64), self.sigmas.astype(np.float64))
-        normals_xyz, slopes = (v.astype(np.float64) for v in (self.normals_xyz, self.slopes))
-        return ScanSurface(scan, normals_xyz, slopes)
+        others = (self.normals_xyz, self.slopes, self.unevenness)
+        return ScanSurface(scan, *(values.astype(np.float64) for values in others))

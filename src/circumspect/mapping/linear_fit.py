@@ -13,9 +13,6 @@ from circumspect.mapping.scene_map import SceneMap
 
 TUKEY = 4.685
 """Residuals of so many standard deviations have no say (95 % efficiency on normal noise)."""
-CORRELATION = 14.0
-"""So many points count as one independent measurement; see docs/derivations.md for how it is
-measured."""
 LEAST_SPREAD = 0.2
 """The noise is never taken for less than this share of what the sensor's description says."""
 STANDING = 100
@@ -31,6 +28,31 @@ FEIGNED = 3.0
 """So many times what noise of the normals feigns is taken off the information."""
 RIDGE = 1.0
 """Information [1/m², 1/rad²] that means nothing."""
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """What residuals count for.
+
+    Attributes:
+        correlation: So many points count as one independent measurement; see docs/derivations.md
+            for how it is measured.
+        uneven: A plane is off by so many times the variance that points have across it, beside
+            the sensor's noise.
+        least_cut: What is less than so many `TUKEY` of the sensor's standard deviations off is
+            no outlier.
+    """
+
+    correlation: float
+    uneven: float
+    least_cut: float
+
+
+FINDING = Weighing(correlation=14.0, uneven=0.0, least_cut=1.0)
+"""While the way is being found: rims show where to, and what is far off is no outlier yet."""
+TELLING = Weighing(correlation=4.0, uneven=3.0, least_cut=0.0)
+"""At the optimum and for what is told of it: rims, whose planes are of both their sides, are off
+by far more than noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +93,13 @@ class LinearFit:
         return replace(self, hessian=(V * kept) @ V.T, gradient=gradient)
 
 
-def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float) -> LinearFit:
+def linearised(
+    scan: Scan,
+    scene: SceneMap,
+    T: NDArray[np.float64],
+    reach: float,
+    weighing: Weighing = TELLING,
+) -> LinearFit:
     """The point-to-plane problem about one pose, in C++; its twin is in `numpy_twin`.
 
     Args:
@@ -79,6 +107,7 @@ def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float
         scene: What they are compared with.
         T: (4, 4) `T_map_camera`.
         reach: Points further than this [m] from the map have no correspondence.
+        weighing: What residuals count for.
     """
     if len(scan) == 0 or len(scene) == 0:
         return LinearFit()
@@ -89,7 +118,9 @@ def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float
             T,
             reach=reach,
             tukey=TUKEY,
-            correlation=CORRELATION,
+            correlation=weighing.correlation,
+            uneven=weighing.uneven,
+            least_cut=weighing.least_cut,
             least_spread=LEAST_SPREAD,
             floor=FLOOR,
             far=FAR,

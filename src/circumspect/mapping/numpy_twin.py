@@ -7,20 +7,27 @@ from numpy.typing import NDArray
 
 from circumspect.mapping.linear_fit import (
     AVERTED,
-    CORRELATION,
     FAR,
     FEWEST,
     LEAST_SPREAD,
     STANDING,
+    TELLING,
     TUKEY,
     LinearFit,
+    Weighing,
 )
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scan_surface import FLOOR
 from circumspect.mapping.scene_map import SceneMap
 
 
-def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float) -> LinearFit:
+def linearised(
+    scan: Scan,
+    scene: SceneMap,
+    T: NDArray[np.float64],
+    reach: float,
+    weighing: Weighing = TELLING,
+) -> LinearFit:
     """Twin of `linear_fit.linearised`."""
     from scipy.spatial import KDTree
 
@@ -44,26 +51,34 @@ def linearised(scan: Scan, scene: SceneMap, T: NDArray[np.float64], reach: float
     sigma = np.hypot(scan.sigmas[matched], scene.sigmas[targets])
     u = r / sigma
     noise = max(LEAST_SPREAD, 1.4826 * float(np.median(np.abs(u))))
-    weight = np.clip(1 - (u / (TUKEY * max(1.0, noise))) ** 2, 0, None) ** 2
+    belongs = _tukey(u, TUKEY * max(1.0, noise))
+    variance = noise**2 + weighing.uneven * scene.unevenness[targets] / sigma**2
+    cut = TUKEY * np.maximum(weighing.least_cut, np.sqrt(variance))
+    weight = np.where(belongs > 0, _tukey(u, cut), 0) / (weighing.correlation * variance)
     # d r / d(φ, ρ) of T exp(φ, ρ): p × Rᵀn and Rᵀn, both in the optical frame.
     facing = normals @ R
     J = np.concatenate([np.cross(scan.points_xyz[matched], facing), facing], axis=1)
     J *= (1 / sigma)[:, None]
-    weighted = J * (weight / (CORRELATION * noise**2))[:, None]
-    total = max(float(weight.sum()), 1e-12)
+    weighted = J * weight[:, None]
+    total = max(float(belongs.sum()), 1e-12)
     return LinearFit(
         weighted.T @ J,
         _feigned(
             scan.points_xyz[matched],
             facing,
-            weight / (CORRELATION * noise**2 * sigma**2) * scene.slopes[targets],
+            weight / sigma**2 * scene.slopes[targets],
         ),
         weighted.T @ u,
-        int((weight > 0).sum()),
+        int((belongs > 0).sum()),
         *_agreement(matched, np.abs(r), placed[:, 2]),
-        float(np.sqrt((weight * r**2).sum() / total)),
-        float(np.sqrt((weight * u**2).sum() / total)),
+        float(np.sqrt((belongs * r**2).sum() / total)),
+        float(np.sqrt((belongs * u**2).sum() / total)),
     )
+
+
+def _tukey(u: NDArray[np.float64], cut: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    """Tukey's weights."""
+    return np.clip(1 - (u / cut) ** 2, 0, None) ** 2
 
 
 def _feigned(

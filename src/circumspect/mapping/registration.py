@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.mapping import rigid_matrix
-from circumspect.mapping.linear_fit import FEWEST, LinearFit, linearised
+from circumspect.mapping.linear_fit import FEWEST, FINDING, TELLING, LinearFit, linearised
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
 
@@ -96,11 +96,11 @@ def register(
 ) -> Registration:
     """Fit a scan to the scene, held by a prior.
 
-    Minimises Σ ρ(rᵢ / σᵢ) / (c s²) + ½ ‖log(T_prior⁻¹ T)‖²_Λ over T by Gauss-Newton with Tukey's ρ,
+    Minimises Σ ρ(rᵢ / ςᵢ) / c + ½ ‖log(T_prior⁻¹ T)‖²_Λ over T by Gauss-Newton with Tukey's ρ,
     where rᵢ = nᵢ · (T pᵢ - qᵢ) is the distance of point pᵢ to the plane (qᵢ, nᵢ) of its nearest
-    point in the map (Chen and Medioni 1991), σᵢ the noise of both as the sensor's description has
-    it, s how much of that the residuals show, c `CORRELATION`, Λ `prior_information`.
-    Directions that only the normals' noise holds are left to the prior.
+    point in the map (Chen and Medioni 1991), ςᵢ² the variance of the noise of both, as much of it
+    as the residuals show, and of what the plane itself is off by, c `TELLING.correlation`, Λ
+    `prior_information`. Directions that only the normals' noise holds are left to the prior.
 
     Args:
         scan: The frame's points.
@@ -157,8 +157,10 @@ class _Descent:
         """One step; it is over where it was small, or where there is nothing to solve."""
         self.steps += 1
         # While the way is being found, as far as the prior is uncertain.
-        reach = s.reach if self._part is self._scan else max(s.reach, self._far)
-        self.fit = linearised(self._part, self._scene, self.T, reach).believable()
+        finding = self._part is not self._scan
+        reach = max(s.reach, self._far) if finding else s.reach
+        weighing = FINDING if finding else TELLING
+        self.fit = linearised(self._part, self._scene, self.T, reach, weighing).believable()
         if self.fit.inliers < FEWEST:
             self.T, self.change = self._prior, np.zeros(6)
             self.moved, self.over = False, True

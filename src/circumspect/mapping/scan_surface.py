@@ -30,11 +30,13 @@ class ScanSurface:
         normals_xyz: (n, 3) unit vectors towards the camera, optical frame; zero where too few
             points are near.
         slopes: (n,) [rad²] variance of a normal about each direction within the surface.
+        unevenness: (n,) [m²] variance of the points about the plane of their neighbours.
     """
 
     scan: Scan
     normals_xyz: NDArray[np.float64]
     slopes: NDArray[np.float64]
+    unevenness: NDArray[np.float64]
 
     @classmethod
     def of(cls, scan: Scan, neighbours: int = NEIGHBOURS) -> ScanSurface:
@@ -53,14 +55,15 @@ class ScanSurface:
 
         points = scan.points_xyz
         if len(points) < neighbours:
-            return cls(scan, np.zeros((len(points), 3)), np.full(len(points), STEEPEST))
+            nothing = np.zeros(len(points))
+            return cls(scan, np.zeros((len(points), 3)), nothing + STEEPEST, nothing)
         near, _ = KdTree(points).batch_knn_search(points, neighbours)
         normals, values = _native.plane_fits(points, np.asarray(near, np.int64))
         away = np.einsum("ij,ij->i", normals, points) > 0
         across = np.clip(values[:, 0], 0, None) * neighbours / (neighbours - 3)
         along = 0.5 * (1 / np.maximum(values[:, 1:], 1e-12)).sum(axis=1)
         slopes = np.minimum(across / neighbours * along, STEEPEST)
-        return cls(scan, np.where(away[:, None], -normals, normals), slopes)
+        return cls(scan, np.where(away[:, None], -normals, normals), slopes, across)
 
     def on_level_floor(self, T_map_camera: RigidTransform) -> ScanSurface:
         """The same, with the normals of the floor exactly vertical.

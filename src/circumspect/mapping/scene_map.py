@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 CELL = 0.07
 """Side of the cells in which planes are looked up [m]: a little more than how far one looks."""
 # Columns of the sums: information (of points), times point (3), times normal (3), squared times
-# the variance of the normal's slope.
-_WEIGHT, _POINT, _NORMAL, _SLOPE, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8
+# the variance of the normal's slope, squared times the unevenness.
+_WEIGHT, _POINT, _NORMAL, _SLOPE, _UNEVENNESS, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8, 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +62,10 @@ class SceneMap:
             weights = scan.sigmas[known, None] ** -2
             normals = np.ascontiguousarray(normals_xyz[known] @ matrix[:3, :3].T)
             keys.append(_native.patch_keys(voxel_keys(points, self.voxel), normals))
-            slopes = weights**2 * surface.slopes[known, None]
-            columns.append(np.hstack([weights, weights * points, weights * normals, slopes]))
+            further = np.column_stack([surface.slopes[known], surface.unevenness[known]])
+            columns.append(
+                np.hstack([weights, weights * points, weights * normals, weights**2 * further])
+            )
         added = VoxelSums.of(np.concatenate(keys), np.concatenate(columns))
         return SceneMap(self.voxel, self.sums.plus(added))
 
@@ -89,9 +91,16 @@ class SceneMap:
         return self.sums.totals[:, _SLOPE] / self.sums.totals[:, _WEIGHT] ** 2
 
     @cached_property
+    def unevenness(self) -> NDArray[np.float64]:
+        """(n,) [m²] variance of the mean points across the surface, as their neighbours show it."""
+        return self.sums.totals[:, _UNEVENNESS] / self.sums.totals[:, _WEIGHT] ** 2
+
+    @cached_property
     def planes(self) -> _native.PlaneMap:
         """The points with their normals, to fit scans to."""
-        return _native.PlaneMap(self.points_xyz, self.normals_xyz, self.sigmas, self.slopes, CELL)
+        return _native.PlaneMap(
+            self.points_xyz, self.normals_xyz, self.sigmas, self.slopes, self.unevenness, CELL
+        )
 
     def nearest(
         self, points_xyz: NDArray[np.float64]

@@ -40,7 +40,7 @@ class TrackingSettings:
     gate: GateSettings = field(default_factory=GateSettings)
     keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
     relocalisation: RelocalisationSettings = field(default_factory=RelocalisationSettings)
-    certain: tuple[float, float] = (0.02, 0.035)
+    certain: tuple[float, float] = (0.02, 0.05)
     keeps_overlap: float = 0.6
     doubt: tuple[float, float] = (float(np.radians(1.0)), 0.02)
     lost_after: int = 3
