@@ -30,8 +30,8 @@ distance along its line of sight [m]."""
 TURNED = float(np.radians(75.0))
 """Views that differ by more [rad] show other sides of things."""
 TRACKED_SIGMAS, TOO_SURE = np.array([np.radians(0.03)] * 3 + [0.0005] * 3), 1.5
-"""From one keyframe to the next tracking errs by so much [rad, m], and by so many of the standard
-deviations that the scene's Hessian tells: its terms are not independent."""
+"""From one keyframe to the next tracking is taken to err by so much [rad, m], and by so many of the
+standard deviations that the scene's Hessian tells: cautiously, see docs/derivations.md."""
 BELIEVED_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
 """How far others may be from where they are believed to be."""
 VIEW_SIGMAS = np.array([np.radians(0.25)] * 3 + [0.01] * 3)
