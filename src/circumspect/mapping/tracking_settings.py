@@ -27,8 +27,8 @@ class TrackingSettings:
         gate: What is believed.
         keyframes: What the scene map is made of.
         relocalisation: How a lost camera is found again.
-        certain: Largest standard deviations of a pose to build on [rad, m]; the second is what
-            wheels leave along the back of a sofa, where nothing else holds the camera.
+        certain: Largest standard deviations of a pose to build on [rad, m]; the second is a
+            little more than wheels leave along a sofa's back, where nothing else holds the camera.
         keeps_overlap: Share of the last frames' overlap that a frame must have.
         doubt: Standard deviations that a frame which contradicts its pose adds [rad, m].
         lost_after: So many such frames in a row, and the camera is lost.
