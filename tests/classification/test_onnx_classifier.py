@@ -94,7 +94,7 @@ def test_a_saved_grid_is_named_like_its_cloud(classifier, tmp_path):
 @pytest.mark.parametrize("yaw", [0.0, 0.1, 2.0])
 def test_grids_of_all_views_are_named_as_the_cloud_is(classifier, yaw):
     cloud = turned(make_furniture("night_stand", 3).sampled(30_000, 0), yaw)
-    bounds = classifier.recipe.turned_bounds(classifier.recipe.bounds(cloud))
+    bounds = classifier.recipe.all_bounds(classifier.recipe.bounds(cloud))
     assert len(bounds) == classifier.recipe.azimuth_views > 1
     named = classifier.classify_grid(*(grid.hits(cloud.points_xyz) for grid in bounds))
     expected = classifier.classify(cloud).probabilities

@@ -300,11 +300,43 @@ def test_a_run_goes_on_after_it_was_evaluated_in_its_own_folder(trained, data, t
     assert run("train", *words, "--out", tmp_path / "run") == 0
 
 
-@pytest.mark.parametrize("flags", [("--temperature", -3), ("--azimuth-views", 4)])
-def test_an_exported_file_keeps_what_it_has(tmp_path, capsys, flags):
-    missing = ("--examples", tmp_path / "none")
-    assert run("export", shipped_path(), tmp_path / "own.onnx", *flags, *missing) == 2
-    assert f"{flags[0]} goes with checkpoints" in capsys.readouterr().err
+@pytest.mark.parametrize("flag", ["--int8", "--committee"])
+def test_an_exported_file_keeps_its_weights(tmp_path, capsys, flag):
+    missing = (flag, tmp_path / "none", "--examples", tmp_path / "none")
+    assert run("export", shipped_path(), tmp_path / "own.onnx", *missing) == 2
+    assert f"{flag} goes with checkpoints" in capsys.readouterr().err
+    assert not (tmp_path / "own.onnx").exists()
+
+
+def test_an_exported_file_is_asked_otherwise(tmp_path):
+    shipped, own = Classifier.load(), tmp_path / "own.onnx"
+    grids = np.zeros((1, 1, *shipped.recipe.input_shape), np.uint8)
+    grids[..., 3:9, ::5, 2:] = 1
+    assert run("export", shipped_path(), own, "--azimuth-views", 2, "--temperature", 3) == 0
+    recipe = shipped.recipe.with_views(2)
+    assert Classifier.load(own).recipe == recipe
+    assert run("export", own, own, "--staggered") == 0
+    other = Classifier.load(own)
+    assert other.recipe == recipe.with_views(2, staggered=True)
+    assert {**other.description, "grid": 0, "temperature": 0} == {
+        **shipped.description, "grid": 0, "temperature": 0,
+    }  # fmt: skip
+    np.testing.assert_allclose(
+        3.0 * other.scores(grids), shipped.temperature * shipped.scores(grids), rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        (("--azimuth-views", 6, "--staggered"), "take 8"),
+        (("--azimuth-views", 0), "from 1 to 64"),
+        (("--temperature", -3), "positive"),
+    ],
+)
+def test_an_exported_file_is_asked_nothing_that_makes_no_sense(tmp_path, capsys, flags, says):
+    assert run("export", shipped_path(), tmp_path / "own.onnx", *flags) == 2
+    assert says in capsys.readouterr().err
     assert not (tmp_path / "own.onnx").exists()
 
 

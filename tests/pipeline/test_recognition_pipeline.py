@@ -109,7 +109,7 @@ def test_a_scan_is_named_over_a_traced_grid_and_turned_ones_of_its_points() -> N
     traced, *turned = classifier.views
     assert traced is step.grid
     np.testing.assert_array_equal(traced.states, step.model.occupancy(traced.grid).states)
-    bounds = classifier.recipe.turned_bounds(traced.grid)
+    bounds = classifier.recipe.all_bounds(traced.grid)
     assert [view.grid for view in turned] == bounds[1:]
     points = step.model.cloud().points_xyz
     for view in turned:

@@ -49,7 +49,7 @@ class Classifier(ABC):
         """Name the object that grids show.
 
         Args:
-            views: One grid of the object, or one for each of `recipe.turned_bounds`. With a single
+            views: One grid of the object, or one for each of `recipe.all_bounds`. With a single
                 one the answer is a little less steady between whole azimuth cells.
 
         Raises:

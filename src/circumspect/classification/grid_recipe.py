@@ -19,6 +19,7 @@ from circumspect.classification.input_recipe import (
     require_margin,
     turned,
 )
+from circumspect.classification.staggering import require_room, stagger
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface
 from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid, RectangularGrid, hits_batch
@@ -34,6 +35,8 @@ class GridRecipe(InputRecipe):
         shape: Cells along (radius, azimuth, height), or (x, y, z).
         azimuth_views: Grids an object, each turned by a further fraction of an azimuth cell;
             the classifier averages over them.
+        staggered: Further grids also begin at other heights and are of other sizes, see
+            `staggering`.
         fill_below: Clouds of fewer points have holes at this resolution; their surface is
             filled between near neighbours.
         fill_samples: Points added to fill a surface.
@@ -49,6 +52,7 @@ class GridRecipe(InputRecipe):
     fill_below: int = 20_000
     fill_samples: int = 16_384
     margin: float = 1.0
+    staggered: bool = False
 
     def __post_init__(self) -> None:
         if self.kind not in ("cylindrical", "rectangular"):
@@ -57,6 +61,11 @@ class GridRecipe(InputRecipe):
         require_counts(self, "azimuth_views", most=MOST_VIEWS)
         require_counts(self, "fill_below", "fill_samples", most=MOST_POINTS)
         require_margin(self)
+        if not isinstance(self.staggered, bool):
+            raise InputError(f"staggered must be true or false, not {self.staggered!r:.40}")
+        if self.staggered:
+            self._require_cylindrical("stagger")
+            require_room(self.shape, self.azimuth_views, self.margin)
 
     def to_dict(self) -> dict[str, Any]:
         """See `InputRecipe.to_dict`."""
@@ -95,12 +104,16 @@ class GridRecipe(InputRecipe):
         # The cube round the cylinder: it holds the object at every yaw.
         return RectangularGrid(self.shape, cylinder.radius, cylinder.centre_xyz)
 
-    def turned_bounds(self, bounds: Grid) -> list[Grid]:
-        """See `InputRecipe.turned_bounds`."""
+    def all_bounds(self, bounds: Grid) -> list[Grid]:
+        """See `InputRecipe.all_bounds`."""
         if not isinstance(bounds, CylindricalGrid):
             return [bounds]
+        count = self.azimuth_views
         # Cells that turn clockwise show what a cloud shows that turns counter-clockwise.
-        return [bounds.rotated(-view / self.azimuth_views) for view in range(self.azimuth_views)]
+        further = [bounds.rotated(-view / count) for view in range(count)]
+        if self.staggered:
+            further = [stagger(grid, view, count) for view, grid in enumerate(further)]
+        return list(further)
 
     def grids(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.uint8]:
         """Grid a cloud, turned about the vertical by each of `yaws`.
@@ -120,29 +133,26 @@ class GridRecipe(InputRecipe):
         """
         frame = self.bounds(cloud)
         points = self.surface(cloud).points_xyz - np.asarray(frame.centre_xyz)
-        centred = replace(frame, centre_xyz=(0.0, 0.0, 0.0))
-        cell = 2 * np.pi / self.shape[1] if self.kind == "cylindrical" else 0.0
-        turns = [
-            yaw + cell * view / self.azimuth_views
-            for yaw in yaws
-            for view in range(self.azimuth_views)
-        ]
-        clouds = [turned(points, turn) for turn in turns]
-        occupied = hits_batch([centred] * len(clouds), clouds)
+        views = self.all_bounds(replace(frame, centre_xyz=(0.0, 0.0, 0.0)))
+        clouds = [cloud for yaw in yaws for cloud in [turned(points, yaw)] * len(views)]
+        occupied = hits_batch(views * len(yaws), clouds)
         return occupied.reshape(len(yaws), self.azimuth_views, *self.shape)
 
     def inputs(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.uint8]:
         """See `InputRecipe.inputs`."""
         return self.grids(cloud, yaws)[:, :, None]
 
-    def with_views(self, azimuth_views: int) -> GridRecipe:
+    def with_views(self, azimuth_views: int, staggered: bool = False) -> GridRecipe:
         """See `InputRecipe.with_views`: of a rectangular grid there is one."""
-        if self.kind == "rectangular" and azimuth_views > 1:
+        if azimuth_views > 1:
+            self._require_cylindrical("turn by fractions of")
+        return replace(self, azimuth_views=azimuth_views, staggered=staggered)
+
+    def _require_cylindrical(self, purpose: str) -> None:
+        if self.kind != "cylindrical":
             raise InputError(
-                "a rectangular grid has no azimuth cells to turn by fractions of; leave out "
-                "--azimuth-views"
+                f"a rectangular grid has no azimuth cells to {purpose}; leave out --azimuth-views"
             )
-        return replace(self, azimuth_views=azimuth_views)
 
     def with_margin(self, margin: float) -> GridRecipe:
         """See `InputRecipe.with_margin`."""

@@ -60,7 +60,7 @@ class InputRecipe(ABC):
         """
 
     @abstractmethod
-    def turned_bounds(self, bounds: Grid) -> list[Grid]:
+    def all_bounds(self, bounds: Grid) -> list[Grid]:
         """The empty grids of all views of an object.
 
         Args:
@@ -71,11 +71,16 @@ class InputRecipe(ABC):
         """
 
     @abstractmethod
-    def with_views(self, azimuth_views: int) -> InputRecipe:
+    def with_views(self, azimuth_views: int, staggered: bool = False) -> InputRecipe:
         """The same with another number of inputs an object.
 
+        Args:
+            azimuth_views: How many.
+            staggered: Whether their cells also begin at other heights and are of other sizes.
+
         Raises:
-            InputError: Fewer than one, or more than one of what has no azimuth cells.
+            InputError: Fewer than one, more than one of what has no azimuth cells, or staggered
+                ones that there can not be.
         """
 
     @abstractmethod

@@ -83,12 +83,14 @@ class PointsRecipe(InputRecipe):
         """See `InputRecipe.bounds`."""
         return cylinder_round(cloud, self.margin)
 
-    def turned_bounds(self, bounds: Grid) -> list[Grid]:
-        """See `InputRecipe.turned_bounds`: points have no cells to turn."""
+    def all_bounds(self, bounds: Grid) -> list[Grid]:
+        """See `InputRecipe.all_bounds`: points have no cells to turn."""
         return [bounds]
 
-    def with_views(self, azimuth_views: int) -> PointsRecipe:
+    def with_views(self, azimuth_views: int, staggered: bool = False) -> PointsRecipe:
         """See `InputRecipe.with_views`."""
+        if staggered:
+            raise InputError("points have no cells to stagger; leave out --staggered")
         return replace(self, azimuth_views=azimuth_views)
 
     def with_margin(self, margin: float) -> PointsRecipe:

@@ -32,21 +32,27 @@ class Export:
     $ circumspect export runs/a fast.onnx --int8 ModelNet10
     $ circumspect export runs/a committee.onnx --committee runs/b runs/c
     $ circumspect export runs/a planes.onnx --examples ModelNet10
+    $ circumspect export old.onnx new.onnx --azimuth-views 8 --staggered
     """
 
     weights: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """A checkpoint, or the folder of a run. Or an ONNX file exported before: what it lacks is
-    added, its answers stay."""
+    added, its weights stay."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.onnx")]
     """The ONNX file to write; it is kept only if it answers as the networks do."""
     committee: tuple[Path, ...] = ()
     """Further checkpoints or runs, whose logits are averaged with the first's."""
     int8: Annotated[Path | None, tyro.conf.arg(metavar="DATA")] = None
     """A data set; its training objects show which ranges eight-bit convolutions have to span."""
-    azimuth_views: int = 1
-    """Average over this many grids an object, turned by fractions of an azimuth cell."""
-    temperature: float = 1.0
-    """Divides the logits: above 1 makes the classifier less sure."""
+    azimuth_views: int | None = None
+    """Average over this many grids an object, turned by fractions of an azimuth cell; one without
+    it, of an ONNX file as many as before."""
+    staggered: bool = False
+    """Cells of these grids also begin at other fractions of a cell in height and are of other
+    sizes."""
+    temperature: float | None = None
+    """Divides the logits: above 1 makes the classifier less sure. 1 without it, of an ONNX file
+    what it was before."""
     examples: Annotated[Path | None, tyro.conf.arg(metavar="DATA")] = None
     """The data set it was trained on: the objects that it was fitted to go into OUT, by which it
     tells how far an object is from the nearest of them, and into a table beside OUT, by which
@@ -71,7 +77,7 @@ class Export:
         # examples' set before anything is written.
         write = self._complete
         if self.weights.suffix.lower() == ".onnx":
-            self._keeps_what_it_has()
+            self._keeps_its_weights()
         else:
             write = partial(self._export, self._members())
         objects = None if self.examples is None else self._trained_on(self.examples)
@@ -83,22 +89,39 @@ class Export:
         print("\n".join(told))  # noqa: T201
         return 0
 
-    def _keeps_what_it_has(self) -> None:
-        if given := given_flags(self, "committee", "int8", "azimuth_views", "temperature"):
+    def _keeps_its_weights(self) -> None:
+        from circumspect.classification import Classifier
+
+        if given := given_flags(self, "committee", "int8"):
             raise InputError(
-                f"{self.weights}: is exported already and keeps what it has; {given[0]} goes with "
+                f"{self.weights}: is exported already and keeps its weights; {given[0]} goes with "
                 "checkpoints"
             )
+        self._asked(Classifier.load(self.weights).recipe)
+
+    def _asked(self, recipe: InputRecipe) -> InputRecipe:
+        """What a network is shown that was shown this."""
+        views = self.azimuth_views
+        if views is None and not self.staggered:
+            return recipe
+        return recipe.with_views(recipe.azimuth_views if views is None else views, self.staggered)
 
     def _complete(self, draft: Path) -> str:
         """Write an ONNX file with its features; says what it does."""
+        from circumspect.classification import Classifier
+
         try:
+            from circumspect.export.description import write_asked_otherwise
             from circumspect.export.features import write_with_features
         except ImportError as error:
             raise MissingExtraError("torch or onnx", "train") from error
         write_with_features(self.weights, draft)
         out, weights = printable(str(self.out)), printable(str(self.weights))
-        return f"{out}: gives its features, answers as {weights} does"
+        if not given_flags(self, "azimuth_views", "staggered", "temperature"):
+            return f"{out}: gives its features, answers as {weights} does"
+        recipe = self._asked(Classifier.load(draft).recipe)
+        write_asked_otherwise(draft, recipe, self.temperature)
+        return f"{out}: has the weights of {weights}, and is asked as you say"
 
     def _trained_on(self, data: Path) -> ObjectSet:
         from circumspect.cli.progress import progress_bar
@@ -147,7 +170,7 @@ class Export:
             raise MissingExtraError("torch or onnx", "train") from error
         paths = (self.weights, *self.committee)
         members = [Checkpoint.load(checkpoint_path(path)) for path in paths]
-        members[0].recipe.with_views(self.azimuth_views)
+        self._asked(members[0].recipe)
         if self.int8 is not None:
             require_convolutions(members)
         return members
@@ -159,7 +182,10 @@ class Export:
         calibration = None
         if self.int8 is not None:
             calibration = _calibration(self.int8, members[0].recipe)
-        fidelity = export_onnx(members, draft, self.azimuth_views, self.temperature, calibration)
+        fidelity = export_onnx(
+            members, draft, 1 if self.azimuth_views is None else self.azimuth_views,
+            1.0 if self.temperature is None else self.temperature, calibration, self.staggered,
+        )  # fmt: skip
         size = draft.stat().st_size / 1e6
         return (
             f"{printable(str(self.out))}: {size:.1f} MB, logits within {fidelity.difference:.1g}, "

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import onnx
 
 from circumspect.classification import Classifier
-from circumspect.classification.onnx_classifier import METADATA_KEY, OBJECTS
+from circumspect.classification.onnx_classifier import OBJECTS
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.fitted_objects import fitted_objects
+from circumspect.export.description import describe
 from circumspect.storage import atomic_path
 
 
@@ -35,8 +35,7 @@ def write_fitted_names(path: Path, objects: ObjectSet) -> bool:
         return False
     names = objects.names[fitted_objects(training, objects)].tolist()
     network = onnx.load_from_string(path.read_bytes())
-    (entry,) = (entry for entry in network.metadata_props if entry.key == METADATA_KEY)
-    entry.value = json.dumps({**classifier.description, "training": {**training, OBJECTS: names}})
+    describe(network, {**classifier.description, "training": {**training, OBJECTS: names}})
     with atomic_path(path) as aside:
         aside.write_bytes(network.SerializeToString())
     return True

@@ -6,7 +6,6 @@ Ming, Zhu and Li, "Out-of-distribution detection with deep nearest neighbors", I
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +17,10 @@ from circumspect.classification import Classifier, ExampleTable
 from circumspect.classification.onnx_classifier import (
     DISTANCE,
     FEATURES,
-    METADATA_KEY,
     checked_distance,
 )
 from circumspect.errors import WeightsError
+from circumspect.export.description import describe
 from circumspect.storage import atomic_path
 
 OURS = "nearest_"
@@ -48,9 +47,8 @@ def write_with_distance(path: Path, examples: ExampleTable, unknown_beyond: floa
     network = onnx.load_from_string(path.read_bytes())
     add_distance(network, examples)
     if unknown_beyond is not None:
-        described = {**classifier.description, "unknown_beyond": checked_distance(unknown_beyond)}
-        (entry,) = (entry for entry in network.metadata_props if entry.key == METADATA_KEY)
-        entry.value = json.dumps(described)
+        beyond = checked_distance(unknown_beyond)
+        describe(network, {**classifier.description, "unknown_beyond": beyond})
     with atomic_path(path) as aside:
         aside.write_bytes(network.SerializeToString())
 

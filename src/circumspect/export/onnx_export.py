@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,11 +17,11 @@ from torch import Tensor, nn
 
 from circumspect.classification import InputRecipe, PointsRecipe
 from circumspect.classification.onnx_classifier import (
-    METADATA_KEY,
     OBJECTS,
     checked_temperature,
 )
 from circumspect.errors import CircumspectError, InputError
+from circumspect.export.description import describe
 from circumspect.export.eight_bit import in_eight_bits, require_convolutions
 from circumspect.export.features import LOGITS, add_features
 from circumspect.geometry.ignored_warnings import ignored_warnings
@@ -68,6 +67,7 @@ def export_onnx(
     azimuth_views: int = 1,
     temperature: float = 1.0,
     calibration: NDArray[np.uint8] | None = None,
+    staggered: bool = False,
 ) -> Fidelity:
     """Write a classifier for ONNX Runtime.
 
@@ -78,14 +78,15 @@ def export_onnx(
         temperature: Divides the logits.
         calibration: (n, *input_shape) inputs of training objects, at least two; with them the
             convolutions compute in eight bits.
+        staggered: Cells of these grids also begin at other heights and are of other sizes.
 
     Returns:
         What was found on random grids; in eight bits, on every second grid of `calibration`, the
         others having set the ranges.
 
     Raises:
-        InputError: Views or temperature out of range; members of different tasks; or
-            eight bits are asked of networks without convolutions.
+        InputError: Views or temperature out of range, or views that can not be staggered; members
+            of different tasks; or eight bits are asked of networks without convolutions.
         CircumspectError: The file answers otherwise than the networks; it is not kept.
         OutputError: The file can not be written.
     """
@@ -94,7 +95,7 @@ def export_onnx(
         require_convolutions(members)
     nets = [member.build() for member in members]
     net = _AsStored(nets[0] if len(nets) == 1 else Committee(nets)).eval()
-    recipe = members[0].recipe.with_views(azimuth_views)
+    recipe = members[0].recipe.with_views(azimuth_views, staggered)
     description = {
         "format": 1,
         "name": " + ".join(member.net for member in members),
@@ -109,7 +110,9 @@ def export_onnx(
         if len(calibration) < 2:
             raise InputError("eight bits need two grids or more to be measured on")
         network = in_eight_bits(network, calibration[::2])
-    _describe(network, description)
+    describe(network, description)
+    _forget_sources(network)
+    onnx.checker.check_model(network)
     add_features(network)
     with atomic_path(path) as aside:
         onnx.save(network, aside, "protobuf")
@@ -182,15 +185,6 @@ def _converted(net: nn.Module, example: Tensor, name: str) -> onnx.ModelProto:
         exporter_log.setLevel(level)
     assert program is not None
     return program.model_proto
-
-
-def _describe(network: onnx.ModelProto, description: dict[str, Any]) -> None:
-    """What the file says of itself, and nothing else."""
-    del network.metadata_props[:]
-    entry = network.metadata_props.add()
-    entry.key, entry.value = METADATA_KEY, json.dumps(description)
-    _forget_sources(network)
-    onnx.checker.check_model(network)
 
 
 def _forget_sources(network: onnx.ModelProto) -> None:

@@ -264,9 +264,9 @@ class RecognitionPipeline:
         grid = self.model.occupancy(bounds)
         if not grid.occupied.any():
             return TOO_LITTLE
-        # Turned by fractions of a cell, so that the answer does not hang on where cells begin.
-        further = self.classifier.recipe.turned_bounds(bounds)[1:]
-        self._grids = [grid, *(turned.hits(cloud.points_xyz) for turned in further)]
+        # The answer must not hang on where cells begin.
+        further = self.classifier.recipe.all_bounds(bounds)[1:]
+        self._grids = [grid, *(other.hits(cloud.points_xyz) for other in further)]
         return None
 
     def _settled(

@@ -1,0 +1,55 @@
+"""What an exported file says of itself, and so how its network is asked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import onnx
+
+from circumspect.classification import Classifier, InputRecipe
+from circumspect.classification.onnx_classifier import METADATA_KEY, checked_temperature
+from circumspect.storage import atomic_path
+
+
+def describe(network: onnx.ModelProto, description: Mapping[str, Any]) -> None:
+    """Let a network say this of itself, and nothing else.
+
+    Args:
+        network: Changed in place.
+        description: As JSON types; see `OnnxClassifier.description`.
+    """
+    del network.metadata_props[:]
+    entry = network.metadata_props.add()
+    entry.key, entry.value = METADATA_KEY, json.dumps(description)
+
+
+def write_asked_otherwise(
+    path: Path, recipe: InputRecipe | None = None, temperature: float | None = None
+) -> None:
+    """Change how an exported network is asked; its weights stay.
+
+    Args:
+        path: A classifier.
+        recipe: What it is shown, of the same shape; None keeps what the file says.
+        temperature: Divides the logits; None keeps what the file says.
+
+    Raises:
+        InputError: The temperature is not positive.
+        WeightsError: No classifier.
+        OutputError: The file can not be written.
+    """
+    classifier = Classifier.load(path)
+    description = {
+        **classifier.description,
+        "grid": (recipe or classifier.recipe).to_dict(),
+        "temperature": checked_temperature(
+            classifier.temperature if temperature is None else temperature
+        ),
+    }
+    network = onnx.load_from_string(path.read_bytes())
+    describe(network, description)
+    with atomic_path(path) as aside:
+        aside.write_bytes(network.SerializeToString())

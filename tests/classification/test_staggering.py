@@ -1,0 +1,97 @@
+"""Grids whose cells begin elsewhere."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circumspect.classification import Classifier, GridRecipe
+from circumspect.classification.input_recipe import turned
+from circumspect.classification.staggering import GENERATORS, WIDEST
+from circumspect.errors import InputError
+from circumspect.furniture import CATEGORIES, make_furniture
+from circumspect.geometry import PointCloud
+
+VIEWS = st.integers(1, 64).filter(lambda n: all(n % generator for generator in GENERATORS))
+SHAPES = st.tuples(st.integers(8, 48), st.integers(1, 48), st.integers(8, 48))
+
+
+def staggered(margin=1.1, views=8, shape=(32, 32, 32)):
+    return GridRecipe(shape=shape, azimuth_views=views, margin=margin, staggered=True)
+
+
+@given(VIEWS, SHAPES, st.sampled_from(CATEGORIES), st.integers(0, 5))
+def test_every_grid_holds_the_whole_object(views, shape, category, variant):
+    cloud = make_furniture(category, variant).sampled(2000, 0)
+    least = 1.0 / ((1.0 - WIDEST / 2 / shape[0]) * (1.0 - 1.0 / shape[2]))
+    recipe = staggered(least, views, shape)
+    for grid in recipe.all_bounds(recipe.bounds(cloud)):
+        x, y, z = (cloud.points_xyz - grid.centre_xyz).T
+        assert np.hypot(x, y).max() <= grid.radius * (1 + 1e-9)
+        assert np.abs(z).max() <= grid.half_height * (1 + 1e-9)
+    with pytest.raises(InputError, match="would stick out"):
+        staggered(least - 1e-6, views, shape)
+
+
+@given(VIEWS, SHAPES)
+def test_no_two_grids_begin_alike(views, shape):
+    recipe = staggered(4.0, views, shape)
+    first, *further = recipe.all_bounds(recipe.unit_bounds)
+    assert first == recipe.unit_bounds
+    cells = [(g.centre_xyz[2] * shape[2] / (2 * g.half_height)) for g in (first, *further)]
+    sizes = [(g.radius - 1.0) * shape[0] / WIDEST for g in (first, *further)]
+    for offsets in (cells, sizes):
+        np.testing.assert_allclose(
+            sorted(np.mod(offsets, 1.0)), np.arange(views) / views, atol=1e-9
+        )
+        assert np.abs(offsets).max() <= 0.5 + 1e-9
+    assert all(g.half_height == pytest.approx(g.radius) for g in further)
+
+
+def test_an_object_that_turns_by_whole_cells_rolls_all_of_its_grids():
+    cloud = make_furniture("desk", 3).sampled(20_000, 0)
+    recipe = staggered()
+    still, moved = recipe.grids(cloud, [0.0, 5 * 2 * np.pi / 32])
+    assert (np.roll(still, 5, axis=2) != moved).mean() < 1e-4
+
+
+@given(st.floats(0, 7))
+def test_clouds_are_turned_as_grids_are(yaw):
+    cloud = make_furniture("chair", 2).sampled(20_000, 0)
+    recipe = staggered()
+    about = PointCloud(cloud.points_xyz - recipe.bounds(cloud).centre_xyz)
+    expected = recipe.grids(PointCloud(turned(about.points_xyz, yaw)))[0]
+    assert (recipe.grids(about, [yaw])[0] != expected).mean() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"azimuth_views": 6}, "3 or 5 divides them"),
+        ({"azimuth_views": 10}, "3 or 5 divides them"),
+        ({"margin": 1.0}, "a margin of 1.066, not 1"),
+        ({"kind": "rectangular", "azimuth_views": 1}, "no azimuth cells to stagger"),
+        ({"staggered": 1}, "true or false"),
+        ({"shape": (1, 8, 8)}, "would stick out"),
+        ({"shape": (8, 8, 1)}, "would stick out"),
+    ],
+)
+def test_what_can_not_be_staggered_is_refused(settings, says):
+    with pytest.raises(InputError, match=says):
+        GridRecipe(**{"azimuth_views": 8, "margin": 1.1, "staggered": True, **settings})
+
+
+def test_answers_hang_less_on_where_cells_begin():
+    """A scan's size and place are known to some millimetres: to a good part of a cell."""
+    classifier = Classifier.load()
+    apart = {}
+    for name, recipe in (("turned", GridRecipe(azimuth_views=8, margin=1.1)), ("all", staggered())):
+        spreads = []
+        for category, variant in (("night_stand", 70006), ("table", 70003), ("monitor", 70019)):
+            cloud = make_furniture(category, variant).sampled(30_000, 0)
+            sizes = 1.1 * (1.0 + np.linspace(-0.5, 0.5, 9) / 32)
+            grids = [recipe.with_margin(float(size)).grids(cloud)[0] for size in sizes]
+            scores = classifier.scores(np.stack(grids)[:, :, None])
+            spreads.append(scores.std(axis=0).mean())
+        apart[name] = np.mean(spreads)
+    assert apart["all"] < 0.8 * apart["turned"], apart
