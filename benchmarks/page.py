@@ -26,7 +26,8 @@ Each section names the command that measured it, most name the machine. What the
 is told in [scans](scans.md), how the networks differ in [networks](networks.md).
 """
 SECTIONS = (
-    "grid_speed", "classifier_speed", "modelnet10_test", "lookalikes", "few_points", "deletion",
+    "grid_speed", "classifier_speed", "modelnet10_test", "cell_borders", "lookalikes", "few_points",
+    "deletion",
     "table2", "table2_robot", "rivals", "robustness", "moon2018_robustness", "committees",
     "unknown", "scans", "point_surfaces", "faults", "calibration", "scan_memory",
     "redkitchen_registration", "redkitchen", "recording", "large_bags", "ros_wire", "dashboard",

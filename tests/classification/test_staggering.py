@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from circumspect.classification import Classifier, GridRecipe
 from circumspect.classification.input_recipe import turned
-from circumspect.classification.staggering import GENERATORS, WIDEST
+from circumspect.classification.staggering import WIDEST
 from circumspect.errors import InputError
 from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.geometry import PointCloud
 
-VIEWS = st.integers(1, 64).filter(lambda n: all(n % generator for generator in GENERATORS))
+VIEWS = st.integers(1, 64)
 SHAPES = st.tuples(st.integers(8, 48), st.integers(1, 48), st.integers(8, 48))
 
 
@@ -41,9 +41,10 @@ def test_no_two_grids_begin_alike(views, shape):
     cells = [(g.centre_xyz[2] * shape[2] / (2 * g.half_height)) for g in (first, *further)]
     sizes = [(g.radius - 1.0) * shape[0] / WIDEST for g in (first, *further)]
     for offsets in (cells, sizes):
-        np.testing.assert_allclose(
-            sorted(np.mod(offsets, 1.0)), np.arange(views) / views, atol=1e-9
-        )
+        gaps = np.diff(np.sort(np.append(offsets, min(offsets) + 1.0)))
+        # As far apart as the recurrence puts up to 64 at worst.
+        assert gaps.min() > 0.08 / views
+        assert gaps.max() < 4.3 / views
         assert np.abs(offsets).max() <= 0.5 + 1e-9
     assert all(g.half_height == pytest.approx(g.radius) for g in further)
 
@@ -67,8 +68,6 @@ def test_clouds_are_turned_as_grids_are(yaw):
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
-        ({"azimuth_views": 6}, "3 or 5 divides them"),
-        ({"azimuth_views": 10}, "3 or 5 divides them"),
         ({"margin": 1.0}, "a margin of 1.066, not 1"),
         ({"kind": "rectangular", "azimuth_views": 1}, "no azimuth cells to stagger"),
         ({"staggered": 1}, "true or false"),

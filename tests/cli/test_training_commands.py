@@ -329,7 +329,6 @@ def test_an_exported_file_is_asked_otherwise(tmp_path):
 @pytest.mark.parametrize(
     ("flags", "says"),
     [
-        (("--azimuth-views", 6, "--staggered"), "take 8"),
         (("--azimuth-views", 0), "from 1 to 64"),
         (("--temperature", -3), "positive"),
     ],

@@ -65,7 +65,7 @@ class GridRecipe(InputRecipe):
             raise InputError(f"staggered must be true or false, not {self.staggered!r:.40}")
         if self.staggered:
             self._require_cylindrical("stagger")
-            require_room(self.shape, self.azimuth_views, self.margin)
+            require_room(self.shape, self.margin)
 
     def to_dict(self) -> dict[str, Any]:
         """See `InputRecipe.to_dict`."""
@@ -112,7 +112,7 @@ class GridRecipe(InputRecipe):
         # Cells that turn clockwise show what a cloud shows that turns counter-clockwise.
         further = [bounds.rotated(-view / count) for view in range(count)]
         if self.staggered:
-            further = [stagger(grid, view, count) for view, grid in enumerate(further)]
+            further = [stagger(grid, view) for view, grid in enumerate(further)]
         return list(further)
 
     def grids(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.uint8]:

@@ -2,8 +2,8 @@
 
 A flat top or side fills one layer of cells or the next by a millimetre's noise, all of it at once.
 The further grids of an object are turned by fractions of an azimuth cell; staggered ones also begin
-at other fractions of a cell in height and are of other sizes: a rank-1 lattice over the three
-(Niederreiter, "Random Number Generation and Quasi-Monte Carlo Methods", 1992, chapter 5).
+at other fractions of a cell in height and are of other sizes, spread evenly by an additive
+recurrence (Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
 """
 
 from __future__ import annotations
@@ -15,26 +15,23 @@ from math import inf
 from circumspect.errors import InputError
 from circumspect.grid import CylindricalGrid
 
-GENERATORS = 3, 5
-"""Of the lattice, for height and size beside 1 for the azimuth; chosen for eight grids."""
+PLASTIC = 1.324717957244746
+"""The real root of x³ = x + 1."""
 WIDEST = 2.0
 """Between the smallest and the largest grid the outermost border moves by less than so many cells,
 one half way to the axis."""
 
 
-def require_room(shape: Sequence[int], views: int, margin: float) -> None:
-    """Check that each grid of an object holds all of it, and is like no other.
+def require_room(shape: Sequence[int], margin: float) -> None:
+    """Check that each grid of an object holds all of it.
 
     Args:
         shape: Cells along (radius, azimuth, height).
-        views: How many grids there are.
         margin: How many times as large as the smallest one the first is.
 
     Raises:
-        InputError: They do not.
+        InputError: It does not.
     """
-    if not all(views % generator for generator in GENERATORS):
-        raise InputError(f"{views} grids can not be staggered: 3 or 5 divides them; take 8")
     rings, _, layers = shape
     room = (1.0 - WIDEST / 2 / rings) * (1.0 - 1.0 / layers)
     least = 1.0 / room if room > 0 else inf
@@ -45,18 +42,17 @@ def require_room(shape: Sequence[int], views: int, margin: float) -> None:
         )
 
 
-def stagger(grid: CylindricalGrid, view: int, views: int) -> CylindricalGrid:
+def stagger(grid: CylindricalGrid, view: int) -> CylindricalGrid:
     """One of an object's grids.
 
     Args:
         grid: The one of view 0, or that turned.
         view: Which, from 0.
-        views: How many there are.
 
     Returns:
         The grid, moved by up to half a cell along the axis and of another size.
     """
-    up, wider = ((view * generator / views + 0.5) % 1.0 - 0.5 for generator in GENERATORS)
+    up, wider = ((view / PLASTIC**power + 0.5) % 1.0 - 0.5 for power in (1, 2))
     rings, _, layers = grid.shape
     size = 1.0 + WIDEST * wider / rings
     x, y, z = grid.centre_xyz

@@ -1,0 +1,118 @@
+"""What answers hang on where an object's cells begin: `python -m benchmarks.cell_borders`.
+
+Procedural furniture, each piece several times: turned anyhow, its size and place told wrongly by
+fractions of a cell, as a scan tells them. Grids that are staggered are compared with grids that
+are only turned, by the shipped classifier.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.report import RESULTS, telling, write_page
+from circumspect.classification import GridRecipe, OnnxClassifier
+from circumspect.evaluation.markdown import table
+from circumspect.furniture import CATEGORIES, make_furniture
+from circumspect.geometry import PointCloud
+from circumspect.grid import CylindricalGrid, hits_batch
+
+COMMAND = "python -m benchmarks.cell_borders"
+EACH = 10
+"""Pieces of a category, of variants that nothing was trained or measured on."""
+FIRST_VARIANT = 70_000
+TIMES = 12
+"""How often each is shown."""
+POINTS = 20_000
+WRONG = 0.15
+"""Standard deviation [cells] of the size at the rim and of the centre's coordinates: scans of one
+piece from several starts differ by about so much."""
+SCHEMES = ((1, False), (4, False), (4, True), (8, False), (8, True), (16, False), (16, True))
+
+
+def main() -> int:
+    """Measure and write `cell_borders.md`."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    given = parser.parse_args()
+    classifier, tell = OnnxClassifier.load(threads=0), telling()
+    assert isinstance(classifier.recipe, GridRecipe)
+    rows = []
+    for index, (views, staggered) in enumerate(SCHEMES):
+        recipe = classifier.recipe.with_views(views, staggered)
+        scores = np.stack([classifier.scores(shown) for shown in _shown_often(recipe)])
+        rows.append(measured(views, staggered, scores))
+        tell(index, len(SCHEMES), f"{views} grids{', staggered' if staggered else ''}")
+    write_page(
+        "cell_borders", "Where cells begin", COMMAND, told(rows), {"schemes": rows}, given.out
+    )
+    return 0
+
+
+def measured(views: int, staggered: bool, scores: NDArray[np.float64]) -> dict[str, float | bool]:
+    """A row of the table.
+
+    Args:
+        views: Grids an object.
+        staggered: See `GridRecipe`.
+        scores: (objects, times, classes).
+    """
+    labels = scores.argmax(axis=2)
+    return {
+        "views": views,
+        "staggered": staggered,
+        "spread": float(scores.std(axis=1, ddof=1).mean()),
+        "other_label": float((labels != labels[:, :1]).any(axis=1).mean()),
+    }
+
+
+def told(rows: list[dict[str, float | bool]]) -> str:
+    """The page's text."""
+    lines = [
+        [
+            str(row["views"]), "yes" if row["staggered"] else "no",
+            f"{row['spread']:.3f}", f"{row['other_label']:.1%}",
+        ]
+        for row in rows
+    ]  # fmt: skip
+    return (
+        f"{EACH * len(CATEGORIES)} pieces of procedural furniture, each shown {TIMES} times: "
+        f"turned anyhow, size and place off by {WRONG:g} cells (standard deviation). Spread: "
+        "standard deviation of a class's score over the times, mean over classes and pieces.\n\n"
+        + table(["grids", "staggered", "spread", "pieces with more than one label"], lines)
+    )
+
+
+def _shown_often(recipe: GridRecipe) -> Iterator[NDArray[np.uint8]]:
+    """(times, views, *input_shape) of each piece."""
+    for index, category in enumerate(CATEGORIES):
+        for number in range(EACH):
+            cloud = make_furniture(category, FIRST_VARIANT + number).sampled(POINTS, 0)
+            # The same errors for every recipe.
+            rng = np.random.default_rng([index, number])
+            views = [
+                view for _ in range(TIMES) for view in recipe.all_bounds(_wrong(recipe, cloud, rng))
+            ]
+            grids = hits_batch(views, [cloud] * len(views))
+            yield grids.reshape(TIMES, recipe.azimuth_views, *recipe.input_shape)
+
+
+def _wrong(recipe: GridRecipe, cloud: PointCloud, rng: np.random.Generator) -> CylindricalGrid:
+    """Bounds as a scan tells them."""
+    bounds = recipe.bounds(cloud)
+    assert isinstance(bounds, CylindricalGrid)
+    cell = bounds.radius / bounds.shape[0]
+    radius = bounds.radius + rng.normal(0.0, WRONG) * cell
+    centre = np.asarray(bounds.centre_xyz) + rng.normal(0.0, WRONG, 3) * cell
+    turned = bounds.rotated(float(rng.uniform(0, bounds.shape[1])))
+    return replace(turned, radius=radius, half_height=radius, centre_xyz=tuple(centre))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
