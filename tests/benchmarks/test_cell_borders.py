@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-
 from benchmarks import cell_borders
 from benchmarks.cell_borders import main, measured
 
