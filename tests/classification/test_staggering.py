@@ -69,7 +69,7 @@ def test_clouds_are_turned_as_grids_are(yaw):
     ("settings", "says"),
     [
         ({"margin": 1.0}, "a margin of 1.066, not 1"),
-        ({"kind": "rectangular", "azimuth_views": 1}, "no azimuth cells to stagger"),
+        ({"kind": "rectangular", "azimuth_views": 1}, "--azimuth-views and --staggered"),
         ({"staggered": 1}, "true or false"),
         ({"shape": (1, 8, 8)}, "would stick out"),
         ({"shape": (8, 8, 1)}, "would stick out"),

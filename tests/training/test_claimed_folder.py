@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from quick_run import QUICK, Silent, run
 from two_kinds import two_kinds
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridRecipe, PointsRecipe
 from circumspect.datasets import Augmentation
 from circumspect.errors import CircumspectError, InputError, OutputError, WeightsError
 from circumspect.nets.registry import net_spec
@@ -80,7 +80,7 @@ def forget(folder: Path, *names: str) -> dict:
 
 
 def test_a_run_of_before_a_setting_was_there_goes_on(folder):
-    forget(folder, "damage", "passes")
+    forget(folder, "damage", "passes", "staggered")
     other = replace(QUICK, augmentation=Augmentation(damage=0.5))
     named = r"other settings\.augmentation\.damage \(0\.0, not 0\.5\);"
     assert_refused(folder, InputError, named, settings=other)
@@ -103,6 +103,15 @@ def test_any_setting_that_was_not_there_had_its_default(names, inner):
         del stored["settings"][name]
     if inner and "augmentation" not in names:
         del stored["settings"]["augmentation"]["partial"]
+    assert config_differences(stored, asked) == ""
+
+
+@pytest.mark.parametrize("recipe", [GridRecipe(margin=1.1), PointsRecipe(128)])
+def test_recipes_of_before_grids_were_staggered_are_the_same(recipe):
+    asked = {"settings": TrainingSettings().to_dict(), "grid": recipe.to_dict(), "data": "x"}
+    asked = json.loads(json.dumps(asked))
+    stored = json.loads(json.dumps(asked))
+    stored["grid"].pop("staggered", None)
     assert config_differences(stored, asked) == ""
 
 

@@ -64,7 +64,7 @@ class GridRecipe(InputRecipe):
         if not isinstance(self.staggered, bool):
             raise InputError(f"staggered must be true or false, not {self.staggered!r:.40}")
         if self.staggered:
-            self._require_cylindrical("stagger")
+            self._require_cylindrical()
             require_room(self.shape, self.margin)
 
     def to_dict(self) -> dict[str, Any]:
@@ -145,13 +145,14 @@ class GridRecipe(InputRecipe):
     def with_views(self, azimuth_views: int, staggered: bool = False) -> GridRecipe:
         """See `InputRecipe.with_views`: of a rectangular grid there is one."""
         if azimuth_views > 1:
-            self._require_cylindrical("turn by fractions of")
+            self._require_cylindrical()
         return replace(self, azimuth_views=azimuth_views, staggered=staggered)
 
-    def _require_cylindrical(self, purpose: str) -> None:
+    def _require_cylindrical(self) -> None:
         if self.kind != "cylindrical":
             raise InputError(
-                f"a rectangular grid has no azimuth cells to {purpose}; leave out --azimuth-views"
+                "a rectangular grid has no azimuth cells to turn by fractions of; leave out "
+                "--azimuth-views and --staggered"
             )
 
     def with_margin(self, margin: float) -> GridRecipe:

@@ -63,8 +63,13 @@ class Export:
 
     def run(self) -> int:
         """Export, and add the training objects where asked for."""
-        from circumspect.classification.onnx_classifier import checked_distance
+        from circumspect.classification.onnx_classifier import (
+            checked_distance,
+            checked_temperature,
+        )
 
+        if self.temperature is not None:
+            checked_temperature(self.temperature)
         if self.unknown_beyond is not None:
             if self.examples is None:
                 raise InputError("--unknown-beyond is a distance from --examples DATA; give both")

@@ -77,9 +77,9 @@ def _cached(
 
 
 def _filling(recipe: GridRecipe) -> dict[str, Any]:
-    """All but the margin: the augmentation's scale has the sizes of the grids."""
+    """All but the margin: the augmentation's scale has the sizes of the grids, one of each."""
     settings = recipe.to_dict()
-    del settings["margin"]
+    del settings["margin"], settings["staggered"]
     return settings
 
 

@@ -6,11 +6,13 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridRecipe, PointsRecipe
 from circumspect.training.settings import TrainingSettings
 
 LONGEST = 24
 """Longer values are not told [characters]."""
+LATER = ("margin", "staggered")
+"""Of a recipe: what came after the first runs were stored."""
 MOST = 4
 """More differences are counted, not named."""
 
@@ -32,8 +34,13 @@ def config_differences(stored: Mapping[str, Any], asked: Mapping[str, Any]) -> s
 def _completed(stored: Mapping[str, Any]) -> Mapping[str, Any]:
     """With the settings that came after it was stored: their defaults mean what was done before."""
     settings = json.loads(json.dumps(TrainingSettings().to_dict()))
-    defaults = {"settings": settings, "grid": {"margin": GridRecipe().margin}}
-    found = {name: stored[name] for name in defaults if isinstance(stored.get(name), dict)}
+    found = {
+        name: stored[name] for name in ("settings", "grid") if isinstance(stored.get(name), dict)
+    }
+    points = found.get("grid", {}).get("kind") == "points"
+    recipe = (PointsRecipe() if points else GridRecipe()).to_dict()
+    later = {name: recipe[name] for name in LATER if name in recipe}
+    defaults = {"settings": settings, "grid": later}
     return {**stored, **{name: _filled(part, defaults[name]) for name, part in found.items()}}
 
 
