@@ -78,7 +78,7 @@ def told(rows: Sequence[dict[str, float]], objects: int) -> str:
     return (
         f"{objects} test objects at 0°, drawn points of each. Near: no farther from some training "
         f"object than nearly all objects of the classes are; from {FEWEST_POINTS} points on that "
-        "makes an answer a known one, below none is.\n\n"
+        "makes an answer a known one, unless the cloud seems to hold the floor; below none is.\n\n"
         + table(["points", "right", "near", "wrong of these", "known"], lines)
     )
 
