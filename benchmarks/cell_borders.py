@@ -30,8 +30,8 @@ TIMES = 12
 """How often each is shown."""
 POINTS = 20_000
 WRONG = 0.15
-"""Standard deviation [cells] of the size at the rim and of the centre's coordinates: scans of one
-piece from several starts differ by about so much."""
+"""Standard deviation of the size and of the centre's coordinates [widths of a ring, of which a
+layer's height is two]: somewhat more than scans of one piece from several starts differ by."""
 SCHEMES = ((1, False), (4, False), (4, True), (8, False), (8, True), (16, True))
 
 
@@ -89,9 +89,9 @@ def told(rows: list[dict[str, float | bool]]) -> str:
     ]  # fmt: skip
     return (
         f"{EACH * len(CATEGORIES)} pieces of procedural furniture, each shown {TIMES} times turned "
-        f"anyhow, and as often with size and place off by {WRONG:g} cells (standard deviation) as "
-        "well, as a scan tells them. Spread: standard deviation of a class's score over the times, "
-        "mean over classes and pieces.\n\n"
+        f"anyhow, and as often with size and place off by {WRONG:g} of a ring's width (standard "
+        "deviation) as well, as a scan tells them. Spread: standard deviation of a class's score "
+        "over the times, mean over classes and pieces.\n\n"
         + table(
             [
                 "grids",
@@ -122,7 +122,7 @@ def _shown_often(recipe: GridRecipe, wrong: float) -> Iterator[NDArray[np.uint8]
 
 
 def _told(bounds: Grid, wrong: float, rng: np.random.Generator) -> CylindricalGrid:
-    """Bounds turned anyhow, wrong by so many cells."""
+    """Bounds turned anyhow, wrong by so many widths of a ring."""
     assert isinstance(bounds, CylindricalGrid)
     cell = bounds.radius / bounds.shape[0]
     radius = bounds.radius + rng.normal(0.0, wrong) * cell

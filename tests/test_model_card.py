@@ -29,6 +29,8 @@ def test_the_card_quotes_them() -> None:
     accuracy = METRICS["accuracy"]
     shown = (min(accuracy), sum(accuracy) / len(accuracy), max(accuracy))
     assert " / ".join(f"{100 * value:.1f} %" for value in shown) in CARD
+    by_class = METRICS["mean_class_accuracy"]
+    assert f"mean-class accuracy, mean | {100 * sum(by_class) / len(by_class):.1f} % |" in CARD
     assert f"| objects | {METRICS['objects']} |" in CARD
     assert f"label changes over yaw | {100 * METRICS['flip_rate']:.1f} % |" in CARD
     assert f"calibration error | {METRICS['expected_calibration_error']:.3f} |" in CARD

@@ -248,6 +248,13 @@ def test_recipe_survives_json(views, kind):
     assert recipe_from_dict(json.loads(json.dumps(recipe.to_dict()))) == recipe
 
 
+def test_views_of_a_rectangular_grid_are_all_the_same():
+    """There is no sense in them, but files may ask for them."""
+    cloud = make_furniture("table", 2).sampled(20_000, 0)
+    first, second = GridRecipe("rectangular", azimuth_views=2).grids(cloud)[0]
+    np.testing.assert_array_equal(first, second)
+
+
 def test_views_are_turned_by_fractions_of_a_cell():
     cloud = make_furniture("table", 2).sampled(20_000, 0)
     grids = GridRecipe(azimuth_views=4).grids(cloud)[0]
@@ -352,7 +359,8 @@ def test_what_is_no_grid_is_told(classifier):
 
 def test_a_classifier_is_told_in_a_few_words(classifier):
     views = classifier.recipe.azimuth_views
-    assert repr(classifier) == f"OnnxClassifier(10 classes, cylindrical 32x32x32, {views} views)"
+    told = f"OnnxClassifier(10 classes, cylindrical 32x32x32, {views} staggered views)"
+    assert repr(classifier) == told
 
 
 def test_a_grid_that_stretches_its_object_is_not_named(classifier):

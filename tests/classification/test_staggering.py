@@ -29,7 +29,7 @@ def test_every_grid_holds_the_whole_object(views, shape, category, variant):
         x, y, z = (cloud.points_xyz - grid.centre_xyz).T
         assert np.hypot(x, y).max() <= grid.radius * (1 + 1e-9)
         assert np.abs(z).max() <= grid.half_height * (1 + 1e-9)
-    with pytest.raises(InputError, match="would stick out"):
+    with pytest.raises(InputError, match="lest the object stick out"):
         staggered(least - 1e-6, views, shape)
 
 
@@ -68,11 +68,11 @@ def test_clouds_are_turned_as_grids_are(yaw):
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
-        ({"margin": 1.0}, "a margin of 1.066, not 1"),
+        ({"margin": 1.0}, "a margin of 1.066, not 1, lest the object stick out"),
         ({"kind": "rectangular", "azimuth_views": 1}, "--azimuth-views and --staggered"),
         ({"staggered": 1}, "true or false"),
-        ({"shape": (1, 8, 8)}, "would stick out"),
-        ({"shape": (8, 8, 1)}, "would stick out"),
+        ({"shape": (1, 8, 8)}, "one ring or one layer"),
+        ({"shape": (8, 8, 1)}, "one ring or one layer"),
     ],
 )
 def test_what_can_not_be_staggered_is_refused(settings, says):

@@ -308,7 +308,7 @@ def test_an_exported_file_keeps_its_weights(tmp_path, capsys, flag):
     assert not (tmp_path / "own.onnx").exists()
 
 
-def test_an_exported_file_is_asked_otherwise(tmp_path):
+def test_an_exported_file_is_asked_otherwise(tmp_path, capsys):
     shipped, own = Classifier.load(), tmp_path / "own.onnx"
     grids = np.zeros((1, 1, *shipped.recipe.input_shape), np.uint8)
     grids[..., 3:9, ::5, 2:] = 1
@@ -316,6 +316,9 @@ def test_an_exported_file_is_asked_otherwise(tmp_path):
     recipe = shipped.recipe.with_views(2)
     assert Classifier.load(own).recipe == recipe
     assert run("export", own, own, "--staggered") == 0
+    told = capsys.readouterr().out
+    assert "2 inputs an object, temperature 3; --examples DATA" in told
+    assert "2 staggered inputs an object, temperature 3; --examples DATA" in told
     other = Classifier.load(own)
     assert other.recipe == recipe.with_views(2, staggered=True)
     assert {**other.description, "grid": 0, "temperature": 0} == {
@@ -330,6 +333,7 @@ def test_an_exported_file_is_asked_otherwise(tmp_path):
     ("flags", "says"),
     [
         (("--azimuth-views", 0), "from 1 to 64"),
+        (("--azimuth-views", 1, "--staggered"), "give --azimuth-views 8"),
         (("--temperature", -3), "positive"),
     ],
 )

@@ -89,7 +89,7 @@ def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:
         np.testing.assert_array_equal(step.grid.states, step.model.occupancy(step.grid.grid).states)
 
 
-def test_a_scan_is_named_over_a_traced_grid_and_turned_ones_of_its_points() -> None:
+def test_a_scan_is_named_over_a_traced_grid_and_others_of_its_points() -> None:
     """As the model card says."""
 
     class FourViews(VolumeClassifier):
@@ -97,7 +97,7 @@ def test_a_scan_is_named_over_a_traced_grid_and_turned_ones_of_its_points() -> N
 
         @property
         def recipe(self) -> GridRecipe:
-            return dataclasses.replace(super().recipe, azimuth_views=4)
+            return dataclasses.replace(super().recipe, azimuth_views=4, staggered=True, margin=1.5)
 
         def classify_grid(self, *views: OccupancyGrid) -> Prediction:
             self.views = views
@@ -106,13 +106,13 @@ def test_a_scan_is_named_over_a_traced_grid_and_turned_ones_of_its_points() -> N
     classifier = FourViews()
     line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
     step = [line.step(frame) for frame in frames(3)][-1]
-    traced, *turned = classifier.views
+    traced, *others = classifier.views
     assert traced is step.grid
     np.testing.assert_array_equal(traced.states, step.model.occupancy(traced.grid).states)
     bounds = classifier.recipe.all_bounds(traced.grid)
-    assert [view.grid for view in turned] == bounds[1:]
+    assert [view.grid for view in others] == bounds[1:]
     points = step.model.cloud().points_xyz
-    for view in turned:
+    for view in others:
         np.testing.assert_array_equal(view.states, view.grid.hits(points).states)
 
 

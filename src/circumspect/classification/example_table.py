@@ -185,8 +185,8 @@ def nearest_examples(
 def network_of(classifier: OnnxClassifier) -> str:
     """A hash of how a network came about: its name, classes and training.
 
-    Temperature, threshold and the arithmetic of its file do not count, nor whether it names the
-    objects that it was fitted to, which follow from the rest.
+    Temperature, threshold, the arithmetic of its file and over how many grids it averages do not
+    count, nor whether it names the objects that it was fitted to, which follow from the rest.
     """
     described = {key: classifier.description.get(key) for key in ("name", "classes")}
     training = classifier.training

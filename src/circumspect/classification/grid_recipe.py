@@ -43,7 +43,8 @@ class GridRecipe(InputRecipe):
         margin: The grid is this many times as large as the smallest one that holds the object.
 
     Raises:
-        InputError: Another kind, no shape of a grid, or numbers out of range.
+        InputError: Another kind, no shape of a grid, numbers out of range, or staggered grids
+            that can not be.
     """
 
     kind: str = "cylindrical"
@@ -106,9 +107,9 @@ class GridRecipe(InputRecipe):
 
     def all_bounds(self, bounds: Grid) -> list[Grid]:
         """See `InputRecipe.all_bounds`."""
-        if not isinstance(bounds, CylindricalGrid):
-            return [bounds]
         count = self.azimuth_views
+        if not isinstance(bounds, CylindricalGrid):
+            return [bounds] * count
         # Cells that turn clockwise show what a cloud shows that turns counter-clockwise.
         further = [bounds.rotated(-view / count) for view in range(count)]
         if self.staggered:

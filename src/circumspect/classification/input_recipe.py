@@ -26,8 +26,8 @@ class InputRecipe(ABC):
     kind: str
     """Tells recipes apart in files."""
     azimuth_views: int
-    """Inputs an object, each turned by a further fraction of an azimuth cell; the classifier
-    averages over them."""
+    """Inputs an object, each turned by a further fraction of an azimuth cell, and of grids that are
+    staggered also elsewhere and of another size; the classifier averages over them."""
     margin: float
     """Networks see the object in a cylinder this many times as large as the one round it."""
 
@@ -67,16 +67,17 @@ class InputRecipe(ABC):
             bounds: Of the first view.
 
         Returns:
-            `azimuth_views` grids, each turned by a further fraction of an azimuth cell.
+            `azimuth_views` grids, of which the first is `bounds`.
         """
 
     @abstractmethod
     def with_views(self, azimuth_views: int, staggered: bool = False) -> InputRecipe:
-        """The same with another number of inputs an object.
+        """The same with other inputs of an object.
 
         Args:
             azimuth_views: How many.
-            staggered: Whether their cells also begin at other heights and are of other sizes.
+            staggered: Whether their cells also begin at other heights and are of other sizes;
+                without, they are turned and no more.
 
         Raises:
             InputError: Fewer than one, more than one of what has no azimuth cells, or staggered

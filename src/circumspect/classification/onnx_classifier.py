@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.floor_left import holds_floor
+from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.input_recipe import InputRecipe
 from circumspect.classification.onnx_inspection import (
     LARGEST_FILE,
@@ -96,6 +97,8 @@ class OnnxClassifier(Classifier):
         recipe = self._recipe
         shape = "x".join(map(str, recipe.input_shape)).removeprefix("1x")  # Of its only channel.
         views = f"{recipe.azimuth_views} view{'' if recipe.azimuth_views == 1 else 's'}"
+        if isinstance(recipe, GridRecipe) and recipe.staggered:
+            views = f"{recipe.azimuth_views} staggered views"
         return f"OnnxClassifier({len(self._classes)} classes, {recipe.kind} {shape}, {views})"
 
     @property

@@ -84,7 +84,7 @@ class PointsRecipe(InputRecipe):
         return cylinder_round(cloud, self.margin)
 
     def all_bounds(self, bounds: Grid) -> list[Grid]:
-        """See `InputRecipe.all_bounds`: points have no cells to turn."""
+        """See `InputRecipe.all_bounds`: points have no cells to turn, so that there is one."""
         return [bounds]
 
     def with_views(self, azimuth_views: int, staggered: bool = False) -> PointsRecipe:

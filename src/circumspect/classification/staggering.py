@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import inf
+from math import ceil
 
 from circumspect.errors import InputError
 from circumspect.grid import CylindricalGrid
 
 PLASTIC = 1.324717957244746
 """The real root of x³ = x + 1."""
+ROUNDING = 1e-12
 WIDEST = 2.0
 """Between the smallest and the largest grid the outermost border moves by less than so many cells,
 one half way to the axis."""
@@ -34,11 +35,13 @@ def require_room(shape: Sequence[int], margin: float) -> None:
     """
     rings, _, layers = shape
     room = (1.0 - WIDEST / 2 / rings) * (1.0 - 1.0 / layers)
-    least = 1.0 / room if room > 0 else inf
-    if not margin >= least:
+    if not room > 0:
+        raise InputError("grids of one ring or one layer can not be staggered")
+    if not margin * room >= 1.0 - ROUNDING:
         raise InputError(
-            f"staggered grids of these cells need a margin of {least:.3f}, not {margin:g}: the "
-            "object would stick out"
+            f"staggered grids of these cells need a margin of {ceil(1e3 / room) / 1e3:g}, not "
+            f"{margin:g}, lest the object stick out; circumspect export without --staggered makes "
+            "a classifier that needs none"
         )
 
 

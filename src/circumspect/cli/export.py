@@ -39,7 +39,7 @@ class Export:
     """A checkpoint, or the folder of a run. Or an ONNX file exported before: what it lacks is
     added, its weights stay."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.onnx")]
-    """The ONNX file to write; it is kept only if it answers as the networks do."""
+    """The ONNX file to write; it is kept only if its network answers as the given ones do."""
     committee: tuple[Path, ...] = ()
     """Further checkpoints or runs, whose logits are averaged with the first's."""
     int8: Annotated[Path | None, tyro.conf.arg(metavar="DATA")] = None
@@ -49,7 +49,7 @@ class Export:
     it, of an ONNX file as many as before."""
     staggered: bool = False
     """Cells of these grids also begin at other fractions of a cell in height and are of other
-    sizes."""
+    sizes; --azimuth-views without it are grids that are turned and no more."""
     temperature: float | None = None
     """Divides the logits: above 1 makes the classifier less sure. 1 without it, of an ONNX file
     what it was before."""
@@ -106,13 +106,15 @@ class Export:
 
     def _asked(self, recipe: InputRecipe) -> InputRecipe:
         """What a network is shown that was shown this."""
-        views = self.azimuth_views
-        if views is None and not self.staggered:
+        if self.azimuth_views is None and not self.staggered:
             return recipe
-        return recipe.with_views(recipe.azimuth_views if views is None else views, self.staggered)
+        views = recipe.azimuth_views if self.azimuth_views is None else self.azimuth_views
+        if self.staggered and views == 1:
+            raise InputError("one grid is staggered with no other; give --azimuth-views 8")
+        return recipe.with_views(views, self.staggered)
 
     def _complete(self, draft: Path) -> str:
-        """Write an ONNX file with its features; says what it does."""
+        """Write an ONNX file with its features, asked as the flags say; says what it does."""
         from circumspect.classification import Classifier
 
         try:
@@ -124,9 +126,17 @@ class Export:
         out, weights = printable(str(self.out)), printable(str(self.weights))
         if not given_flags(self, "azimuth_views", "staggered", "temperature"):
             return f"{out}: gives its features, answers as {weights} does"
-        recipe = self._asked(Classifier.load(draft).recipe)
+        before = Classifier.load(draft)
+        recipe = self._asked(before.recipe)
         write_asked_otherwise(draft, recipe, self.temperature)
-        return f"{out}: has the weights of {weights}, and is asked as you say"
+        after = Classifier.load(draft)
+        how = f"{recipe.azimuth_views} {'staggered ' if self.staggered else ''}inputs an object"
+        if recipe == before.recipe:
+            how = "inputs as before"
+        told = f"{out}: weights of {weights}, {how}, temperature {after.temperature:g}"
+        if before.gives_distances and recipe != before.recipe and self.examples is None:
+            told += "; --examples DATA makes its training objects over these grids, too"
+        return told
 
     def _trained_on(self, data: Path) -> ObjectSet:
         from circumspect.cli.progress import progress_bar
