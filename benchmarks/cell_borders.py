@@ -24,7 +24,8 @@ from circumspect.grid import CylindricalGrid, Grid, hits_batch
 
 COMMAND = "python -m benchmarks.cell_borders"
 EACH = 10
-"""Pieces of a category, of variants that nothing was trained or measured on."""
+"""Pieces of a category, of variants that nothing was trained on; by them it was chosen how the
+shipped classifier is asked."""
 FIRST_VARIANT = 70_000
 TIMES = 12
 """How often each is shown."""

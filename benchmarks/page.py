@@ -29,9 +29,8 @@ robustness, of unknown things and in scans the shipped classifier had four grids
 """
 SECTIONS = (
     "grid_speed", "classifier_speed", "modelnet10_test", "cell_borders", "lookalikes", "few_points",
-    "deletion",
-    "table2", "table2_robot", "rivals", "robustness", "moon2018_robustness", "committees",
-    "unknown", "scans", "point_surfaces", "faults", "calibration", "scan_memory",
+    "deletion", "table2", "table2_robot", "rivals", "robustness", "moon2018_robustness",
+    "committees", "unknown", "scans", "point_surfaces", "faults", "calibration", "scan_memory",
     "redkitchen_registration", "redkitchen", "recording", "large_bags", "ros_wire", "dashboard",
     "intelligent_space", "training_speed",
 )  # fmt: skip

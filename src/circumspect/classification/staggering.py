@@ -18,6 +18,7 @@ from circumspect.grid import CylindricalGrid
 PLASTIC = 1.324717957244746
 """The real root of x³ = x + 1."""
 ROUNDING = 1e-12
+"""A margin that is short by less is as good as enough."""
 WIDEST = 2.0
 """Between the smallest and the largest grid the outermost border moves by less than so many cells,
 one half way to the axis."""

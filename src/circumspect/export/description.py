@@ -27,13 +27,13 @@ def describe(network: onnx.ModelProto, description: Mapping[str, Any]) -> None:
 
 
 def write_asked_otherwise(
-    path: Path, recipe: InputRecipe | None = None, temperature: float | None = None
+    path: Path, recipe: InputRecipe, temperature: float | None = None
 ) -> None:
     """Change how an exported network is asked; its weights stay.
 
     Args:
         path: A classifier.
-        recipe: What it is shown, of the same shape; None keeps what the file says.
+        recipe: What it is shown, of the same shape.
         temperature: Divides the logits; None keeps what the file says.
 
     Raises:
@@ -44,7 +44,7 @@ def write_asked_otherwise(
     classifier = Classifier.load(path)
     description = {
         **classifier.description,
-        "grid": (recipe or classifier.recipe).to_dict(),
+        "grid": recipe.to_dict(),
         "temperature": checked_temperature(
             classifier.temperature if temperature is None else temperature
         ),
