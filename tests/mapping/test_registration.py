@@ -73,6 +73,7 @@ def test_what_a_floor_does_not_hold_stays_as_the_prior_says() -> None:
     assert abs(height - 1.0) < 0.002
     np.testing.assert_allclose(place, (down * off).translation[:2], atol=0.01)
     assert weakest_direction(found.hessian) > 10
+    assert GateSettings().verdict(found, LOOSE).reason == "the scene leaves one direction free"
     assert np.isfinite(squared_distance(found, LOOSE))
 
 

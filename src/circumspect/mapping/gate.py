@@ -98,8 +98,13 @@ class GateSettings:
             return Verdict(f"not converged after {found.iterations} steps", mute=True)
         weakest = weakest_direction(found.hessian)
         if weakest > self.weakest:
-            return Verdict(f"the scene holds one direction to {weakest:.3f} m only")
+            return Verdict(self._freedom(weakest))
         return Verdict()
+
+    def _freedom(self, weakest: float) -> str:
+        if weakest > 1.0:  # a metre and more is no hold at all
+            return "the scene leaves one direction free"
+        return f"the scene holds one direction to {weakest:.3f} m; {self.weakest:g} m are needed"
 
 
 def weakest_direction(hessian: NDArray[np.float64]) -> float:
