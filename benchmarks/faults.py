@@ -21,6 +21,7 @@ import numpy as np
 
 from benchmarks.asked import command_with, of_jobs
 from benchmarks.live_poses import LivePoses, trust
+from benchmarks.provenance import made_by, provenance
 from benchmarks.report import RESULTS, machine, telling
 from benchmarks.scan_job import ROOM, ScanJob, measured, prepared, told
 from circumspect.errors import CircumspectError
@@ -41,10 +42,14 @@ from circumspect.simulation import (
     OdometryGone,
     OdometryJumping,
     OdometryStuck,
+    Scene,
     SimulatedRobot,
+    Surface,
     UnorderedFrames,
     Witness,
     WrongUnit,
+    block,
+    carried,
     room,
 )
 
@@ -75,8 +80,13 @@ ROOMS = {
     "one wheel 2 % larger": replace(ROOM, wheel_error=0.02),
     "floor with ridges of 5 mm": replace(ROOM, bump_height=0.005),
 }
-WORLDS = (*ROOMS, "no object in view", "object larger than the room")
+NOTHING, BAR, GIANT = (
+    "no object in view", "object larger than the room", "object too large for the camera",
+)  # fmt: skip
+WORLDS = (*ROOMS, NOTHING, BAR, GIANT)
 """Faults of the world instead of the robot."""
+BAR_XYZ = (0.2, 9.0, 0.7)
+"""Half thickness, half length and height of a thing from wall to wall [m]."""
 EVERY = (*FAULTS, *WORLDS)
 SETTINGS = ("frame_interval", "frames")
 """Flags that tell which scans there are."""
@@ -102,7 +112,8 @@ class FaultJob:
 
 def run_fault(job: FaultJob) -> dict[str, Any]:
     """Scan with the fault and say how it ended; JSON types."""
-    head = {"key": job.key, "fault": job.fault, "object": job.scan.object}
+    made = provenance()
+    head = {"key": job.key, "made": made, "fault": job.fault, "object": job.scan.object}
     try:
         parts = _parts(job)
         scan = ObjectScan(
@@ -118,10 +129,12 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
         result = scan.run()
     except CircumspectError as error:
         return {**head, "ended": f"error: {error}", "label": None, "frames": 0}
-    error = measured(parts, result, log)
+    # What stands there instead, if anything, is none of the ten things.
+    nameless = job.fault in (NOTHING, BAR)
+    error = measured(parts, result, log, shape=not nameless)
     return {
         **head,
-        "true_label": None if job.fault == "no object in view" else parts.config["true_label"],
+        "true_label": None if nameless else parts.config["true_label"],
         **told(result),
         "ended": scan.ended,
         "distance_m": scan.driven_m,
@@ -134,19 +147,31 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
 def _parts(job: FaultJob) -> SimulatedScan:
     """The scan in its world; for `WORLDS` another world."""
     parts = prepared(job.scan, world=ROOMS.get(job.fault, ROOM))
-    if job.fault == "object larger than the room":
+    if job.fault == GIANT:
         mesh = parts.room.scene.surfaces[0].mesh
         room(TriangleMesh(8 * mesh.vertices_xyz, mesh.faces), job.scan.seed)
-    if job.fault == "no object in view":
-        # Bare walls: a thing that stands about would be taken for the object, and rightly so.
-        empty = tuple(s for s in parts.room.scene.surfaces if s.name.startswith(("floor", "wall")))
-        start = parts.room.start(job.scan.start_deg)
-        robot = SimulatedRobot(
-            replace(parts.room.scene, surfaces=empty), start, parts.room.mount,
-            seed=job.scan.seed,
-        )  # fmt: skip
-        return replace(parts, witness=Witness(robot))
+    # Bare walls: a thing that stands about would be taken for the object, and rightly so.
+    bare = tuple(s for s in parts.room.scene.surfaces if s.name.startswith(("floor", "wall")))
+    if job.fault == NOTHING:
+        return _in_scene(parts, bare, job.scan)
+    if job.fault == BAR:
+        return _in_scene(parts, (_bar(parts.room.orbit.centre_xy, job.scan), *bare), job.scan)
     return parts
+
+
+def _in_scene(parts: SimulatedScan, surfaces: tuple[Surface, ...], scan: ScanJob) -> SimulatedScan:
+    """The same scan among other things."""
+    robot = SimulatedRobot(
+        Scene(surfaces), parts.room.start(scan.start_deg), parts.room.mount, seed=scan.seed
+    )
+    return replace(parts, witness=Witness(robot))
+
+
+def _bar(centre_xy: tuple[float, float], scan: ScanJob) -> Surface:
+    """A thing from wall to wall, across the robot's view."""
+    x, y, z = BAR_XYZ
+    stand = PlanarPose(*centre_xy, float(np.radians(scan.start_deg)))
+    return Surface("object", carried(block((-x, -y, 0.0), (x, y, z)), stand))
 
 
 def _kidnapped(robot: MobileRobot) -> MobileRobot:
@@ -206,7 +231,8 @@ def main() -> int:
     path: Path = given.out / "faults.jsonl"
     run_all(jobs(given.only or EVERY, given), run_fault, path, given.workers, telling())
     command = command_with("python -m benchmarks.faults", given, usual, SETTINGS)
-    write(rows(of_jobs(records(path), jobs(EVERY, given))), given.out, command)
+    found = of_jobs(records(path), jobs(EVERY, given))
+    write(rows(found), given.out, command, made_by(found))
     return 0
 
 
@@ -230,7 +256,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def write(lines: list[list[str]], folder: Path, command: str) -> None:
+def write(lines: list[list[str]], folder: Path, command: str, made: str) -> None:
     """Write `faults.md`."""
     head = [
         "fault", "right answers", "of conclusive ones", "ATE [mm], worst",
@@ -241,7 +267,7 @@ def write(lines: list[list[str]], folder: Path, command: str) -> None:
     path = folder / "faults.md"
     path.write_text(
         f"# Faults\n\n`{command}`, {len(OBJECTS)} scans a fault "
-        f"({', '.join(OBJECTS)})\n\n{table(head, lines)}\n\n{facts}",
+        f"({', '.join(OBJECTS)}). {made}\n\n{table(head, lines)}\n\n{facts}",
         encoding="utf-8",
     )
     print(path.read_text(encoding="utf-8"))

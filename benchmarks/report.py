@@ -72,7 +72,7 @@ def machine() -> dict[str, str | int]:
     """What the numbers depend on."""
     versions = {package: metadata.version(package) for package in PACKAGES}
     return {
-        "processor": _processor(),
+        "processor": processor(),
         "cores": os.cpu_count() or 1,
         "python": platform.python_version(),
         **versions,
@@ -122,7 +122,8 @@ def table(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-def _processor() -> str:
+def processor() -> str:
+    """Its name, as the system tells it."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

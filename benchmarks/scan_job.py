@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.live_poses import LivePoses, trust
+from benchmarks.provenance import provenance
 from circumspect.classification import Classifier
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
@@ -96,7 +97,7 @@ def run_job(job: ScanJob) -> dict[str, Any]:
     Returns:
         JSON types: the job, its key, and what came of it.
     """
-    head = {"key": job.key, **asdict(job)}
+    head = {"key": job.key, "made": provenance(), **asdict(job)}
     # Where the data lie is this machine's own affair.
     del head["data"]
     try:
@@ -129,12 +130,9 @@ def measured(
     parts: SimulatedScan, result: RecognitionResult, log: JourneyLog, shape: bool = True
 ) -> ScanError:
     """The scan against the truth."""
-    last = result.last
-    if last is None or last.grid is None:
-        return ScanError(missing=("the object was never seen",))
     return scan_error(
         parts.witness.trajectory, camera_path(result), log.odometry,
-        last.model.cloud().points_xyz if shape else None, parts.room.scene, parts.camera,
+        result.points_xyz if shape else None, parts.room.scene, parts.camera,
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.complete_clouds import complete_answers
+from benchmarks.provenance import made_by
 from benchmarks.report import machine
 from benchmarks.scan_job import SHARES
 from circumspect.evaluation.markdown import table
@@ -46,7 +47,7 @@ def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path
     for suite, title, maker in makers:
         if by_suite[suite]:
             text, figures = maker(by_suite[suite])
-            parts.append(f"## {title}\n\n{text}\n")
+            parts.append(f"## {title}\n\n{made_by(by_suite[suite])}\n\n{text}\n")
             document[suite] = figures
     parts.append("".join(f"- {key}: {value}\n" for key, value in document["machine"].items()))
     with atomic_open(folder / "scans.md") as stream:

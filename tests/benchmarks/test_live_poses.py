@@ -15,11 +15,11 @@ ROUND = Rotation.from_euler("z", 70, degrees=True)
 SIGMAS = np.array([0.01, 0.01, 0.01, 0.01, 0.02, 0.03])
 
 
-def pose(x: float, shift: tuple[float, float, float], certain: bool = True) -> PoseEstimate:
+def pose(x: float, shift: tuple[float, float, float], doubt: str = "") -> PoseEstimate:
     """A camera that is turned by 70°, and told `shift` away from where it is, in its own axes."""
     T_map_camera = RigidTransform.from_components([x, 0, 0], ROUND)
     off = RigidTransform.from_translation(list(shift))
-    return PoseEstimate(T_map_camera * off, covariance=np.diag(SIGMAS**2), certain=certain)
+    return PoseEstimate(T_map_camera * off, covariance=np.diag(SIGMAS**2), doubt=doubt)
 
 
 def judged(*poses: PoseEstimate):
@@ -39,7 +39,7 @@ def test_errors_are_told_in_metres_and_in_told_standard_deviations() -> None:
 
 def test_what_is_not_told_as_certain_or_small_misleads_nobody() -> None:
     none = (0.0, 0.0, 0.0)
-    some = pose(1, (0.009, 0, 0)), pose(2, (0, 0.5, 0), certain=False)
+    some = pose(1, (0.009, 0, 0)), pose(2, (0, 0.5, 0), doubt="lost")
     found = judged(pose(0, none), *some, pose(3, none))
     assert found.worst_trusted_m == pytest.approx(0.009)
     assert found.worst_trusted_sigmas is None

@@ -48,6 +48,8 @@ def test_a_certain_pose_is_sure_only_where_its_whole_covariance_is_small(
     for block, largest in ((slice(0, 3), turn), (slice(3, 6), place)):
         axes = Rotation.from_euler("xyz", [0.3, 0.5, 0.7]).as_matrix()
         turned[block, block] = axes @ np.diag([largest, 1e-4, 1e-5]) ** 2 @ axes.T
-    estimate = PoseEstimate(RigidTransform.identity(), covariance=turned, certain=certain)
+    estimate = PoseEstimate(
+        RigidTransform.identity(), covariance=turned, doubt="" if certain else "lost"
+    )
     assert estimate.deviations == pytest.approx((turn, place))
     assert estimate.sure is sure

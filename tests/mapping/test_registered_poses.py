@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -162,7 +163,9 @@ def test_odometry_that_fails_does_not_mislead(kind: str) -> None:
 @pytest.mark.parametrize("certain", [(1e-9, 1.0), (1.0, 1e-9)])
 def test_turn_and_place_must_both_be_known_to_be_certain(certain: tuple[float, float]) -> None:
     strict = RegisteredPoses(settings=replace(TrackingSettings(), certain=certain))
-    assert not any(estimate.certain for estimate in follow(short_drive()[:3], strict)[1:])
+    told = follow(short_drive()[:3], strict)[1:]
+    assert not any(estimate.certain for estimate in told)
+    assert all(re.search(r"known to [\d.]+° and \d+ mm only|must agree", t.doubt) for t in told)
     generous = RegisteredPoses(settings=replace(TrackingSettings(), certain=(1.0, 1.0)))
     assert all(estimate.certain for estimate in follow(short_drive()[:3], generous))
 
@@ -195,6 +198,18 @@ def test_after_a_vague_pose_most_of_a_frame_must_be_known() -> None:
     assert not told[-1].certain
 
 
+@pytest.mark.parametrize("why", ["is_ambiguous", "is_hasty"])
+def test_a_fit_that_is_refused_is_told_as_it_was(why: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The prediction stands, but who reads the log sees what the frame said."""
+    monkeypatch.setattr(f"circumspect.mapping.placement.{why}", lambda *_: True)
+    told = follow(short_drive()[:3])[-1]
+    assert told.gate in ("fits elsewhere as well", "far from where it was expected")
+    assert told.converged
+    assert told.inliers > 1000
+    assert 0 < told.residual < 0.02
+    assert told.remark.startswith(told.gate)
+
+
 def test_dropped_frames_are_bridged() -> None:
     kept = [0, 1, 2, 4, 5, 8, 9, 12, 15]
     told = follow([short_drive()[n] for n in kept])
@@ -218,6 +233,7 @@ def test_a_kidnapped_robot_is_noticed_where_nothing_is_known() -> None:
     assert not any(estimate.certain for estimate in told[16:])
     assert all(estimate.gate != GATE_OPEN for estimate in told[16:])
     assert told[-1].gate.startswith("lost: ")
+    assert told[-1].doubt == "8 frames contradicted what is known"
     never_wrong_and_sure(told, angles)
 
 

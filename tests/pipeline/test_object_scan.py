@@ -89,19 +89,27 @@ def test_no_object_ends_after_one_look_round(tmp_path: Path) -> None:
     result = going.run()
     assert going.ended == "no object in view after a look round"
     assert 24 <= len(result.steps) <= 32
+    assert result.points_xyz.shape == (0, 3)
     assert going.views == []
     assert json.loads((tmp_path / "result.json").read_text())["label"] is None
     assert json.loads((tmp_path / "scan.json").read_text())["ended"] == going.ended
 
 
-def test_an_object_that_bars_the_whole_room_ends_with_the_reason() -> None:
+def test_an_object_larger_than_the_room_ends_with_the_reason_and_is_not_named(
+    tmp_path: Path,
+) -> None:
     bar = block((-0.2, -2.4, 0.0), (0.2, 2.4, 0.7))
     walls = (
         wall((-2.6, 2.4), (2.6, 2.5)), wall((-2.6, -2.5), (2.6, -2.4)),
         wall((2.4, -2.5), (2.5, 2.5)), wall((-2.5, -2.5), (-2.4, 2.5)),
     )  # fmt: skip
     going = scan(mesh=bar, others=walls, pose=PlanarPose(1.5, -0.3, np.pi / 2))
+    going.pipeline.observers = (RunFolder(tmp_path, {}), ScanFile(going, tmp_path / "scan.json"))
     result = going.run()
+    told = json.loads((tmp_path / "result.json").read_text())
+    assert (told["frames"], told["conclusive"]) == (len(result.steps), False)
+    assert json.loads((tmp_path / "scan.json").read_text())["ended"] == going.ended
+    assert (tmp_path / "trajectory.txt").exists()
     assert going.ended.startswith((ALL_TRIED, AS_FAR_AS_POSSIBLE, "blocked 3 times"))
     assert len(result.steps) < 200
     assert result.last.seen < 0.8
@@ -163,8 +171,9 @@ class Doubtful(KnownPoses):
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
         self.count += 1
         known = super().estimate(frame)
-        doubt = self.after <= self.count < self.until
-        return replace(known, certain=not doubt, gate="too few inliers" if doubt else known.gate)
+        if not self.after <= self.count < self.until:
+            return known
+        return replace(known, doubt="a frame contradicted", gate="too few inliers")
 
 
 def test_a_robot_that_is_lost_for_good_says_so() -> None:

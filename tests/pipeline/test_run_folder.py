@@ -106,7 +106,7 @@ def test_a_run_that_saw_nothing_says_so(tmp_path: Path) -> None:
 )
 def test_from_where_on_a_camera_was_lost(gates: list[str | None], lost_from: int | None) -> None:
     T = RigidTransform.identity()
-    poses = [g and PoseEstimate(T, gate=g, certain=g == "open") for g in gates]
+    poses = [g and PoseEstimate(T, gate=g, doubt="" if g == "open" else g) for g in gates]
     steps = tuple(
         RecognitionStep(number, float(number), "", pose or None, 0, 0.0, ObjectModel(), None, None)
         for number, pose in enumerate(poses)

@@ -57,10 +57,11 @@ def test_a_journey_s_paths_and_views_are_told_apart(result: RecognitionResult) -
     panel = axes()
     draw_plan(panel, result.last.model.cloud(), result, full_journey(result))
     assert labels(panel) == [
+        "wall or clutter",
         "true path",
         "path by odometry alone",
         "path of the camera, estimated",
-        "chosen view and what it faces",
+        "chosen stand of the base, and what it faces",
         "surface normal",
         "view not reached",
     ]

@@ -61,12 +61,13 @@ ENDS = {
 
 
 class Trusted:
-    """How far poses were off that were told as certain, counted from the first one [m]."""
+    """How far poses were off that were told as certain, or sure, from the first one on [m]."""
 
     def __init__(self, robot: SimulatedRobot) -> None:
         self.robot = robot
         self.first = None
         self.off: list[float] = []
+        self.sure_off: list[float] = []
 
     def on_step(self, step: RecognitionStep) -> None:
         if step.pose is None:
@@ -74,9 +75,12 @@ class Trusted:
         truth = self.robot.truth().T_map_camera
         if self.first is None:
             self.first = truth * step.pose.T_map_camera.inv()
+        found = self.first * step.pose.T_map_camera
+        away = float(np.linalg.norm(found.translation - truth.translation))
         if step.pose.certain:
-            found = self.first * step.pose.T_map_camera
-            self.off.append(float(np.linalg.norm(found.translation - truth.translation)))
+            self.off.append(away)
+        if step.pose.sure:
+            self.sure_off.append(away)
 
     def on_end(self, result) -> None:
         pass
@@ -121,6 +125,8 @@ def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
     result = going.run()
     assert going.ended.startswith(ENDS.get(fault, "the limit of 60 frames is reached"))
     assert max(trusted.off, default=0.0) < 0.05
+    assert max(trusted.sure_off, default=0.0) < 0.03
+    assert bool(trusted.sure_off) == (fault != "millimetres")
     told = json.loads((tmp_path / "result.json").read_text())
     assert told["frames"] == len(result.steps)
     # Of what it saw of the first side alone nothing is concluded.

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Self
 
 from circumspect.cli.progress import bars
 from circumspect.errors import printable
-from circumspect.mapping.pose_estimator import GATE_OPEN
 from circumspect.storage import make_new_folder
 
 if TYPE_CHECKING:
@@ -70,20 +69,21 @@ class RunScreen:
         self._progress.stop()
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Show progress, share of the object seen, running class and probability, closed gates."""
+        """Show progress, share of the object seen, running class and probability, doubts."""
         answer = step.outcome
         if step.prediction is not None:
             answer = f"{step.prediction.label} {step.prediction.probability:.2f}"
         note = f"seen {step.seen:4.0%}  {answer}"
-        closed = step.pose is not None and step.pose.gate != GATE_OPEN
+        remark = short = ""
+        if step.pose is not None and (remark := step.pose.remark):
+            short = "gate closed" if step.pose.certain else "pose not certain"
         count = step.index + 1
         done = count if self._done is None else min(self._done(step), self._total)
-        live = f"{note}  gate closed" if closed else note
+        live = f"{note}  {short}" if short else note
         self._progress.update(self._task, completed=done, note=live)
         last = self._done is None and count == self._total
         if not self._live and (step.index % TELL_EVERY == 0 or last):
-            if closed and step.pose is not None:
-                note += f"  gate: {step.pose.gate}"
+            note += f"  {remark}" if remark else ""
             where = f"/{self._total}" if self._done is None else f"  {done:3.0f}/{self._total}"
             print(f"frame {count:3}{where}  {note}", file=sys.stderr)  # noqa: T201
 

@@ -102,13 +102,11 @@ class ScanReport:
             return None  # No frame was taken, so there is nothing to compare.
 
     def _error(self, result: RecognitionResult) -> ScanError:
-        truth, last = self._truth(), result.last
-        if truth is None or last is None or last.grid is None:
-            return ScanError(missing=("the object was never seen",))
-        points = last.model.cloud().points_xyz
+        truth, estimate = self._truth(), camera_path(result)
+        if truth is None:
+            return ScanError(missing=("no frame was taken",))
         scene, camera = self._parts.room.scene, self._parts.camera
-        estimate = camera_path(result)
-        return scan_error(truth, estimate, self._log.odometry, points, scene, camera)
+        return scan_error(truth, estimate, self._log.odometry, result.points_xyz, scene, camera)
 
     def _seen_from_above(self, result: RecognitionResult) -> dict[str, float | None]:
         """What the intelligent space says of the run; nothing where there is none."""

@@ -90,7 +90,9 @@ def scan_error(
     from_start = compared("trajectory from its start", estimate, Alignment.FIRST_POSE)
     wheels = compared("odometry", odometry, Alignment.RIGID)
     shape = None
-    if estimate is not None and model_xyz is not None:
+    if model_xyz is not None and not len(model_xyz):
+        missing.append("shape: the object was never seen")
+    elif estimate is not None and model_xyz is not None:
         try:
             T_world_map = alignment_between(estimate, truth, Alignment.ORIENTATIONS)
             some = np.linspace(0, len(truth) - 1, min(len(truth), MOST_POSES)).astype(int)

@@ -19,13 +19,21 @@ class Attempt:
         belief: The pose after the frame was looked at.
         verdict: Of the gate.
         source: Of the prediction.
-        found: The registration, if there was one.
+        found: The registration that the belief rests on, or that speaks against it; None where
+            there was none, or none that says anything.
+        refused: A registration that converged, but is not to be believed: only told.
     """
 
     belief: Belief
     verdict: Verdict
     source: str
     found: Registration | None = None
+    refused: Registration | None = None
+
+    @property
+    def told(self) -> Registration | None:
+        """What came of the registration, believed or not."""
+        return self.refused if self.found is None else self.found
 
     @property
     def distance(self) -> float:

@@ -71,11 +71,13 @@ class Placement:
         if verdict.is_open and is_hasty(
             scan, self.scene, found, believed, self.usual.most_distance, s.registration
         ):
-            return Attempt(believed, Verdict("far from where it was expected", mute=True), source)
+            hasty = Verdict("far from where it was expected", mute=True)
+            return Attempt(believed, hasty, source, refused=found)
         if verdict.contradicts or verdict.mute:
             return Attempt(believed, verdict, source, found)
         if is_ambiguous(scan, self.scene, found, believed, s.registration):
-            return Attempt(believed, Verdict("fits elsewhere as well", mute=True), source)
+            ambiguous = Verdict("fits elsewhere as well", mute=True)
+            return Attempt(believed, ambiguous, source, refused=found)
         # By their information; directions that the scene does not hold stay as predicted.
         fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(fused, verdict, source, found)

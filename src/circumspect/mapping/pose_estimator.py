@@ -29,7 +29,8 @@ class PoseEstimate:
 
     Attributes:
         T_map_camera: The pose, optical frame.
-        converged: Whether the estimator reached a solution of its own.
+        converged: Whether the estimator reached a solution of its own, believed or not; so for
+            inliers and residual, too.
         inliers: Points of the frame that support it.
         residual: Root mean square distance of the inliers to the scene [m].
         gate: "open" where the estimate is used as it is, else the reason why it is not and the
@@ -38,8 +39,7 @@ class PoseEstimate:
             optical frame; None where the pose is taken as true.
         T_map_base: The robot's pose on the floor; None where its mount is not known.
         T_map_odom: What corrects the odometry's drift (REP 105); None without odometry.
-        certain: Whether the pose is good enough to build on (fuse, plan, drive): it is well known
-            in the map about it, which may itself have drifted; see `sure`.
+        doubt: Why the pose is not `certain`; empty where it is.
         prior: What the pose was expected from: "odometry", "constant velocity", "standing
             still", ….
         anchor: Number of the keyframe that the pose moves with when it is corrected, if any.
@@ -54,10 +54,24 @@ class PoseEstimate:
     covariance: NDArray[np.floating] | None = None
     T_map_base: PlanarPose | None = None
     T_map_odom: PlanarPose | None = None
-    certain: bool = True
+    doubt: str = ""
     prior: str = "given"
     anchor: int | None = None
     T_anchor_camera: RigidTransform | None = None
+
+    @property
+    def certain(self) -> bool:
+        """Whether the pose is good enough to build on (fuse, plan, drive).
+
+        It is well known in the map about it, which may itself have drifted; see `sure`.
+        """
+        return not self.doubt
+
+    @property
+    def remark(self) -> str:
+        """What speaks against the registration or the pose; empty where nothing does."""
+        gate = "" if self.gate == GATE_OPEN else self.gate
+        return "; ".join(filter(None, (gate, self.doubt)))
 
     @property
     def lost(self) -> bool:

@@ -311,8 +311,18 @@ class RegisteredPoses(PoseEstimator):
 
     def _is_certain(self, attempt: Attempt) -> bool:
         """Whether to build on it: nothing speaks against it, and it is known well enough."""
-        unopposed = self._doubts == 0 and self._probation.left == 0
-        return unopposed and self._is_known(attempt.belief)
+        return not self._doubt(attempt)
+
+    def _doubt(self, attempt: Attempt) -> str:
+        """Why not to build on it; empty where nothing speaks against that."""
+        if self._doubts:
+            return f"{_frames(self._doubts)} contradicted what is known"
+        if left := self._probation.left:
+            return f"{_frames(left)} must agree first"
+        if not self._is_known(attempt.belief):
+            turn, place = attempt.belief.sigmas
+            return f"known to {np.degrees(turn):.1f}° and {1e3 * place:.0f} mm only"
+        return ""
 
     def _is_known(self, belief: Belief) -> bool:
         turn, place = belief.sigmas
@@ -320,7 +330,7 @@ class RegisteredPoses(PoseEstimator):
 
     def _told(self, frame: RgbdFrame, attempt: Attempt) -> PoseEstimate:
         believed = self._belief or attempt.belief
-        found, verdict = attempt.found, attempt.verdict
+        found, verdict = attempt.told, attempt.verdict
         T_map_base = T_map_odom = None
         if frame.T_base_camera is not None:
             T_map_base = PlanarPose.from_transform(
@@ -333,6 +343,7 @@ class RegisteredPoses(PoseEstimator):
             number, _ = self.keyframes.holding(believed.T_map_camera)
             T_anchor_camera = between(self.keyframes[number].T_map_camera, believed.T_map_camera)
         lost = self._doubts >= self.settings.lost_after
+        doubt = "no map yet" if self._belief is None else self._doubt(attempt)
         return PoseEstimate(
             believed.T_map_camera,
             converged=verdict.is_open if found is None else found.converged,
@@ -342,8 +353,12 @@ class RegisteredPoses(PoseEstimator):
             covariance=self.keyframes.covariance(believed.T_map_camera, believed.covariance),
             T_map_base=T_map_base,
             T_map_odom=T_map_odom,
-            certain=self._belief is not None and self._is_certain(attempt),
+            doubt=doubt,
             prior=attempt.source,
             anchor=number,
             T_anchor_camera=T_anchor_camera,
         )
+
+
+def _frames(count: int) -> str:
+    return "a frame" if count == 1 else f"{count} frames"

@@ -36,7 +36,7 @@ class Journey:
 
     Attributes:
         stamps: (n,) [s] of frames, ascending.
-        driven_m: (n,) [m] what the robot had driven by then, as its wheels say.
+        driven_m: (n,) [m] what the robot had driven by then.
         odometry: The camera by odometry alone, beginning where the run's first pose is; None
             where the wheels said nothing.
         truth: Where the camera really was; None where nobody knows.

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid, OccupancyGrid
-from circumspect.mapping import GATE_OPEN
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey import Journey
-from circumspect.pipeline.records import CLASSIFIED, RecognitionResult, RecognitionStep
+from circumspect.pipeline.records import CLASSIFIED, RecognitionResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,7 +94,7 @@ def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
     )
     axes.set_xticks(np.arange(0, 361, 45))
     axes.set(xlabel="azimuth [°] from +x", ylabel="height z [m]")
-    axes.set_title("Grid, unrolled (grey: never seen)", loc="left", color=INK)
+    axes.set_title("Grid, unrolled (grey: never seen, white: free)", loc="left", color=INK)
     bar = axes.figure.colorbar(heat, ax=axes, pad=0.015, aspect=18)
     bar.set_label("outermost radius [m]")
 
@@ -105,7 +104,7 @@ def draw_probabilities(
 ) -> None:
     """Probability of the leading classes over what was driven.
 
-    Frames that led to no answer, or whose pose was not believed, are marked at the bottom.
+    Frames that were not used are marked at the bottom.
     """
     told = [step for step in result.steps if step.prediction is not None]
     names = list(told[-1].prediction.probabilities) if told and told[-1].prediction else []
@@ -127,11 +126,11 @@ def draw_probabilities(
             xycoords=("axes fraction", "data"), color=colour, va="center", annotation_clip=False,
             fontweight="bold" if place == 0 else "normal",
         )  # fmt: skip
-    doubted = [step.index for step in result.steps if _doubtful(step)]
-    if doubted:
-        axes.plot(along[doubted], np.full(len(doubted), -0.05), "|", color="#b91c1c", ms=7)
+    unused = [step.index for step in result.steps if step.outcome != CLASSIFIED]
+    if unused:
+        axes.plot(along[unused], np.full(len(unused), -0.05), "|", color="#b91c1c", ms=7)
         axes.text(
-            0.0, 1.015, "| frame not used or believed", color="#b91c1c",
+            0.0, 1.015, "| frame not used", color="#b91c1c",
             transform=axes.transAxes, fontsize=9.5,
         )  # fmt: skip
     spare = 0.01 * float(np.ptp(along)) or 0.5
@@ -142,7 +141,7 @@ def draw_probabilities(
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(axis="y", color="0.9")
     # Above the note, which would hide curves within the axes.
-    axes.set_title("Answer on the way", loc="left", color=INK, pad=20 if doubted else None)
+    axes.set_title("Answer on the way", loc="left", color=INK, pad=20 if unused else None)
 
 
 def _progress(result: RecognitionResult, journey: Journey) -> tuple[NDArray[np.float64], str]:
@@ -158,10 +157,6 @@ def _progress(result: RecognitionResult, journey: Journey) -> tuple[NDArray[np.f
             far = np.interp(stamps, path.stamps, np.concatenate([[0.0], np.cumsum(steps)]))
             return far, "way of the camera [m]"
     return np.arange(1.0, len(stamps) + 1.0), "frame"
-
-
-def _doubtful(step: RecognitionStep) -> bool:
-    return step.outcome != CLASSIFIED or (step.pose is not None and step.pose.gate != GATE_OPEN)
 
 
 def thinned(cloud: PointCloud) -> PointCloud:

@@ -37,8 +37,9 @@ def draw_plan(axes: Axes, cloud: PointCloud, result: RecognitionResult, journey:
         journey: Where the robot went.
     """
     path = camera_path(result)
-    for line in journey.walls_xy:
-        axes.fill(*line.T, facecolor="0.88", edgecolor="0.6", lw=0.8, zorder=0)
+    for number, line in enumerate(journey.walls_xy):
+        label = "wall or clutter" if number == 0 else None
+        axes.fill(*line.T, facecolor="0.88", edgecolor="0.6", lw=0.8, zorder=0, label=label)
     drawn = [np.empty((0, 2)), *_draw_paths(axes, path, journey)]
     half = _frame(axes, np.concatenate([*drawn, cloud.points_xyz[:, :2]]))
     _draw_object(axes, cloud, half)
@@ -88,7 +89,7 @@ def _draw_paths(axes: Axes, path: Trajectory | None, journey: Journey) -> list[N
 def _draw_view(axes: Axes, view: PlannedView, number: int, length: float) -> None:
     """The robot's stand with a number, what it looks at, and the surface's normal there."""
     stand, target = view.T_map_base.xy, np.asarray(view.looks_at_xy)
-    label = "chosen view and what it faces" if number == 1 else None
+    label = "chosen stand of the base, and what it faces" if number == 1 else None
     axes.plot(*np.stack([stand, target]).T, ":", color=VIEW_COLOUR, lw=0.9, zorder=3, label=label)
     if view.normal_xy is not None:
         axes.annotate(

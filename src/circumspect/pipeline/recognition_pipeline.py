@@ -285,7 +285,9 @@ class RecognitionPipeline:
         poses = self.poses.corrected([step.pose for step in steps if step.pose is not None])
         for number, T_map_camera in zip(told, poses, strict=True):
             steps[number] = steps[number].at(T_map_camera)
-        steps[-1] = replace(steps[-1], model=self.model, grid=self.grid, prediction=self.prediction)
+        steps[-1] = replace(
+            steps[-1], model=self.model, grid=self.grid, prediction=self.prediction, seen=self.seen
+        )
         return tuple(steps)
 
     def _told(

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
@@ -90,6 +92,7 @@ class RecognitionStep:
             "gate": None if self.pose is None else self.pose.gate,
             "prior": None if self.pose is None else self.pose.prior,
             "certain": None if self.pose is None else self.pose.certain,
+            "doubt": None if self.pose is None else self.pose.doubt,
             "sure": None if self.pose is None else self.pose.sure,
             "deviation_rad": None if deviations is None else deviations[0],
             "deviation_m": None if deviations is None else deviations[1],
@@ -142,6 +145,13 @@ class RecognitionResult:
     def prediction(self) -> Prediction | None:
         """The final answer; None where the object was never seen."""
         return None if self.last is None else self.last.prediction
+
+    @property
+    def points_xyz(self) -> NDArray[np.float64]:
+        """(n, 3) [m] of the final model; none where the object was never seen."""
+        if self.last is None or self.last.grid is None:
+            return np.empty((0, 3))
+        return self.last.model.cloud().points_xyz
 
     @property
     def conclusive(self) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Generator
 import numpy as np
 
 from circumspect.geometry import PlanarPose
+from circumspect.pipeline.driven_way import DrivenWay
 from circumspect.pipeline.progress_watch import ProgressWatch
 from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
@@ -64,7 +65,6 @@ class ObjectScan:
         settings: How it drives and when it gives up.
         ended: Why the scan ended; None while it goes on.
         views: What became of the views chosen so far.
-        driven_m: What the wheels say was driven [m].
         frame: The latest frame.
         clock: Of what comes between two frames.
         plan_milliseconds: Time spent on the map of obstacles, views and ways, one a frame [ms].
@@ -92,7 +92,6 @@ class ObjectScan:
         self.settings = settings or ScanSettings()
         self.ended: str | None = None
         self.views: list[ViewRecord] = []
-        self.driven_m = 0.0
         self.frame: RgbdFrame | None = None
         self.clock = StageClock()
         self.plan_milliseconds: list[float] = []
@@ -100,6 +99,7 @@ class ObjectScan:
         turn = min(robot.max_turn, self.settings.max_turn)
         self._follower = PathFollower(max_turn=turn)
         self._known = ScanKnowledge(robot)
+        self._way = DrivenWay()
         self._blocks = self._failures = 0
         self._unplaced: list[Velocity] = []
         self._looked = self._due = robot.now
@@ -113,6 +113,11 @@ class ObjectScan:
     def T_map_base(self) -> PlanarPose:
         """Where the robot believes to be."""
         return self._known.T_map_base
+
+    @property
+    def driven_m(self) -> float:
+        """How far the robot drove until now [m]."""
+        return self._way.metres
 
     @property
     def turned_deg(self) -> float:
@@ -282,14 +287,13 @@ class ObjectScan:
         self.robot.wait(seconds)
         self._known.whereabouts.moved(velocity, seconds)
         after = self.robot.odometry()
-        step = commanded = abs(velocity.forward) * seconds
+        commanded, wheels = abs(velocity.forward) * seconds, None
         if before is not None and after is not None:
-            step = float(np.linalg.norm(after.T_odom_base.xy - before.T_odom_base.xy))
+            wheels = float(np.linalg.norm(after.T_odom_base.xy - before.T_odom_base.xy))
         # What the wheels did not do can not be taken back.
-        if step >= commanded / 2:
+        if wheels is None or wheels >= commanded / 2:
             self._unplaced.append(velocity)
-        # Odometry that jumps is no way driven.
-        self.driven_m += min(step, 2 * commanded)
+        self._way.moved(commanded, wheels)
         if self.robot.now >= self._due - 1e-6:
             yield from self._look()
 
@@ -316,6 +320,8 @@ class ObjectScan:
         """Take what the latest frame led to."""
         if self.frame is not None:
             self._known.heard(step, self.frame)
+        if step.pose is not None:
+            self._way.placed(self.T_map_base if step.pose.certain else None)
         if self._known.certain:
             self._unplaced.clear()
 

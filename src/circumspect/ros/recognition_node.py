@@ -179,7 +179,7 @@ class RecognitionNode:
         if step.outcome != CLASSIFIED:
             _log.warning("a frame left the model as it was: %s", step.outcome)
         if step.outcome == NO_POSE and step.pose is not None:
-            _log.warning("the pose is not certain: %s", step.pose.gate)
+            _log.warning("the pose is not certain: %s", step.pose.remark)
         self.health.step(step, spent)
         for observer in self.observers:
             observer.on_step(step)

@@ -27,7 +27,7 @@ from circumspect.simulation.plate import Plate
 from circumspect.simulation.point_surface import surface_from_points
 from circumspect.simulation.ray_caster import RayCaster, View
 from circumspect.simulation.room import Room, room
-from circumspect.simulation.scene import Scene, Surface, block, cylinder, floor
+from circumspect.simulation.scene import Scene, Surface, block, carried, cylinder, floor
 from circumspect.simulation.simulated_camera import SimulatedCamera, shaded
 from circumspect.simulation.simulated_robot import RobotSettings, SimulatedRobot, Truth
 from circumspect.simulation.station import Station, looking_at
@@ -67,6 +67,7 @@ __all__ = [
     "block",
     "board_images",
     "calibrated",
+    "carried",
     "ceiling_cameras",
     "cylinder",
     "floor",

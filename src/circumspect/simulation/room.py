@@ -15,7 +15,7 @@ from circumspect.sensing import DepthNoise
 from circumspect.simulation import pioneer
 from circumspect.simulation.camera_mount import CameraMount
 from circumspect.simulation.orbit import MAST_HEIGHT, Orbit
-from circumspect.simulation.scene import Scene, Surface, block, cylinder
+from circumspect.simulation.scene import Scene, Surface, block, carried, cylinder
 
 WALL_HEIGHT, WALL_THICKNESS = 2.4, 0.1
 """[m]"""
@@ -93,7 +93,7 @@ def room(
     reaches = lane + np.concatenate([[0.05], rng.uniform(0.8, 1.8, 3)])
     things = [*_walls(reaches), *_clutter(rng, reaches, lane, clutter)]
     turn = PlanarPose(*orbit.centre_xy, float(rng.uniform(0, 2 * np.pi)))
-    others = [Surface(s.name, _carried(s.mesh, turn), s.colour) for s in things]
+    others = [Surface(s.name, carried(s.mesh, turn), s.colour) for s in things]
     return Room(Scene.with_object(mesh, *others), orbit, mount, lane)
 
 
@@ -127,7 +127,7 @@ def _clutter(
         if inside and all(np.hypot(x - a, y - b) > reach + c for a, b, c in placed):
             placed.append((x, y, reach))
             stand = PlanarPose(x, y, float(rng.uniform(0, 2 * np.pi)))
-            yield Surface(f"{name}-{number}", _carried(mesh, stand), colour)
+            yield Surface(f"{name}-{number}", carried(mesh, stand), colour)
 
 
 _Thing = tuple[str, TriangleMesh, tuple[float, float, float]]
@@ -156,8 +156,3 @@ def _joined(*parts: TriangleMesh) -> TriangleMesh:
         np.concatenate([part.vertices_xyz for part in parts]),
         np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=True)]),
     )
-
-
-def _carried(mesh: TriangleMesh, pose: PlanarPose) -> TriangleMesh:
-    xy = pose.applied(mesh.vertices_xyz[:, :2])
-    return TriangleMesh(np.column_stack([xy, mesh.vertices_xyz[:, 2]]), mesh.faces)

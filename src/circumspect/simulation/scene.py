@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circumspect.geometry import TriangleMesh
+from circumspect.geometry import PlanarPose, TriangleMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,3 +93,14 @@ def cylinder(radius: float, bottom: float, top: float, sides: int = 24) -> Trian
         np.column_stack([this + sides, after + sides, high]),
     ]
     return TriangleMesh(vertices, np.concatenate(faces))
+
+
+def carried(mesh: TriangleMesh, pose: PlanarPose) -> TriangleMesh:
+    """A mesh that was made at the origin, set down elsewhere on the floor.
+
+    Args:
+        mesh: [m].
+        pose: To where.
+    """
+    xy = pose.applied(mesh.vertices_xyz[:, :2])
+    return TriangleMesh(np.column_stack([xy, mesh.vertices_xyz[:, 2]]), mesh.faces)

@@ -106,6 +106,8 @@ def _faults(rows: Sequence[Mapping[str, Any]], count: int) -> Iterable[tuple[int
             reasons.append(str(row.get("outcome")))
         if row.get("gate") not in (None, OPEN):
             reasons.append(f"gate closed: {row['gate']}")
+        if row.get("doubt"):
+            reasons.append(str(row["doubt"]))
         if reasons:
             yield int(row.get("frame", index)), "; ".join(reasons)
             found += 1

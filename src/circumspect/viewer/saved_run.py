@@ -26,7 +26,7 @@ LARGEST_LOG, LARGEST_JSON, LARGEST_ODOMETRY = 512 << 20, 16 << 20, 16 << 20
 """Bytes."""
 LARGEST_NUMBER = 1e30
 """Sums of larger ones might overflow."""
-LOG_KEYS = ("outcome", "label", "gate")
+LOG_KEYS = ("outcome", "label", "gate", "doubt")
 Row = Mapping[str, Any]
 
 
