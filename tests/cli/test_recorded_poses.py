@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -45,30 +46,50 @@ def frames() -> list[RgbdFrame]:
     return list(islice(camera.frames(400), 7))
 
 
-def write(folder: Path, frames: list[RgbdFrame]) -> Path:
-    """In the layout of 7-Scenes."""
-    folder.mkdir()
+def as_seven_scenes(folder: Path, frames: list[RgbdFrame]) -> None:
     for number, frame in enumerate(frames):
         stem = folder / f"frame-{number:06d}"
-        millimetres = np.nan_to_num(1e3 * frame.depth).round().astype(np.uint16)
-        Image.fromarray(millimetres).save(f"{stem}.depth.png")
+        save_depth(f"{stem}.depth.png", 1e3 * frame.depth)
         np.savetxt(f"{stem}.pose.txt", frame.pose.as_matrix())
+    np.savetxt(folder / "gravity-direction.txt", [0, 0, -1])
+
+
+def as_tum_rgbd(folder: Path, frames: list[RgbdFrame]) -> None:
+    for frame in frames:
+        save_depth(folder / f"{frame.stamp:.4f}.png", 5e3 * frame.depth)
+    depth = [f"{frame.stamp:.4f} {frame.stamp:.4f}.png" for frame in frames]
+    rows = [(frame.stamp, frame.pose.translation, frame.pose.rotation) for frame in frames]
+    (folder / "depth.txt").write_text("\n".join(depth))
+    np.savetxt(folder / "groundtruth.txt", [[t, *xyz, *R.as_quat()] for t, xyz, R in rows])
+
+
+def save_depth(path: str | Path, values: np.ndarray) -> None:
+    Image.fromarray(np.nan_to_num(values).round().astype(np.uint16)).save(path)
+
+
+Layout = Callable[[Path, list[RgbdFrame]], None]
+
+
+def write(folder: Path, frames: list[RgbdFrame], layout: Layout) -> Path:
+    folder.mkdir()
+    layout(folder, frames)
     c = CAMERA
     matrix = [[c.fx, 0, c.cx], [0, c.fy, c.cy], [0, 0, 1]]
     np.savetxt(folder / "camera-intrinsics.txt", matrix)
-    np.savetxt(folder / "gravity-direction.txt", [0, 0, -1])
     return folder
 
 
+@pytest.mark.parametrize("layout", [as_seven_scenes, as_tum_rgbd])
 @pytest.mark.parametrize("seen", [None, PATCH], ids=["blank", "too little"])
 def test_first_frames_without_enough_depth_do_not_end_a_replay(
+    layout: Layout,
     seen: tuple[slice, slice] | None,
     frames: list[RgbdFrame],
     tmp_path: Path,
     capsys: pytest.CaptureFixture,
 ) -> None:
     shots = [*(covered_but(frame, seen) for frame in frames[:2]), *frames[2:]]
-    folder = write(tmp_path / "scene", shots)
+    folder = write(tmp_path / "scene", shots, layout)
     out = ["--out", str(tmp_path / "run"), "--json"]
     assert main(["replay", str(folder), *BOX, "--poses", "hidden", *out]) == 0
     told = json.loads(capsys.readouterr().out)
