@@ -112,7 +112,7 @@ def wheel_step(
 
 
 def _by_shares(told: PlanarPose) -> NDArray[np.float64]:
-    """(6, 2) changes of the base after a motion (w xy, s yaw) by its shares w and s."""
+    """(6, 2) changes of the base after a motion (a xy, b yaw) by its shares a and b."""
     cosine, sine = np.cos(told.yaw), np.sin(told.yaw)
     changes = np.zeros((6, 2))
     changes[3:5, 0] = cosine * told.x + sine * told.y, cosine * told.y - sine * told.x
