@@ -81,7 +81,7 @@ ROOMS = {
     "floor with ridges of 5 mm": replace(ROOM, bump_height=0.005),
 }
 NOTHING, BAR, GIANT = (
-    "no object in view", "object larger than the room", "object too large for the camera",
+    "no object in view", "object from wall to wall", "object too large for the camera",
 )  # fmt: skip
 WORLDS = (*ROOMS, NOTHING, BAR, GIANT)
 """Faults of the world instead of the robot."""
@@ -150,6 +150,7 @@ def _parts(job: FaultJob) -> SimulatedScan:
     if job.fault == GIANT:
         mesh = parts.room.scene.surfaces[0].mesh
         room(TriangleMesh(8 * mesh.vertices_xyz, mesh.faces), job.scan.seed)
+        raise AssertionError("the room took a thing of eight times the size")
     # Bare walls: a thing that stands about would be taken for the object, and rightly so.
     bare = tuple(s for s in parts.room.scene.surfaces if s.name.startswith(("floor", "wall")))
     if job.fault == NOTHING:

@@ -53,7 +53,7 @@ class ScanJob:
         frame_interval: [s].
         frames: At most so many.
         data: Folder of the point packs, where the object is one of theirs.
-        detailed: Times count: keep that of every stage of every frame.
+        detailed: Keep the time of every stage of every frame; the network has all cores.
         shape: Compare the model with the true surface, which costs half as much as the scan.
     """
 

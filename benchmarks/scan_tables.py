@@ -229,7 +229,11 @@ def answers(found: list[Record], data: Path) -> tuple[str, Any]:
         "class", "objects", *(f"{start:.0f}°" for start in starts), "all starts",
         "same from all starts", "complete cloud",
     ]  # fmt: skip
-    return "Share of right answers by azimuth of the start.\n\n" + table(head, rows), figures
+    note = (
+        "Share of right answers by azimuth of the start; of complete clouds by the classifier that "
+        "made this table.\n\n"
+    )
+    return note + table(head, rows), figures
 
 
 def times(found: list[Record]) -> tuple[str, Any]:

@@ -67,7 +67,7 @@ def test_what_can_not_be_told_is_left_out_with_a_reason() -> None:
     blind = scan_error(truth, in_map(truth), truth, np.empty((0, 3)), SCENE, CAMERA)
     assert blind.trajectory.max_m < 1e-9
     assert blind.shape is None
-    assert blind.missing == ("shape: the object was never seen",)
+    assert blind.missing == ("shape: there is no object to compare",)
     alone = scan_error(truth, in_map(truth), None, None, SCENE, CAMERA)
     assert (alone.shape, alone.missing, alone.trajectory) == (None, (), blind.trajectory)
     assert scan_error(truth, None, None, BOX.vertices_xyz, SCENE, CAMERA) == ScanError()

@@ -165,7 +165,9 @@ def test_turn_and_place_must_both_be_known_to_be_certain(certain: tuple[float, f
     strict = RegisteredPoses(settings=replace(TrackingSettings(), certain=certain))
     told = follow(short_drive()[:3], strict)[1:]
     assert not any(estimate.certain for estimate in told)
-    assert all(re.search(r"known to [\d.]+° and \d+ mm only|must agree", t.doubt) for t in told)
+    limit = r"57.3° and 0 mm" if certain[0] == 1.0 else r"0.0° and 1000 mm"
+    known = rf"known to [\d.]+° and \d+ mm; {limit} are needed"
+    assert all(re.fullmatch(known, estimate.doubt) for estimate in told)
     generous = RegisteredPoses(settings=replace(TrackingSettings(), certain=(1.0, 1.0)))
     assert all(estimate.certain for estimate in follow(short_drive()[:3], generous))
 
@@ -235,6 +237,12 @@ def test_a_kidnapped_robot_is_noticed_where_nothing_is_known() -> None:
     assert told[-1].gate.startswith("lost: ")
     assert told[-1].doubt == "8 frames contradicted what is known"
     never_wrong_and_sure(told, angles)
+
+
+def test_a_camera_found_again_is_on_probation_and_says_so() -> None:
+    told = after_a_blind_passage(100, off=0.0)
+    assert told.gate == GATE_OPEN
+    assert told.doubt == "" or told.doubt.endswith("must agree first")
 
 
 def test_a_kidnapped_robot_finds_back_to_a_place_it_knows() -> None:

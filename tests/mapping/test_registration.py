@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -74,6 +76,9 @@ def test_what_a_floor_does_not_hold_stays_as_the_prior_says() -> None:
     np.testing.assert_allclose(place, (down * off).translation[:2], atol=0.01)
     assert weakest_direction(found.hessian) > 10
     assert GateSettings().verdict(found, LOOSE).reason == "the scene leaves one direction free"
+    firmer = replace(found, hessian=np.diag([1e6] * 5 + [0.05**-2]))
+    told = GateSettings().verdict(firmer, LOOSE).reason
+    assert told == "the scene holds one direction to 0.050 m; 0.03 m are needed"
     assert np.isfinite(squared_distance(found, LOOSE))
 
 

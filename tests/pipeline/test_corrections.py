@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 from small_world import frames, pipeline
 
 from circumspect.mapping import PoseEstimate, PoseEstimator
-from circumspect.pipeline import RecognitionPipeline, RecognitionStep, recognition_pipeline
+from circumspect.pipeline import (
+    RecognitionPipeline,
+    RecognitionResult,
+    RecognitionStep,
+    recognition_pipeline,
+)
 
 DRIFT = RigidTransform.from_translation([0.1, -0.05, 0.0])
 
@@ -45,6 +52,19 @@ class Restless(Corrected):
         return max(0, len(self.true) - self.at)
 
 
+class Shares:
+    """Notes how much of the object was seen by each frame."""
+
+    def __init__(self, told: list[float]) -> None:
+        self.told = told
+
+    def on_step(self, step: RecognitionStep) -> None:
+        self.told.append(step.seen)
+
+    def on_end(self, result: RecognitionResult) -> None:
+        pass
+
+
 def centre(step: RecognitionStep) -> np.ndarray:
     return step.model.cloud().points_xyz.mean(axis=0)
 
@@ -76,6 +96,16 @@ def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> Non
     wanted, result = pipeline().run(shots), corrected_line(7).run(shots)
     np.testing.assert_allclose(centre(result.last), centre(wanted.last), atol=0.004)
     assert result.last.model.frames == 8
+
+
+def test_what_was_seen_is_told_as_it_is_after_a_correction_at_the_end(monkeypatch) -> None:
+    monkeypatch.setattr(recognition_pipeline, "PATCHES_A_FRAME", 1)
+    shares = count(0.1, 0.01)
+    monkeypatch.setattr(recognition_pipeline, "share_seen", lambda *_: next(shares))
+    line, told = corrected_line(3), []
+    line.observers = (Shares(told),)
+    result = line.run(frames(4))
+    assert result.last.seen == line.seen > max(told)
 
 
 class Twice(Corrected):

@@ -95,7 +95,7 @@ def test_no_object_ends_after_one_look_round(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "scan.json").read_text())["ended"] == going.ended
 
 
-def test_an_object_larger_than_the_room_ends_with_the_reason_and_is_not_named(
+def test_an_object_larger_than_the_room_ends_with_the_reason_and_no_conclusion(
     tmp_path: Path,
 ) -> None:
     bar = block((-0.2, -2.4, 0.0), (0.2, 2.4, 0.7))

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,15 @@ from small_world import blind, frames, pipeline
 from circumspect.errors import OutputError
 from circumspect.geometry import read_cloud, read_tum
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import ObjectModel, PoseEstimate
-from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
+from circumspect.mapping import KnownPoses, ObjectModel, PoseEstimate
+from circumspect.pipeline import (
+    RecognitionPipeline,
+    RecognitionResult,
+    RecognitionStep,
+    RunFolder,
+)
 from circumspect.pipeline.run_folder import result_document
+from circumspect.sensing import RgbdFrame
 
 CONFIG = {"command": "test", "truth": "full", "start_deg": 30.0}
 
@@ -89,7 +96,7 @@ def test_a_run_that_saw_nothing_says_so(tmp_path: Path) -> None:
     document = json.loads((tmp_path / "result.json").read_text())
     assert document["label"] is None
     assert document["outcomes"] == {"no depth in the frame": 2}
-    assert folder.picture_missing == "the object was never seen"
+    assert folder.picture_missing == "there is no object to show"
     assert not (tmp_path / "model.ply").exists()
 
 
@@ -114,6 +121,20 @@ def test_from_where_on_a_camera_was_lost(gates: list[str | None], lost_from: int
     result = RecognitionResult(steps)
     assert result.lost_from == lost_from
     assert result_document(result, {})["lost_from"] == lost_from
+
+
+def test_the_log_says_why_a_pose_is_in_doubt(tmp_path: Path) -> None:
+    class Unsure(KnownPoses):
+        def estimate(self, frame: RgbdFrame) -> PoseEstimate:
+            return replace(super().estimate(frame), doubt="2 frames must agree first")
+
+    parts = pipeline()
+    RecognitionPipeline(
+        parts.segmentation, Unsure(), parts.classifier, observers=(RunFolder(tmp_path, CONFIG),)
+    ).run(frames(2))
+    rows = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
+    assert [row["doubt"] for row in rows] == ["2 frames must agree first"] * 2
+    assert [row["certain"] for row in rows] == [False] * 2
 
 
 def test_an_interrupted_run_is_saved(tmp_path: Path) -> None:

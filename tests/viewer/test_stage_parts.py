@@ -148,7 +148,9 @@ class TestPanel:
         text = faults_html(rows, 8)
         assert text.index("frame 6") < text.index("frame 3")
         assert "frame 6" not in faults_html(rows, 5)
-        assert "every gate open" in faults_html(rows, 2)
+        doubtful = faults_html([row(doubt="2 frames must agree first")], 1)
+        assert "2 frames must agree first" in doubtful
+        assert "every gate open, no pose in doubt" in faults_html(rows, 2)
         many = faults_html([row(frame=i, outcome="no depth") for i in range(50)], 50)
         assert many.count("no depth") == 6
 

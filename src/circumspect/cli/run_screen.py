@@ -83,7 +83,7 @@ class RunScreen:
         self._progress.update(self._task, completed=done, note=live)
         last = self._done is None and count == self._total
         if not self._live and (step.index % TELL_EVERY == 0 or last):
-            note += f"  {remark}" if remark else ""
+            note += f"  {short}: {remark}" if remark else ""
             where = f"/{self._total}" if self._done is None else f"  {done:3.0f}/{self._total}"
             print(f"frame {count:3}{where}  {note}", file=sys.stderr)  # noqa: T201
 

@@ -91,7 +91,7 @@ def scan_error(
     wheels = compared("odometry", odometry, Alignment.RIGID)
     shape = None
     if model_xyz is not None and not len(model_xyz):
-        missing.append("shape: the object was never seen")
+        missing.append("shape: there is no object to compare")
     elif estimate is not None and model_xyz is not None:
         try:
             T_world_map = alignment_between(estimate, truth, Alignment.ORIENTATIONS)

@@ -19,9 +19,8 @@ class Attempt:
         belief: The pose after the frame was looked at.
         verdict: Of the gate.
         source: Of the prediction.
-        found: The registration that the belief rests on, or that speaks against it; None where
-            there was none, or none that says anything.
-        refused: A registration that converged, but is not to be believed: only told.
+        found: The registration that the verdict is of; None where there was none.
+        refused: In its place one that leapt or is ambiguous: nothing goes by it, it is only told.
     """
 
     belief: Belief

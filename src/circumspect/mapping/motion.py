@@ -101,8 +101,8 @@ def agree(before: Belief | None, one: Belief, other: Belief) -> bool:
 def guessed(time: float, settings: MotionSettings, unheld: float = 0.0) -> NDArray[np.float64]:
     """(6, 6) covariance of a motion that nothing told of [rad, m].
 
-    A wrong velocity s stays wrong: of its variance (s t)² after a time t without the scene a step d
-    adds s² ((t + d)² - t²), so that fast cameras are no surer than slow ones.
+    A wrong velocity ε stays wrong: of its variance (ε t)² after a time t without the scene a step d
+    adds ε² ((t + d)² - t²), so that fast cameras are no surer than slow ones.
 
     Args:
         time: For how long [s] it went on.

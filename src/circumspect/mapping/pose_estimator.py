@@ -29,8 +29,8 @@ class PoseEstimate:
 
     Attributes:
         T_map_camera: The pose, optical frame.
-        converged: Whether the estimator reached a solution of its own, believed or not; so for
-            inliers and residual, too.
+        converged: Whether the estimator reached a solution of its own. It is told, as its inliers
+            and residual are, whether it was believed or not.
         inliers: Points of the frame that support it.
         residual: Root mean square distance of the inliers to the scene [m].
         gate: "open" where the estimate is used as it is, else the reason why it is not and the

@@ -317,11 +317,11 @@ class RegisteredPoses(PoseEstimator):
         """Why not to build on it; empty where nothing speaks against that."""
         if self._doubts:
             return f"{_frames(self._doubts)} contradicted what is known"
+        if not self._is_known(attempt.belief):
+            known, needed = _shown(attempt.belief.sigmas), _shown(self.settings.certain)
+            return f"known to {known}; {needed} are needed"
         if left := self._probation.left:
             return f"{_frames(left)} must agree first"
-        if not self._is_known(attempt.belief):
-            turn, place = attempt.belief.sigmas
-            return f"known to {np.degrees(turn):.1f}° and {1e3 * place:.0f} mm only"
         return ""
 
     def _is_known(self, belief: Belief) -> bool:
@@ -358,6 +358,11 @@ class RegisteredPoses(PoseEstimator):
             anchor=number,
             T_anchor_camera=T_anchor_camera,
         )
+
+
+def _shown(sigmas: tuple[float, float]) -> str:
+    turn, place = sigmas
+    return f"{np.degrees(turn):.1f}° and {1e3 * place:.0f} mm"
 
 
 def _frames(count: int) -> str:

@@ -83,8 +83,8 @@ def wheel_step(
 ) -> WheelMotion:
     """The camera's motion from one frame to the next.
 
-    What a steady slip s costs grows with the whole way L since the scene held the camera: of its
-    variance (s L)² a step d adds s² ((L + d)² - L²).
+    What a steady slip η costs grows with the whole way L since the scene held the camera: of its
+    variance (η L)² a step d adds η² ((L + d)² - L²).
 
     Args:
         before: Odometry at the last frame.

@@ -105,8 +105,8 @@ class RecognitionPipeline:
             frames: In the order in which they were taken.
 
         Returns:
-            Every step with its pose as it is known at the end; the last one holds model, grid and
-            prediction.
+            Every step with its pose as it is known at the end; the last one holds model, grid,
+            prediction and share seen as they are then.
 
         Raises:
             InputError: A frame has no pose and the pose estimator needs one.

@@ -148,7 +148,7 @@ class RecognitionResult:
 
     @property
     def points_xyz(self) -> NDArray[np.float64]:
-        """(n, 3) [m] of the final model; none where the object was never seen."""
+        """(n, 3) [m] of the final model; none where nothing is known of it, or it is too wide."""
         if self.last is None or self.last.grid is None:
             return np.empty((0, 3))
         return self.last.model.cloud().points_xyz

@@ -91,7 +91,7 @@ class RunFolder:
             write_tum(self.path / "trajectory.txt", path)
         last = result.last
         if last is None or last.grid is None:
-            self.picture_missing = "the object was never seen"
+            self.picture_missing = "there is no object to show"
             return
         last.model.save(self.path / "model.ply")
         last.grid.save(self.path / "grid.npz")

@@ -10,7 +10,7 @@ from circumspect.geometry import PlanarPose
 from circumspect.pipeline.driven_way import DrivenWay
 from circumspect.pipeline.progress_watch import ProgressWatch
 from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
-from circumspect.pipeline.records import RecognitionResult, RecognitionStep
+from circumspect.pipeline.records import OUT_OF_ORDER, RecognitionResult, RecognitionStep
 from circumspect.pipeline.scan_knowledge import ScanKnowledge
 from circumspect.pipeline.scan_settings import ScanSettings
 from circumspect.pipeline.stage_clock import StageClock, timed
@@ -35,7 +35,7 @@ from circumspect.planning import (
     sectors_visited,
 )
 from circumspect.robot import MobileRobot, PathFollower, Velocity
-from circumspect.sensing import RgbdFrame
+from circumspect.sensing import Odometry, RgbdFrame
 
 LOST = "lost: no frame can be placed with certainty any more"
 NO_OBJECT_ANYWHERE = "no object in view after a look round"
@@ -196,7 +196,7 @@ class ObjectScan:
             # Between frames the wheels tell where the robot is, and they may turn in vain.
             if self.frame is not frame:
                 outcome = self._hindrance(way, watch)
-        self.robot.stop()
+        self._stop()
         if outcome == REACHED:
             yield from self._stand_and_look()
             outcome = REACHED if self._known.in_view else HIDDEN
@@ -241,7 +241,7 @@ class ObjectScan:
         s = self.settings
         for _ in range(round(s.back_off / s.speed / s.tick)):
             yield from self._tick(Velocity(-s.speed))
-        self.robot.stop()
+        self._stop()
 
     def _retrace(self) -> Frames:
         """Take back what was driven since the last frame that could be placed, until one can be."""
@@ -250,7 +250,7 @@ class ObjectScan:
             if self._known.certain:
                 break
             yield from self._tick(Velocity(-velocity.forward, -velocity.turn))
-        self.robot.stop()
+        self._stop()
 
     def _record(self, view: NextView, outcome: str, way: Route | None = None) -> None:
         """Keep what became of a view; what has no way, or failed twice, is not tried again."""
@@ -278,24 +278,37 @@ class ObjectScan:
                 raise ScanOver(otherwise)
             yield from self._tick(Velocity(0.0, turn))
             turned += turn * self.settings.tick
-        self.robot.stop()
+        self._stop()
 
     def _tick(self, velocity: Velocity) -> Frames:
         """Drive for one tick, and take a frame when it is time."""
         seconds, before = self.settings.tick, self.robot.odometry()
+        self._went(before)
+        self._way.told(velocity.forward)
         self.robot.drive(velocity)
         self.robot.wait(seconds)
         self._known.whereabouts.moved(velocity, seconds)
         after = self.robot.odometry()
-        commanded, wheels = abs(velocity.forward) * seconds, None
+        self._went(after)
+        step = commanded = abs(velocity.forward) * seconds
         if before is not None and after is not None:
-            wheels = float(np.linalg.norm(after.T_odom_base.xy - before.T_odom_base.xy))
+            step = float(np.linalg.norm(after.T_odom_base.xy - before.T_odom_base.xy))
         # What the wheels did not do can not be taken back.
-        if wheels is None or wheels >= commanded / 2:
+        if step >= commanded / 2:
             self._unplaced.append(velocity)
-        self._way.moved(commanded, wheels)
         if self.robot.now >= self._due - 1e-6:
             yield from self._look()
+
+    def _went(self, odometry: Odometry | None) -> None:
+        """Count what was driven until now; the robot goes on while a frame is worked on."""
+        now = self.robot.now - self.robot.held
+        self._way.went(now, None if odometry is None else odometry.T_odom_base)
+
+    def _stop(self) -> None:
+        """Stand still."""
+        self._went(self.robot.odometry())
+        self._way.told(0.0)
+        self.robot.stop()
 
     def _look(self) -> Frames:
         """Take a frame; once it went through the pipeline, see whether to go on."""
@@ -320,8 +333,10 @@ class ObjectScan:
         """Take what the latest frame led to."""
         if self.frame is not None:
             self._known.heard(step, self.frame)
-        if step.pose is not None:
-            self._way.placed(self.T_map_base if step.pose.certain else None)
+        # A late frame says nothing of where the robot is.
+        if step.outcome != OUT_OF_ORDER:
+            self._went(self.robot.odometry())
+            self._way.placed(self.T_map_base if self._known.certain else None)
         if self._known.certain:
             self._unplaced.clear()
 

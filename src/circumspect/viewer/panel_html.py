@@ -86,10 +86,10 @@ def times_html(row: Mapping[str, Any]) -> str:
 
 
 def faults_html(rows: Sequence[Mapping[str, Any]], count: int) -> str:
-    """What went wrong lately: frames that changed nothing, gates that closed."""
+    """What went wrong lately: frames that changed nothing, gates that closed, poses in doubt."""
     told = list(_faults(rows, count))
     if not told:
-        return _box(f"<span style='{QUIET}'>no fault, and every gate open</span>")
+        return _box(f"<span style='{QUIET}'>no fault, every gate open, no pose in doubt</span>")
     lines = "".join(
         f"<li><b>frame {frame + 1}</b> {_text(what)}</li>" for frame, what in told[:MOST_FAULTS]
     )
