@@ -28,6 +28,17 @@ def test_matrices_say_the_same_as_scipy(seed: int, turn: float) -> None:
 
 
 @given(seeds)
+def test_many_at_once_are_as_one_by_one(seed: int) -> None:
+    changes = np.stack([change(seed + n, turn) for n, turn in enumerate((0.0, 1e-5, 1.0, 3.0))])
+    motions = rigid_matrix.exps(changes)
+    np.testing.assert_allclose(motions, [rigid_matrix.exp(one) for one in changes], atol=1e-9)
+    np.testing.assert_allclose(rigid_matrix.logs(motions), changes, atol=1e-7)
+    np.testing.assert_array_equal(
+        rigid_matrix.adjoint(motions), [rigid_matrix.adjoint(one) for one in motions]
+    )
+
+
+@given(seeds)
 def test_many_are_turned_round_at_once(seed: int) -> None:
     many = np.stack([rigid_matrix.exp(change(seed + n, 1.0)) for n in range(3)])
     np.testing.assert_allclose(

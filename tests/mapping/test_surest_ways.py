@@ -12,7 +12,7 @@ from circumspect.mapping import RegisteredPoses, TrackingSettings, keyframes, se
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.keyframes import Keyframes, KeyframeSettings
 from circumspect.mapping.pose_graph import Edge
-from circumspect.mapping.surest_ways import agrees, by_surest_ways, moved_covariance
+from circumspect.mapping.surest_ways import agreeing, by_surest_ways, moved_covariance
 from circumspect.mapping.wheels import Passage
 
 I6 = np.eye(6)
@@ -76,8 +76,10 @@ def test_a_loop_makes_its_end_surer_and_what_lies_before_it(seed: int, turned_ro
 
 def test_an_edge_that_the_poses_contradict_is_told_apart() -> None:
     one, other = chain(2, np.random.default_rng(0))
-    assert agrees(edge(one, other, 1e-4, off=0.02), one, other)
-    assert not agrees(edge(one, other, 1e-4, off=0.1), one, other)
+    near, far = (edge(one, other, 1e-4, off=off) for off in (0.02, 0.1))
+    keys = {key.number: key for key in (one, other)}
+    assert agreeing([far, near, far], keys) == [near]
+    assert agreeing([], keys) == []
 
 
 def on_a_line(places: list[float]) -> Keyframes:

@@ -65,6 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         answer that could not be told, 130 interrupted by Ctrl-C, 143 by SIGTERM.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    # NumPy's matrices are small here: what waits for larger ones takes a core from the network.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _open_closed_streams()
     _escape_what_output_lacks()
     try:

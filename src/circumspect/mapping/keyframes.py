@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import se3
+from circumspect.mapping import rigid_matrix, se3
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.heirs import Heirs
 from circumspect.mapping.keyframe import Keyframe
@@ -27,7 +27,7 @@ from circumspect.mapping.registration import RegistrationSettings
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.surest_ways import (
-    agrees,
+    agreeing,
     by_surest_ways,
     share_of_variance,
 )
@@ -234,7 +234,7 @@ class Keyframes:
             return
         self._edges.append(edge)
         self.loops += int(closes_a_loop(first, second))
-        if is_consecutive(first, second) or not agrees(edge, self[first], self[second]):
+        if is_consecutive(first, second) or not agreeing([edge], self._by_number):
             return
         if share_of_variance(edge, self[first], self[second]) < FOUND_AGAIN:
             self._reconcile()
@@ -279,10 +279,8 @@ class Keyframes:
         """
         graph = self.graph()
         poses = graph.optimised().poses
-        changes = se3.log(
-            RigidTransform.concatenate(list(graph.poses)).inv()
-            * RigidTransform.concatenate(list(poses))
-        )
+        there = np.stack([pose.as_matrix() for pose in poses])
+        changes = rigid_matrix.logs(rigid_matrix.inverse(self._poses()) @ there)
         turn, shift = np.linalg.norm(changes.reshape(-1, 2, 3), axis=2).max(axis=0)
         s = self.settings
         moved = anyway or shift >= s.rebuild_shift or turn >= s.rebuild_turn
@@ -296,12 +294,12 @@ class Keyframes:
 
     def _reconcile(self) -> None:
         """Tell of all how well they are known by the fits that their poses agree with."""
-        sound = [
+        asked = [
             edge
             for edge in self._edges
             if not (edge.inherited or is_consecutive(edge.first, edge.second))
-            and agrees(edge, self[edge.first], self[edge.second])
         ]
+        sound = agreeing(asked, self._by_number)
         self._by_number = by_surest_ways(list(self._by_number.values()), sound)
         closing = [edge.second for edge in sound if closes_a_loop(edge.first, edge.second)]
         self._agreed = max([self._agreed, *closing])

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry.composition import composed
+from circumspect.geometry.composition import composed, orthonormal
 from circumspect.mapping import se3
+from circumspect.mapping.graph_problem import GraphProblem, GraphState
 
-KERNEL = 6.0
-"""c of Cauchy's kernel, in units of the normalised error; six degrees of freedom make √6."""
 ROUNDS = 30
 SMALL = 1e-7
 """Converged once no pose changes by more than this [rad], [m]."""
@@ -71,13 +70,7 @@ class PoseGraph:
     @property
     def cost(self) -> float:
         """Σ ρ(eᵀ Ω e) over the edges and Σ eᵀ Ω e over the levels."""
-        squares = self._edge_errors()[1]
-        robust = np.array([edge.robust for edge in self.edges])
-        total = float(np.where(robust, KERNEL**2 * np.log1p(squares / KERNEL**2), squares).sum())
-        if self.levels:
-            errors, _, omega = self._level_errors()
-            total += float(np.einsum("mi,mij,mj->", errors, omega, errors))
-        return total
+        return self._state.cost
 
     def optimised(self) -> PoseGraph:
         """The poses of least cost near these, by Gauss-Newton.
@@ -88,99 +81,26 @@ class PoseGraph:
         """
         if len(self.poses) < 2 or not self.edges:
             return self
-        graph, damping = self, 1e-9
-        cost = graph.cost
+        here, damping = self._state, 1e-9
+        cost = here.cost
         for _ in range(ROUNDS):
-            step = graph._step(damping)
-            moved = graph._moved(step)
-            lower = moved.cost
+            step = here.step(damping)
+            there = here.moved(step)
+            lower = there.cost
             if lower > cost * (1 + 1e-12) + 1e-15:
                 damping = max(1e-6, 10 * damping)
                 if damping > 1e6:
                     break
                 continue
-            graph, cost, damping = moved, lower, max(damping / 10, 1e-9)
+            here, cost, damping = there, lower, max(damping / 10, 1e-9)
             if np.abs(step).max() < SMALL:
                 break
-        return graph
+        return replace(self, poses=tuple(map(orthonormal, here.poses)))
 
-    def _moved(self, step: NDArray[np.float64]) -> PoseGraph:
-        batch = RigidTransform.concatenate(list(self.poses)) * se3.exp(step.reshape(-1, 6))
-        return replace(self, poses=tuple(batch[number] for number in range(len(self.poses))))
-
-    def _edge_errors(
-        self,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], RigidTransform]:
-        """(m, 6) errors, (m,) squared normalised errors, and T₁⁻¹T₂ of the edges."""
-        poses = RigidTransform.concatenate(list(self.poses))
-        first = poses[np.array([edge.first for edge in self.edges])]
-        second = poses[np.array([edge.second for edge in self.edges])]
-        measured = RigidTransform.concatenate([edge.T_first_second for edge in self.edges])
-        between = first.inv() * second
-        errors = se3.log(measured.inv() * between)
-        squares = np.einsum("mi,mij,mj->m", errors, self._informations(), errors)
-        return errors, squares, between
-
-    def _informations(self) -> NDArray[np.floating]:
-        return np.stack([edge.information for edge in self.edges])
-
-    def _level_errors(
-        self,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.floating]]:
-        """(m, 3) errors, (m, 3, 6) derivatives and (m, 3, 3) information of the levels."""
-        poses = RigidTransform.concatenate([self.poses[level.number] for level in self.levels])
-        mounts = RigidTransform.concatenate([level.T_base_camera for level in self.levels])
-        return (
-            *se3.level_error(poses, mounts),
-            np.stack([level.information for level in self.levels]),
-        )
-
-    def _step(self, damping: float) -> NDArray[np.float64]:
-        """(6 n,) the Gauss-Newton step; zero for the first pose."""
-        from scipy.sparse import coo_array, csc_array, diags_array
-        from scipy.sparse.linalg import spsolve
-
-        blocks, rows, columns, gradient = self._normal_equations()
-        size = 6 * len(self.poses)
-        cell = np.arange(6)
-        i = np.broadcast_to(6 * rows[:, None, None] + cell[:, None], blocks.shape)
-        j = np.broadcast_to(6 * columns[:, None, None] + cell[None, :], blocks.shape)
-        H = coo_array((blocks.ravel(), (i.ravel(), j.ravel())), shape=(size, size))
-        # Poses that nothing holds stay where they are.
-        H = csc_array(H + diags_array(damping * H.diagonal() + 1e-9))
-        step = np.zeros(size)
-        step[6:] = -spsolve(H[6:, 6:], gradient[6:])
-        return step
-
-    def _normal_equations(
-        self,
-    ) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-        errors, squares, between = self._edge_errors()
-        robust = np.array([edge.robust for edge in self.edges])
-        weights = np.where(robust, 1 / (1 + squares / KERNEL**2), 1.0)
-        omega = self._informations() * weights[:, None, None]
-        J2 = se3.right_jacobian_inverse(errors)
-        J1 = -J2 @ se3.adjoint(between.inv())
-        first = np.array([edge.first for edge in self.edges])
-        second = np.array([edge.second for edge in self.edges])
-        gradient = np.zeros(6 * len(self.poses))
-        blocks, rows, columns = [], [], []
-        for Ja, a in ((J1, first), (J2, second)):
-            pull = np.einsum("mki,mkl,ml->mi", Ja, omega, errors)
-            np.add.at(gradient.reshape(-1, 6), a, pull)
-            for Jb, b in ((J1, first), (J2, second)):
-                blocks.append(np.einsum("mki,mkl,mlj->mij", Ja, omega, Jb))
-                rows.append(a)
-                columns.append(b)
-        if self.levels:
-            errors, J, omega = self._level_errors()
-            numbers = np.array([level.number for level in self.levels])
-            blocks.append(np.einsum("mki,mkl,mlj->mij", J, omega, J))
-            rows.append(numbers)
-            columns.append(numbers)
-            pull = np.einsum("mki,mkl,ml->mi", J, omega, errors)
-            np.add.at(gradient.reshape(-1, 6), numbers, pull)
-        return np.concatenate(blocks), np.concatenate(rows), np.concatenate(columns), gradient
+    @property
+    def _state(self) -> GraphState:
+        poses = np.stack([pose.as_matrix() for pose in self.poses])
+        return GraphProblem.of(self.edges, self.levels).at(poses)
 
 
 def bridged(edges: list[Edge], gone: int, heir: int, T_heir_gone: RigidTransform) -> list[Edge]:

@@ -51,6 +51,16 @@ def log(T: NDArray[np.float64]) -> NDArray[np.float64]:
     return change
 
 
+def exps(changes: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(n, 4, 4) the motions of (n, 6) changes."""
+    return RigidTransform.from_exp_coords(changes).as_matrix()
+
+
+def logs(T: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 6) the changes of (n, 4, 4) motions whose rotations are known to be orthonormal."""
+    return RigidTransform(T, normalize=False, copy=False).as_exp_coords()
+
+
 def inverse(T: NDArray[np.float64]) -> NDArray[np.float64]:
     """(…, 4, 4) the motions back."""
     back = np.zeros_like(T)
@@ -65,3 +75,20 @@ def skew(v: NDArray[np.floating]) -> NDArray[np.float64]:
     """(3, 3) the matrix [v]× with [v]× w = v × w, of the first three numbers of a vector."""
     x, y, z = v[0], v[1], v[2]
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def skews(v: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(…, 3, 3) the matrices [v]× of (…, 3) vectors."""
+    x, y, z = np.moveaxis(np.asarray(v, np.float64), -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def adjoint(T: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(…, 6, 6) of (…, 4, 4) motions, see `se3.adjoint`."""
+    R, t = T[..., :3, :3], T[..., :3, 3]
+    result = np.zeros((*T.shape[:-2], 6, 6))
+    result[..., :3, :3] = result[..., 3:, 3:] = R
+    result[..., 3:, :3] = (skews(t) if t.ndim > 1 else skew(t)) @ R
+    return result

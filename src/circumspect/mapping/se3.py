@@ -25,22 +25,9 @@ def log(T: RigidTransform) -> NDArray[np.float64]:
     return T.as_exp_coords()
 
 
-def skew(v: NDArray[np.floating]) -> NDArray[np.float64]:
-    """(…, 3, 3) the matrices [v]× with [v]× w = v × w, of (…, 3) vectors."""
-    x, y, z = np.moveaxis(np.asarray(v, np.float64), -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
 def adjoint(T: RigidTransform) -> NDArray[np.float64]:
     """(…, 6, 6) Ad with T exp(ξ) = exp(Ad ξ) T: the same change, told in the other frame."""
-    matrix = T.as_matrix()
-    R, t = matrix[..., :3, :3], matrix[..., :3, 3]
-    result = np.zeros((*matrix.shape[:-2], 6, 6))
-    result[..., :3, :3] = result[..., 3:, 3:] = R
-    result[..., 3:, :3] = (skew(t) if t.ndim > 1 else rigid_matrix.skew(t)) @ R
-    return result
+    return rigid_matrix.adjoint(T.as_matrix())
 
 
 def right_jacobian_inverse(change: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -53,8 +40,8 @@ def right_jacobian_inverse(change: NDArray[np.floating]) -> NDArray[np.float64]:
         change: (…, 6) ξ [rad, m].
     """
     ad = np.zeros((*change.shape[:-1], 6, 6))
-    ad[..., :3, :3] = ad[..., 3:, 3:] = skew(change[..., :3])
-    ad[..., 3:, :3] = skew(change[..., 3:])
+    ad[..., :3, :3] = ad[..., 3:, 3:] = rigid_matrix.skews(change[..., :3])
+    ad[..., 3:, :3] = rigid_matrix.skews(change[..., 3:])
     square = ad @ ad
     return np.eye(6) + ad / 2 + square / 12 - square @ square / 720
 
@@ -95,11 +82,18 @@ def level_error(
         (…, 3) roll [rad], pitch [rad] and height [m] of the base, and (…, 3, 6) their derivative
         by changes of the camera's pose.
     """
-    matrix = T_map_camera.as_matrix() @ rigid_matrix.inverse(T_base_camera.as_matrix())
+    return level_errors(T_map_camera.as_matrix(), T_base_camera.as_matrix())
+
+
+def level_errors(
+    T_map_camera: NDArray[np.float64], T_base_camera: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The same of (…, 4, 4) matrices."""
+    matrix = T_map_camera @ rigid_matrix.inverse(T_base_camera)
     # The third row of the rotation is the map's z in the base's frame: (0, 0, 1) when level.
     up = matrix[..., 2, :3]
     by_base = np.zeros((*up.shape[:-1], 3, 6))
     by_base[..., 0, 0] = by_base[..., 1, 1] = up[..., 2]
     by_base[..., 2, 3:] = up
     error = np.stack([up[..., 1], -up[..., 0], matrix[..., 2, 3]], axis=-1)
-    return error, by_base @ adjoint(T_base_camera)
+    return error, by_base @ rigid_matrix.adjoint(T_base_camera)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from graphlib import TopologicalSorter
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.composition import between
-from circumspect.mapping import se3
+from circumspect.mapping import rigid_matrix, se3
+from circumspect.mapping.graph_problem import KERNEL, GraphProblem
 from circumspect.mapping.keyframe import Keyframe
-from circumspect.mapping.pose_graph import KERNEL, Edge
+from circumspect.mapping.pose_graph import Edge
 
 SURER = 1 - 1e-6
 """What makes a variance less than this times as large is no rounding."""
@@ -41,8 +41,9 @@ def by_surest_ways(keyframes: Sequence[Keyframe], edges: Sequence[Edge]) -> dict
     if not links:
         return keys
     links.sort(key=lambda link: max(link[:2]))
-    forth = se3.adjoint(_between(keys, [(second, first) for first, second, _ in links]))
-    back = se3.adjoint(_between(keys, [link[:2] for link in links]))
+    poses = _matrices(keys)
+    forth = rigid_matrix.adjoint(_between(poses, [(second, first) for first, second, _ in links]))
+    back = rigid_matrix.adjoint(_between(poses, [link[:2] for link in links]))
     ways = [(one, other, step, Ad) for (one, other, step), Ad in zip(links, forth, strict=True)]
     ways += [
         (other, one, Ad @ step @ Ad.T, Ad)
@@ -59,10 +60,15 @@ def _by_parents(keys: dict[int, Keyframe]) -> dict[int, Keyframe]:
     order = TopologicalSorter(
         {number: () if key.parent is None else (key.parent,) for number, key in keys.items()}
     )
+    links = [(number, key.parent) for number, key in keys.items() if key.parent is not None]
+    if not links:
+        return keys
+    moves = rigid_matrix.adjoint(_between(_matrices(keys), links))
+    Ad = {number: move for (number, _), move in zip(links, moves, strict=True)}
     for number in order.static_order():
         key = keys[number]
         if key.parent is not None:
-            known = moved_covariance(keys[key.parent], key) + key.since_parent
+            known = Ad[number] @ keys[key.parent].covariance @ Ad[number].T + key.since_parent
             keys[number] = replace(key, covariance=known)
     return keys
 
@@ -73,11 +79,16 @@ def moved_covariance(one: Keyframe, other: Keyframe) -> NDArray[np.floating]:
     return se3.moved_covariance(T_other_one, one.covariance)
 
 
-def _between(keys: dict[int, Keyframe], pairs: Sequence[tuple[int, int]]) -> RigidTransform:
-    """`T_one_other` of each pair of numbers."""
-    ones = RigidTransform.concatenate([keys[one].T_map_camera for one, _ in pairs])
-    others = RigidTransform.concatenate([keys[other].T_map_camera for _, other in pairs])
-    return ones.inv() * others
+def _matrices(keys: Mapping[int, Keyframe]) -> dict[int, NDArray[np.float64]]:
+    return {number: key.T_map_camera.as_matrix() for number, key in keys.items()}
+
+
+def _between(
+    poses: Mapping[int, NDArray[np.float64]], pairs: Sequence[tuple[int, int]]
+) -> NDArray[np.float64]:
+    """(n, 4, 4) `T_one_other` of each pair of numbers."""
+    ones = np.stack([poses[one] for one, _ in pairs])
+    return rigid_matrix.inverse(ones) @ np.stack([poses[other] for _, other in pairs])
 
 
 def _follow(
@@ -100,11 +111,16 @@ def _place(covariance: NDArray[np.floating]) -> float:
     return float(covariance[3, 3] + covariance[4, 4] + covariance[5, 5])
 
 
-def agrees(edge: Edge, first: Keyframe, second: Keyframe) -> bool:
-    """Whether the poses are as an edge has it, as far as its kernel takes it for sound."""
-    moved = between(first.T_map_camera, second.T_map_camera)
-    off = se3.log(between(edge.T_first_second, moved))
-    return float(off @ edge.information @ off) < KERNEL**2
+def agreeing(edges: Sequence[Edge], keys: Mapping[int, Keyframe]) -> list[Edge]:
+    """Those that have it as the poses have it, as far as their kernel takes them for sound."""
+    numbers = {number for edge in edges for number in (edge.first, edge.second)}
+    place = {number: index for index, number in enumerate(numbers)}
+    if not place:
+        return []
+    poses = np.stack([keys[number].T_map_camera.as_matrix() for number in numbers])
+    placed = [replace(e, first=place[e.first], second=place[e.second]) for e in edges]
+    squares = GraphProblem.of(placed, ()).at(poses).squares
+    return [edge for edge, square in zip(edges, squares, strict=True) if square < KERNEL**2]
 
 
 def share_of_variance(edge: Edge, first: Keyframe, second: Keyframe) -> float:

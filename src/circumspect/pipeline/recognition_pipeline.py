@@ -266,7 +266,7 @@ class RecognitionPipeline:
             return TOO_LITTLE
         # The answer must not hang on where cells begin.
         further = self.classifier.recipe.all_bounds(bounds)[1:]
-        self._grids = [grid, *(other.hits(cloud.points_xyz) for other in further)]
+        self._grids = [grid, *(other.hits(cloud.points_xyz, threads=0) for other in further)]
         return None
 
     def _settled(
