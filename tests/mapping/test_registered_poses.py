@@ -3,6 +3,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,6 +30,8 @@ from circumspect.mapping import (
 )
 from circumspect.mapping.keyframes import KeyframeSettings
 from circumspect.mapping.registered_poses import RECOGNISED, STANDING
+from circumspect.mapping.registration import Registration, register
+from circumspect.mapping.scan import Scan
 from circumspect.sensing import RgbdFrame
 
 NEAR = 0.03
@@ -210,6 +213,24 @@ def test_a_fit_that_is_refused_is_told_as_it_was(why: str, monkeypatch: pytest.M
     assert told.inliers > 1000
     assert 0 < told.residual < 0.02
     assert told.remark.startswith(told.gate)
+
+
+def test_a_further_prediction_that_fits_no_better_costs_little(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A robot that stops at once: as if it had driven on, it fits no better than by the wheels."""
+    sizes: list[int] = []
+
+    def counted(scan: Scan, *rest: Any) -> Registration:
+        sizes.append(len(scan))
+        return register(scan, *rest)
+
+    monkeypatch.setattr("circumspect.mapping.placement.register", counted)
+    told = follow(drive(np.concatenate([SHORT, SHORT[-1:]])))
+    assert told[-1].prior == "odometry"
+    assert told[-1].gate == GATE_OPEN
+    by_wheels, steady = sizes[-2:]
+    assert steady == pytest.approx(by_wheels / 3, abs=1)
 
 
 def test_dropped_frames_are_bridged() -> None:

@@ -89,24 +89,28 @@ def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:
         np.testing.assert_array_equal(step.grid.states, step.model.occupancy(step.grid.grid).states)
 
 
+class ManyViews(VolumeClassifier):
+    def __init__(self, count: int) -> None:
+        super().__init__()
+        self.count = count
+        self.asked: list[tuple[OccupancyGrid, ...]] = []
+
+    @property
+    def recipe(self) -> GridRecipe:
+        recipe = super().recipe
+        return dataclasses.replace(recipe, azimuth_views=self.count, staggered=True, margin=1.5)
+
+    def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+        self.asked.append(views)
+        return super().classify_grid(*views)
+
+
 def test_a_scan_is_named_over_a_traced_grid_and_others_of_its_points() -> None:
     """As the model card says."""
-
-    class FourViews(VolumeClassifier):
-        views: tuple[OccupancyGrid, ...] = ()
-
-        @property
-        def recipe(self) -> GridRecipe:
-            return dataclasses.replace(super().recipe, azimuth_views=4, staggered=True, margin=1.5)
-
-        def classify_grid(self, *views: OccupancyGrid) -> Prediction:
-            self.views = views
-            return super().classify_grid(*views)
-
-    classifier = FourViews()
+    classifier = ManyViews(4)
     line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
     step = [line.step(frame) for frame in frames(3)][-1]
-    traced, *others = classifier.views
+    traced, *others = classifier.asked[-1]
     assert traced is step.grid
     np.testing.assert_array_equal(traced.states, step.model.occupancy(traced.grid).states)
     bounds = classifier.recipe.all_bounds(traced.grid)
@@ -114,6 +118,18 @@ def test_a_scan_is_named_over_a_traced_grid_and_others_of_its_points() -> None:
     points = step.model.cloud().points_xyz
     for view in others:
         np.testing.assert_array_equal(view.states, view.grid.hits(points).states)
+
+
+def test_while_frames_come_four_grids_are_asked_and_all_at_the_end() -> None:
+    classifier = ManyViews(8)
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
+    last = line.run(frames(3)).last
+    assert [len(views) for views in classifier.asked] == [4, 4, 4, 8]
+    *_, hurried, all_views = classifier.asked
+    assert [view.grid for view in hurried] == [view.grid for view in all_views[::2]]
+    assert last.prediction == VolumeClassifier.classify_grid(classifier, *all_views)
+    assert not line.settle()
+    assert len(classifier.asked) == 4
 
 
 def test_of_a_run_only_the_last_model_is_kept() -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scan_surface import FLOOR
@@ -83,13 +84,12 @@ class LinearFit:
         decides alone (after Zhang, Kaess and Singh, "On degeneracy of optimization-based state
         estimation problems", 2016, whose threshold is a constant).
         """
-        L = np.linalg.cholesky(self.feigned + RIDGE * np.eye(6))
-        halved = np.linalg.solve(L, self.hessian)
-        values, U = np.linalg.eigh(np.linalg.solve(L, halved.T))
+        S = self.feigned + RIDGE * np.eye(6)
+        values, W = eigh(self.hessian, S, check_finite=False)  # Wᵀ S W = I
         kept = np.maximum(values - FEIGNED, 0.0)
-        V = L @ U
+        V = S @ W
         share = kept / np.maximum(values, FEIGNED)
-        gradient = V @ (share * (U.T @ np.linalg.solve(L, self.gradient)))
+        gradient = V @ (share * (W.T @ self.gradient))
         return replace(self, hessian=(V * kept) @ V.T, gradient=gradient)
 
 

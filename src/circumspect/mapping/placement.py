@@ -26,6 +26,9 @@ VAGUE, REGAINED = 5.0, 0.7
 """After a pose that was known to so many reaches only the next one is believed where this share of
 the frame lies on what is known."""
 
+SOME = 3
+"""Every third point tells whether a further prediction is worth a closer look."""
+
 
 class Placement:
     """Fits frames to the scene and asks all that may speak against a fit.
@@ -47,7 +50,13 @@ class Placement:
         self.usual = UsualFrames()
 
     def attempt(
-        self, frame: RgbdFrame, scan: Scan, before: Belief, believed: Belief, source: str
+        self,
+        frame: RgbdFrame,
+        scan: Scan,
+        before: Belief,
+        believed: Belief,
+        source: str,
+        below: float = np.inf,
     ) -> Attempt:
         """Fit a frame from one prediction, and judge.
 
@@ -57,6 +66,7 @@ class Placement:
             before: The pose at the last frame.
             believed: The prediction.
             source: What it is of.
+            below: Of no use unless it comes nearer to the map than this [m], on the mean.
 
         Returns:
             Prediction and fit fused by their information; the prediction itself where the fit
@@ -64,6 +74,8 @@ class Placement:
         """
         s = self._settings
         information = np.linalg.inv(believed.covariance)
+        if below < np.inf and not self._fits_below(below, scan, believed):
+            return Attempt(believed, Verdict("fits no better", mute=True), source)
         found = register(scan, self.scene, believed.T_map_camera, information, s.registration)
         through = seen_through(frame, self.scene, found.T_map_camera)
         least = self._least_overlap(scan, found, before, believed)
@@ -81,6 +93,12 @@ class Placement:
         # By their information; directions that the scene does not hold stay as predicted.
         fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(fused, verdict, source, found)
+
+    def _fits_below(self, below: float, scan: Scan, believed: Belief) -> bool:
+        """Whether a frame comes nearer to the map than `below` [m], by a few of its points."""
+        some, information = scan.thinned(SOME), np.linalg.inv(believed.covariance) / SOME
+        T, settings = believed.T_map_camera, self._settings.registration
+        return register(some, self.scene, T, information, settings).distance < below
 
     def _least_overlap(
         self, scan: Scan, found: Registration, before: Belief, expected: Belief

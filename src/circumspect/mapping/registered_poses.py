@@ -170,13 +170,11 @@ class RegisteredPoses(PoseEstimator):
         agree = motion.agree(self._belief, wheels, steady)
         if agree and usual and not first.verdict.contradicts:
             return first
-        second = self._attempt(frame, scan, steady, STEADY)
-        if not second.verdict.is_open:
-            return first
         # Odometry that misled once must fit clearly better before it is trusted again.
         share = 1 / BETTER if self._source == STEADY else BETTER
-        doubtful = first.verdict.contradicts or second.distance < share * first.distance
-        return second if doubtful else first
+        below = np.inf if first.verdict.contradicts else share * first.distance
+        second = self._attempt(frame, scan, steady, STEADY, below)
+        return second if second.verdict.is_open and second.distance < below else first
 
     def _without_wheels(
         self, frame: RgbdFrame, scan: Scan, steady: Belief, standing: Belief
@@ -186,15 +184,15 @@ class RegisteredPoses(PoseEstimator):
         usual = first.distance < self._usual.most_distance
         if motion.agree(self._belief, steady, standing) or (first.verdict.is_open and usual):
             return first
-        second = self._attempt(frame, scan, standing, STANDING)
-        if not second.verdict.is_open:
-            return first
-        fits_better = second.distance < BETTER * first.distance
-        return second if fits_better or not first.verdict.is_open else first
+        below = BETTER * first.distance if first.verdict.is_open else np.inf
+        second = self._attempt(frame, scan, standing, STANDING, below)
+        return second if second.verdict.is_open and second.distance < below else first
 
-    def _attempt(self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str) -> Attempt:
+    def _attempt(
+        self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str, below: float = np.inf
+    ) -> Attempt:
         assert self._belief is not None
-        return self._placement.attempt(frame, scan, self._belief, believed, source)
+        return self._placement.attempt(frame, scan, self._belief, believed, source, below)
 
     def _recognised(self, frame: RgbdFrame, scan: Scan, expected: Belief) -> Attempt | None:
         """The frame among all keyframes, where it fits one place beyond doubt."""

@@ -43,8 +43,10 @@ SHORTEST, LONGEST = 0.05, 50.0
 """Median depths outside of this [m] are in another unit."""
 SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
-PATCHES_A_FRAME = 4
+PATCHES_A_FRAME = 2
 """So many are put together anew after a correction; the rest waits."""
+VIEWS_A_FRAME = 4
+"""So many of the classifier's grids are asked while frames come, all of them once none come."""
 
 
 class RecognitionPipeline:
@@ -86,6 +88,7 @@ class RecognitionPipeline:
         self._corrections = poses.corrections
         self._stamp: float | None = None
         self._count = 0
+        self._is_hurried = False
         self.seen = 0.0
 
     @property
@@ -168,26 +171,28 @@ class RecognitionPipeline:
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
         with clock.stage("grid"):
-            fault = self._grid_model()
+            fault = self._grid_model(VIEWS_A_FRAME)
         if fault is not None:
             return self._told(frame, fault, clock, pose, int(mask.sum()))
 
         # What it is
         with clock.stage("classify"):
             self.prediction = self.classifier.classify_grid(*self._grids)
+            self._is_hurried = len(self._grids) < self.classifier.recipe.azimuth_views
         return self._told(frame, CLASSIFIED, clock, pose, int(mask.sum()))
 
     def settle(self) -> bool:
-        """Do what was put off, as no more frames come for now: close loops, name the object anew.
+        """Do what was put off, as no more frames come for now: close loops, ask all grids.
 
         Returns:
             Whether that changed poses, model and answer.
         """
         self.poses.settle()
-        if not self._rebuild_if_corrected():
+        if not (self._rebuild_if_corrected() or self._is_hurried):
             return False
         if self._grid_model() is None:
             self.prediction = self.classifier.classify_grid(*self._grids)
+        self._is_hurried = False
         return True
 
     def _fault(self, frame: RgbdFrame) -> str | None:
@@ -236,13 +241,16 @@ class RecognitionPipeline:
         self.model, self._rebuild = self._rebuild.model, None
         return True
 
-    def _grid_model(self) -> str | None:
+    def _grid_model(self, most_views: int | None = None) -> str | None:
         """Grid the model and tell how much of it was seen.
+
+        Args:
+            most_views: Of the classifier's grids about so many, evenly chosen; None means all.
 
         Returns:
             Why there is nothing to name; None where there is.
         """
-        fault = self._fill_grid()
+        fault = self._fill_grid(most_views)
         if fault == TOO_WIDE:
             # Nor was what it was called before.
             self._grids, self.prediction = [], None
@@ -250,7 +258,7 @@ class RecognitionPipeline:
             self.seen = share_seen(self.model.views_xyz, self.grid)
         return fault
 
-    def _fill_grid(self) -> str | None:
+    def _fill_grid(self, most_views: int | None) -> str | None:
         """Fit and fill the grid; why that is not possible, else None."""
         try:
             cloud = self.model.cloud()
@@ -265,7 +273,8 @@ class RecognitionPipeline:
         if not grid.occupied.any():
             return TOO_LITTLE
         # The answer must not hang on where cells begin.
-        further = self.classifier.recipe.all_bounds(bounds)[1:]
+        views = self.classifier.recipe.all_bounds(bounds)
+        further = views[:: 1 if most_views is None else max(1, len(views) // most_views)][1:]
         self._grids = [grid, *(other.hits(cloud.points_xyz, threads=0) for other in further)]
         return None
 
