@@ -29,6 +29,8 @@ def main() -> None:
             answer = f"{step.prediction.label} {step.prediction.probability:.2f}"
         print(f"{step.index:2}: {step.object_pixels:5} px, seen {step.seen:4.0%}, {answer}")
 
+    pipeline.settle()  # all of the classifier's grids are asked once no more frames come
+    print(f"in the end: {pipeline.prediction}")
     pipeline.model.save("toilet.ply")
     if pipeline.grid is not None:
         pipeline.grid.save("toilet.npz")

@@ -74,6 +74,7 @@ def test_record_info(live: Path, capsys: pytest.CaptureFixture) -> None:
     assert told["kind"] == "MCAP"
     assert told["broken"] is None
     assert told["topics"]["/camera/depth/image_raw"]["count"] == 8
+    assert told["topics"]["/circumspect/detections"]["count"] == 9  # one of them at the end
     assert told["seconds"] == pytest.approx(14.0)
     assert told["notes"]["config"]["object"] == "chair-3"
     assert told["replay"]["odometry"] == "/odom"

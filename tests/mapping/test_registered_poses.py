@@ -29,7 +29,7 @@ from circumspect.mapping import (
     se3,
 )
 from circumspect.mapping.keyframes import KeyframeSettings
-from circumspect.mapping.registered_poses import RECOGNISED, STANDING
+from circumspect.mapping.registered_poses import RECOGNISED, STANDING, STEADY
 from circumspect.mapping.registration import Registration, register
 from circumspect.mapping.scan import Scan
 from circumspect.sensing import RgbdFrame
@@ -215,22 +215,37 @@ def test_a_fit_that_is_refused_is_told_as_it_was(why: str, monkeypatch: pytest.M
     assert told.remark.startswith(told.gate)
 
 
-def test_a_further_prediction_that_fits_no_better_costs_little(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A robot that stops at once: as if it had driven on, it fits no better than by the wheels."""
-    sizes: list[int] = []
+@pytest.fixture
+def sizes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Points of each scan that is fitted to the scene."""
+    counts: list[int] = []
 
     def counted(scan: Scan, *rest: Any) -> Registration:
-        sizes.append(len(scan))
+        counts.append(len(scan))
         return register(scan, *rest)
 
     monkeypatch.setattr("circumspect.mapping.placement.register", counted)
+    return counts
+
+
+def test_a_further_prediction_that_fits_no_better_gets_a_glance(sizes: list[int]) -> None:
+    """A robot that stops at once: as if it had driven on, it fits no better than by the wheels."""
     told = follow(drive(np.concatenate([SHORT, SHORT[-1:]])))
     assert told[-1].prior == "odometry"
     assert told[-1].gate == GATE_OPEN
-    by_wheels, steady = sizes[-2:]
-    assert steady == pytest.approx(by_wheels / 3, abs=1)
+    by_wheels, glance = sizes[-2:]
+    assert glance == pytest.approx(by_wheels / 3, abs=1)
+
+
+def test_a_further_prediction_that_fits_better_is_looked_at_closely(sizes: list[int]) -> None:
+    """Wheels that leapt once are believed again only where they fit clearly better."""
+    leaps = {14: PlanarPose(0.0, 0.12, 0.0), 15: PlanarPose(0.0, 0.16, 0.0)}
+    frames = with_odometry(short_drive(), lambda n, pose: pose @ leaps.get(n, PlanarPose()))
+    told = follow(frames)
+    assert told[-1].prior == STEADY
+    by_wheels, glance, closely = sizes[-3:]
+    assert by_wheels == closely > glance
+    never_wrong_and_sure(told, SHORT)
 
 
 def test_dropped_frames_are_bridged() -> None:

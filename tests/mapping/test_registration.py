@@ -12,6 +12,7 @@ from tracking_world import SHORT, short_drive, true_camera
 from circumspect.errors import InputError
 from circumspect.mapping import se3
 from circumspect.mapping.gate import GateSettings, squared_distance, weakest_direction
+from circumspect.mapping.linear_fit import FEIGNED, RIDGE, LinearFit
 from circumspect.mapping.registration import RegistrationSettings, register
 from circumspect.mapping.relocalisation import coarsely_aligned
 from circumspect.mapping.scan import Scan
@@ -29,6 +30,24 @@ def scene() -> SceneMap:
     T_map_camera = true_camera(float(SHORT[0]))
     surface = ScanSurface.of(scan).on_level_floor(T_map_camera)
     return SceneMap().with_surface(surface, T_map_camera)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 6))
+def test_what_noise_feigns_is_taken_off_direction_by_direction(seed: int, rank: int) -> None:
+    """As docs/derivations.md has it, by Cholesky's factor; a plain inverse shows the same."""
+    rng = np.random.default_rng(seed)
+    A, B = rng.normal(size=(6, rank)), rng.normal(size=(6, 6))
+    H, feigned, g = 1e4 * A @ A.T, 1e2 * B @ B.T, rng.normal(size=6)
+    told = LinearFit(hessian=H, feigned=feigned, gradient=H @ g).believable()
+    L = np.linalg.cholesky(feigned + RIDGE * np.eye(6))
+    values, U = np.linalg.eigh(np.linalg.inv(L) @ H @ np.linalg.inv(L).T)
+    kept = np.maximum(values - FEIGNED, 0)
+    hessian = L @ U @ np.diag(kept) @ U.T @ L.T
+    np.testing.assert_allclose(told.hessian, hessian, rtol=0, atol=1e-7 * np.abs(H).max())
+    # Where all is kept in proportion, the step is the same; elsewhere it is the prior's.
+    assert np.linalg.matrix_rank(told.hessian, tol=1e-6 * np.abs(H).max()) <= rank
+    outside = U[:, kept == 0].T @ np.linalg.inv(L) @ told.gradient
+    np.testing.assert_allclose(outside, 0, atol=1e-7 * np.abs(H @ g).max())
 
 
 @pytest.mark.parametrize("number", [1, 2, 4])

@@ -10,7 +10,7 @@ from small_world import blind, frames, pipeline
 from volume_classifier import VolumeClassifier
 
 from circumspect.classification import GridRecipe, Prediction
-from circumspect.errors import InputError
+from circumspect.errors import InputError, WeightsError
 from circumspect.grid import OccupancyGrid
 from circumspect.mapping import KnownPoses, PoseEstimate, PoseEstimator
 from circumspect.pipeline import (
@@ -120,16 +120,63 @@ def test_a_scan_is_named_over_a_traced_grid_and_others_of_its_points() -> None:
         np.testing.assert_array_equal(view.states, view.grid.hits(points).states)
 
 
-def test_while_frames_come_four_grids_are_asked_and_all_at_the_end() -> None:
-    classifier = ManyViews(8)
+@pytest.mark.parametrize("count", [1, 2, 4, 5, 8])
+def test_a_frame_is_named_over_four_grids_at_most_and_the_end_over_all(count: int) -> None:
+    classifier = ManyViews(count)
     line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
     last = line.run(frames(3)).last
-    assert [len(views) for views in classifier.asked] == [4, 4, 4, 8]
-    *_, hurried, all_views = classifier.asked
-    assert [view.grid for view in hurried] == [view.grid for view in all_views[::2]]
-    assert last.prediction == VolumeClassifier.classify_grid(classifier, *all_views)
+    few = min(count, 4)
+    assert [len(views) for views in classifier.asked] == [few] * 3 + [count] * (count > 4)
+    as_a_frame = ManyViews(few).recipe
+    for views in classifier.asked[:3]:
+        assert [view.grid for view in views] == as_a_frame.all_bounds(views[0].grid)
+    assert last.prediction == VolumeClassifier.classify_grid(classifier, *classifier.asked[-1])
     assert not line.settle()
-    assert len(classifier.asked) == 4
+
+
+def test_a_paused_run_goes_on_with_few_grids() -> None:
+    classifier = ManyViews(8)
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
+    for frame in frames(2):
+        line.step(frame)
+        assert line.settle()
+        assert not line.settle()
+    assert [len(views) for views in classifier.asked] == [4, 8, 4, 8]
+
+
+def test_a_blind_end_and_an_early_one_are_named_over_all_grids() -> None:
+    shots = list(frames(3))
+    blind = dataclasses.replace(shots[2], depth=np.full_like(shots[2].depth, np.nan))
+
+    def interrupted():
+        yield from [*shots[:2], blind]
+        raise KeyboardInterrupt
+
+    classifier, diary = ManyViews(8), Diary()
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier, observers=[diary])
+    with pytest.raises(KeyboardInterrupt):
+        line.run(interrupted())
+    assert [len(views) for views in classifier.asked] == [4, 4, 8]
+    assert diary.ends[0].prediction == line.prediction != diary.steps[-1].prediction
+
+
+@pytest.mark.parametrize("good", [2, 3])
+def test_a_classifier_that_begins_to_fail_does_not_lose_the_run(good: int) -> None:
+    """With a frame, or when all grids are asked at the end."""
+
+    class Failing(ManyViews):
+        def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+            if len(self.asked) == good:
+                raise WeightsError(f"broken at {len(views)} grids")
+            return super().classify_grid(*views)
+
+    diary = Diary()
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), Failing(8), observers=[diary])
+    with pytest.raises(WeightsError, match="4" if good < 3 else "8"):
+        line.run(frames(3))
+    assert len(diary.ends) == 1
+    assert diary.ends[0].interrupted
+    assert len(diary.ends[0].steps) == good
 
 
 def test_of_a_run_only_the_last_model_is_kept() -> None:

@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("viser", reason="viser is not installed")
 pytest.importorskip("embreex", reason="the simulation is not installed")
 
-from circumspect.classification import Classifier
+from circumspect.classification import Classifier, Prediction
 from circumspect.classification.evidence import cell_evidence
 from circumspect.cli.scan import Scan
 from circumspect.furniture import make_furniture
@@ -71,6 +71,21 @@ def test_what_is_put_tells_the_run(dashboard):
     assert shown.surroundings is put[0]().surroundings
     assert shown.target is not None or result.last.index < 2
     json.dumps(shown.row)
+
+
+def test_what_a_pause_settles_is_put(dashboard):
+    put = []
+    parts = SHORT.prepared("scan")
+    watch = LiveWatch(parts.scan, dashboard)
+    dashboard.put = lambda make: put.append(make)
+    watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7])), 0.4)
+    assert put == []  # no frame has come yet
+    parts.pipeline.observers = (watch,)
+    result = parts.scan.run()
+    watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7])), 0.4)
+    shown = put[-1]()
+    assert (shown.row["label"], shown.row["seen"], shown.count) == ("b", 0.4, 4)
+    assert put[-2]().rows[-1]["label"] == result.prediction.label
 
 
 def test_the_stage_shows_the_latest_moment(dashboard):

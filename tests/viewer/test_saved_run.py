@@ -21,9 +21,12 @@ def test_a_finished_run_can_be_shown_at_every_frame(finished_run):
     played = PlayedRun(run)
     assert len(played) == 6
     rows = [json.loads(line) for line in (finished_run / "log.jsonl").read_text().splitlines()]
+    ended = json.loads((finished_run / "result.json").read_text())
     for frame in range(6):
         shown = played.shown(frame)
-        assert shown.row["label"] == rows[frame]["label"]
+        told = ended if frame == 5 else rows[frame]
+        assert shown.row["label"] == told["label"]
+        assert shown.row["probabilities"] == told["probabilities"]
         assert shown.images.frame == frame
         assert shown.images.depth.shape == (120, 160)
         assert shown.T_map_camera is not None
@@ -110,6 +113,7 @@ def test_odd_entries_of_the_log_are_left_out(copied_run):
         "label": "<b>" * 1000, "surprise": "x", "known": "no",
     }  # fmt: skip
     (copied_run / "log.jsonl").write_text(json.dumps(row) + "\n")
+    (copied_run / "result.json").unlink()
     (told,) = SavedRun.load(copied_run).rows
     assert told["probabilities"] == {"d": 0.5}
     assert set(told) == {"frame", "stamp", "probabilities", "label"}
@@ -123,6 +127,7 @@ def test_numbers_that_can_not_be_counted_with_are_left_out(copied_run, number):
         f'[0, {number}, 0], "probabilities": {{"a": {number}}}, "milliseconds": {{"a": {number}}}}}'
     )
     (copied_run / "log.jsonl").write_text(row + "\n")
+    (copied_run / "result.json").unlink()
     (told,) = SavedRun.load(copied_run).rows
     assert told == {"frame": 0, "stamp": 1.0, "probabilities": {}, "milliseconds": {}}
 
@@ -139,6 +144,10 @@ def test_an_answer_that_was_not_sure_is_not_sure_in_the_playback(copied_run, nam
         for line in log.read_text().splitlines()
     ]
     log.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    ended = json.loads((copied_run / "result.json").read_text())
+    (copied_run / "result.json").write_text(
+        json.dumps(ended | {"known": True, "conclusive": True, name: sure})
+    )
     played = PlayedRun(SavedRun.load(copied_run))
     shown = answer_html(played.shown(5).row)
     assert (told in shown) is not sure

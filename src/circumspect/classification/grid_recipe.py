@@ -105,9 +105,9 @@ class GridRecipe(InputRecipe):
         # The cube round the cylinder: it holds the object at every yaw.
         return RectangularGrid(self.shape, cylinder.radius, cylinder.centre_xyz)
 
-    def all_bounds(self, bounds: Grid) -> list[Grid]:
+    def all_bounds(self, bounds: Grid, most: int | None = None) -> list[Grid]:
         """See `InputRecipe.all_bounds`."""
-        count = self.azimuth_views
+        count = self.azimuth_views if most is None else min(self.azimuth_views, most)
         if not isinstance(bounds, CylindricalGrid):
             return [bounds] * count
         # Cells that turn clockwise show what a cloud shows that turns counter-clockwise.

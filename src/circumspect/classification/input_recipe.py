@@ -60,11 +60,12 @@ class InputRecipe(ABC):
         """
 
     @abstractmethod
-    def all_bounds(self, bounds: Grid) -> list[Grid]:
+    def all_bounds(self, bounds: Grid, most: int | None = None) -> list[Grid]:
         """The empty grids of all views of an object.
 
         Args:
             bounds: Of the first view.
+            most: As if `azimuth_views` were no more than this.
 
         Returns:
             `azimuth_views` grids, of which the first is `bounds`.

@@ -83,7 +83,7 @@ class PointsRecipe(InputRecipe):
         """See `InputRecipe.bounds`."""
         return cylinder_round(cloud, self.margin)
 
-    def all_bounds(self, bounds: Grid) -> list[Grid]:
+    def all_bounds(self, bounds: Grid, most: int | None = None) -> list[Grid]:  # noqa: ARG002
         """See `InputRecipe.all_bounds`: points have no cells to turn, so that there is one."""
         return [bounds]
 

@@ -42,7 +42,9 @@ class NodeWatch:
             self._watch.on_step(step)
 
     def on_settled(self, prediction: Prediction, seen: float) -> None:
-        """Nothing: the last step showed it but for the last correction."""
+        """Show what all grids say."""
+        if self._watch is not None:
+            self._watch.settled(prediction, seen)
 
     def on_status(self, status: Status) -> None:
         """Show the state where it changed: it may be why no frame comes."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from circumspect.mapping.ambiguity import is_ambiguous
 from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.leap import is_hasty
+from circumspect.mapping.linear_fit import linearised
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.news import rest_is_news
 from circumspect.mapping.registration import Registration, register
@@ -25,9 +27,8 @@ the right ones; a turn counts by what it moves at 1 m."""
 VAGUE, REGAINED = 5.0, 0.7
 """After a pose that was known to so many reaches only the next one is believed where this share of
 the frame lies on what is known."""
-
-SOME = 3
-"""Every third point tells whether a further prediction is worth a closer look."""
+GLANCE = 3
+"""Every third point shows whether a further prediction is worth a closer look."""
 
 
 class Placement:
@@ -70,11 +71,11 @@ class Placement:
 
         Returns:
             Prediction and fit fused by their information; the prediction itself where the fit
-            says nothing or contradicts.
+            says nothing, contradicts, or is of no use.
         """
         s = self._settings
         information = np.linalg.inv(believed.covariance)
-        if below < np.inf and not self._fits_below(below, scan, believed):
+        if below < np.inf and self._at_a_glance(scan, believed, information) >= below:
             return Attempt(believed, Verdict("fits no better", mute=True), source)
         found = register(scan, self.scene, believed.T_map_camera, information, s.registration)
         through = seen_through(frame, self.scene, found.T_map_camera)
@@ -94,11 +95,16 @@ class Placement:
         fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
         return Attempt(fused, verdict, source, found)
 
-    def _fits_below(self, below: float, scan: Scan, believed: Belief) -> bool:
-        """Whether a frame comes nearer to the map than `below` [m], by a few of its points."""
-        some, information = scan.thinned(SOME), np.linalg.inv(believed.covariance) / SOME
-        T, settings = believed.T_map_camera, self._settings.registration
-        return register(some, self.scene, T, information, settings).distance < below
+    def _at_a_glance(
+        self, scan: Scan, believed: Belief, information: NDArray[np.floating]
+    ) -> float:
+        """How near a frame comes to the map [m], on the mean, where a few of its points fit."""
+        some, reach = scan.thinned(GLANCE), self._settings.registration.reach
+        found = register(
+            some, self.scene, believed.T_map_camera, information / GLANCE,
+            self._settings.registration,
+        )  # fmt: skip
+        return linearised(scan, self.scene, found.T_map_camera.as_matrix(), reach).distance
 
     def _least_overlap(
         self, scan: Scan, found: Registration, before: Belief, expected: Belief

@@ -46,7 +46,7 @@ SPARSE = 16
 PATCHES_A_FRAME = 2
 """So many are put together anew after a correction; the rest waits."""
 VIEWS_A_FRAME = 4
-"""So many of the classifier's grids are asked while frames come, all of them once none come."""
+"""So many of the classifier's grids are asked with a frame, all of them once no more come."""
 
 
 class RecognitionPipeline:
@@ -54,7 +54,8 @@ class RecognitionPipeline:
 
     Attributes:
         model: The object so far.
-        prediction: What it was called last; None before it was.
+        prediction: What it was called last: by a few grids after a frame, by all of the
+            classifier's once the model is settled; None before it was.
         seen: Share of the directions around it from which it has been seen, 0 … 1.
     """
 
@@ -128,11 +129,17 @@ class RecognitionPipeline:
                         observer.on_step(step)
             complete = True
         finally:
-            result = RecognitionResult(
-                self._settled(log.steps, corrections), interrupted=not complete
-            )
-            for observer in self.observers:
-                observer.on_end(result)
+            steps = log.steps
+            try:
+                self._end(steps, corrections)
+            except Exception:
+                if complete:  # else what ended the run is told
+                    complete = False
+                    raise
+            finally:
+                result = RecognitionResult(tuple(steps), interrupted=not complete)
+                for observer in self.observers:
+                    observer.on_end(result)
         return result
 
     def step(self, frame: RgbdFrame) -> RecognitionStep:
@@ -178,21 +185,19 @@ class RecognitionPipeline:
         # What it is
         with clock.stage("classify"):
             self.prediction = self.classifier.classify_grid(*self._grids)
-            self._is_hurried = len(self._grids) < self.classifier.recipe.azimuth_views
         return self._told(frame, CLASSIFIED, clock, pose, int(mask.sum()))
 
     def settle(self) -> bool:
         """Do what was put off, as no more frames come for now: close loops, ask all grids.
 
         Returns:
-            Whether that changed poses, model and answer.
+            Whether that may have changed poses, model or answer.
         """
         self.poses.settle()
         if not (self._rebuild_if_corrected() or self._is_hurried):
             return False
         if self._grid_model() is None:
             self.prediction = self.classifier.classify_grid(*self._grids)
-        self._is_hurried = False
         return True
 
     def _fault(self, frame: RgbdFrame) -> str | None:
@@ -245,7 +250,7 @@ class RecognitionPipeline:
         """Grid the model and tell how much of it was seen.
 
         Args:
-            most_views: Of the classifier's grids about so many, evenly chosen; None means all.
+            most_views: Of the classifier's grids so many; None means all.
 
         Returns:
             Why there is nothing to name; None where there is.
@@ -253,7 +258,7 @@ class RecognitionPipeline:
         fault = self._fill_grid(most_views)
         if fault == TOO_WIDE:
             # Nor was what it was called before.
-            self._grids, self.prediction = [], None
+            self._grids, self.prediction, self._is_hurried = [], None, False
         if self.grid is not None:
             self.seen = share_seen(self.model.views_xyz, self.grid)
         return fault
@@ -273,31 +278,30 @@ class RecognitionPipeline:
         if not grid.occupied.any():
             return TOO_LITTLE
         # The answer must not hang on where cells begin.
-        views = self.classifier.recipe.all_bounds(bounds)
-        further = views[:: 1 if most_views is None else max(1, len(views) // most_views)][1:]
+        recipe = self.classifier.recipe
+        further = recipe.all_bounds(bounds, most_views)[1:]
         self._grids = [grid, *(other.hits(cloud.points_xyz, threads=0) for other in further)]
+        self._is_hurried = most_views is not None and most_views < recipe.azimuth_views
         return None
 
-    def _settled(
-        self, steps: list[RecognitionStep], corrections: int
-    ) -> tuple[RecognitionStep, ...]:
-        """The steps by what is known when no more frames come.
+    def _end(self, steps: list[RecognitionStep], corrections: int) -> None:
+        """Bring the steps to what is known when no more frames come.
 
         Args:
             steps: As they were told.
             corrections: Of poses before the first of them.
         """
-        changed = self.settle() or self.poses.corrections != corrections
-        if not changed or not steps:
-            return tuple(steps)
-        told = [number for number, step in enumerate(steps) if step.pose is not None]
-        poses = self.poses.corrected([step.pose for step in steps if step.pose is not None])
-        for number, T_map_camera in zip(told, poses, strict=True):
-            steps[number] = steps[number].at(T_map_camera)
+        self.settle()
+        if not steps:
+            return
+        if self.poses.corrections != corrections:
+            told = [number for number, step in enumerate(steps) if step.pose is not None]
+            poses = self.poses.corrected([step.pose for step in steps if step.pose is not None])
+            for number, T_map_camera in zip(told, poses, strict=True):
+                steps[number] = steps[number].at(T_map_camera)
         steps[-1] = replace(
             steps[-1], model=self.model, grid=self.grid, prediction=self.prediction, seen=self.seen
         )
-        return tuple(steps)
 
     def _told(
         self,

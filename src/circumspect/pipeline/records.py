@@ -38,7 +38,8 @@ class RecognitionStep:
         seen: Share of the directions around the object from which it has been seen, 0 … 1.
         model: The object so far.
         grid: Its grid; None before the first classified frame.
-        prediction: The answer so far; None before the first classified frame.
+        prediction: The answer so far, see `RecognitionPipeline.prediction`; None before the first
+            classified frame.
         milliseconds: Stage to time spent [ms].
     """
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
+from circumspect.mapping import ObjectModel
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.recording import RunRecorder
 
@@ -17,15 +19,20 @@ class StepRecorder:
 
     def on_step(self, step: RecognitionStep) -> None:
         """Record the answer so far and where the odometry frame lies."""
-        extent = None
-        try:
-            points = step.model.cloud().points_xyz
-            extent = np.stack([points.min(axis=0), points.max(axis=0)])
-        except GeometryError:
-            pass  # nothing of the object is known yet
         T_map_odom = None if step.pose is None else step.pose.T_map_odom
-        self._recorder.answer(step.stamp, step.prediction, extent, T_map_odom)
+        self._recorder.answer(step.stamp, step.prediction, _extent(step.model), T_map_odom)
 
-    def on_end(self, result: RecognitionResult) -> None:  # noqa: ARG002 - answers are there already
-        """Close the recording."""
+    def on_end(self, result: RecognitionResult) -> None:
+        """Record the answer that the run ended with, and close the recording."""
+        if (last := result.last) is not None:
+            self._recorder.answer(last.stamp, last.prediction, _extent(last.model), None)
         self._recorder.close()
+
+
+def _extent(model: ObjectModel) -> NDArray[np.float64] | None:
+    """(2, 3) lowest and highest corner [m]; None where nothing of the object is known yet."""
+    try:
+        points = model.cloud().points_xyz
+    except GeometryError:
+        return None
+    return np.stack([points.min(axis=0), points.max(axis=0)])

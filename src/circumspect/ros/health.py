@@ -103,6 +103,16 @@ class Health:
             self._seen, self._prediction = step.seen, step.prediction
             self._pose = step.pose
 
+    def settled(self, prediction: Prediction, seen: float) -> None:
+        """What is known when no more frames come for now.
+
+        Args:
+            prediction: Over all grids.
+            seen: Share of the directions around the object from which it has been seen.
+        """
+        with self._lock:
+            self._seen, self._prediction = seen, prediction
+
     def forget_answer(self) -> None:
         """The object is modelled anew."""
         with self._lock:

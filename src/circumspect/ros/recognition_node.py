@@ -222,6 +222,7 @@ class RecognitionNode:
             self._pipeline.settle()
             self._announcer.settled(self._pipeline)
             if (prediction := self._pipeline.prediction) is not None:
+                self.health.settled(prediction, self._pipeline.seen)
                 for observer in self.observers:
                     observer.on_settled(prediction, self._pipeline.seen)
         except Exception:  # a fault here must not keep the node from stopping

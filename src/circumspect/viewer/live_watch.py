@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.classification import Prediction
 from circumspect.errors import GeometryError
 from circumspect.pipeline import PlannedView, RecognitionResult, RecognitionStep
 from circumspect.pipeline.surroundings import Surroundings
@@ -98,6 +100,20 @@ class LiveWatch:
             self._dashboard.put(lambda: Shown((), 0, news=news, run=self))
         else:
             self._put(news)
+
+    def settled(self, prediction: Prediction, seen: float) -> None:
+        """Show the answer when no more frames come for now.
+
+        Args:
+            prediction: Over all grids.
+            seen: Share of the directions around the object from which it has been seen.
+        """
+        if self._last is None:
+            return
+        step, frame, target = self._last
+        step = replace(step, prediction=prediction, seen=seen)
+        self._last, self._rows = (step, frame, target), [*self._rows[:-1], step.summary()]
+        self._put(self.news)
 
     def on_end(self, result: RecognitionResult) -> None:
         """Show how it ended, with what was corrected in the end."""

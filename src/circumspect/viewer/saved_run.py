@@ -27,6 +27,8 @@ LARGEST_LOG, LARGEST_JSON, LARGEST_ODOMETRY = 512 << 20, 16 << 20, 16 << 20
 LARGEST_NUMBER = 1e30
 """Sums of larger ones might overflow."""
 LOG_KEYS = ("outcome", "label", "gate", "doubt")
+ANSWER = ("label", "known", "conclusive", "probability", "probabilities", "seen")
+"""Of a row and of the result: over all grids, and after the last loop was closed."""
 Row = Mapping[str, Any]
 
 
@@ -38,7 +40,8 @@ class SavedRun:
         path: The folder.
         config: What the run was started with.
         result: How it ended; empty where it was killed.
-        rows: One a frame, see `RecognitionStep.summary`.
+        rows: One a frame, see `RecognitionStep.summary`; the last one with the answer that the run
+            ended with.
         moments: Number of a frame to the file of its moment, ascending.
         trajectory: Where the camera was; None where that was not written.
         odometry: Frames, and (n, 3) [m] where the camera was by odometry alone; may be empty.
@@ -79,11 +82,13 @@ class SavedRun:
                 f"{folder}: not the folder of a run (no {CONFIG} or {LOG}); "
                 "circumspect scan, demo and replay make such folders"
             )
+        ended = folder / "result.json"
+        result = _document(ended) if ended.is_file() else {}
         run = cls(
             folder,
             _document(folder / CONFIG),
-            _document(folder / "result.json") if (folder / "result.json").is_file() else {},
-            _rows(folder / LOG),
+            result,
+            _ending_with(result, _rows(folder / LOG)),
             _moments(folder / PLAYBACK),
         )
         return _with_the_rest(run)
@@ -162,6 +167,13 @@ def _rows(path: Path) -> list[Row]:
             except (ValueError, RecursionError, TypeError, KeyError) as error:
                 if line.endswith("\n"):
                     raise InputError(f"{path}: line {number + 1} is broken") from error
+    return rows
+
+
+def _ending_with(result: Mapping[str, Any], rows: list[Row]) -> list[Row]:
+    """The log with the result's answer in its last row."""
+    if rows:
+        rows[-1] = _checked({**rows[-1], **{key: result[key] for key in ANSWER if key in result}})
     return rows
 
 
