@@ -70,7 +70,7 @@ def test_what_a_node_knows_is_put_before_the_onlooker() -> None:
         node.work(timeout=0.02)
         assert put[-1]().row["probabilities"] != hurried
         status = node.health.status(False, None, 0)
-        assert f"{max(put[-1]().row['probabilities'].values()):.2f}" in str(status.values)
+        assert f"{max(put[-1]().row['probabilities'].values()):.3f}" in str(status.values)
         assert node.ended == "the node is stopped"
         with pytest.raises(InputError, match="no command 'drive'"):
             node.command("drive")

@@ -68,7 +68,7 @@ class InputRecipe(ABC):
             most: As if `azimuth_views` were no more than this.
 
         Returns:
-            `azimuth_views` grids, of which the first is `bounds`.
+            So many grids, of which the first is `bounds`.
         """
 
     @abstractmethod

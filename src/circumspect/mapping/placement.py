@@ -99,12 +99,10 @@ class Placement:
         self, scan: Scan, believed: Belief, information: NDArray[np.floating]
     ) -> float:
         """How near a frame comes to the map [m], on the mean, where a few of its points fit."""
-        some, reach = scan.thinned(GLANCE), self._settings.registration.reach
-        found = register(
-            some, self.scene, believed.T_map_camera, information / GLANCE,
-            self._settings.registration,
-        )  # fmt: skip
-        return linearised(scan, self.scene, found.T_map_camera.as_matrix(), reach).distance
+        some, settings = scan.thinned(GLANCE), self._settings.registration
+        found = register(some, self.scene, believed.T_map_camera, information / GLANCE, settings)
+        T_map_camera = found.T_map_camera.as_matrix()
+        return linearised(scan, self.scene, T_map_camera, settings.reach).distance
 
     def _least_overlap(
         self, scan: Scan, found: Registration, before: Belief, expected: Belief

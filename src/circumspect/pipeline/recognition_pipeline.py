@@ -250,7 +250,7 @@ class RecognitionPipeline:
         """Grid the model and tell how much of it was seen.
 
         Args:
-            most_views: Of the classifier's grids so many; None means all.
+            most_views: Of the classifier's grids at most so many; None means all.
 
         Returns:
             Why there is nothing to name; None where there is.
