@@ -68,7 +68,7 @@ class InputRecipe(ABC):
             most: As if `azimuth_views` were no more than this.
 
         Returns:
-            So many grids, of which the first is `bounds`.
+            `azimuth_views` grids, or `most`, of which the first is `bounds`.
         """
 
     @abstractmethod
