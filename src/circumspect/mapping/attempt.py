@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from circumspect.mapping.gate import Verdict
-from circumspect.mapping.motion import Belief
+from circumspect.mapping.motion import Belief, apart
 from circumspect.mapping.registration import Registration
 
 
@@ -38,6 +38,23 @@ class Attempt:
     def distance(self) -> float:
         """Mean distance of the frame to the map [m]; the larger, the worse."""
         return np.inf if self.found is None else self.found.distance
+
+    def wins(self, below: float, expected: Belief, rival: Belief) -> bool:
+        """Whether this takes the place of a first attempt from a rival prediction.
+
+        At the edge of the map any frame comes nearer to it when it slides back. A fit further from
+        where it was expected than the predictions are from each other bears out neither of them,
+        and does not replace one that is in order.
+
+        Args:
+            below: It must come nearer to the map than this [m]; infinite where the first one was
+                not in order.
+            expected: The prediction that it began with.
+            rival: That of the first.
+        """
+        slid = apart(expected, self.belief) > apart(expected, rival)
+        in_order = bool(np.isfinite(below))
+        return self.verdict.is_open and self.distance < below and not (in_order and slid)
 
     def doubted(self, doubt: tuple[float, float]) -> Attempt:
         """The same, less sure by standard deviations of turn [rad] and shift [m]."""

@@ -98,6 +98,12 @@ def agree(before: Belief | None, one: Belief, other: Belief) -> bool:
     return bool(near and turn < max(CLOSE_TURN, CLOSE_SHARE * float(spin)))
 
 
+def apart(one: Belief, other: Belief) -> float:
+    """How far apart two poses are [m]; turns count by what they move at 1 m."""
+    shift, turn = distances(one.T_map_camera.as_matrix(), other.T_map_camera.as_matrix())
+    return max(float(shift), float(turn))
+
+
 def guessed(time: float, settings: MotionSettings, unheld: float = 0.0) -> NDArray[np.float64]:
     """(6, 6) covariance of a motion that nothing told of [rad, m].
 

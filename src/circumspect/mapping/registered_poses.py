@@ -174,7 +174,7 @@ class RegisteredPoses(PoseEstimator):
         share = 1 / BETTER if self._source == STEADY else BETTER
         below = np.inf if first.verdict.contradicts else share * first.distance
         second = self._attempt(frame, scan, steady, STEADY, below)
-        return second if second.verdict.is_open and second.distance < below else first
+        return second if second.wins(below, steady, wheels) else first
 
     def _without_wheels(
         self, frame: RgbdFrame, scan: Scan, steady: Belief, standing: Belief
@@ -186,7 +186,7 @@ class RegisteredPoses(PoseEstimator):
             return first
         below = BETTER * first.distance if first.verdict.is_open else np.inf
         second = self._attempt(frame, scan, standing, STANDING, below)
-        return second if second.verdict.is_open and second.distance < below else first
+        return second if second.wins(below, standing, steady) else first
 
     def _attempt(
         self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str, below: float = np.inf
