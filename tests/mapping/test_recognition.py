@@ -22,6 +22,7 @@ from circumspect.mapping.relocalisation import (
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scan_surface import ScanSurface
 from circumspect.mapping.scene_map import SceneMap
+from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Surface, block
 
 USUAL = 4000.0
@@ -184,6 +185,43 @@ def test_frames_that_fit_aside_as_well_tell_of_no_place(recognition: Recognition
     assert believed(recognition, fits, HERE, STILL, USUAL, **near, ambiguous=[1]) is None
 
 
+def mapped(frames: list[RgbdFrame], places: list[RigidTransform]) -> SceneMap:
+    """What frames from known places show."""
+    scan = TrackingSettings().scan
+    surfaces = [
+        (ScanSurface.of(Scan.of(frame, scan)).on_level_floor(place), place)
+        for frame, place in zip(frames, places, strict=True)
+    ]
+    return SceneMap(scan.voxel).with_surfaces(surfaces)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "rest_is_news", "found"),
+    [
+        pytest.param(20.0, False, True, id="all known"),
+        pytest.param(45.0, False, False, id="a quarter elsewhere"),
+        pytest.param(45.0, True, True, id="a quarter new"),
+        pytest.param(80.0, True, False, id="half new, and far off"),
+    ],
+)
+def test_what_nobody_looked_at_so_far_does_not_speak_against_a_place(
+    degrees: float, rest_is_news: bool, found: bool
+) -> None:
+    angles = np.radians(np.arange(-30, 25, 5.0))
+    places = [true_camera(float(angle)) for angle in angles]
+    scene, s = mapped(drive(angles), places), TrackingSettings()
+    angle = float(np.radians(degrees))
+    (frame,) = drive(np.array([angle]))
+    fits = relocalise(
+        frame, Scan.of(frame, s.scan), scene, places, s.registration, s.gate, s.relocalisation,
+        lambda fit: rest_is_news,
+    )  # fmt: skip
+    assert len(fits) == int(found)
+    for fit in fits:
+        off = fit.T_map_camera.translation - true_camera(angle).translation
+        assert np.linalg.norm(off) < 0.01
+
+
 def test_a_square_pillar_looks_alike_from_its_four_sides() -> None:
     """And who is lost beside one is not told to be at one of them."""
     square = (Surface("object", block((-0.25, -0.25, 0.0), (0.25, 0.25, 0.8))), THINGS[2])
@@ -191,15 +229,11 @@ def test_a_square_pillar_looks_alike_from_its_four_sides() -> None:
     frames = drive(angles, things=square)
     places = [true_camera(float(angle)) for angle in angles]
     s = TrackingSettings()
-    surfaces = [
-        (ScanSurface.of(Scan.of(frame, s.scan)).on_level_floor(place), place)
-        for frame, place in zip(frames, places, strict=True)
-    ]
-    scene = SceneMap(s.scan.voxel).with_surfaces(surfaces)
-    frame = frames[4]
+    frame, scene = frames[4], mapped(frames, places)
     fits = relocalise(
-        frame, Scan.of(frame, s.scan), scene, places, s.registration, s.gate, s.relocalisation
-    )
+        frame, Scan.of(frame, s.scan), scene, places, s.registration, s.gate, s.relocalisation,
+        lambda fit: False,
+    )  # fmt: skip
     assert len(fits) >= 2
     assert not any(
         within(a.T_map_camera, b.T_map_camera, SAME_PLACE) for a, b in combinations(fits, 2)

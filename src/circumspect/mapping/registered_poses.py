@@ -19,7 +19,7 @@ from circumspect.mapping.gate import Verdict
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.leap import BETTER
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.news import is_out_of_place
+from circumspect.mapping.news import is_out_of_place, rest_is_news
 from circumspect.mapping.placement import KNOWN, Placement
 from circumspect.mapping.pose_estimator import LOST, PoseEstimate, PoseEstimator
 from circumspect.mapping.predictions import Predictions
@@ -202,9 +202,12 @@ class RegisteredPoses(PoseEstimator):
         places = self.keyframes.places
         if not lost:
             places = nearby(places, expected.T_map_camera)
-        fits = relocalise(frame, scan, self.scene, places, s.registration, s.gate, s.relocalisation)
-        moved = between(self._belief.T_map_camera, expected.T_map_camera)
         reach = s.registration.reach
+        fits = relocalise(
+            frame, scan, self.scene, places, s.registration, s.gate, s.relocalisation,
+            lambda fit: rest_is_news(scan, fit, self.scene, self.keyframes, reach),
+        )  # fmt: skip
+        moved = between(self._belief.T_map_camera, expected.T_map_camera)
         elsewhere = lost and is_out_of_place(
             scan, expected.T_map_camera, self.scene, self.keyframes, reach
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,7 @@ class RelocalisationSettings:
 
     Attributes:
         least_overlap: Share of the scan that must lie on what is known.
+        least_known: The same where the rest lies where nobody looked so far.
         most_through: Share of what is known and in view that may be looked through.
         least_inliers: Share of the usual number that the frame must have: one flat piece looks
             like another.
@@ -48,6 +50,7 @@ class RelocalisationSettings:
     """
 
     least_overlap: float = 0.88
+    least_known: float = 0.5
     most_through: float = 0.01
     least_inliers: float = 0.5
     confirmed: int = 3
@@ -61,12 +64,23 @@ def relocalise(
     registration: RegistrationSettings,
     gate: GateSettings,
     settings: RelocalisationSettings,
+    rest_is_news: Callable[[Registration], bool],
 ) -> list[Registration]:
     """Find a frame among known places.
 
     Every place is scored by how many points of the scan would lie on the map; the best ones, which
     are apart from each other, are aligned coarsely by generalised ICP (small_gicp) and then like
     any frame.
+
+    Args:
+        frame, scan: The frame, and its points.
+        scene: What is known.
+        places: Where it may have been taken.
+        registration: How it is fitted.
+        gate: When to believe, as any frame …
+        settings: … and beyond that.
+        rest_is_news: Whether what does not lie on what is known from a fit lies where nobody
+            looked so far: a robot that was bumped at the edge of the map sees half of it only.
 
     Returns:
         The registrations that fit beyond doubt, apart from each other. A scene that looks alike
@@ -83,8 +97,11 @@ def relocalise(
         coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, ranked[number])
         found = register(scan, scene, coarse, information, registration)
         through = seen_through(frame, scene, found.T_map_camera)
-        verdict = gate.verdict(found, information, through, settings.least_overlap)
-        if verdict.is_open and through <= settings.most_through:
+        if through > settings.most_through:
+            continue
+        half_known = settings.least_known <= found.overlap < settings.least_overlap
+        least = found.overlap if half_known and rest_is_news(found) else settings.least_overlap
+        if gate.verdict(found, information, through, least).is_open:
             fits.append(found)
     fits.sort(key=lambda fit: fit.overlap, reverse=True)
     return [fits[number] for number in _distinct([fit.T_map_camera for fit in fits], SAME_PLACE)]
