@@ -73,7 +73,8 @@ def relocalise(
     any frame.
 
     Args:
-        frame, scan: The frame, and its points.
+        frame: The frame.
+        scan: Its points.
         scene: What is known.
         places: Where it may have been taken.
         registration: How it is fitted.
