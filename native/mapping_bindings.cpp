@@ -11,6 +11,7 @@
 
 #include "given.hpp"
 #include "groups.hpp"
+#include "parallel.hpp"
 #include "plane_fits.hpp"
 #include "plane_map.hpp"
 
@@ -30,6 +31,8 @@ using Given = nb::ndarray<nb::numpy, bool, nb::ndim<1>>;
 using Real = nb::ndarray<nb::numpy, double>;
 template <typename T>
 using Rows = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+constexpr std::size_t kPlanesPerThread = 500;  // fewer are fitted before a thread has started
 
 void require(bool fulfilled, const char* message) {
   if (!fulfilled) throw std::invalid_argument(message);
@@ -75,7 +78,7 @@ nb::tuple linearised(const PlaneMap& planes, Points points_xyz, Values sigmas, P
 }
 
 // The plane round each point through its neighbours, whose numbers are a row each.
-nb::tuple plane_fits(Points points_xyz, Rows<int64_t> near) {
+nb::tuple plane_fits(Points points_xyz, Rows<int64_t> near, std::size_t threads) {
   const std::size_t count = near.shape(0), neighbours = near.shape(1);
   const auto points = static_cast<int64_t>(points_xyz.shape(0));
   require(neighbours >= 1 && neighbours <= 1000, "number of neighbours");
@@ -85,11 +88,13 @@ nb::tuple plane_fits(Points points_xyz, Rows<int64_t> near) {
   std::vector<double> normals(3 * count), variances(3 * count);
   {
     nb::gil_scoped_release release;
-    for (std::size_t n = 0; n < count; ++n) {
-      const PlaneFit fit = plane_fit(points_xyz.data(), near.data() + n * neighbours, neighbours);
-      std::copy(fit.normal.begin(), fit.normal.end(), &normals[3 * n]);
-      std::copy(fit.variances.begin(), fit.variances.end(), &variances[3 * n]);
-    }
+    parallel_for(count, threads, kPlanesPerThread, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        const PlaneFit fit = plane_fit(points_xyz.data(), near.data() + n * neighbours, neighbours);
+        std::copy(fit.normal.begin(), fit.normal.end(), &normals[3 * n]);
+        std::copy(fit.variances.begin(), fit.variances.end(), &variances[3 * n]);
+      }
+    });
   }
   return nb::make_tuple(given<Real>(std::move(normals), {count, 3}),
                         given<Real>(std::move(variances), {count, 3}));
@@ -281,7 +286,7 @@ NB_MODULE(_native, m) {
       .def("linearised", &linearised, "points_xyz"_a, "sigmas"_a, "pose"_a, nb::kw_only(),
            "reach"_a, "tukey"_a, "correlation"_a, "least_spread"_a, "uneven"_a, "least_cut"_a,
            "floor"_a, "far"_a, "averted"_a, "standing"_a, "fewest"_a);
-  m.def("plane_fits", &plane_fits, "points_xyz"_a, "near"_a);
+  m.def("plane_fits", &plane_fits, "points_xyz"_a, "near"_a, "threads"_a = 1);
   m.def("groups", &groups, "keys"_a);
   m.def("crowds", &crowds_of, "keys"_a);
   m.def("mean_shares", &shares_of, "table_keys"_a, "totals"_a, "keys"_a);

@@ -65,6 +65,9 @@ def test_plane_fits(seed: int, neighbours: int, scale: float) -> None:
     points = rng.normal(size=(40, 3)) * scale * [1.0, rng.uniform(0.1, 1), rng.uniform(0, 0.05)]
     near = rng.integers(0, 40, (25, neighbours))
     normals, variances = _native.plane_fits(points, near)
+    again = _native.plane_fits(points, near, threads=3)
+    for one, other in zip((normals, variances), again, strict=True):
+        np.testing.assert_array_equal(one, other)
     expected_normals, expected = twin.plane_fits(points, near)
     np.testing.assert_allclose(variances, expected, atol=1e-12 * expected.max())
     clear = expected[:, 1] - expected[:, 0] > 1e-3 * expected[:, 2]

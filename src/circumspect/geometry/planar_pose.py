@@ -49,10 +49,14 @@ class PlanarPose:
 
     def as_transform(self) -> RigidTransform:
         """The same pose in space, at height 0."""
+        return orthonormal(self.as_matrix())
+
+    def as_matrix(self) -> NDArray[np.float64]:
+        """(4, 4) that of `as_transform`."""
         cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
         matrix = np.eye(4)
         matrix[:2] = [[cosine, -sine, 0.0, self.x], [sine, cosine, 0.0, self.y]]
-        return orthonormal(matrix)
+        return matrix
 
     @property
     def xy(self) -> NDArray[np.float64]:

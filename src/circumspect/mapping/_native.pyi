@@ -44,7 +44,7 @@ class PlaneMap:
     ]: ...
 
 def plane_fits(
-    points_xyz: NDArray[np.float64], near: NDArray[np.int64]
+    points_xyz: NDArray[np.float64], near: NDArray[np.int64], threads: int = 1
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 def groups(
     keys: NDArray[np.int64],

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry.composition import composed
+from circumspect.geometry.composition import composed, orthonormal
 from circumspect.mapping import rigid_matrix, se3
 from circumspect.mapping.pose_distance import distances
 
@@ -85,7 +85,7 @@ class Belief:
         kept = np.eye(6) - gain @ H
         covariance = kept @ self.covariance @ kept.T + gain @ noise @ gain.T
         matrix = self.T_map_camera.as_matrix() @ rigid_matrix.exp(-gain @ error)
-        return Belief(RigidTransform.from_matrix(matrix), covariance)
+        return Belief(orthonormal(matrix), covariance)
 
 
 def agree(before: Belief | None, one: Belief, other: Belief) -> bool:

@@ -78,7 +78,9 @@ class RegisteredPoses(PoseEstimator):
         self._probation = Probation(s.relocalisation.confirmed, KNOWN * s.registration.reach)
         self._source = ""
         self._doubts = 0
+        self._looks = 0
         self._loops = 0
+        self._is_due = False
 
     @property
     def scene(self) -> SceneMap:
@@ -88,6 +90,7 @@ class RegisteredPoses(PoseEstimator):
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
         """See `PoseEstimator.estimate`."""
         scan = Scan.of(frame, self.settings.scan)
+        self._looks = 0
         if self._belief is None:
             return self._first(frame, scan)
 
@@ -161,13 +164,12 @@ class RegisteredPoses(PoseEstimator):
         assert self._belief is not None
         expected, time = self._predictions, frame.stamp - self._stamp
         wheels = expected.by_wheels(self._belief, frame)
-        steady = expected.by_steady_motion(self._belief, frame, time)
         if wheels is None:
-            standing = expected.by_standing_still(self._belief, frame, time)
-            return self._without_wheels(frame, scan, steady, standing)
+            return self._without_wheels(frame, scan, time)
+        steady = expected.by_steady_motion(self._belief, frame, time)
+        agree = motion.agree(self._belief, wheels, steady)
         first = self._attempt(frame, scan, wheels, motion.ODOMETRY)
         usual = first.distance < self._usual.most_distance
-        agree = motion.agree(self._belief, wheels, steady)
         if agree and usual and not first.verdict.contradicts:
             return first
         # Odometry that misled once must fit clearly better before it is trusted again.
@@ -176,13 +178,16 @@ class RegisteredPoses(PoseEstimator):
         second = self._attempt(frame, scan, steady, STEADY, below)
         return second if second.wins(below, steady, wheels) else first
 
-    def _without_wheels(
-        self, frame: RgbdFrame, scan: Scan, steady: Belief, standing: Belief
-    ) -> Attempt:
+    def _without_wheels(self, frame: RgbdFrame, scan: Scan, time: float) -> Attempt:
         """As if the last motion just went on; where that is doubtful, also as if it had ended."""
+        assert self._belief is not None
+        steady = self._predictions.by_steady_motion(self._belief, frame, time)
         first = self._attempt(frame, scan, steady, STEADY)
         usual = first.distance < self._usual.most_distance
-        if motion.agree(self._belief, steady, standing) or (first.verdict.is_open and usual):
+        if first.verdict.is_open and usual:
+            return first
+        standing = self._predictions.by_standing_still(self._belief, frame, time)
+        if motion.agree(self._belief, steady, standing):
             return first
         below = BETTER * first.distance if first.verdict.is_open else np.inf
         second = self._attempt(frame, scan, standing, STANDING, below)
@@ -192,6 +197,7 @@ class RegisteredPoses(PoseEstimator):
         self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str, below: float = np.inf
     ) -> Attempt:
         assert self._belief is not None
+        self._looks += 1
         return self._placement.attempt(frame, scan, self._belief, believed, source, below)
 
     def _recognised(self, frame: RgbdFrame, scan: Scan, expected: Belief) -> Attempt | None:
@@ -246,9 +252,13 @@ class RegisteredPoses(PoseEstimator):
 
     def _grow(self, frame: RgbdFrame, scan: Scan, attempt: Attempt) -> None:
         """Take a new keyframe in, and work a little on what the last ones are to be fitted to."""
-        assert self._belief is not None
-        keys, T_map_camera = self.keyframes, self._belief.T_map_camera
+        keys = self.keyframes
         keys.grip = self._predictions.wheels.grip
+        corrects = self._is_due
+        if corrects:
+            self._correct(anyway=False)
+        assert self._belief is not None
+        T_map_camera = self._belief.T_map_camera
         is_news = len(keys) == 0 or keys.holding(T_map_camera)[1] >= 1
         if is_news:
             covariance = self._belief.covariance
@@ -257,20 +267,19 @@ class RegisteredPoses(PoseEstimator):
             passage = self._predictions.wheels.at_keyframe(by_scene)
             key = keys.add(T_map_camera, covariance, scan, frame, passage)
             self._placement.scene = self.scene.with_surface(key.surface, T_map_camera)
-        # A new keyframe is work enough for a frame, unless they come too fast.
-        hurry = keys.queue.is_crowded
-        pairs = min(2 if hurry else int(not is_news), len(keys.queue))
+        # Each of these is work enough for a frame, unless keyframes come too fast.
+        busy, hurry = corrects or is_news or self._looks > 1, keys.queue.is_crowded
+        pairs = min(2 if hurry else int(not busy), len(keys.queue))
         for _ in range(pairs):
             keys.fit_next(hurry)
         # Neighbours along the way say little that the map does not say; a closed loop does.
         waits = keys.queue.holds_up if hurry else len(keys.queue) > 0
-        if pairs and keys.loops > self._loops and not waits:
-            self._loops = keys.loops
-            self._correct(anyway=False)
+        self._is_due = pairs > 0 and keys.loops > self._loops and not waits
 
     def _correct(self, anyway: bool) -> None:
         """Move the keyframes to where their graph says, and what hangs on them."""
         assert self._belief is not None
+        self._loops, self._is_due = self.keyframes.loops, False
         T_map_camera = self._belief.T_map_camera
         number, _ = self.keyframes.holding(T_map_camera)
         T_anchor_camera = between(self.keyframes[number].T_map_camera, T_map_camera)

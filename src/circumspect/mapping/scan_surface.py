@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.grid.grid_arguments import checked_threads
 from circumspect.mapping import _native
 from circumspect.mapping.scan import Scan
 
@@ -57,8 +58,9 @@ class ScanSurface:
         if len(points) < neighbours:
             nothing = np.zeros(len(points))
             return cls(scan, np.zeros((len(points), 3)), nothing + STEEPEST, nothing)
-        near, _ = KdTree(points).batch_knn_search(points, neighbours)
-        normals, values = _native.plane_fits(points, np.asarray(near, np.int64))
+        cores = checked_threads(0)
+        near, _ = KdTree(points).batch_knn_search(points, neighbours, num_threads=cores)
+        normals, values = _native.plane_fits(points, np.asarray(near, np.int64), threads=cores)
         away = np.einsum("ij,ij->i", normals, points) > 0
         across = np.clip(values[:, 0], 0, None) * neighbours / (neighbours - 3)
         along = 0.5 * (1 / np.maximum(values[:, 1:], 1e-12)).sum(axis=1)

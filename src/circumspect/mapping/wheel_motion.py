@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
-from circumspect.geometry.composition import between, composed
-from circumspect.mapping import se3
+from circumspect.geometry.composition import composed, orthonormal
+from circumspect.mapping import rigid_matrix, se3
 from circumspect.mapping.motion import MOST_VARIANCE, Belief, MotionSettings
 from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.sensing import Odometry
@@ -68,8 +68,9 @@ class WheelMotion:
         """The motion behind what the wheels told, to first order in the slip of the way so far."""
         lost = np.array(grip.shares) - 1
         novelty = np.array(grip.novelty) ** 2
+        matrix = self.T_old_new.as_matrix() @ rigid_matrix.exp(self.by_shares @ lost)
         return Belief(
-            composed(self.T_old_new, se3.exp(self.by_shares @ lost)),
+            orthonormal(matrix),
             self.noise + np.tensordot(novelty, self.steady, axes=1),
         )
 
@@ -102,9 +103,10 @@ def wheel_step(
     base[BUMPS, BUMPS] = settings.bump_turn**2, settings.bump_turn**2, settings.bump_height**2
     steady = np.zeros((2, 6, 6))
     steady[[0, 1], [3, 2], [3, 2]] = 2 * settings.slip**2 * np.array(unheld) * [way, turned]
-    to_camera = se3.adjoint(mounts[1].inv())
+    first, second = (mount.as_matrix() for mount in mounts)
+    to_camera = rigid_matrix.adjoint(rigid_matrix.inverse(second))
     return WheelMotion(
-        between(mounts[0], composed(told.as_transform(), mounts[1])),
+        orthonormal(rigid_matrix.inverse(first) @ told.as_matrix() @ second),
         to_camera @ _by_shares(told),
         to_camera @ base @ to_camera.T,
         to_camera @ steady @ to_camera.T,

@@ -56,6 +56,7 @@ class Wheels:
         self._last: Odometry | None = None
         self._mount: RigidTransform | None = None
         self._stamp = 0.0
+        self._step: tuple[RgbdFrame, WheelMotion | None] | None = None
         self._misled = False
         self._held = False
         self._unheld = (0.0, 0.0)
@@ -68,6 +69,11 @@ class Wheels:
 
         Wheels that misled when the scene last knew better are worth no more than a guess.
         """
+        if self._step is None or self._step[0] is not frame:
+            self._step = frame, self._stepped(frame)
+        return self._step[1]
+
+    def _stepped(self, frame: RgbdFrame) -> WheelMotion | None:
         mounts, before, now = self._mounts(frame), self._last, frame.odometry
         if mounts is None or before is None or now is None or self._told(now) is None:
             return None
@@ -96,7 +102,7 @@ class Wheels:
         self._stretch += int(not self._held)
         self._unheld = (0.0, 0.0) if self._held else self._further(frame.odometry)
         self._last, self._stamp = frame.odometry, frame.stamp
-        self._mount = frame.T_base_camera
+        self._mount, self._step = frame.T_base_camera, None
 
     def _mounts(self, frame: RgbdFrame) -> tuple[RigidTransform, RigidTransform] | None:
         """The camera on its robot at the last frame and now; what was not told was as it is."""

@@ -43,7 +43,7 @@ SHORTEST, LONGEST = 0.05, 50.0
 """Median depths outside of this [m] are in another unit."""
 SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
-PATCHES_A_FRAME = 2
+PATCHES_A_FRAME = 1
 """So many are put together anew after a correction; the rest waits."""
 VIEWS_A_FRAME = 4
 """So many of the classifier's grids are asked with a frame, all of them once no more come."""
