@@ -44,7 +44,7 @@ from circumspect.simulation import CameraMount, Orbit, Scene, SimulatedCamera
 ROOT = Path(__file__).resolve().parent.parent
 PEER, TARGET = ROOT / "tests" / "ros" / "peer", ROOT / "build" / "ros2-peer-optimised"
 OPTIMISED = "profile.dev.opt-level=1"
-"""The tests' peer is built as quickly as it can be; this one must not be what is measured."""
+"""The tests' peer is built as quickly as it can be; here the peer must not be what limits."""
 DEPTH = "/camera/depth/image_rect_raw"
 DOMAIN, RATE, STATIONS = 77, 30.0, 20
 MANNERS = (("best-effort", False), ("reliable", False), ("reliable", True))

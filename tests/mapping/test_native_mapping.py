@@ -65,15 +65,22 @@ def test_plane_fits(seed: int, neighbours: int, scale: float) -> None:
     points = rng.normal(size=(40, 3)) * scale * [1.0, rng.uniform(0.1, 1), rng.uniform(0, 0.05)]
     near = rng.integers(0, 40, (25, neighbours))
     normals, variances = _native.plane_fits(points, near)
-    again = _native.plane_fits(points, near, threads=3)
-    for one, other in zip((normals, variances), again, strict=True):
-        np.testing.assert_array_equal(one, other)
     expected_normals, expected = twin.plane_fits(points, near)
     np.testing.assert_allclose(variances, expected, atol=1e-12 * expected.max())
     clear = expected[:, 1] - expected[:, 0] > 1e-3 * expected[:, 2]
     cosines = np.einsum("ij,ij->i", normals, expected_normals)
     np.testing.assert_allclose(np.abs(cosines[clear]), 1, atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1)
+
+
+def test_threads_change_no_plane() -> None:
+    rng = np.random.default_rng(0)
+    points, near = rng.normal(size=(40, 3)), rng.integers(0, 40, (2001, 8))
+    alone = _native.plane_fits(points, near)
+    for threads in (2, 3, 64):
+        for one, other in zip(alone, _native.plane_fits(points, near, threads), strict=True):
+            np.testing.assert_array_equal(one, other)
+    np.testing.assert_allclose(alone[1], twin.plane_fits(points, near)[1], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from tracking_world import drive, follow
 
 from circumspect.mapping import RegisteredPoses, TrackingSettings
 from circumspect.mapping.keyframe_pairs import OLD, closes_a_loop, is_consecutive
-from circumspect.mapping.keyframes import KeyframeSettings
+from circumspect.mapping.keyframes import Keyframes, KeyframeSettings
 from circumspect.mapping.pair_queue import PairQueue
 
 LOOP = (0, OLD + 1)
@@ -64,3 +66,36 @@ def test_loops_are_closed_while_a_robot_drives_fast(step_deg: float) -> None:
     follow(drive(np.radians(np.arange(45, 45 + 360 + 35, step_deg))), poses)
     assert poses.keyframes.loops > 0
     assert poses.corrections > 0
+
+
+def test_a_frame_has_one_thing_to_do_beside_being_placed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Unless too many pairs wait; and what the end of frames corrected is not corrected again."""
+    done: list[str] = []
+
+    def noted(name: str) -> None:
+        plain = getattr(Keyframes, name)
+
+        def noting(self: Keyframes, *given: Any) -> Any:
+            hurried = name == "fit_next" and given[0]
+            done.append("in a hurry" if hurried else name)
+            return plain(self, *given)
+
+        monkeypatch.setattr(Keyframes, name, noting)
+
+    for name in ("add", "fit_next", "correct"):
+        noted(name)
+    poses = RegisteredPoses()
+    angles = np.radians(np.arange(45, 45 + 360 + 36, 3.0))
+    # A robot that stands leaves time for all that waits.
+    *frames, last = drive(np.concatenate([angles, np.full(15, angles[-1])]))
+    jobs = set()
+    for frame in frames:
+        done.clear()
+        poses.estimate(frame)
+        jobs.add(tuple(done))
+    jobs = {job for job in jobs if "in a hurry" not in job}
+    assert jobs == {(), ("add",), ("fit_next",), ("correct",)}
+    poses.settle()
+    done.clear()
+    poses.estimate(last)
+    assert "correct" not in done

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -196,25 +197,27 @@ def mapped(frames: list[RgbdFrame], places: list[RigidTransform]) -> SceneMap:
 
 
 @pytest.mark.parametrize(
-    ("degrees", "rest_is_news", "found"),
+    ("degrees", "rest_is_news", "least_known", "found"),
     [
-        pytest.param(20.0, False, True, id="all known"),
-        pytest.param(45.0, False, False, id="a quarter elsewhere"),
-        pytest.param(45.0, True, True, id="a quarter new"),
-        pytest.param(80.0, True, False, id="half new, and far off"),
+        pytest.param(20.0, False, 0.5, True, id="all known"),
+        pytest.param(45.0, False, 0.5, False, id="a quarter elsewhere"),
+        pytest.param(45.0, True, 0.5, True, id="a quarter new"),
+        pytest.param(45.0, True, 0.8, False, id="too much of it new"),
+        pytest.param(80.0, True, 0.5, False, id="looks through what is known"),
     ],
 )
 def test_what_nobody_looked_at_so_far_does_not_speak_against_a_place(
-    degrees: float, rest_is_news: bool, found: bool
+    degrees: float, rest_is_news: bool, least_known: float, found: bool
 ) -> None:
     angles = np.radians(np.arange(-30, 25, 5.0))
     places = [true_camera(float(angle)) for angle in angles]
     scene, s = mapped(drive(angles), places), TrackingSettings()
     angle = float(np.radians(degrees))
     (frame,) = drive(np.array([angle]))
+    settings = replace(s.relocalisation, least_known=least_known)
     fits = relocalise(
-        frame, Scan.of(frame, s.scan), scene, places, s.registration, s.gate, s.relocalisation,
-        lambda fit: rest_is_news,
+        frame, Scan.of(frame, s.scan), scene, places, s.registration, s.gate, settings,
+        lambda fit, contrary: rest_is_news,
     )  # fmt: skip
     assert len(fits) == int(found)
     for fit in fits:
@@ -232,7 +235,7 @@ def test_a_square_pillar_looks_alike_from_its_four_sides() -> None:
     frame, scene = frames[4], mapped(frames, places)
     fits = relocalise(
         frame, Scan.of(frame, s.scan), scene, places, s.registration, s.gate, s.relocalisation,
-        lambda fit: False,
+        lambda fit, contrary: False,
     )  # fmt: skip
     assert len(fits) >= 2
     assert not any(

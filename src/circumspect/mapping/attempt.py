@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from circumspect.mapping.gate import Verdict
-from circumspect.mapping.motion import Belief, apart
+from circumspect.mapping.motion import CLOSE_SHIFT, CLOSE_TURN, Belief, apart
 from circumspect.mapping.registration import Registration
 
 
@@ -39,7 +39,7 @@ class Attempt:
         """Mean distance of the frame to the map [m]; the larger, the worse."""
         return np.inf if self.found is None else self.found.distance
 
-    def wins(self, below: float, expected: Belief, rival: Belief) -> bool:
+    def wins(self, below: float, in_order: bool, expected: Belief, rival: Belief) -> bool:
         """Whether this takes the place of a first attempt from a rival prediction.
 
         At the edge of the map any frame comes nearer to it when it slides back. A fit further from
@@ -47,13 +47,14 @@ class Attempt:
         and does not replace one that is in order.
 
         Args:
-            below: It must come nearer to the map than this [m]; infinite where the first one was
-                not in order.
+            below: It must come nearer to the map than this [m].
+            in_order: Nothing speaks against the first one.
             expected: The prediction that it began with.
             rival: That of the first.
         """
-        slid = apart(expected, self.belief) > apart(expected, rival)
-        in_order = bool(np.isfinite(below))
+        shift, turn = apart(expected, self.belief)
+        rival_shift, rival_turn = apart(expected, rival)
+        slid = shift > max(CLOSE_SHIFT, rival_shift) or turn > max(CLOSE_TURN, rival_turn)
         return self.verdict.is_open and self.distance < below and not (in_order and slid)
 
     def doubted(self, doubt: tuple[float, float]) -> Attempt:

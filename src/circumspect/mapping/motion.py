@@ -90,18 +90,16 @@ class Belief:
 
 def agree(before: Belief | None, one: Belief, other: Belief) -> bool:
     """Whether two predictions say the same, up to `CLOSE_SHARE` of the motion since `before`."""
-    shift, turn = distances(one.T_map_camera.as_matrix(), other.T_map_camera.as_matrix())
-    way = spin = 0.0
-    if before is not None:
-        way, spin = distances(before.T_map_camera.as_matrix(), one.T_map_camera.as_matrix())
-    near = shift < max(CLOSE_SHIFT, CLOSE_SHARE * float(way))
-    return bool(near and turn < max(CLOSE_TURN, CLOSE_SHARE * float(spin)))
+    shift, turn = apart(one, other)
+    way, spin = (0.0, 0.0) if before is None else apart(before, one)
+    near = shift < max(CLOSE_SHIFT, CLOSE_SHARE * way)
+    return near and turn < max(CLOSE_TURN, CLOSE_SHARE * spin)
 
 
-def apart(one: Belief, other: Belief) -> float:
-    """How far apart two poses are [m]; turns count by what they move at 1 m."""
+def apart(one: Belief, other: Belief) -> tuple[float, float]:
+    """How far [m] and by how much of a turn [rad] two poses are from each other."""
     shift, turn = distances(one.T_map_camera.as_matrix(), other.T_map_camera.as_matrix())
-    return max(float(shift), float(turn))
+    return float(shift), float(turn)
 
 
 def guessed(time: float, settings: MotionSettings, unheld: float = 0.0) -> NDArray[np.float64]:

@@ -19,7 +19,12 @@ MOST_CONTRARY, FEW = 0.2, 10
 
 
 def rest_is_news(
-    scan: Scan, found: Registration, scene: SceneMap, keyframes: Keyframes, reach: float
+    scan: Scan,
+    found: Registration,
+    scene: SceneMap,
+    keyframes: Keyframes,
+    reach: float,
+    contrary: float = MOST_CONTRARY,
 ) -> bool:
     """Whether what does not lie on what is known lies where nobody looked so far.
 
@@ -32,9 +37,10 @@ def rest_is_news(
         scene: What is known.
         keyframes: Whose free space is asked.
         reach: Points this near to the map [m] lie on what is known.
+        contrary: For each that does, and then some, so many may lie where it was empty.
     """
     known, empty = _known_and_empty(scan, found.T_map_camera, scene, keyframes, reach)
-    return int(empty.sum()) <= MOST_CONTRARY * int(known.sum()) + FEW
+    return int(empty.sum()) <= contrary * int(known.sum()) + FEW
 
 
 def is_out_of_place(

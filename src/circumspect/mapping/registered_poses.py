@@ -78,9 +78,9 @@ class RegisteredPoses(PoseEstimator):
         self._probation = Probation(s.relocalisation.confirmed, KNOWN * s.registration.reach)
         self._source = ""
         self._doubts = 0
-        self._looks = 0
         self._loops = 0
         self._is_due = False
+        self._jobs = 0
 
     @property
     def scene(self) -> SceneMap:
@@ -90,9 +90,11 @@ class RegisteredPoses(PoseEstimator):
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
         """See `PoseEstimator.estimate`."""
         scan = Scan.of(frame, self.settings.scan)
-        self._looks = 0
+        self._jobs = 0
         if self._belief is None:
             return self._first(frame, scan)
+        if self._is_due:
+            self._correct(anyway=False)
 
         # Where the camera should be, and what the frame says to it
         best = self._best_attempt(frame, scan)
@@ -176,7 +178,8 @@ class RegisteredPoses(PoseEstimator):
         share = 1 / BETTER if self._source == STEADY else BETTER
         below = np.inf if first.verdict.contradicts else share * first.distance
         second = self._attempt(frame, scan, steady, STEADY, below)
-        return second if second.wins(below, steady, wheels) else first
+        in_order = not (first.verdict.contradicts or first.verdict.mute)
+        return second if second.wins(below, in_order, steady, wheels) else first
 
     def _without_wheels(self, frame: RgbdFrame, scan: Scan, time: float) -> Attempt:
         """As if the last motion just went on; where that is doubtful, also as if it had ended."""
@@ -189,21 +192,23 @@ class RegisteredPoses(PoseEstimator):
         standing = self._predictions.by_standing_still(self._belief, frame, time)
         if motion.agree(self._belief, steady, standing):
             return first
-        below = BETTER * first.distance if first.verdict.is_open else np.inf
+        in_order = first.verdict.is_open
+        below = BETTER * first.distance if in_order else np.inf
         second = self._attempt(frame, scan, standing, STANDING, below)
-        return second if second.wins(below, standing, steady) else first
+        return second if second.wins(below, in_order, standing, steady) else first
 
     def _attempt(
         self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str, below: float = np.inf
     ) -> Attempt:
         assert self._belief is not None
-        self._looks += 1
+        self._jobs += 1
         return self._placement.attempt(frame, scan, self._belief, believed, source, below)
 
     def _recognised(self, frame: RgbdFrame, scan: Scan, expected: Belief) -> Attempt | None:
         """The frame among all keyframes, where it fits one place beyond doubt."""
         s = self.settings
         assert self._belief is not None
+        self._jobs += 1
         lost = self._doubts + 1 >= s.lost_after
         places = self.keyframes.places
         if not lost:
@@ -211,7 +216,9 @@ class RegisteredPoses(PoseEstimator):
         reach = s.registration.reach
         fits = relocalise(
             frame, scan, self.scene, places, s.registration, s.gate, s.relocalisation,
-            lambda fit: rest_is_news(scan, fit, self.scene, self.keyframes, reach),
+            lambda fit, contrary: rest_is_news(
+                scan, fit, self.scene, self.keyframes, reach, contrary
+            ),
         )  # fmt: skip
         moved = between(self._belief.T_map_camera, expected.T_map_camera)
         elsewhere = lost and is_out_of_place(
@@ -252,13 +259,9 @@ class RegisteredPoses(PoseEstimator):
 
     def _grow(self, frame: RgbdFrame, scan: Scan, attempt: Attempt) -> None:
         """Take a new keyframe in, and work a little on what the last ones are to be fitted to."""
-        keys = self.keyframes
-        keys.grip = self._predictions.wheels.grip
-        corrects = self._is_due
-        if corrects:
-            self._correct(anyway=False)
         assert self._belief is not None
-        T_map_camera = self._belief.T_map_camera
+        keys, T_map_camera = self.keyframes, self._belief.T_map_camera
+        keys.grip = self._predictions.wheels.grip
         is_news = len(keys) == 0 or keys.holding(T_map_camera)[1] >= 1
         if is_news:
             covariance = self._belief.covariance
@@ -267,9 +270,10 @@ class RegisteredPoses(PoseEstimator):
             passage = self._predictions.wheels.at_keyframe(by_scene)
             key = keys.add(T_map_camera, covariance, scan, frame, passage)
             self._placement.scene = self.scene.with_surface(key.surface, T_map_camera)
-        # Each of these is work enough for a frame, unless keyframes come too fast.
-        busy, hurry = corrects or is_news or self._looks > 1, keys.queue.is_crowded
-        pairs = min(2 if hurry else int(not busy), len(keys.queue))
+            self._jobs += 1
+        # A keyframe, a second look or a correction is work enough, unless too many pairs wait.
+        hurry = keys.queue.is_crowded
+        pairs = min(2 if hurry else int(self._jobs == 1), len(keys.queue))
         for _ in range(pairs):
             keys.fit_next(hurry)
         # Neighbours along the way say little that the map does not say; a closed loop does.
@@ -280,6 +284,7 @@ class RegisteredPoses(PoseEstimator):
         """Move the keyframes to where their graph says, and what hangs on them."""
         assert self._belief is not None
         self._loops, self._is_due = self.keyframes.loops, False
+        self._jobs += 1
         T_map_camera = self._belief.T_map_camera
         number, _ = self.keyframes.holding(T_map_camera)
         T_anchor_camera = between(self.keyframes[number].T_map_camera, T_map_camera)

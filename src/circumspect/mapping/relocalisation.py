@@ -64,7 +64,7 @@ def relocalise(
     registration: RegistrationSettings,
     gate: GateSettings,
     settings: RelocalisationSettings,
-    rest_is_news: Callable[[Registration], bool],
+    rest_is_news: Callable[[Registration, float], bool],
 ) -> list[Registration]:
     """Find a frame among known places.
 
@@ -81,7 +81,8 @@ def relocalise(
         gate: When to believe, as any frame …
         settings: … and beyond that.
         rest_is_news: Whether what does not lie on what is known from a fit lies where nobody
-            looked so far: a robot that was bumped at the edge of the map sees half of it only.
+            looked so far, but for this share of what does: a robot that was bumped at the edge of
+            the map sees half of it only.
 
     Returns:
         The registrations that fit beyond doubt, apart from each other. A scene that looks alike
@@ -91,18 +92,17 @@ def relocalise(
         return []
     some = scan.points_xyz[:: max(1, len(scan) // SAMPLE)]
     scores = [float((scene.nearest(place.apply(some))[1] < LOOSE).mean()) for place in places]
-    information = np.diag(SIGMAS**-2.0)
+    information, contrary = np.diag(SIGMAS**-2.0), 1 / settings.least_overlap - 1
     fits: list[Registration] = []
     ranked = [places[int(index)] for index in np.argsort(scores)[::-1]]
     for number in _distinct(ranked, SPREAD)[:TRIED]:
         coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, ranked[number])
         found = register(scan, scene, coarse, information, registration)
         through = seen_through(frame, scene, found.T_map_camera)
-        if through > settings.most_through:
+        verdict = gate.verdict(found, information, through, settings.least_known)
+        if not verdict.is_open or through > settings.most_through:
             continue
-        half_known = settings.least_known <= found.overlap < settings.least_overlap
-        least = found.overlap if half_known and rest_is_news(found) else settings.least_overlap
-        if gate.verdict(found, information, through, least).is_open:
+        if found.overlap >= settings.least_overlap or rest_is_news(found, contrary):
             fits.append(found)
     fits.sort(key=lambda fit: fit.overlap, reverse=True)
     return [fits[number] for number in _distinct([fit.T_map_camera for fit in fits], SAME_PLACE)]
