@@ -79,8 +79,8 @@ class RegisteredPoses(PoseEstimator):
         self._source = ""
         self._doubts = 0
         self._loops = 0
-        self._is_due = False
-        self._jobs = 0
+        self._is_due = False  # a correction, before the next frame
+        self._jobs = 0  # looks, and what else this frame brought
 
     @property
     def scene(self) -> SceneMap:
