@@ -1,9 +1,43 @@
 #include "groups.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "multiversion.hpp"
+
 namespace circumspect {
+namespace {
+
+template <typename T>
+[[gnu::always_inline]] inline void pack_each(const T* points_xyz, std::size_t count,
+                                             const Packing& packing, int64_t* keys) {
+  const T side = T(packing.side);
+  const int64_t mask = (int64_t(1) << packing.bits) - 1;
+  for (std::size_t n = 0; n < count; ++n) {
+    int64_t key = 0;
+    for (int a = 0; a < 3; ++a) {
+      const T cell = std::floor(points_xyz[3 * n + a] / side);
+      const int64_t whole = std::fabs(cell) < T(1e18) ? int64_t(cell) : 0;
+      key = (key << packing.bits) | ((whole + packing.offset) & mask);
+    }
+    keys[n] = key;
+  }
+}
+
+}  // namespace
+
+CIRCUMSPECT_MULTIVERSION
+void pack_cells(const double* points_xyz, std::size_t count, const Packing& packing,
+                int64_t* keys) {
+  pack_each(points_xyz, count, packing, keys);
+}
+
+CIRCUMSPECT_MULTIVERSION
+void pack_cells(const float* points_xyz, std::size_t count, const Packing& packing,
+                int64_t* keys) {
+  pack_each(points_xyz, count, packing, keys);
+}
 
 Groups group(const int64_t* keys, std::size_t count) {
   KeyNumbers numbers(count);
@@ -67,24 +101,27 @@ MergedTable merged(const Table& one, const Table& other, std::size_t columns) {
   MergedTable sum;
   sum.keys.reserve(one.count + other.count);
   sum.totals.reserve((one.count + other.count) * columns);
-  const auto take = [&](const Table& from, std::size_t n) {
-    sum.keys.push_back(from.keys[n]);
-    const double* row = from.totals + n * columns;
-    sum.totals.insert(sum.totals.end(), row, row + columns);
+  const auto take = [&](const Table& from, std::size_t begin, std::size_t end) {
+    sum.keys.insert(sum.keys.end(), from.keys + begin, from.keys + end);
+    sum.totals.insert(sum.totals.end(), from.totals + begin * columns,
+                      from.totals + end * columns);
   };
-  std::size_t a = 0, b = 0;
-  while (a < one.count || b < other.count) {
-    if (b == other.count || (a < one.count && one.keys[a] < other.keys[b])) {
-      take(one, a++);
-    } else if (a == one.count || other.keys[b] < one.keys[a]) {
-      take(other, b++);
-    } else {
-      take(one, a++);
-      double* row = sum.totals.data() + (sum.totals.size() - columns);
-      for (std::size_t c = 0; c < columns; ++c) row[c] += other.totals[b * columns + c];
-      ++b;
+  std::size_t a = 0;
+  for (std::size_t b = 0; b < other.count; ++b) {
+    // Between the rows of the second table, those of the first go in one piece.
+    const std::size_t begin = a;
+    while (a < one.count && one.keys[a] < other.keys[b]) ++a;
+    const bool both = a < one.count && one.keys[a] == other.keys[b];
+    a += both;
+    take(one, begin, a);
+    if (!both) {
+      take(other, b, b + 1);
+      continue;
     }
+    double* row = sum.totals.data() + (sum.totals.size() - columns);
+    for (std::size_t c = 0; c < columns; ++c) row[c] += other.totals[b * columns + c];
   }
+  take(one, a, one.count);
   return sum;
 }
 

@@ -1,7 +1,6 @@
 // Rows with equal keys: which belong together, and their sums.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -78,18 +77,10 @@ struct Packing {
   int64_t offset;
 };
 
-template <typename T>
-int64_t packed_cell(const T* point, const Packing& packing) {
-  int64_t key = 0;
-  for (int a = 0; a < 3; ++a) {
-    // In the points' own precision, as NumPy divides.
-    const T cell = std::floor(point[a] / T(packing.side));
-    const int64_t whole = std::fabs(cell) < T(1e18) ? int64_t(cell) : 0;
-    const int64_t mask = (int64_t(1) << packing.bits) - 1;
-    key = (key << packing.bits) | ((whole + packing.offset) & mask);
-  }
-  return key;
-}
+// The number of each point's cell, in the points' own precision, as NumPy divides.
+void pack_cells(const double* points_xyz, std::size_t count, const Packing& packing,
+                int64_t* keys);
+void pack_cells(const float* points_xyz, std::size_t count, const Packing& packing, int64_t* keys);
 
 // A table of ascending keys, each once, with rows of totals.
 struct Table {

@@ -161,9 +161,7 @@ Whole packed_cells(Corners<T> points_xyz, double side, int bits, int64_t offset)
   std::vector<int64_t> keys(count);
   {
     nb::gil_scoped_release release;
-    for (std::size_t n = 0; n < count; ++n) {
-      keys[n] = packed_cell(points_xyz.data() + 3 * n, packing);
-    }
+    pack_cells(points_xyz.data(), count, packing, keys.data());
   }
   return given<Whole>(std::move(keys), {count});
 }

@@ -35,7 +35,8 @@ def fused_both_ways() -> tuple[ObjectModel, ObjectModel]:
         T_map_anchor = DRIFT * anchors[anchor] if anchor else anchors[anchor]
         views = views.with_share(anchor, T_map_anchor, drifted.share(surface))
     rebuild = Rebuild(views, settings, drifted.voxel, anchors.__getitem__)
-    assert rebuild.go_on()
+    rebuild.go_on()
+    assert rebuild.is_whole
     return direct, rebuild.model
 
 
@@ -100,14 +101,17 @@ def test_a_rebuild_a_few_patches_at_a_time_is_the_one_at_once() -> None:
     at_once, bit_by_bit = (
         Rebuild(views, ModelSettings(), model.voxel, places.__getitem__) for _ in range(2)
     )
-    assert at_once.go_on()
-    assert [bit_by_bit.go_on(most) for most in (0, 3, 3)] == [False, False, True]
+    at_once.go_on()
+    assert at_once.is_whole
+    for most, whole in ((0, False), (3, False), (3, True)):
+        bit_by_bit.go_on(most)
+        assert bit_by_bit.is_whole == whole
     assert at_once.model.frames == bit_by_bit.model.frames == 4
     np.testing.assert_array_equal(at_once.model.points_xyz, bit_by_bit.model.points_xyz)
 
 
 def test_no_views_make_an_empty_model() -> None:
     rebuild = Rebuild(ObjectViews(), ModelSettings(), 0.01, {}.__getitem__)
-    assert rebuild.go_on(0)
+    assert rebuild.is_whole
     assert rebuild.model.frames == 0
     assert len(rebuild.model.points_xyz) == 0

@@ -92,6 +92,7 @@ def test_a_frame_has_one_thing_to_do_beside_being_placed(monkeypatch: pytest.Mon
     for frame in frames:
         done.clear()
         poses.estimate(frame)
+        poses.catch_up()
         jobs.add(tuple(done))
     jobs = {job for job in jobs if "in a hurry" not in job}
     assert jobs == {(), ("add",), ("fit_next",), ("correct",)}

@@ -333,6 +333,24 @@ def test_a_round_is_closed_and_corrected() -> None:
     assert place_errors(final, angles)[-1] < 0.02
 
 
+def test_whenever_the_map_grows_the_poses_are_the_same() -> None:
+    """At once, or only when the next frame comes; and what was told before does not change."""
+    frames, poses = short_drive(), RegisteredPoses()
+    at_once = []
+    for frame in frames:
+        told = poses.estimate(frame)
+        before = len(poses.keyframes), poses.corrected([told])[0].as_matrix()
+        poses.catch_up()
+        np.testing.assert_array_equal(poses.corrected([told])[0].as_matrix(), before[1])
+        at_once.append((told, len(poses.keyframes) - before[0]))
+    assert sum(grown for _, grown in at_once) >= 1
+    for (one, _), other in zip(at_once, follow(frames), strict=True):
+        np.testing.assert_array_equal(
+            one.T_map_camera.as_matrix(), other.T_map_camera.as_matrix()
+        )
+        np.testing.assert_array_equal(one.covariance, other.covariance)
+
+
 def test_keyframes_stay_few_and_what_hung_on_them_stays_placed() -> None:
     settings = TrackingSettings(keyframes=KeyframeSettings(shift=0.05, turn=0.05, most=5))
     poses = RegisteredPoses(settings=settings)

@@ -83,11 +83,11 @@ def test_a_corrected_model_is_put_together_over_several_frames(
     shots, at = list(frames(12)), 4
     true, line = pipeline(), corrected_line(at, poses)
     wanted, steps = ([one.step(shot) for shot in shots] for one in (true, line))
-    # Four patches, two with every frame: the second frame after the correction has the new model.
+    # Four patches, two beside every frame: the third one from the correction on has the new model.
     assert [step.model.frames for step in steps] == list(range(1, 13))
     off = [np.abs(centre(a) - centre(b)).max() for a, b in zip(steps, wanted, strict=True)]
-    assert min(off[: at + 1]) > 0.04
-    assert max(off[at + 1 :]) < 0.01
+    assert min(off[: at + 2]) > 0.04
+    assert max(off[at + 2 :]) < 0.01
 
 
 def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> None:

@@ -1,5 +1,6 @@
 """From frames to one model of the object: poses, fusion, the rays that saw it."""
 
+from circumspect.mapping.frame_share import FrameShare
 from circumspect.mapping.frame_surface import FrameSurface
 from circumspect.mapping.gate import GATE_OPEN
 from circumspect.mapping.object_model import ModelSettings, ObjectModel
@@ -12,6 +13,7 @@ from circumspect.mapping.tracking_settings import TrackingSettings
 
 __all__ = [
     "GATE_OPEN",
+    "FrameShare",
     "FrameSurface",
     "KnownPoses",
     "ModelSettings",

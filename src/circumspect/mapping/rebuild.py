@@ -48,18 +48,19 @@ class Rebuild:
             except KeyError:  # the keyframe gave way so long ago that it is forgotten
                 continue
 
-    def go_on(self, most: int | None = None) -> bool:
+    @property
+    def is_whole(self) -> bool:
+        """Whether all are in the model."""
+        return not self._waiting
+
+    def go_on(self, most: int | None = None) -> None:
         """Add patches.
 
         Args:
             most: So many; None means all.
-
-        Returns:
-            Whether all are in the model.
         """
         for _ in range(len(self._waiting) if most is None else min(most, len(self._waiting))):
             self.model = _with_patch(self.model, *self._waiting.popleft())
-        return not self._waiting
 
     def with_share(self, share: FrameShare) -> None:
         """Add a frame that came since the beginning, at its corrected pose."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -81,15 +81,17 @@ class RegisteredPoses(PoseEstimator):
         self._loops = 0
         self._is_due = False  # a correction, before the next frame
         self._jobs = 0  # looks, and what else this frame brought
+        self._left: Callable[[], None] | None = None
 
     @property
     def scene(self) -> SceneMap:
-        """What frames are fitted to."""
+        """What frames are fitted to, once it has caught up."""
         return self._placement.scene
 
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
         """See `PoseEstimator.estimate`."""
         scan = Scan.of(frame, self.settings.scan)
+        self.catch_up()
         self._jobs = 0
         if self._belief is None:
             return self._first(frame, scan)
@@ -116,8 +118,14 @@ class RegisteredPoses(PoseEstimator):
         self._remember(frame, best)
         # A direction that the scene does not hold is held by the wheels for a while.
         if self._is_certain(best) and len(scan) >= self.settings.gate.fewest_points:
-            self._grow(frame, scan, best)
+            self._left = partial(self._grow, frame, scan, best)
         return self._told(frame, best)
+
+    def catch_up(self) -> None:
+        """See `PoseEstimator.catch_up`: the map grows by the last frame."""
+        left, self._left = self._left, None
+        if left is not None:
+            left()
 
     def _first(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
         T, s = self._first_given(frame), self.settings.motion
@@ -317,6 +325,7 @@ class RegisteredPoses(PoseEstimator):
 
     def settle(self) -> None:
         """See `PoseEstimator.settle`."""
+        self.catch_up()
         if len(self.keyframes) < 2:
             return
         while len(self.keyframes.queue):

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import replace
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import GeometryError
 from circumspect.grid import OccupancyGrid
 from circumspect.mapping import (
+    FrameShare,
     FrameSurface,
     ModelSettings,
     ObjectModel,
@@ -21,6 +25,7 @@ from circumspect.mapping import (
     PoseEstimator,
     Rebuild,
 )
+from circumspect.pipeline.aside import Aside
 from circumspect.pipeline.records import (
     CLASSIFIED,
     NO_DEPTH,
@@ -45,6 +50,8 @@ SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
 PATCHES_A_FRAME = 1
 """So many are put together anew after a correction; the rest waits."""
+Anchor: TypeAlias = tuple[int, RigidTransform]
+"""Number of a keyframe, and its `T_map_camera`."""
 VIEWS_A_FRAME = 4
 """So many of the classifier's grids are asked with a frame, all of them once no more come."""
 
@@ -90,6 +97,7 @@ class RecognitionPipeline:
         self._stamp: float | None = None
         self._count = 0
         self._is_hurried = False
+        self._aside = Aside()
         self.seen = 0.0
 
     @property
@@ -160,32 +168,59 @@ class RecognitionPipeline:
         with clock.stage("register"):
             pose = self.poses.estimate(frame)
             placed = frame.at(pose.T_map_camera)
-        if not pose.certain:
-            return self._told(frame, NO_POSE, clock, pose)
+            self._take_over()
+            self._follow_corrections()
+            anchor = self._anchor(pose)
+        outcome, pixels = NO_POSE, 0
+        try:
+            # What no answer waits for is done beside the rest.
+            self._aside.begin(self.poses.catch_up)
+            if self._rebuild is not None:
+                self._aside.begin(partial(self._rebuild.go_on, PATCHES_A_FRAME))
+            if pose.certain:
+                outcome, pixels = self._looked_at(placed, pose.T_map_camera, anchor, clock)
+        finally:
+            with clock.stage("register"):
+                self._aside.join()
+        return self._told(frame, outcome, clock, pose, pixels)
 
+    def _looked_at(
+        self, frame: RgbdFrame, T_map_camera: RigidTransform, anchor: Anchor | None, clock: StageClock
+    ) -> tuple[str, int]:
+        """Model and name what a frame shows.
+
+        Args:
+            frame: A frame that brings its pose.
+            T_map_camera: That pose.
+            anchor: The keyframe that it hangs on, if any.
+            clock: Told of the stages.
+
+        Returns:
+            What came of it, and how many pixels show the object.
+        """
         # Which pixels show the object
         with clock.stage("segment"):
             # Once the object is known the floor may be out of view.
-            fault = self.segmentation.fault(placed) if self._known_xyz is None else None
-            mask = self.segmentation.object_mask(placed, self._known_xyz)
+            fault = self.segmentation.fault(frame) if self._known_xyz is None else None
+            mask = self.segmentation.object_mask(frame, self._known_xyz)
         if fault is not None or not mask.any():
-            return self._told(frame, fault or NO_OBJECT, clock, pose)
+            return fault or NO_OBJECT, 0
+        pixels = int(mask.sum())
 
         # What the object looks like
         with clock.stage("fuse"):
-            self._rebuild_if_corrected(PATCHES_A_FRAME)
-            self._fuse(FrameSurface.of(placed, mask, pose.T_map_camera), pose)
+            self._fuse(FrameSurface.of(frame, mask, T_map_camera), anchor)
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
         with clock.stage("grid"):
             fault = self._grid_model(VIEWS_A_FRAME)
         if fault is not None:
-            return self._told(frame, fault, clock, pose, int(mask.sum()))
+            return fault, pixels
 
         # What it is
         with clock.stage("classify"):
             self.prediction = self.classifier.classify_grid(*self._grids)
-        return self._told(frame, CLASSIFIED, clock, pose, int(mask.sum()))
+        return CLASSIFIED, pixels
 
     def settle(self) -> bool:
         """Do what was put off, as no more frames come for now: close loops, ask all grids.
@@ -193,8 +228,12 @@ class RecognitionPipeline:
         Returns:
             Whether that may have changed poses, model or answer.
         """
+        self._aside.join()
         self.poses.settle()
-        if not (self._rebuild_if_corrected() or self._is_hurried):
+        self._follow_corrections(anyway=True)
+        if self._rebuild is not None:
+            self._rebuild.go_on()
+        if not (self._take_over() or self._is_hurried):
             return False
         if self._grid_model() is None:
             self.prediction = self.classifier.classify_grid(*self._grids)
@@ -213,35 +252,39 @@ class RecognitionPipeline:
             return WRONG_UNIT
         return None
 
-    def _fuse(self, surface: FrameSurface, pose: PoseEstimate) -> None:
+    def _anchor(self, pose: PoseEstimate) -> Anchor | None:
+        """The keyframe that a frame hangs on, and where that is believed to be."""
+        return None if pose.anchor is None else (pose.anchor, self.poses.anchor_pose(pose.anchor))
+
+    def _fuse(self, surface: FrameSurface, anchor: Anchor | None) -> None:
         share = self.model.share(surface)
         if share is None:
             return
-        self.model = self.model.with_share(share)
+        if anchor is not None:
+            self._aside.begin(partial(self._keep_view, *anchor, share))
         if self._rebuild is not None:
-            self._rebuild.with_share(share)
-        if pose.anchor is not None:
-            T_map_anchor = self.poses.anchor_pose(pose.anchor)
-            self._views = self._views.with_share(pose.anchor, T_map_anchor, share)
+            self._aside.begin(partial(self._rebuild.with_share, share))
+        self.model = self.model.with_share(share)
 
-    def _rebuild_if_corrected(self, patches: int | None = None) -> bool:
-        """Put the model together anew where poses told earlier were corrected since.
+    def _keep_view(self, anchor: int, T_map_anchor: RigidTransform, share: FrameShare) -> None:
+        self._views = self._views.with_share(anchor, T_map_anchor, share)
 
-        What was begun is finished before the next correction is looked at, lest frequent ones
-        leave the model as it was for ever; where all is done at once, only the last one counts.
+    def _follow_corrections(self, anyway: bool = False) -> None:
+        """Begin to put the model together anew where poses told earlier were corrected since.
 
         Args:
-            patches: So many at most; meanwhile the model stays as it was. None means all.
-
-        Returns:
-            Whether the model is a new one.
+            anyway: Even if what was begun before is not finished. It is otherwise, lest frequent
+                corrections leave the model as it was for ever.
         """
-        free = self._rebuild is None or patches is None
-        if free and self.poses.corrections != self._corrections:
-            self._corrections = self.poses.corrections
-            settings, voxel = self.model.settings, self.model.voxel
-            self._rebuild = Rebuild(self._views, settings, voxel, self.poses.anchor_pose)
-        if self._rebuild is None or not self._rebuild.go_on(patches):
+        if self.poses.corrections == self._corrections or not (anyway or self._rebuild is None):
+            return
+        self._corrections = self.poses.corrections
+        settings, voxel = self.model.settings, self.model.voxel
+        self._rebuild = Rebuild(self._views, settings, voxel, self.poses.anchor_pose)
+
+    def _take_over(self) -> bool:
+        """Whether there is a model that was put together anew; it takes the old one's place."""
+        if self._rebuild is None or not self._rebuild.is_whole:
             return False
         self.model, self._rebuild = self._rebuild.model, None
         return True

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_world import frames, pipeline
+
+from circumspect.mapping import KnownPoses, PoseEstimate
+from circumspect.pipeline import RecognitionPipeline
+from circumspect.pipeline.aside import Aside
+
+
+def test_calls_are_made_in_order_beside_what_goes_on() -> None:
+    aside, done, may_go_on = Aside(), [], threading.Event()
+    aside.begin(lambda: done.append(may_go_on.wait(60)))
+    aside.begin(lambda: done.append("second"))
+    assert done == []
+    may_go_on.set()
+    aside.join()
+    assert done == [True, "second"]
+
+
+def test_a_fault_is_raised_when_waited_for_and_once() -> None:
+    aside, done = Aside(), []
+
+    def fails() -> None:
+        raise ValueError("a fault")
+
+    aside.begin(fails)
+    aside.begin(lambda: done.append("second"))
+    with pytest.raises(ValueError, match="a fault"):
+        aside.join()
+    assert done == ["second"]
+    aside.join()
+
+
+class Busy(KnownPoses):
+    """Leaves something to be done by every frame."""
+
+    def __init__(self, doubt: str = "", fails_at: int = -1) -> None:
+        self.doubt, self.fails_at = doubt, fails_at
+        self.estimated, self.caught_up, self.threads = 0, 0, set[int]()
+
+    def estimate(self, frame) -> PoseEstimate:
+        assert self.caught_up == self.estimated
+        self.estimated += 1
+        return replace(super().estimate(frame), doubt=self.doubt)
+
+    def catch_up(self) -> None:
+        self.threads.add(threading.get_ident())
+        if self.caught_up == self.fails_at:
+            raise ValueError("a fault")
+        self.caught_up += 1
+
+
+def busy_line(poses: Busy) -> RecognitionPipeline:
+    parts = pipeline()
+    return RecognitionPipeline(parts.segmentation, poses, parts.classifier)
+
+
+@pytest.mark.parametrize("doubt", ["", "a frame contradicted"])
+def test_the_poses_catch_up_in_another_thread_before_a_step_is_told(doubt: str) -> None:
+    poses = Busy(doubt)
+    line = busy_line(poses)
+    for number, frame in enumerate(frames(4), start=1):
+        line.step(frame)
+        assert poses.caught_up == number
+    assert threading.get_ident() not in poses.threads
+
+
+def test_what_fails_beside_a_frame_ends_the_run_and_keeps_the_steps_before() -> None:
+    line, told = busy_line(Busy(fails_at=3)), []
+
+    class Ends:
+        def on_step(self, step) -> None:
+            pass
+
+        def on_end(self, result) -> None:
+            told.append(result)
+
+    line.observers = (Ends(),)
+    with pytest.raises(ValueError, match="a fault"):
+        line.run(frames(6))
+    assert len(told[0].steps) == 3
+    assert told[0].interrupted
+
+
+def test_the_time_waited_for_it_counts_as_registration() -> None:
+    class Slow(Busy):
+        def catch_up(self) -> None:
+            threading.Event().wait(0.3)
+
+    line = busy_line(Slow(doubt="a frame contradicted"))
+    step = line.step(next(iter(frames(1))))
+    assert step.milliseconds["register"] > 250
+    assert np.isclose(sum(step.milliseconds.values()), step.milliseconds["register"])
