@@ -67,5 +67,7 @@ class ObstacleMap:
             return places
         from scipy.spatial import KDTree
 
-        away, _ = KDTree(object_xy).query(places)
+        # Built for one look only.
+        tree = KDTree(object_xy, balanced_tree=False, compact_nodes=False)
+        away, _ = tree.query(places, distance_upper_bound=2 * BESIDE)
         return places[away > BESIDE]

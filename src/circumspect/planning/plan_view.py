@@ -9,6 +9,10 @@ CELL = 0.02
 """Points in the same cell of this side [m] are one in plan view."""
 KEY_BITS = 24
 """Of the number of a cell for y; the rest is for x."""
+MOST_CELLS = 1 << 22
+"""Cells are counted one by one where the box of all has at most so many."""
+SOME = 20_000
+"""So many points tell where the middle is."""
 FEWEST = 8
 """Below so many points a shape is too thin to ignore any of them."""
 
@@ -23,10 +27,27 @@ def footprint(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Of a larger object, cells with a single point are noise and left out.
     """
-    keys, counts = np.unique(cell_keys(points_xyz[:, :2], CELL), return_counts=True)
+    keys, counts = _counted(points_xyz)
     if (counts >= 2).sum() >= FEWEST:
         keys = keys[counts >= 2]
     return cell_middles(keys, CELL)
+
+
+def _counted(points_xyz: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Numbers of the cells that hold points, ascending, and how many each holds."""
+    if len(points_xyz) == 0:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    # Column by column, in half the bits, without sorting: a tenth of the time of `np.unique`.
+    x, y = (np.floor(points_xyz[:, axis] / CELL).astype(np.int32) for axis in range(2))
+    left, low = int(x.min()), int(y.min())
+    width, depth = int(x.max()) - left + 1, int(y.max()) - low + 1
+    if width * depth > MOST_CELLS:
+        return np.unique(cell_keys(points_xyz[:, :2], CELL), return_counts=True)
+    x -= left
+    y -= low
+    counts = np.bincount(x * depth + y)
+    full = np.flatnonzero(counts)
+    return ((full // depth + left) << KEY_BITS) + full % depth + low, counts[full]
 
 
 def cell_keys(places_xy: NDArray[np.floating], side: float) -> NDArray[np.int64]:
@@ -43,7 +64,7 @@ def cell_middles(keys: NDArray[np.int64], side: float) -> NDArray[np.float64]:
 
 def centre_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """(2,) [m] the middle of the plan view's bounding box, without the outermost percent."""
-    flat = points[:, :2]
+    flat = thinned(points, SOME)[:, :2]
     if len(flat) < 100:
         return (flat.min(axis=0) + flat.max(axis=0)) / 2
     low, high = np.quantile(flat, [0.01, 0.99], axis=0)
