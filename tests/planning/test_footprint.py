@@ -17,10 +17,10 @@ from circumspect.planning.plan_view import (
 )
 
 
-def sorted_footprint(points_xyz: np.ndarray) -> np.ndarray:
+def sorted_footprint(points_xyz: np.ndarray, least: int) -> np.ndarray:
     keys, counts = np.unique(cell_keys(points_xyz[:, :2], CELL), return_counts=True)
-    if (counts >= 2).sum() >= FEWEST:
-        keys = keys[counts >= 2]
+    if (counts >= least).sum() >= FEWEST:
+        keys = keys[counts >= least]
     return cell_middles(keys, CELL)
 
 
@@ -29,13 +29,14 @@ def sorted_footprint(points_xyz: np.ndarray) -> np.ndarray:
     st.integers(0, 400),
     st.sampled_from([0.01, 0.3, 3.0, 200.0]),
     st.sampled_from([0.0, 7.0, -5e4]),
+    st.integers(1, 3),
 )
 def test_counted_or_sorted_the_footprint_is_the_same(
-    seed: int, count: int, spread: float, away: float
+    seed: int, count: int, spread: float, away: float, least: int
 ) -> None:
     points = np.random.default_rng(seed).normal(away, spread, (count, 3))
-    found = footprint(points)
-    np.testing.assert_array_equal(found, sorted_footprint(points))
+    found = footprint(points, least)
+    np.testing.assert_array_equal(found, sorted_footprint(points, least))
     assert found.shape[1] == 2
 
 

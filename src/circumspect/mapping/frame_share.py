@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping import _native, surface_area
 from circumspect.mapping.frame_surface import FrameSurface
-from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
+from circumspect.mapping.voxel_sums import VoxelSums, coarser_keys, largest, voxel_keys
 
 # Columns of the sums: weight, weighted point (3), weighted normal (3), frames.
 WEIGHT, POINT, NORMAL, FRAMES, COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8
@@ -60,6 +60,14 @@ class FrameShare:
             T_target_map.apply(self.ends_xyz),
             self.on_object,
         )
+
+
+def coarser(sums: VoxelSums) -> VoxelSums:
+    """The same over voxels of twice the side, each seen in as many frames as any part of it."""
+    keys = coarser_keys(sums.keys)
+    both = VoxelSums.of(keys, sums.totals)
+    both.totals[:, FRAMES] = largest(keys, sums.totals[:, FRAMES])
+    return both
 
 
 def _sums(surface: FrameSurface, voxel: float) -> VoxelSums:

@@ -14,12 +14,15 @@ from circumspect.errors import GeometryError
 from circumspect.geometry import PointCloud, write_ply
 from circumspect.grid import Grid, OccupancyGrid
 from circumspect.mapping import _native, surface_area
-from circumspect.mapping.frame_share import COLUMNS, FRAMES, FrameShare
+from circumspect.mapping.frame_share import COLUMNS, FRAMES, FrameShare, coarser
 from circumspect.mapping.frame_surface import FrameSurface
 from circumspect.mapping.occupancy import occupancy
 from circumspect.mapping.sight_rays import SightRays
 from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 from circumspect.sensing import RgbdFrame
+
+LARGE = 40_000
+"""A model of more voxels than these is looked at as a sketch while frames come."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,7 @@ class ObjectModel:
         areas: Per patch of surface, see `surface_area`.
         rays: The rays that saw the object or passed it.
         views_xyz: (f, 3) [m] where the frames were taken from.
+        coarse: Per voxel of twice the side sums over frames; None while the model is not large.
     """
 
     settings: ModelSettings = field(default_factory=ModelSettings)
@@ -62,6 +66,7 @@ class ObjectModel:
     areas: VoxelSums = field(default_factory=lambda: VoxelSums.empty(surface_area.COLUMNS))
     rays: SightRays = field(default_factory=SightRays.empty)
     views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    coarse: VoxelSums | None = None
 
     def __repr__(self) -> str:
         return f"ObjectModel({len(self.sums)} points, {self.frames} frames)"
@@ -74,6 +79,16 @@ class ObjectModel:
     def __post_init__(self) -> None:
         if self.voxel is None:
             object.__setattr__(self, "voxel", self.settings.voxel)
+
+    @cached_property
+    def sketch(self) -> ObjectModel:
+        """Itself; of a large model one of voxels of twice the side, a quarter as many.
+
+        What is told after every frame must not take longer the larger the object is.
+        """
+        if self.coarse is None:
+            return self
+        return replace(self, voxel=2 * (self.voxel or 0.0), sums=self.coarse, coarse=None)
 
     @cached_property
     def points_xyz(self) -> NDArray[np.float64]:
@@ -112,7 +127,8 @@ class ObjectModel:
         """What a frame adds to this model; None where that is nothing."""
         if len(surface.points_xyz) == 0:
             return None
-        return FrameShare.of(surface, self.voxel or _fitting_voxel(surface), self.points_xyz)
+        known_xyz = self.sketch.points_xyz
+        return FrameShare.of(surface, self.voxel or _fitting_voxel(surface), known_xyz)
 
     def with_share(self, share: FrameShare) -> ObjectModel:
         """The model with what one more frame adds."""
@@ -120,11 +136,19 @@ class ObjectModel:
         return replace(
             self,
             voxel=share.voxel,
-            sums=self.sums.plus(share.sums),
             areas=self.areas.plus(share.areas),
             rays=self.rays.with_frame(origin_xyz, share.ends_xyz, share.on_object),
             views_xyz=np.vstack([self.views_xyz, origin_xyz]),
-        )
+        ).with_sums(share.sums)
+
+    def with_sums(self, more: VoxelSums) -> ObjectModel:
+        """The model with sums of further frames, those over coarse voxels included."""
+        sums, coarse = self.sums.plus(more), self.coarse
+        if coarse is not None:
+            coarse = coarse.plus(coarser(more))
+        elif len(sums) > LARGE:
+            coarse = coarser(sums)
+        return replace(self, sums=sums, coarse=coarse)
 
     def cloud(self) -> PointCloud:
         """The surface without specks, each point with its normal and area.

@@ -131,8 +131,7 @@ class PoseEstimator(ABC):
     def catch_up(self) -> None:  # noqa: B027 - nothing to do is a fine default
         """Do what the last estimate left to be done; the next one does it otherwise.
 
-        It changes nothing that was told, and may run beside all that asks nothing of this
-        estimator.
+        It may run beside all that asks nothing of this estimator.
         """
 
     def settle(self) -> None:  # noqa: B027 - nothing to do is a fine default

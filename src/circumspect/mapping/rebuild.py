@@ -91,8 +91,7 @@ def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_patch: RigidTransfor
     origins = patch.rays.origins_xyz @ R.T.astype(np.float32) + t.astype(np.float32)
     return replace(
         model,
-        sums=model.sums.plus(sums),
         areas=model.areas.plus(areas),
         rays=model.rays.with_rays(origins, ends, patch.rays.on_object),
         views_xyz=np.vstack([model.views_xyz, patch.views_xyz @ R.T + t]),
-    )
+    ).with_sums(sums)

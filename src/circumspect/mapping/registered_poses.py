@@ -79,7 +79,7 @@ class RegisteredPoses(PoseEstimator):
         self._source = ""
         self._doubts = 0
         self._loops = 0
-        self._is_due = False  # a correction, before the next frame
+        self._is_due = False  # a correction, beside the next frame
         self._jobs = 0  # looks, and what else this frame brought
         self._left: Callable[[], None] | None = None
 
@@ -95,8 +95,6 @@ class RegisteredPoses(PoseEstimator):
         self._jobs = 0
         if self._belief is None:
             return self._first(frame, scan)
-        if self._is_due:
-            self._correct(anyway=False)
 
         # Where the camera should be, and what the frame says to it
         best = self._best_attempt(frame, scan)
@@ -116,16 +114,21 @@ class RegisteredPoses(PoseEstimator):
             self._doubts = 0
         self._probation.hear(best, self._is_known(self._belief))
         self._remember(frame, best)
-        # A direction that the scene does not hold is held by the wheels for a while.
-        if self._is_certain(best) and len(scan) >= self.settings.gate.fewest_points:
-            self._left = partial(self._grow, frame, scan, best)
+        self._left = partial(self._work_on, frame, scan, best)
         return self._told(frame, best)
 
     def catch_up(self) -> None:
-        """See `PoseEstimator.catch_up`: the map grows by the last frame."""
+        """See `PoseEstimator.catch_up`: the map is corrected, and grows by the last frame."""
         left, self._left = self._left, None
         if left is not None:
             left()
+
+    def _work_on(self, frame: RgbdFrame, scan: Scan, attempt: Attempt) -> None:
+        if self._is_due:
+            self._correct(anyway=False)
+        # A direction that the scene does not hold is held by the wheels for a while.
+        if self._is_certain(attempt) and len(scan) >= self.settings.gate.fewest_points:
+            self._grow(frame, scan, attempt)
 
     def _first(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
         T, s = self._first_given(frame), self.settings.motion

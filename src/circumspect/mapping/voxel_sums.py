@@ -12,6 +12,9 @@ from circumspect.mapping import _native
 BITS = 20
 """Bits for each coordinate of a voxel: a million voxels along each axis."""
 
+HALVED = sum(((1 << (BITS - 1)) - 1) << (BITS * axis) for axis in range(3))
+"""What is left of a number whose coordinates are each halved."""
+
 
 def voxel_keys(points_xyz: NDArray[np.floating], side: float) -> NDArray[np.int64]:
     """(n,) one number for the voxel of each point.
@@ -21,6 +24,11 @@ def voxel_keys(points_xyz: NDArray[np.floating], side: float) -> NDArray[np.int6
         side: Of the voxels [m].
     """
     return _native.packed_cells(np.ascontiguousarray(points_xyz), side, BITS, 1 << (BITS - 1))
+
+
+def coarser_keys(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(n,) the numbers of voxels of twice the side that (n,) voxels lie in."""
+    return (keys >> 1) & HALVED
 
 
 def largest(keys: NDArray[np.int64], values: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -213,7 +213,7 @@ class RecognitionPipeline:
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
         with clock.stage("grid"):
-            fault = self._grid_model(VIEWS_A_FRAME)
+            fault = self._grid_model(self.model.sketch, VIEWS_A_FRAME)
         if fault is not None:
             return fault, pixels
 
@@ -235,7 +235,7 @@ class RecognitionPipeline:
             self._rebuild.go_on()
         if not (self._take_over() or self._is_hurried):
             return False
-        if self._grid_model() is None:
+        if self._grid_model(self.model) is None:
             self.prediction = self.classifier.classify_grid(*self._grids)
         return True
 
@@ -289,42 +289,44 @@ class RecognitionPipeline:
         self.model, self._rebuild = self._rebuild.model, None
         return True
 
-    def _grid_model(self, most_views: int | None = None) -> str | None:
-        """Grid the model and tell how much of it was seen.
+    def _grid_model(self, model: ObjectModel, most_views: int | None = None) -> str | None:
+        """Grid the object and tell how much of it was seen.
 
         Args:
+            model: The object's model, or a sketch of it.
             most_views: Of the classifier's grids at most so many; None means all.
 
         Returns:
             Why there is nothing to name; None where there is.
         """
-        fault = self._fill_grid(most_views)
+        fault = self._fill_grid(model, most_views)
         if fault == TOO_WIDE:
             # Nor was what it was called before.
             self._grids, self.prediction, self._is_hurried = [], None, False
         if self.grid is not None:
-            self.seen = share_seen(self.model.views_xyz, self.grid)
+            self.seen = share_seen(model.views_xyz, self.grid)
         return fault
 
-    def _fill_grid(self, most_views: int | None) -> str | None:
+    def _fill_grid(self, model: ObjectModel, most_views: int | None) -> str | None:
         """Fit and fill the grid; why that is not possible, else None."""
         try:
-            cloud = self.model.cloud()
+            cloud = model.cloud()
             self._known_xyz = cloud.points_xyz
             bounds = self.classifier.recipe.bounds(cloud)
         except GeometryError:
             return TOO_LITTLE
         # Column by column: along the rows of two columns it takes milliseconds.
-        if max(map(np.ptp, cloud.points_xyz.T[:2])) > self.model.settings.widest:
+        if max(map(np.ptp, cloud.points_xyz.T[:2])) > model.settings.widest:
             return TOO_WIDE
-        grid = self.model.occupancy(bounds)
+        grid = model.occupancy(bounds)
         if not grid.occupied.any():
             return TOO_LITTLE
         # The answer must not hang on where cells begin.
         recipe = self.classifier.recipe
         further = recipe.all_bounds(bounds, most_views)[1:]
         self._grids = [grid, *(other.hits(cloud.points_xyz, threads=0) for other in further)]
-        self._is_hurried = most_views is not None and most_views < recipe.azimuth_views
+        few = most_views is not None and most_views < recipe.azimuth_views
+        self._is_hurried = few or model is not self.model
         return None
 
     def _end(self, steps: list[RecognitionStep], corrections: int) -> None:

@@ -114,8 +114,10 @@ class ScanKnowledge:
         return self._told[1]
 
     def _situation(self, model: ObjectModel, here: PlanarPose) -> Situation:
-        points, normals = _surface(model)
-        flat = footprint(points)
+        sketch = model.sketch
+        points, normals = _surface(sketch)
+        # The voxels of a sketch are so large that one fills a cell.
+        flat = footprint(points, least=2 if sketch is model else 1)
         obstacles = self._obstacles.places_xy(flat)
         return Situation(
             points_xyz=points,

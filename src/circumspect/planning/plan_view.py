@@ -22,14 +22,16 @@ def thinned(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
     return points[:: max(1, -(-len(points) // most))]
 
 
-def footprint(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+def footprint(points_xyz: NDArray[np.float64], least: int = 2) -> NDArray[np.float64]:
     """(c, 2) [m] the middles of the plan-view cells in which the object has points.
 
-    Of a larger object, cells with a single point are noise and left out.
+    Args:
+        points_xyz: (n, 3) [m].
+        least: Of a larger object, cells with fewer points are noise and left out.
     """
     keys, counts = _counted(points_xyz)
-    if (counts >= 2).sum() >= FEWEST:
-        keys = keys[counts >= 2]
+    if (counts >= least).sum() >= FEWEST:
+        keys = keys[counts >= least]
     return cell_middles(keys, CELL)
 
 
