@@ -110,11 +110,9 @@ MergedTable merged(const Table& one, const Table& other, std::size_t columns) {
   for (std::size_t b = 0; b < other.count; ++b) {
     // Between the rows of the second table, those of the first go in one piece.
     const std::size_t begin = a;
-    while (a < one.count && one.keys[a] < other.keys[b]) ++a;
-    const bool both = a < one.count && one.keys[a] == other.keys[b];
-    a += both;
+    while (a < one.count && one.keys[a] <= other.keys[b]) ++a;
     take(one, begin, a);
-    if (!both) {
+    if (sum.keys.empty() || sum.keys.back() != other.keys[b]) {
       take(other, b, b + 1);
       continue;
     }

@@ -114,7 +114,8 @@ struct RayOutput {
 };
 std::size_t merged_rays(const Rays& one, const Rays& other, const RayOutput& out);
 
-// The sum of two tables.
+// The sum of two tables. Keys of the second one may come several times; rows of a key are added in
+// the order in which they come.
 MergedTable merged(const Table& one, const Table& other, std::size_t columns);
 
 }  // namespace circumspect

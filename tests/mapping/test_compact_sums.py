@@ -55,4 +55,4 @@ def test_a_patch_takes_half_the_memory_of_the_sums() -> None:
     surface = FrameSurface.of(frame, mask, T_BASE_CAMERA)
     model = ObjectModel().with_surface(surface)
     patch = ObjectViews().with_share(0, T_BASE_CAMERA, model.share(surface)).patches[0]
-    assert patch.sums.means.nbytes == model.sums.totals.nbytes / 2
+    assert patch.settled().compact.means.nbytes == model.sums.totals.nbytes / 2

@@ -8,7 +8,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import PinholeCamera, TriangleMesh, read_cloud
 from circumspect.grid import FREE, OCCUPIED, CylindricalGrid
-from circumspect.mapping import ModelSettings, ObjectModel
+from circumspect.mapping import ModelSettings, ObjectModel, object_model
 from circumspect.sensing import DepthNoise, RgbdFrame
 from circumspect.simulation import Orbit, Scene, SimulatedCamera, Station, block, looking_at
 
@@ -178,6 +178,40 @@ def test_rays_stay_few_however_often_one_looks() -> None:
     assert len(twice.rays) < 1.02 * len(once.rays)
     assert len(often.rays) == len(twice.rays)
     assert len(often.sums) == len(twice.sums) == len(once.sums)
+
+
+def test_a_small_model_is_its_own_sketch(exact: ObjectModel) -> None:
+    assert exact.sketch is exact
+    assert ObjectModel().sketch.frames == 0
+
+
+@pytest.mark.parametrize("waiting", [0, 20_000, 10**9])
+def test_a_large_model_is_the_same_and_its_sketch_is_near_it(
+    waiting: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many frames wait for being added to it."""
+    shots = list(box_shots(12, DepthNoise()))
+    plain = fused(shots)
+    monkeypatch.setattr(object_model, "LARGE", 5000)
+    monkeypatch.setattr(object_model, "WAITING", waiting)
+    large = fused(shots)
+    assert bool(large.waiting) == (waiting > 0)
+    np.testing.assert_array_equal(large.sums.keys, plain.sums.keys)
+    np.testing.assert_array_equal(large.sums.totals, plain.sums.totals)
+    sketch = large.sketch
+    assert sketch.voxel == 2 * large.voxel
+    assert sketch.frames == large.frames
+    assert 0.2 < len(sketch.sums) / len(large.sums) < 0.35
+    assert sketch.sums.totals[:, 7].max() <= large.frames
+    np.testing.assert_allclose(sketch.sums.totals[:, :7].sum(0), large.sums.totals[:, :7].sum(0))
+    cloud, rough = large.cloud(), sketch.cloud()
+    gaps, _ = cKDTree(rough.points_xyz).query(cloud.points_xyz)
+    assert np.quantile(gaps, 0.99) < 2 * large.voxel
+    assert np.median(distance_to_box(rough.points_xyz)) < 0.005
+    np.testing.assert_allclose(rough.areas.sum(), cloud.areas.sum(), rtol=0.05)
+    grid = CylindricalGrid.fit(cloud)
+    fine, few = large.occupancy(grid).states, sketch.occupancy(grid).states
+    assert (fine == few).mean() > 0.97
 
 
 def test_the_grid_is_occupied_by_the_surface_and_free_beside_it(exact: ObjectModel) -> None:

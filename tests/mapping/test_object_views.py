@@ -103,8 +103,9 @@ def test_a_rebuild_a_few_patches_at_a_time_is_the_one_at_once() -> None:
     )
     at_once.go_on()
     assert at_once.is_whole
-    for most, whole in ((0, False), (3, False), (3, True)):
-        bit_by_bit.go_on(most)
+    size = len(views.patches[0])
+    for voxels, whole in ((0, False), (3 * size, False), (size - 1, False), (1, True)):
+        bit_by_bit.go_on(voxels)
         assert bit_by_bit.is_whole == whole
     assert at_once.model.frames == bit_by_bit.model.frames == 4
     np.testing.assert_array_equal(at_once.model.points_xyz, bit_by_bit.model.points_xyz)

@@ -345,9 +345,7 @@ def test_whenever_the_map_grows_the_poses_are_the_same() -> None:
         at_once.append((told, len(poses.keyframes) - before[0]))
     assert sum(grown for _, grown in at_once) >= 1
     for (one, _), other in zip(at_once, follow(frames), strict=True):
-        np.testing.assert_array_equal(
-            one.T_map_camera.as_matrix(), other.T_map_camera.as_matrix()
-        )
+        np.testing.assert_array_equal(one.T_map_camera.as_matrix(), other.T_map_camera.as_matrix())
         np.testing.assert_array_equal(one.covariance, other.covariance)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
+from circumspect.mapping.voxel_sums import VoxelSums, coarser_keys, voxel_keys
 
 
 def slow_sums(keys: np.ndarray, values: np.ndarray) -> dict[int, np.ndarray]:
@@ -40,3 +40,33 @@ def test_points_share_a_key_exactly_where_they_share_a_voxel(seed: int, side: fl
     cells = [tuple(cell) for cell in np.floor(points / side).astype(int).tolist()]
     keys = voxel_keys(points, side).tolist()
     assert len(set(cells)) == len(set(keys)) == len(set(zip(cells, keys, strict=True)))
+
+
+@given(seed=st.integers(0, 2**32 - 1), counts=st.lists(st.integers(0, 40), max_size=5))
+def test_several_tables_at_once_are_to_the_last_bit_those_one_by_one(
+    seed: int, counts: list[int]
+) -> None:
+    rng = np.random.default_rng(seed)
+    first, *others = (
+        VoxelSums.of(rng.integers(0, 30, count), rng.normal(size=(count, 2)))
+        for count in [20, *counts]
+    )
+    one_by_one = first
+    for other in others:
+        one_by_one = one_by_one.plus(other)
+    at_once = first.plus(*others)
+    np.testing.assert_array_equal(at_once.keys, one_by_one.keys)
+    np.testing.assert_array_equal(at_once.totals, one_by_one.totals)
+
+
+@given(seed=st.integers(0, 2**32 - 1), side=st.floats(0.002, 0.5))
+def test_coarser_keys_are_those_of_voxels_of_twice_the_side(seed: int, side: float) -> None:
+    points = np.random.default_rng(seed).uniform(-6 * side, 6 * side, (80, 3))
+    coarse = coarser_keys(voxel_keys(points, side))
+    _, found = np.unique(coarse, return_inverse=True)
+    # Floors of halves are exact, floors by another divisor are not where a point is on a border.
+    cells = np.floor(points / side) // 2
+    _, wanted = np.unique(cells, axis=0, return_inverse=True)
+    np.testing.assert_array_equal(
+        found[:, None] == found[None, :], (wanted.ravel()[:, None] == wanted.ravel()[None, :])
+    )

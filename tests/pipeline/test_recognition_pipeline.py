@@ -12,7 +12,7 @@ from volume_classifier import VolumeClassifier
 from circumspect.classification import GridRecipe, Prediction
 from circumspect.errors import InputError, WeightsError
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import KnownPoses, PoseEstimate, PoseEstimator
+from circumspect.mapping import KnownPoses, PoseEstimate, PoseEstimator, object_model
 from circumspect.pipeline import (
     CLASSIFIED,
     NO_DEPTH,
@@ -356,3 +356,20 @@ def test_the_parts_are_those_given() -> None:
     again = RecognitionPipeline(line.segmentation, line.poses, line.classifier)
     assert again.model.frames == 0
     assert again.observers == ()
+
+
+def test_a_large_object_is_named_by_a_sketch_until_no_more_frames_come(monkeypatch) -> None:
+    shots = list(frames(6))
+    plain = pipeline().run(shots).last
+    monkeypatch.setattr(object_model, "LARGE", 3000)
+    line = pipeline()
+    for shot in shots:
+        line.step(shot)
+    assert line.model.sketch is not line.model
+    rough = line.grid.occupied
+    assert line.settle()
+    np.testing.assert_array_equal(line.grid.occupied, plain.grid.occupied)
+    assert not line.settle()
+    # On the way it is of fewer points, and about the same.
+    both = (rough & line.grid.occupied).sum()
+    assert 0.5 < both / (rough | line.grid.occupied).sum() < 1

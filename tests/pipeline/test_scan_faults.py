@@ -86,9 +86,9 @@ class Trusted:
         pass
 
 
-def in_an_empty_room(poses: PoseEstimator, path: Path) -> RecognitionResult:
+def in_an_empty_room(poses: PoseEstimator, path: Path, seed: int = 0) -> RecognitionResult:
     going = scan(
-        mesh=NOTHING, others=ROOM, poses=poses, camera=CAMERA,
+        mesh=NOTHING, others=ROOM, poses=poses, camera=CAMERA, seed=seed,
         settings=replace(QUICK, most_frames=150),
     )  # fmt: skip
     going.pipeline.observers = (RunFolder(path, {}),)
@@ -98,7 +98,8 @@ def in_an_empty_room(poses: PoseEstimator, path: Path) -> RecognitionResult:
 
 
 def test_the_walls_of_an_empty_room_are_no_object(tmp_path: Path) -> None:
-    result = in_an_empty_room(KnownPoses(), tmp_path)
+    # With this seed the robot comes to see more than four metres of them.
+    result = in_an_empty_room(KnownPoses(), tmp_path, seed=1)
     assert TOO_WIDE in {step.outcome for step in result.steps}
     assert result.prediction is None
     assert json.loads((tmp_path / "result.json").read_text())["label"] is None

@@ -23,6 +23,8 @@ from circumspect.sensing import RgbdFrame
 
 LARGE = 40_000
 """A model of more voxels than these is looked at as a sketch while frames come."""
+WAITING = 60_000
+"""So many rows of a large model's frames wait for being added to its sums at once."""
 
 
 @dataclass(frozen=True)
@@ -53,20 +55,22 @@ class ObjectModel:
     Attributes:
         settings: How frames are fused.
         voxel: Side of the voxels [m]; None before the first frame.
-        sums: Per voxel sums over frames.
+        base: Per voxel sums over frames, those without that wait.
         areas: Per patch of surface, see `surface_area`.
         rays: The rays that saw the object or passed it.
         views_xyz: (f, 3) [m] where the frames were taken from.
         coarse: Per voxel of twice the side sums over frames; None while the model is not large.
+        waiting: Sums of the latest frames of a large model.
     """
 
     settings: ModelSettings = field(default_factory=ModelSettings)
     voxel: float | None = None
-    sums: VoxelSums = field(default_factory=lambda: VoxelSums.empty(COLUMNS))
+    base: VoxelSums = field(default_factory=lambda: VoxelSums.empty(COLUMNS))
     areas: VoxelSums = field(default_factory=lambda: VoxelSums.empty(surface_area.COLUMNS))
     rays: SightRays = field(default_factory=SightRays.empty)
     views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
     coarse: VoxelSums | None = None
+    waiting: tuple[VoxelSums, ...] = ()
 
     def __repr__(self) -> str:
         return f"ObjectModel({len(self.sums)} points, {self.frames} frames)"
@@ -82,13 +86,25 @@ class ObjectModel:
 
     @cached_property
     def sketch(self) -> ObjectModel:
-        """Itself; of a large model one of voxels of twice the side, a quarter as many.
+        """Itself; of a large model one of voxels of twice the side and a quarter of the rays.
 
         What is told after every frame must not take longer the larger the object is.
         """
         if self.coarse is None:
             return self
-        return replace(self, voxel=2 * (self.voxel or 0.0), sums=self.coarse, coarse=None)
+        return replace(
+            self,
+            voxel=2 * (self.voxel or 0.0),
+            base=self.coarse,
+            rays=self.rays.thinned(4),
+            coarse=None,
+            waiting=(),
+        )
+
+    @cached_property
+    def sums(self) -> VoxelSums:
+        """Per voxel sums over all frames."""
+        return self.base.plus(*self.waiting) if self.waiting else self.base
 
     @cached_property
     def points_xyz(self) -> NDArray[np.float64]:
@@ -143,12 +159,14 @@ class ObjectModel:
 
     def with_sums(self, more: VoxelSums) -> ObjectModel:
         """The model with sums of further frames, those over coarse voxels included."""
-        sums, coarse = self.sums.plus(more), self.coarse
-        if coarse is not None:
-            coarse = coarse.plus(coarser(more))
-        elif len(sums) > LARGE:
-            coarse = coarser(sums)
-        return replace(self, sums=sums, coarse=coarse)
+        if self.coarse is None:
+            sums = self.base.plus(more)
+            coarse = coarser(sums) if len(sums) > LARGE else None
+            return replace(self, base=sums, coarse=coarse)
+        coarse, waiting = self.coarse.plus(coarser(more)), (*self.waiting, more)
+        if sum(map(len, waiting)) < WAITING:
+            return replace(self, coarse=coarse, waiting=waiting)
+        return replace(self, base=self.base.plus(*waiting), coarse=coarse, waiting=())
 
     def cloud(self) -> PointCloud:
         """The surface without specks, each point with its normal and area.

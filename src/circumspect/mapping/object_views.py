@@ -21,6 +21,8 @@ MOST = 300
 """So many patches are kept; the one that fewest frames showed gives way."""
 ENOUGH = 40
 """A patch that so many frames showed takes no more in: their noise would add voxels for ever."""
+WAITING = 8
+"""So many frames of the latest patch wait for being added to its sums at once."""
 FINE = 0.01
 """Side of the voxels [m] where nothing is known yet."""
 STILL = 1e-9
@@ -34,22 +36,53 @@ class ViewPatch:
     Attributes:
         T_anchor_patch: The patch's own frame in the keyframe's: the map as it was when the patch
             began, so that a frame's share need not be computed twice until something is corrected.
-        sums: Per voxel those of the model.
+        compact: Per voxel the sums of the model, those without that wait.
         areas: Per patch of surface, see `surface_area`.
         rays: That saw the object or passed it.
         views_xyz: (f, 3) [m] where the frames were taken from.
+        waiting: Sums of the latest frames.
     """
 
     T_anchor_patch: RigidTransform
-    sums: CompactSums
+    compact: CompactSums
     areas: VoxelSums = field(default_factory=lambda: VoxelSums.empty(surface_area.COLUMNS))
     rays: SightRays = field(default_factory=SightRays.empty)
     views_xyz: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    waiting: tuple[VoxelSums, ...] = ()
 
     @classmethod
     def empty(cls, T_anchor_patch: RigidTransform, centre_xyz: NDArray[np.floating]) -> ViewPatch:
         """Before the first frame, which is taken from about `centre_xyz`."""
         return cls(T_anchor_patch, CompactSums.of(VoxelSums.empty(COLUMNS), centre_xyz))
+
+    def __len__(self) -> int:
+        """About how many voxels it has; those of frames that wait are counted by themselves."""
+        return len(self.compact.keys) + sum(map(len, self.waiting))
+
+    @property
+    def sums(self) -> VoxelSums:
+        """Per voxel the sums of all frames."""
+        expanded = self.compact.expanded()
+        return expanded.plus(*self.waiting) if self.waiting else expanded
+
+    def with_share(self, local: FrameShare) -> ViewPatch:
+        """The patch with what one more frame adds, in the patch's own frame."""
+        origin_xyz = local.surface.origin_xyz
+        patch = replace(
+            self,
+            areas=self.areas.plus(local.areas),
+            rays=self.rays.with_frame(origin_xyz, local.ends_xyz, local.on_object),
+            views_xyz=np.vstack([self.views_xyz, origin_xyz]),
+            waiting=(*self.waiting, local.sums),
+        )
+        return patch.settled() if len(patch.waiting) >= WAITING else patch
+
+    def settled(self) -> ViewPatch:
+        """The same in as little memory as it takes: nothing waits."""
+        if not self.waiting:
+            return self
+        compact = CompactSums.of(self.sums, self.compact.centre_xyz)
+        return replace(self, compact=compact, waiting=())
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +91,11 @@ class ObjectViews:
 
     Attributes:
         patches: Keyframe to patch.
+        latest: The keyframe whose patch took in a frame last; only there frames wait.
     """
 
     patches: Mapping[int, ViewPatch] = field(default_factory=lambda: MappingProxyType({}))
+    latest: int | None = None
 
     def with_share(
         self, anchor: int, T_map_anchor: RigidTransform, share: FrameShare
@@ -81,17 +116,10 @@ class ObjectViews:
         T_map_patch = composed(T_map_anchor, old.T_anchor_patch)
         still = np.abs(T_map_patch.as_matrix() - np.eye(4)).max() < STILL
         local = share if still else share.moved(T_map_patch.inv())
-        origin_xyz = local.surface.origin_xyz
-        sums = old.sums.expanded().plus(local.sums)
-        patch = ViewPatch(
-            old.T_anchor_patch,
-            CompactSums.of(sums, old.sums.centre_xyz),
-            old.areas.plus(local.areas),
-            old.rays.with_frame(origin_xyz, local.ends_xyz, local.on_object),
-            np.vstack([old.views_xyz, origin_xyz]),
-        )
-        patches = {**self.patches, anchor: patch}
+        patches = {**self.patches, anchor: old.with_share(local)}
+        if self.latest is not None and self.latest != anchor:
+            patches[self.latest] = patches[self.latest].settled()
         if len(patches) > MOST:
             others = [number for number in patches if number != anchor]
             del patches[min(others, key=lambda number: len(patches[number].views_xyz))]
-        return replace(self, patches=MappingProxyType(patches))
+        return ObjectViews(MappingProxyType(patches), anchor)

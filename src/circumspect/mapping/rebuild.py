@@ -18,7 +18,7 @@ from circumspect.mapping.voxel_sums import VoxelSums, largest, voxel_keys
 
 
 class Rebuild:
-    """Every patch where its keyframe is now, a few at a time, lest a frame waits for all.
+    """Every patch where its keyframe is now, little by little, lest a frame waits for all.
 
     Attributes:
         model: What is put together so far.
@@ -41,6 +41,7 @@ class Rebuild:
                 raises KeyError for are left out.
         """
         self.model = ObjectModel(settings, voxel)
+        self._allowed = 0
         self._waiting: deque[tuple[ViewPatch, RigidTransform]] = deque()
         for number, patch in views.patches.items():
             try:
@@ -53,14 +54,18 @@ class Rebuild:
         """Whether all are in the model."""
         return not self._waiting
 
-    def go_on(self, most: int | None = None) -> None:
+    def go_on(self, voxels: int | None = None) -> None:
         """Add patches.
 
         Args:
-            most: So many; None means all.
+            voxels: So many may be added, beside those that were allowed before and are not yet;
+                None means all.
         """
-        for _ in range(len(self._waiting) if most is None else min(most, len(self._waiting))):
-            self.model = _with_patch(self.model, *self._waiting.popleft())
+        self._allowed += voxels or 0
+        while self._waiting and (voxels is None or len(self._waiting[0][0]) <= self._allowed):
+            patch, T_map_patch = self._waiting.popleft()
+            self._allowed -= len(patch)
+            self.model = _with_patch(self.model, patch, T_map_patch)
 
     def with_share(self, share: FrameShare) -> None:
         """Add a frame that came since the beginning, at its corrected pose."""
@@ -70,7 +75,7 @@ class Rebuild:
 def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_patch: RigidTransform) -> ObjectModel:
     matrix = T_map_patch.as_matrix()
     R, t = matrix[:3, :3], matrix[:3, 3]
-    rows = patch.sums.expanded().totals
+    rows = patch.sums.totals
     local = rows[:, POINT] / rows[:, WEIGHT, None]
     local_normals = rows[:, NORMAL] / rows[:, WEIGHT, None]
     points = local @ R.T + t

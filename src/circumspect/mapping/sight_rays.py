@@ -41,6 +41,11 @@ class SightRays:
     def __len__(self) -> int:
         return len(self.keys)
 
+    def thinned(self, every: int) -> SightRays:
+        """One of so many of the rays."""
+        parts = (self.keys, self.origins_xyz, self.ends_xyz, self.on_object)
+        return SightRays(*(np.ascontiguousarray(part[::every]) for part in parts))
+
     def with_frame(
         self,
         origin_xyz: NDArray[np.floating],

@@ -71,6 +71,13 @@ class VoxelSums:
     def __len__(self) -> int:
         return len(self.keys)
 
-    def plus(self, other: VoxelSums) -> VoxelSums:
-        """The sums of both."""
-        return VoxelSums(*_native.table_sum(self.keys, self.totals, other.keys, other.totals))
+    def plus(self, *others: VoxelSums) -> VoxelSums:
+        """The sums of all, to the last bit as if the others were added one by one."""
+        if len(others) == 1:
+            keys, totals = others[0].keys, others[0].totals
+        else:
+            keys = np.concatenate([self.keys[:0], *(other.keys for other in others)])
+            order = np.argsort(keys, kind="stable")
+            totals = np.concatenate([self.totals[:0], *(other.totals for other in others)])
+            keys, totals = keys[order], totals[order]
+        return VoxelSums(*_native.table_sum(self.keys, self.totals, keys, totals))

@@ -48,8 +48,8 @@ SHORTEST, LONGEST = 0.05, 50.0
 """Median depths outside of this [m] are in another unit."""
 SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
-PATCHES_A_FRAME = 1
-"""So many are put together anew after a correction; the rest waits."""
+VOXELS_A_FRAME = 25_000
+"""So many of the patches' are put together anew after a correction; the rest waits."""
 Anchor: TypeAlias = tuple[int, RigidTransform]
 """Number of a keyframe, and its `T_map_camera`."""
 VIEWS_A_FRAME = 4
@@ -176,7 +176,7 @@ class RecognitionPipeline:
             # What no answer waits for is done beside the rest.
             self._aside.begin(self.poses.catch_up)
             if self._rebuild is not None:
-                self._aside.begin(partial(self._rebuild.go_on, PATCHES_A_FRAME))
+                self._aside.begin(partial(self._rebuild.go_on, VOXELS_A_FRAME))
             if pose.certain:
                 outcome, pixels = self._looked_at(placed, pose.T_map_camera, anchor, clock)
         finally:
@@ -185,7 +185,11 @@ class RecognitionPipeline:
         return self._told(frame, outcome, clock, pose, pixels)
 
     def _looked_at(
-        self, frame: RgbdFrame, T_map_camera: RigidTransform, anchor: Anchor | None, clock: StageClock
+        self,
+        frame: RgbdFrame,
+        T_map_camera: RigidTransform,
+        anchor: Anchor | None,
+        clock: StageClock,
     ) -> tuple[str, int]:
         """Model and name what a frame shows.
 

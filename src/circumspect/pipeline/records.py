@@ -85,7 +85,7 @@ class RecognitionStep:
             else dict(self.prediction.probabilities),
             "seen": self.seen,
             "object_pixels": self.object_pixels,
-            "points": len(self.model.sums),
+            "points": len(self.model.sketch.sums),
             "camera_xyz": position,
             "converged": None if self.pose is None else self.pose.converged,
             "inliers": None if self.pose is None else self.pose.inliers,

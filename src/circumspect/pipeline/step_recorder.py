@@ -32,7 +32,7 @@ class StepRecorder:
 def _extent(model: ObjectModel) -> NDArray[np.float64] | None:
     """(2, 3) lowest and highest corner [m]; None where nothing of the object is known yet."""
     try:
-        points = model.cloud().points_xyz
+        points = model.sketch.cloud().points_xyz
     except GeometryError:
         return None
     return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -145,7 +145,7 @@ class Announcer:
 
     def _answer(self, model: ObjectModel, prediction: Prediction) -> None:
         try:
-            points = model.cloud().points_xyz
+            points = model.sketch.cloud().points_xyz
         except GeometryError:
             return
         extent = np.stack([points.min(axis=0), points.max(axis=0)])

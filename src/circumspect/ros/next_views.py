@@ -79,12 +79,14 @@ class NextViews:
         T_base_camera: RigidTransform,
         T_map_base: PlanarPose,
     ) -> Situation | None:
+        model, sketch = step.model, step.model.sketch
         try:
-            cloud = step.model.cloud()
+            cloud = sketch.cloud()
         except GeometryError:
             return None
         points, normals = cloud.points_xyz, cloud.normals_xyz
-        flat = footprint(points)
+        # The voxels of a sketch are so large that one fills a cell.
+        flat = footprint(points, least=2 if sketch is model else 1)
         return Situation(
             points_xyz=points,
             normals_xyz=np.zeros_like(points) if normals is None else normals,
