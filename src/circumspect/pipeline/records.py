@@ -37,7 +37,8 @@ class RecognitionStep:
         object_pixels: Pixels of the frame that show the object.
         seen: Share of the directions around the object from which it has been seen, 0 … 1.
         model: The object so far.
-        grid: Its grid; None before the first classified frame.
+        grid: Its grid, until no more frames come that of the model's sketch; None before the first
+            classified frame.
         prediction: The answer so far, see `RecognitionPipeline.prediction`; None before the first
             classified frame.
         milliseconds: Stage to time spent [ms].
