@@ -151,12 +151,12 @@ class Chain:
         self._stamps: dict[int, float] = {}
         self._steps: list[tuple[int, RigidTransform]] = []
 
-    def on_step(self, step: RecognitionStep) -> None:
-        """A frame that is held by a keyframe that nobody was held by before is that keyframe."""
-        number = None if step.pose is None else step.pose.anchor
+    def on_step(self, step: RecognitionStep) -> None:  # noqa: ARG002 - the keyframes tell it
+        """Keep the keyframe that the frame became, if it did."""
+        number = self._keyframes.numbers[-1] if len(self._keyframes) else None
         if number is None or number in self._stamps:
             return
-        self._stamps[number] = step.stamp
+        self._stamps[number] = self._keyframes[number].stamp
         if number - 1 in self._stamps:
             last, this = self._keyframes[number - 1], self._keyframes[number]
             self._steps.append((number, between(last.T_map_camera, this.T_map_camera)))

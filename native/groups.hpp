@@ -82,7 +82,7 @@ void pack_cells(const double* points_xyz, std::size_t count, const Packing& pack
                 int64_t* keys);
 void pack_cells(const float* points_xyz, std::size_t count, const Packing& packing, int64_t* keys);
 
-// A table of ascending keys, each once, with rows of totals.
+// A table of ascending keys with rows of totals; each key once where nothing else is said.
 struct Table {
   const int64_t* keys;
   const double* totals;

@@ -12,7 +12,7 @@ from circumspect.mapping import (
     Rebuild,
     se3,
 )
-from circumspect.mapping.object_views import ENOUGH, MOST
+from circumspect.mapping.object_views import ENOUGH, MOST, WAITING
 from circumspect.sensing import GroundSegmentation
 
 ANCHORS = [0, 0, 0, 1, 1, 1]
@@ -87,6 +87,27 @@ def test_a_patch_that_has_enough_frames_takes_no_more_in() -> None:
     assert set(counts[ENOUGH - 1 :]) == {counts[ENOUGH - 1]}
     # Another keyframe's patch is as open as ever.
     assert 1 in views.with_share(1, T_BASE_CAMERA, model.share(surface)).patches
+
+
+def test_frames_wait_in_the_latest_patch_only() -> None:
+    frame = short_drive()[0]
+    mask = np.zeros(frame.depth.shape, bool)
+    mask[100:108, 100:108] = True
+    model, views = ObjectModel(), ObjectViews()
+    for number in range(WAITING + 3):
+        T_map_camera = se3.exp([0.0, 0.0, 0.0, 0.02 * number, 0.0, 0.0]) * T_BASE_CAMERA
+        surface = FrameSurface.of(frame, mask, T_map_camera)
+        share = model.share(surface)
+        model, views = model.with_share(share), views.with_share(0, T_BASE_CAMERA, share)
+    patch = views.patches[0]
+    assert len(patch.waiting) == 3
+    np.testing.assert_array_equal(patch.sums.keys, model.sums.keys)
+    # Single precision, for all but the last three.
+    np.testing.assert_allclose(patch.sums.totals, model.sums.totals, rtol=1e-5, atol=1e-2)
+    later = views.with_share(1, T_BASE_CAMERA, model.share(surface))
+    assert later.latest == 1
+    assert [len(patch.waiting) for patch in later.patches.values()] == [0, 1]
+    np.testing.assert_array_equal(later.patches[0].sums.keys, model.sums.keys)
 
 
 def test_a_rebuild_a_few_patches_at_a_time_is_the_one_at_once() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from volume_classifier import VolumeClassifier
@@ -10,6 +10,7 @@ from volume_classifier import VolumeClassifier
 from circumspect.geometry import PinholeCamera
 from circumspect.mapping import KnownPoses
 from circumspect.pipeline import PipelineObserver, RecognitionPipeline
+from circumspect.pipeline.aside import Aside
 from circumspect.sensing import DepthNoise, GroundSegmentation, RgbdFrame
 from circumspect.simulation import Orbit, Scene, SimulatedCamera, block
 
@@ -34,3 +35,10 @@ def blind(frame: RgbdFrame) -> RgbdFrame:
     return RgbdFrame(
         np.full(frame.depth.shape, np.nan), frame.camera, frame.stamp, frame.T_map_camera
     )
+
+
+class Inline(Aside):
+    """Does at once what is begun."""
+
+    def begin(self, work: Callable[[], None]) -> None:
+        work()

@@ -5,11 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_world import frames, pipeline
+from scan_world import scan
+from small_world import Inline, frames, pipeline
 
-from circumspect.mapping import KnownPoses, PoseEstimate
+from circumspect.mapping import KnownPoses, PoseEstimate, RegisteredPoses
 from circumspect.pipeline import RecognitionPipeline
 from circumspect.pipeline.aside import Aside
+from circumspect.sensing import GroundSegmentation
 
 
 def test_calls_are_made_in_order_beside_what_goes_on() -> None:
@@ -85,6 +87,40 @@ def test_what_fails_beside_a_frame_ends_the_run_and_keeps_the_steps_before() -> 
         line.run(frames(6))
     assert len(told[0].steps) == 3
     assert told[0].interrupted
+
+
+@pytest.mark.parametrize("fails_at", [-1, 0])
+def test_an_interrupted_frame_waits_for_what_goes_on_beside_it(fails_at: int, monkeypatch) -> None:
+    """And it is the interrupt that goes on, whatever failed there."""
+    poses = Busy(fails_at=fails_at)
+    line, shots = busy_line(poses), list(frames(2))
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(GroundSegmentation, "object_mask", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        line.run(shots)
+    assert poses.caught_up == (0 if fails_at == 0 else 1)
+    assert poses.estimated == 1
+
+
+def test_beside_or_before_the_rest_all_comes_out_the_same() -> None:
+    """Ways, poses, model and answer of a robot that drives round a box and closes its loop."""
+    results = []
+    for aside in (Aside(), Inline()):
+        going = scan(poses=RegisteredPoses())
+        going.pipeline._aside = aside
+        results.append((going.run(), going.pipeline.poses.corrections))
+    (one, corrections), (other, also) = results
+    assert corrections == also > 0
+    for a, b in zip(one.steps, other.steps, strict=True):
+        assert (a.outcome, a.seen, a.prediction) == (b.outcome, b.seen, b.prediction)
+        places = [step.pose.T_map_camera.as_matrix() for step in (a, b)]
+        np.testing.assert_array_equal(*places)
+        np.testing.assert_array_equal(a.pose.covariance, b.pose.covariance)
+    np.testing.assert_array_equal(one.last.model.sums.totals, other.last.model.sums.totals)
+    np.testing.assert_array_equal(one.last.grid.states, other.last.grid.states)
 
 
 def test_the_time_waited_for_it_counts_as_registration() -> None:

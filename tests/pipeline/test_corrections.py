@@ -7,7 +7,7 @@ from itertools import count
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
-from small_world import frames, pipeline
+from small_world import Inline, frames, pipeline
 
 from circumspect.mapping import PoseEstimate, PoseEstimator
 from circumspect.pipeline import (
@@ -90,6 +90,16 @@ def test_a_corrected_model_is_put_together_over_several_frames(
     off = [np.abs(centre(a) - centre(b)).max() for a, b in zip(steps, wanted, strict=True)]
     assert min(off[: at + 2]) > 0.04
     assert max(off[at + 2 :]) < 0.01
+
+
+def test_put_together_beside_or_before_the_rest_the_model_is_the_same(monkeypatch) -> None:
+    monkeypatch.setattr(recognition_pipeline, "VOXELS_A_FRAME", TWO_PATCHES)
+    shots, beside, before = list(frames(10)), corrected_line(4), corrected_line(4)
+    before._aside = Inline()
+    for shot in shots:
+        one, other = beside.step(shot), before.step(shot)
+        np.testing.assert_array_equal(one.model.sums.totals, other.model.sums.totals)
+        np.testing.assert_array_equal(one.grid.states, other.grid.states)
 
 
 def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> None:

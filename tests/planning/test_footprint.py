@@ -29,14 +29,14 @@ def sorted_footprint(points_xyz: np.ndarray, least: int) -> np.ndarray:
     st.integers(0, 400),
     st.sampled_from([0.01, 0.3, 3.0, 200.0]),
     st.sampled_from([0.0, 7.0, -5e4]),
-    st.integers(1, 3),
+    st.booleans(),
 )
 def test_counted_or_sorted_the_footprint_is_the_same(
-    seed: int, count: int, spread: float, away: float, least: int
+    seed: int, count: int, spread: float, away: float, large: bool
 ) -> None:
     points = np.random.default_rng(seed).normal(away, spread, (count, 3))
-    found = footprint(points, least)
-    np.testing.assert_array_equal(found, sorted_footprint(points, least))
+    found = footprint(points, voxel=CELL if large else CELL / 2)
+    np.testing.assert_array_equal(found, sorted_footprint(points, least=1 if large else 2))
     assert found.shape[1] == 2
 
 

@@ -63,7 +63,10 @@ class FrameShare:
 
 
 def coarser(sums: VoxelSums) -> VoxelSums:
-    """The same over voxels of twice the side, each seen in as many frames as any part of it."""
+    """The same over voxels of twice the side, each seen in as many frames as any part of it.
+
+    Added up frame by frame, they were seen in as many as any or several of their parts were.
+    """
     keys = coarser_keys(sums.keys)
     both = VoxelSums.of(keys, sums.totals)
     both.totals[:, FRAMES] = largest(keys, sums.totals[:, FRAMES])

@@ -22,6 +22,7 @@ class Keyframe:
 
     Attributes:
         number: Its name for good.
+        stamp: When it was taken [s].
         T_map_camera: Where it was taken from, by what is known now.
         compact: What it shows, see `surface`.
         space: What it shows to be empty.
@@ -34,6 +35,7 @@ class Keyframe:
     """
 
     number: int
+    stamp: float
     T_map_camera: RigidTransform
     compact: CompactSurface
     space: FreeSpace
@@ -61,8 +63,8 @@ class Keyframe:
             surface = surface.on_level_floor(T_map_camera)
         since = covariance if since_parent is None else since_parent
         return cls(
-            number, T_map_camera, CompactSurface.of(surface), FreeSpace.of(frame), covariance,
-            passage, parent, since, mount,
+            number, frame.stamp, T_map_camera, CompactSurface.of(surface), FreeSpace.of(frame),
+            covariance, passage, parent, since, mount,
         )  # fmt: skip
 
     @property

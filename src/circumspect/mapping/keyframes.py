@@ -113,6 +113,11 @@ class Keyframes:
         return composed(self[number].T_map_camera, T_living_camera)
 
     @property
+    def numbers(self) -> list[int]:
+        """Of all, in the order in which they were taken."""
+        return list(self._by_number)
+
+    @property
     def places(self) -> list[RigidTransform]:
         """`T_map_camera` of all."""
         return [key.T_map_camera for key in self._by_number.values()]
@@ -133,7 +138,7 @@ class Keyframes:
         Raises:
             ValueError: There are none.
         """
-        numbers, apart = np.array(list(self._by_number)), self._apart(T_map_camera)
+        numbers, apart = np.array(self.numbers), self._apart(T_map_camera)
         if self._held is not None:
             belongs = np.abs(numbers - self._held) <= OLD
             if self._held <= self._agreed:

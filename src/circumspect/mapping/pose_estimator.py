@@ -42,7 +42,8 @@ class PoseEstimate:
         doubt: Why the pose is not `certain`; empty where it is.
         prior: What the pose was expected from: "odometry", "constant velocity", "standing
             still", ….
-        anchor: Number of the keyframe that the pose moves with when it is corrected, if any.
+        anchor: Number of the keyframe that the pose moves with when it is corrected, if any; of
+            a frame that becomes a keyframe the one before.
         T_anchor_camera: The pose in that keyframe's.
     """
 

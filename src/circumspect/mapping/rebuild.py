@@ -63,9 +63,10 @@ class Rebuild:
         """
         self._allowed += voxels or 0
         while self._waiting and (voxels is None or len(self._waiting[0][0]) <= self._allowed):
-            patch, T_map_patch = self._waiting.popleft()
-            self._allowed -= len(patch)
+            patch, T_map_patch = self._waiting[0]
             self.model = _with_patch(self.model, patch, T_map_patch)
+            self._allowed -= len(patch)
+            self._waiting.popleft()
 
     def with_share(self, share: FrameShare) -> None:
         """Add a frame that came since the beginning, at its corrected pose."""

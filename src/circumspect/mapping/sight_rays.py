@@ -43,8 +43,12 @@ class SightRays:
 
     def thinned(self, every: int) -> SightRays:
         """One of so many of the rays."""
-        parts = (self.keys, self.origins_xyz, self.ends_xyz, self.on_object)
-        return SightRays(*(np.ascontiguousarray(part[::every]) for part in parts))
+        return SightRays(
+            self.keys[::every].copy(),
+            self.origins_xyz[::every].copy(),
+            self.ends_xyz[::every].copy(),
+            self.on_object[::every].copy(),
+        )
 
     def with_frame(
         self,

@@ -14,6 +14,8 @@ BITS = 20
 
 HALVED = sum(((1 << (BITS - 1)) - 1) << (BITS * axis) for axis in range(3))
 """What is left of a number whose coordinates are each halved."""
+CENTRED = sum(1 << (BITS - 2 + BITS * axis) for axis in range(3))
+"""Halves of coordinates that are counted from the middle have lost half of it."""
 
 
 def voxel_keys(points_xyz: NDArray[np.floating], side: float) -> NDArray[np.int64]:
@@ -28,7 +30,7 @@ def voxel_keys(points_xyz: NDArray[np.floating], side: float) -> NDArray[np.int6
 
 def coarser_keys(keys: NDArray[np.int64]) -> NDArray[np.int64]:
     """(n,) the numbers of voxels of twice the side that (n,) voxels lie in."""
-    return (keys >> 1) & HALVED
+    return ((keys >> 1) & HALVED) + CENTRED
 
 
 def largest(keys: NDArray[np.int64], values: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -21,13 +21,17 @@ class Aside:
         """Have a call made as soon as those before it are done."""
         self._begun.append(self._worker.submit(work))
 
+    def wait(self) -> None:
+        """Wait for all that was begun; what failed is told by `join`."""
+        wait(self._begun)
+
     def join(self) -> None:
-        """Wait for all that was begun.
+        """Wait for all that was begun, and begin anew.
 
         Raises:
             Exception: The first that one of the calls raised; the others were made nevertheless.
         """
-        wait(self._begun)  # what is interrupted here is waited for by the next join
+        self.wait()  # what is interrupted here is waited for by the next join
         begun, self._begun = self._begun, []
         for call in begun:
             call.result()

@@ -154,7 +154,7 @@ class RecognitionPipeline:
         """Take one frame.
 
         A frame that comes too late, without depth, without a certain pose, without the object, or
-        with too little of it changes nothing but is told in the step's `outcome`; so does, before
+        with too little of it adds nothing but is told in the step's `outcome`; so does, before
         anything of the object is known, one without the floor that the segmentation counts on.
 
         Raises:
@@ -179,9 +179,11 @@ class RecognitionPipeline:
                 self._aside.begin(partial(self._rebuild.go_on, VOXELS_A_FRAME))
             if pose.certain:
                 outcome, pixels = self._looked_at(placed, pose.T_map_camera, anchor, clock)
-        finally:
-            with clock.stage("register"):
-                self._aside.join()
+        except BaseException:
+            self._aside.wait()  # what failed there as well is told by the next join
+            raise
+        with clock.stage("register"):
+            self._aside.join()
         return self._told(frame, outcome, clock, pose, pixels)
 
     def _looked_at(
@@ -291,6 +293,10 @@ class RecognitionPipeline:
         if self._rebuild is None or not self._rebuild.is_whole:
             return False
         self.model, self._rebuild = self._rebuild.model, None
+        # No grid is of this model yet, whatever becomes of the next frame.
+        self._is_hurried = True
+        if self._known_xyz is not None:
+            self._known_xyz = self.model.sketch.points_xyz
         return True
 
     def _grid_model(self, model: ObjectModel, most_views: int | None = None) -> str | None:
@@ -307,6 +313,8 @@ class RecognitionPipeline:
         if fault == TOO_WIDE:
             # Nor was what it was called before.
             self._grids, self.prediction, self._is_hurried = [], None, False
+        # What a sketch is named, or not named for, is not yet said of the model.
+        self._is_hurried |= model is not self.model
         if self.grid is not None:
             self.seen = share_seen(model.views_xyz, self.grid)
         return fault
@@ -329,8 +337,7 @@ class RecognitionPipeline:
         recipe = self.classifier.recipe
         further = recipe.all_bounds(bounds, most_views)[1:]
         self._grids = [grid, *(other.hits(cloud.points_xyz, threads=0) for other in further)]
-        few = most_views is not None and most_views < recipe.azimuth_views
-        self._is_hurried = few or model is not self.model
+        self._is_hurried = most_views is not None and most_views < recipe.azimuth_views
         return None
 
     def _end(self, steps: list[RecognitionStep], corrections: int) -> None:

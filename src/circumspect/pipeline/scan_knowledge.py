@@ -116,8 +116,7 @@ class ScanKnowledge:
     def _situation(self, model: ObjectModel, here: PlanarPose) -> Situation:
         sketch = model.sketch
         points, normals = _surface(sketch)
-        # The voxels of a sketch are so large that one fills a cell.
-        flat = footprint(points, least=2 if sketch is model else 1)
+        flat = footprint(points, sketch.voxel or 0.0)
         obstacles = self._obstacles.places_xy(flat)
         return Situation(
             points_xyz=points,

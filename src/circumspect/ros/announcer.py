@@ -106,10 +106,10 @@ class Announcer:
             self._tell_place(step, frame, odom_frame)
         if step.outcome != CLASSIFIED or step.prediction is None:
             return
-        self._answer(step.model, step.prediction)
+        self._answer(step.model.sketch, step.prediction)
         if self._clock() - self._told_at >= EVERY:
             self._told_at = self._clock()
-            self._model_and_path(step.model, poses)
+            self._model_and_path(step.model.sketch, poses)
             self._next_view(step, frame)
 
     def settled(self, pipeline: RecognitionPipeline) -> None:
@@ -145,7 +145,7 @@ class Announcer:
 
     def _answer(self, model: ObjectModel, prediction: Prediction) -> None:
         try:
-            points = model.sketch.cloud().points_xyz
+            points = model.cloud().points_xyz
         except GeometryError:
             return
         extent = np.stack([points.min(axis=0), points.max(axis=0)])

@@ -79,14 +79,13 @@ class NextViews:
         T_base_camera: RigidTransform,
         T_map_base: PlanarPose,
     ) -> Situation | None:
-        model, sketch = step.model, step.model.sketch
+        sketch = step.model.sketch
         try:
             cloud = sketch.cloud()
         except GeometryError:
             return None
         points, normals = cloud.points_xyz, cloud.normals_xyz
-        # The voxels of a sketch are so large that one fills a cell.
-        flat = footprint(points, least=2 if sketch is model else 1)
+        flat = footprint(points, sketch.voxel or 0.0)
         return Situation(
             points_xyz=points,
             normals_xyz=np.zeros_like(points) if normals is None else normals,

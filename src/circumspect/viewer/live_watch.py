@@ -12,6 +12,8 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.errors import GeometryError
+from circumspect.grid import OccupancyGrid
+from circumspect.mapping import ObjectModel
 from circumspect.pipeline import PlannedView, RecognitionResult, RecognitionStep
 from circumspect.pipeline.surroundings import Surroundings
 from circumspect.pipeline.wheel_path import WheelPath
@@ -20,7 +22,7 @@ from circumspect.simulation import Scene, Witness
 from circumspect.viewer.dashboard import Dashboard
 from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
 
-_Moment = tuple[RecognitionStep, RgbdFrame | None, PlannedView | None]
+_Moment = tuple[RecognitionStep, RgbdFrame | None, PlannedView | None, ObjectModel]
 
 MOST_FRAMES = 20_000
 """So many are remembered, more than an hour at five a second; then the older half is forgotten."""
@@ -90,7 +92,8 @@ class LiveWatch:
             self._path.append(step.pose.T_map_camera.translation)
         self._wheels.follow(step, frame)
         self._forget()
-        self._last = (step, frame, target)
+        # All of a large model would keep the run waiting.
+        self._last = (step, frame, target, step.model.sketch)
         self._put(self.news)
 
     def tell(self, news: str) -> None:
@@ -110,18 +113,19 @@ class LiveWatch:
         """
         if self._last is None:
             return
-        step, frame, target = self._last
+        step, frame, target, model = self._last
         step = replace(step, prediction=prediction, seen=seen)
-        self._last, self._rows = (step, frame, target), [*self._rows[:-1], step.summary()]
+        self._last = (step, frame, target, model)
+        self._rows = [*self._rows[:-1], step.summary()]
         self._put(self.news)
 
     def on_end(self, result: RecognitionResult) -> None:
         """Show how it ended, with what was corrected in the end."""
         if self._last is None or result.last is None:
             return
-        _, frame, target = self._last
+        _, frame, target, _ = self._last
         self._path = [s.pose.T_map_camera.translation for s in result.steps if s.pose is not None]
-        self._last = (result.last, frame, target)
+        self._last = (result.last, frame, target, result.last.model)
         if self._rows:
             self._rows[-1] = result.last.summary()
         self._put(f"the run is over: {self._run.ended or 'no more frames'}")
@@ -148,12 +152,12 @@ class LiveWatch:
         self, last: _Moment, rows: Sequence[Mapping[str, Any]], count: int, news: str
     ) -> Shown:
         """Made by the dashboard's thread, while the run goes on."""
-        step, frame, target = last
+        step, frame, target, model = last
         pose = None if step.pose is None else step.pose.T_map_camera
         return Shown(
             rows=rows,
             count=count,
-            thing=_thing(step),
+            thing=_thing(model, step.grid),
             images=None if frame is None else ShownImages(frame.depth, frame.colour, step.index),
             camera=None if frame is None else frame.camera,
             T_map_camera=pose,
@@ -168,9 +172,9 @@ class LiveWatch:
         )
 
 
-def _thing(step: RecognitionStep) -> ShownObject:
+def _thing(model: ObjectModel, grid: OccupancyGrid | None) -> ShownObject:
     try:
-        cloud, seen = step.model.cloud(), step.model.frames_seen()
+        cloud, seen = model.cloud(), model.frames_seen()
     except GeometryError:
         return ShownObject()
     normals = cloud.normals_xyz
@@ -178,7 +182,7 @@ def _thing(step: RecognitionStep) -> ShownObject:
         cloud.points_xyz,
         np.zeros_like(cloud.points_xyz) if normals is None else normals,
         seen,
-        step.grid,
+        grid,
     )
 
 
