@@ -32,7 +32,7 @@ class RecognitionStep:
     Attributes:
         index: Number of the frame in this run, from 0.
         stamp: Its time [s].
-        outcome: `CLASSIFIED`, or the reason why the frame changed nothing.
+        outcome: `CLASSIFIED`, or the reason why the frame added nothing.
         pose: Where it was taken from; None where that was not looked into.
         object_pixels: Pixels of the frame that show the object.
         seen: Share of the directions around the object from which it has been seen, 0 … 1.
