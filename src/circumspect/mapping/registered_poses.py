@@ -124,6 +124,7 @@ class RegisteredPoses(PoseEstimator):
             left()
 
     def _work_on(self, frame: RgbdFrame, scan: Scan, attempt: Attempt) -> None:
+        """What a frame that was told leaves to be done."""
         if self._is_due:
             self._correct(anyway=False)
         # A direction that the scene does not hold is held by the wheels for a while.

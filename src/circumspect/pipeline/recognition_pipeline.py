@@ -50,10 +50,11 @@ SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
 VOXELS_A_FRAME = 25_000
 """So many of the patches' are put together anew after a correction; the rest waits."""
-Anchor: TypeAlias = tuple[int, RigidTransform]
-"""Number of a keyframe, and its `T_map_camera`."""
 VIEWS_A_FRAME = 4
 """So many of the classifier's grids are asked with a frame, all of them once no more come."""
+
+Anchor: TypeAlias = tuple[int, RigidTransform]
+"""Number of a keyframe, and its `T_map_camera`."""
 
 
 class RecognitionPipeline:
@@ -229,7 +230,9 @@ class RecognitionPipeline:
         return CLASSIFIED, pixels
 
     def settle(self) -> bool:
-        """Do what was put off, as no more frames come for now: close loops, ask all grids.
+        """Do what was put off, as no more frames come for now.
+
+        Loops are closed, and all grids of the whole model are asked, not of a sketch of it.
 
         Returns:
             Whether that may have changed poses, model or answer.

@@ -45,7 +45,7 @@ def _counted(points_xyz: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArra
     """Numbers of the cells that hold points, ascending, and how many each holds."""
     if len(points_xyz) == 0:
         return np.empty(0, np.int64), np.empty(0, np.int64)
-    # Column by column, in half the bits, without sorting: a tenth of the time of `np.unique`.
+    # Column by column, without sorting: many times faster than `np.unique`.
     x, y = (np.floor(points_xyz[:, axis] / CELL) for axis in range(2))
     left, low = x.min(), y.min()
     width, depth = x.max() - left + 1, y.max() - low + 1
