@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from benchmarks.provenance import UNKNOWN, commit_of, made_by, provenance
+from benchmarks.report import processor_in
 
 
 def git(folder: Path, *words: str) -> None:
@@ -43,3 +44,10 @@ def test_all_makers_of_a_table_are_named_with_their_records() -> None:
     )
     assert made_by([]) == "No records."
     assert set(provenance()) == set(made)
+
+
+def test_a_processor_whose_name_has_no_number_is_told_with_its_family() -> None:
+    core = "processor\t: 0\ncpu family\t: 26\nmodel name\t: {}\nmodel\t\t: 2\n\n"
+    assert processor_in(2 * core.format("AMD EPYC")) == "AMD EPYC family 26"
+    assert processor_in(core.format("AMD EPYC 9654 96-Core")) == "AMD EPYC 9654 96-Core"
+    assert processor_in("model name\t: Cortex\n") == "Cortex"
