@@ -31,27 +31,33 @@ def second(x: float, yaw: float = 0.0, verdict: Verdict | None = None) -> Attemp
 
 @pytest.mark.parametrize("x", [-0.02, 0.0, 0.02])
 def test_a_fit_near_its_prediction_wins_where_it_comes_nearer_to_the_map(x: float) -> None:
-    assert second(x).wins(1.1 * NEAR, True, STEADY, WHEELS)
-    assert not second(x).wins(0.9 * NEAR, True, STEADY, WHEELS)
+    assert second(x).wins(1.1 * NEAR, NEAR, True, STEADY, WHEELS)
+    assert not second(x).wins(0.9 * NEAR, NEAR, True, STEADY, WHEELS)
 
 
 @pytest.mark.parametrize(("x", "yaw"), [(-0.08, 0.0), (0.08, 0.0), (0.0, 0.08)])
 def test_one_that_slid_does_not_replace_one_that_is_in_order(x: float, yaw: float) -> None:
     """As at the edge of what is known of a bare side, 0.1 m back along it."""
-    assert not second(x, yaw).wins(1.1 * NEAR, True, STEADY, WHEELS)
-    assert second(x, yaw).wins(1.1 * NEAR, False, STEADY, WHEELS)
+    assert not second(x, yaw).wins(1.1 * NEAR, NEAR, True, STEADY, WHEELS)
+    assert second(x, yaw).wins(1.1 * NEAR, NEAR, False, STEADY, WHEELS)
+
+
+def test_one_that_slid_must_lie_as_frames_do_whatever_it_replaces() -> None:
+    """As where a robot turns away from what it knows: its frame meets some other edge there."""
+    assert not second(0.08).wins(np.inf, 0.9 * NEAR, False, STEADY, WHEELS)
+    assert second(0.02).wins(np.inf, 0.9 * NEAR, False, STEADY, WHEELS)
 
 
 def test_a_turn_does_not_vouch_for_a_shift() -> None:
     turned = at(0.0, yaw=0.105)
-    assert not second(0.1).wins(np.inf, True, STEADY, turned)
-    assert second(0.0, yaw=0.1).wins(np.inf, True, STEADY, turned)
+    assert not second(0.1).wins(np.inf, np.inf, True, STEADY, turned)
+    assert second(0.0, yaw=0.1).wins(np.inf, np.inf, True, STEADY, turned)
 
 
 def test_predictions_that_agree_leave_a_fit_its_millimetres() -> None:
-    assert second(0.006).wins(1.1 * NEAR, True, STEADY, at(0.002))
+    assert second(0.006).wins(1.1 * NEAR, NEAR, True, STEADY, at(0.002))
 
 
 def test_one_that_the_gate_does_not_believe_never_wins() -> None:
     closed = second(0.0, verdict=Verdict("fits elsewhere as well", mute=True))
-    assert not closed.wins(np.inf, False, STEADY, WHEELS)
+    assert not closed.wins(np.inf, np.inf, False, STEADY, WHEELS)

@@ -33,6 +33,26 @@ def test_a_first_pose_that_was_given_goes_on_with_the_wheels_until_there_is_a_ma
     assert errors[6:].max() < 0.03
 
 
+def test_frames_that_are_passed_over_move_a_first_pose_on_as_well() -> None:
+    frames, first = short_drive(), true_camera(float(SHORT[0]))
+    poses = RegisteredPoses(first)
+    for frame in frames[:6]:
+        poses.pass_over(frame)
+    way = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
+    told = poses.estimate(frames[6])
+    off = told.T_map_camera.translation - true_camera(float(SHORT[6])).translation
+    assert np.linalg.norm(off) < 0.05 * way
+
+
+def test_a_first_pose_goes_on_over_a_frame_of_which_the_wheels_said_nothing() -> None:
+    frames, first = short_drive(), true_camera(float(SHORT[0]))
+    early = [*map(blind, frames[:6])]
+    early[3] = replace(early[3], odometry=None)
+    told = follow([*early, *frames[6:8]], RegisteredPoses(first))
+    way = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
+    assert place_errors(told, SHORT[:8])[6] < 0.05 * way
+
+
 @pytest.mark.parametrize("east", [5e5, -3e6])
 def test_odometry_that_begins_far_away_is_refused_with_the_remedy(east: float) -> None:
     frame = short_drive()[0]

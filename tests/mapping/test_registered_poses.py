@@ -328,6 +328,9 @@ def test_a_round_is_closed_and_corrected() -> None:
     final = [e.at(T) for e, T in zip(told, poses.corrected(told), strict=True)]
     assert poses.corrections > 0
     assert poses.keyframes.loops > 0
+    corrections = poses.corrections
+    poses.settle()
+    assert poses.corrections == corrections  # no frame came since
     assert place_errors(final, angles).max() < NEAR
     # A common frame: the end lies where the beginning lay.
     assert place_errors(final, angles)[-1] < 0.02

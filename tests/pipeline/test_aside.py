@@ -105,6 +105,27 @@ def test_an_interrupted_frame_waits_for_what_goes_on_beside_it(fails_at: int, mo
     assert poses.estimated == 1
 
 
+def test_a_step_waits_for_what_an_interrupted_one_left_behind(monkeypatch) -> None:
+    class Slow(Busy):
+        def catch_up(self) -> None:
+            threading.Event().wait(0.3)
+            super().catch_up()
+
+    poses = Slow()
+    line, (first, second) = busy_line(poses), frames(2)
+    join = Aside.join
+
+    def interrupted(self: Aside) -> None:
+        monkeypatch.setattr(Aside, "join", join)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Aside, "join", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        line.step(first)
+    line.step(second)
+    assert (poses.estimated, poses.caught_up) == (2, 2)
+
+
 def test_beside_or_before_the_rest_all_comes_out_the_same() -> None:
     """Ways, poses, model and answer of a robot that drives round a box and closes its loop."""
     results = []

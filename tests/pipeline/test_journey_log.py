@@ -27,7 +27,12 @@ T_WORLD_MAP = PlanarPose(-2.0, 5.0, -1.1)
 class FakeScan:
     """What the log reads of a scan: odometry without drift, in a frame of its own."""
 
-    def __init__(self, with_odometry: bool = True) -> None:
+    def __init__(self, with_odometry: bool = True, mute: int = 0) -> None:
+        """
+        Args:
+            with_odometry: Its wheels are heard at all.
+            mute: Not with so many frames at first.
+        """
         self.frame = None
         self.driven_m = 0.0
         near = NextView(PlanarPose(1.0, 0.0, 0.0), (0.3, 0.0), None, "")
@@ -36,13 +41,15 @@ class FakeScan:
             SimpleNamespace(view=near, outcome=REACHED),
             SimpleNamespace(view=far, outcome="behind a wall"),
         ]
-        self._with_odometry = with_odometry
+        self._with_odometry, self._mute = with_odometry, mute
 
     def takes(self, frame):
         base = PlanarPose.from_transform(
             T_ODOM_MAP.as_transform() * frame.pose * T_BASE_CAMERA.inv()
         )
-        odometry = Odometry(frame.stamp, base) if self._with_odometry else None
+        self._mute -= 1
+        heard = self._with_odometry and self._mute < 0
+        odometry = Odometry(frame.stamp, base) if heard else None
         self.frame = replace(frame, odometry=odometry, T_base_camera=T_BASE_CAMERA)
         self.driven_m += 0.5
         return frame
@@ -73,6 +80,14 @@ def test_odometry_and_truth_begin_where_the_run_begins() -> None:
     np.testing.assert_allclose(journey.truth.positions_xyz, path.positions_xyz, atol=1e-9)
     np.testing.assert_allclose(journey.walls_xy[0], square, atol=1e-9)
     assert np.linalg.norm(journey.odometry.positions_xyz[0] - path.positions_xyz[0]) < 1e-9
+
+
+def test_wheels_that_are_mute_at_first_begin_where_the_robot_is_by_then() -> None:
+    scan = FakeScan(mute=2)
+    log, result = logged(scan)
+    path, wheels = camera_path(result), log.journey(result).odometry
+    assert len(wheels) == len(path) - 2
+    np.testing.assert_allclose(wheels.positions_xyz[0], path.positions_xyz[2], atol=1e-9)
 
 
 def test_without_odometry_or_truth_nothing_is_invented() -> None:

@@ -255,6 +255,8 @@ def test_ctrl_c_stops_the_robot_and_saves(ctrl_c_at: Callable[[int], None], tmp_
     [
         {"speed": 0.0}, {"speed": 5.0}, {"frame_interval": 0.01}, {"frame_interval": 1e9},
         {"most_frames": 0}, {"speed": float("nan")}, {"frame_interval": float("nan")},
+        {"turn_between_frames": 0.0}, {"patience": float("nan")}, {"back_off": -0.2},
+        {"keep": -1.0}, {"most_blocks": -1}, {"blind_after": float("inf")},
     ],
 )  # fmt: skip
 def test_settings_that_make_no_sense_are_refused(wrong) -> None:

@@ -179,6 +179,26 @@ def test_a_classifier_that_begins_to_fail_does_not_lose_the_run(good: int) -> No
     assert len(diary.ends[0].steps) == good
 
 
+def test_a_frame_that_was_modelled_but_not_named_is_named_once_no_more_come() -> None:
+    class FailsOnce(ManyViews):
+        def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+            prediction = super().classify_grid(*views)
+            if len(self.asked) == 3:
+                raise WeightsError("broken for once")
+            return prediction
+
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), FailsOnce(1))
+    first, second, third = frames(3)
+    line.step(first)
+    line.step(second)
+    with pytest.raises(WeightsError):
+        line.step(third)
+    before = line.prediction
+    assert line.settle()
+    assert line.prediction is not before
+    assert not line.settle()
+
+
 def test_of_a_run_only_the_last_model_is_kept() -> None:
     diary = Diary()
     result = pipeline(diary).run(frames(4))
@@ -312,6 +332,33 @@ def test_ctrl_c_ends_the_run_after_its_observers_were_told() -> None:
     assert diary.ends[0].interrupted
     assert diary.ends[0].prediction is not None
     assert len(diary.steps) == 2
+
+
+def test_ctrl_c_while_the_end_is_worked_on_ends_the_run_as_well(monkeypatch) -> None:
+    diary, line = Diary(), None
+
+    def interrupted() -> bool:
+        raise KeyboardInterrupt
+
+    line = pipeline(diary)
+    monkeypatch.setattr(line, "settle", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        line.run(frames(2))
+    assert diary.ends[0].interrupted
+    assert len(diary.ends[0].steps) == 2
+
+
+def test_an_observer_that_fails_at_the_end_keeps_nothing_from_the_others() -> None:
+    class Broken(Diary):
+        def on_end(self, result: RecognitionResult) -> None:
+            super().on_end(result)
+            raise OSError("no space left")
+
+    broken, diary = Broken(), Diary()
+    with pytest.raises(OSError, match="no space"):
+        pipeline(broken, diary).run(frames(2))
+    assert broken.ends == diary.ends
+    assert not diary.ends[0].interrupted
 
 
 def test_a_further_run_counts_its_frames_from_0_and_goes_on_with_the_object() -> None:

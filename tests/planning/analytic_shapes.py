@@ -100,9 +100,8 @@ def situation(points_xyz: NDArray[np.float64], base: PlanarPose, **more) -> Situ
         normals_xyz=np.zeros_like(points_xyz),
         footprint_xy=footprint(points_xyz),
         T_map_base=base,
-        T_base_camera=MOUNT,
         camera=CAMERA,
-        **{"depth_range": (0.8, 3.5), **more},
+        **{"T_base_camera": MOUNT, "depth_range": (0.8, 3.5), **more},
     )
 
 

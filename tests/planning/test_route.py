@@ -125,3 +125,8 @@ def test_planning_a_way_is_quick() -> None:
     for _ in range(3):
         assert isinstance(route(asked, facing_centre(3.0, 2.0)), Route)
     assert (time.process_time() - start) / 3 < 0.5
+
+
+def test_a_goal_out_of_this_world_is_refused_without_a_map_of_the_way() -> None:
+    answer = route(situation(THING, facing_centre(0.0, 1.2)), PlanarPose(4e3, 0.0, 0.0))
+    assert answer == NoWay("3999 m away is too far to look for a way")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from analytic_shapes import (
@@ -17,6 +19,7 @@ from analytic_shapes import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
@@ -29,6 +32,7 @@ from circumspect.planning import (
     NextView,
     SurfaceNormalPlanner,
     camera_place,
+    stance,
 )
 from circumspect.planning.circle_planner import (
     ALL_TRIED,
@@ -118,9 +122,27 @@ def test_views_on_a_circle_look_at_its_centre_and_go_on_by_the_step() -> None:
     eye = camera_place(view.T_map_base, MOUNT)
     towards = -eye.xy / np.linalg.norm(eye.xy)
     np.testing.assert_allclose(eye.heading_xy, towards, atol=0.01)
-    # The step is that of the base, which stands beside its camera.
-    turn = np.arctan2(eye.y, eye.x) - np.arctan2(base.y, base.x)
+    # The step is that of the camera.
+    before = camera_place(base, MOUNT)
+    turn = np.arctan2(eye.y, eye.x) - np.arctan2(before.y, before.x)
     assert np.degrees(turn) == pytest.approx(40, abs=0.5)
+
+
+@pytest.mark.parametrize("ahead", [-0.5, 0.3, 0.8])
+@pytest.mark.parametrize("planner", [*PLANNERS.values(), ConvincedPlanner()])
+def test_a_camera_ahead_of_the_axle_goes_round_as_well(planner, ahead: float) -> None:
+    """Views that lie where it is already, or beside one that was refused, would end nothing."""
+    mount = RigidTransform.from_components([ahead, *MOUNT.translation[1:]], MOUNT.rotation)
+    base = stance((1.2, 0.0), (0.0, 0.0), mount)
+    asked = situation(walls(box(0.6, 0.6).outline_xy), base, visited=(base,), T_base_camera=mount)
+    refused: list[NextView] = []
+    while isinstance(view := planner.next_view(asked), NextView):
+        refused.append(view)
+        assert len(refused) < 20
+        asked = replace(asked, unreachable=tuple(refused), given_up=tuple(refused))
+    eyes = [camera_place(base, mount), *(camera_place(v.T_map_base, mount) for v in refused)]
+    turns = np.degrees(np.diff(np.unwrap([np.arctan2(eye.y, eye.x) for eye in eyes])))
+    assert (turns > 7).all()
 
 
 @pytest.mark.parametrize("step", [0.0, 2.0, -30.0, 91.0, np.inf, np.nan])

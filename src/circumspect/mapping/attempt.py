@@ -39,15 +39,18 @@ class Attempt:
         """Mean distance of the frame to the map [m]; the larger, the worse."""
         return np.inf if self.found is None else self.found.distance
 
-    def wins(self, below: float, in_order: bool, expected: Belief, rival: Belief) -> bool:
+    def wins(
+        self, below: float, usual: float, in_order: bool, expected: Belief, rival: Belief
+    ) -> bool:
         """Whether this takes the place of a first attempt from a rival prediction.
 
         At the edge of the map any frame comes nearer to it when it slides back. A fit further from
-        where it was expected than the predictions are from each other bears out neither of them,
-        and does not replace one that is in order.
+        where it was expected than the predictions are from each other bears out neither of them:
+        it does not replace one that is in order, and no other unless it lies as frames do.
 
         Args:
             below: It must come nearer to the map than this [m].
+            usual: Mean distance to the map [m] up to which a frame fits as the last ones did.
             in_order: Nothing speaks against the first one.
             expected: The prediction that it began with.
             rival: That of the first.
@@ -55,7 +58,8 @@ class Attempt:
         shift, turn = apart(expected, self.belief)
         rival_shift, rival_turn = apart(expected, rival)
         slid = shift > max(CLOSE_SHIFT, rival_shift) or turn > max(CLOSE_TURN, rival_turn)
-        return self.verdict.is_open and self.distance < below and not (in_order and slid)
+        doubtful = slid and (in_order or self.distance > usual)
+        return self.verdict.is_open and self.distance < below and not doubtful
 
     def doubted(self, doubt: tuple[float, float]) -> Attempt:
         """The same, less sure by standard deviations of turn [rad] and shift [m]."""

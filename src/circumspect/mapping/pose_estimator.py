@@ -129,6 +129,9 @@ class PoseEstimator(ABC):
         """
         raise KeyError(number)
 
+    def pass_over(self, frame: RgbdFrame) -> None:  # noqa: B027 - nothing to do is a fine default
+        """Hear of a frame that shows nothing of use, in the place of `estimate`."""
+
     def catch_up(self) -> None:  # noqa: B027 - nothing to do is a fine default
         """Do what the last estimate left to be done; the next one does it otherwise.
 

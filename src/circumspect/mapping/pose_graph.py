@@ -87,7 +87,7 @@ class PoseGraph:
             step = here.step(damping)
             there = here.moved(step)
             lower = there.cost
-            if lower > cost * (1 + 1e-12) + 1e-15:
+            if not lower <= cost * (1 + 1e-12) + 1e-15:  # nor where it is no number
                 damping = max(1e-6, 10 * damping)
                 if damping > 1e6:
                     break

@@ -37,8 +37,8 @@ STEADY, STANDING = motion.CONSTANT_VELOCITY, motion.STANDING_STILL
 ANYWHERE = np.eye(6)
 """(6, 6) covariance [rad, m] of a camera that may be anywhere."""
 
-FARTHEST = 1e5
-"""Of a map's begin from its origin [m]; from afar cells can no longer be counted."""
+FARTHEST = 5e4
+"""Of a map's begin from its origin [m]; from afar small_gicp can no longer count cells."""
 
 
 class RegisteredPoses(PoseEstimator):
@@ -82,6 +82,7 @@ class RegisteredPoses(PoseEstimator):
         self._is_due = False  # a correction, beside the next frame
         self._jobs = 0  # looks, and what else this frame brought
         self._left: Callable[[], None] | None = None
+        self._is_settled = False  # no frame came since
 
     @property
     def scene(self) -> SceneMap:
@@ -92,7 +93,7 @@ class RegisteredPoses(PoseEstimator):
         """See `PoseEstimator.estimate`."""
         scan = Scan.of(frame, self.settings.scan)
         self.catch_up()
-        self._jobs = 0
+        self._jobs, self._is_settled = 0, False
         if self._belief is None:
             return self._first(frame, scan)
 
@@ -116,6 +117,11 @@ class RegisteredPoses(PoseEstimator):
         self._remember(frame, best)
         self._left = partial(self._work_on, frame, scan, best)
         return self._told(frame, best)
+
+    def pass_over(self, frame: RgbdFrame) -> None:
+        """See `PoseEstimator.pass_over`: until there is a map, the wheels tell where it begins."""
+        if self._belief is None:
+            self._first_given(frame)
 
     def catch_up(self) -> None:
         """See `PoseEstimator.catch_up`: the map is corrected, and grows by the last frame."""
@@ -170,7 +176,8 @@ class RegisteredPoses(PoseEstimator):
         T, before, now = self._T_map_first, self._T_odom_first, frame.T_odom_camera
         if T is not None and before is not None and now is not None:
             self._T_map_first = composed(T, between(before, now))
-        self._T_odom_first = now
+        if now is not None:
+            self._T_odom_first = now
         return self._T_map_first
 
     def _best_attempt(self, frame: RgbdFrame, scan: Scan) -> Attempt:
@@ -183,23 +190,23 @@ class RegisteredPoses(PoseEstimator):
         steady = expected.by_steady_motion(self._belief, frame, time)
         agree = motion.agree(self._belief, wheels, steady)
         first = self._attempt(frame, scan, wheels, motion.ODOMETRY)
-        usual = first.distance < self._usual.most_distance
-        if agree and usual and not first.verdict.contradicts:
+        usual = self._usual.most_distance
+        if agree and first.distance < usual and not first.verdict.contradicts:
             return first
         # Odometry that misled once must fit clearly better before it is trusted again.
         share = 1 / BETTER if self._source == STEADY else BETTER
         below = np.inf if first.verdict.contradicts else share * first.distance
         second = self._attempt(frame, scan, steady, STEADY, below)
         in_order = not (first.verdict.contradicts or first.verdict.mute)
-        return second if second.wins(below, in_order, steady, wheels) else first
+        return second if second.wins(below, usual, in_order, steady, wheels) else first
 
     def _without_wheels(self, frame: RgbdFrame, scan: Scan, time: float) -> Attempt:
         """As if the last motion just went on; where that is doubtful, also as if it had ended."""
         assert self._belief is not None
         steady = self._predictions.by_steady_motion(self._belief, frame, time)
         first = self._attempt(frame, scan, steady, STEADY)
-        usual = first.distance < self._usual.most_distance
-        if first.verdict.is_open and usual:
+        usual = self._usual.most_distance
+        if first.verdict.is_open and first.distance < usual:
             return first
         standing = self._predictions.by_standing_still(self._belief, frame, time)
         if motion.agree(self._belief, steady, standing):
@@ -207,7 +214,7 @@ class RegisteredPoses(PoseEstimator):
         in_order = first.verdict.is_open
         below = BETTER * first.distance if in_order else np.inf
         second = self._attempt(frame, scan, standing, STANDING, below)
-        return second if second.wins(below, in_order, standing, steady) else first
+        return second if second.wins(below, usual, in_order, standing, steady) else first
 
     def _attempt(
         self, frame: RgbdFrame, scan: Scan, believed: Belief, source: str, below: float = np.inf
@@ -330,8 +337,9 @@ class RegisteredPoses(PoseEstimator):
     def settle(self) -> None:
         """See `PoseEstimator.settle`."""
         self.catch_up()
-        if len(self.keyframes) < 2:
+        if self._is_settled or len(self.keyframes) < 2:
             return
+        self._is_settled = True
         while len(self.keyframes.queue):
             self.keyframes.fit_next()
         self.keyframes.fit_what_wheels_held()

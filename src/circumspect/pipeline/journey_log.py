@@ -69,20 +69,17 @@ class JourneyLog:
         """All of it in the map frame of the result.
 
         Args:
-            result: The run; its first pose says how odometry and world lie in the map.
+            result: The run; its poses say how odometry and world lie in the map.
         """
-        first = next((s for s in result.steps if s.pose is not None), None)
-        odometry, truth = self.odometry, self._truth() if self._truth is not None else None
+        wheels, world = self.odometry, self._truth() if self._truth is not None else None
+        T_map_odom, T_map_world = _first_offset(wheels, result), _first_offset(world, result)
+        odometry = truth = None
         walls: tuple[NDArray[np.float64], ...] = ()
-        if first is None or first.pose is None:
-            odometry = truth = None
-        else:
-            pose = first.pose.T_map_camera
-            odometry = _beginning_at(odometry, first.stamp, pose)
-            truth, world = _beginning_at(truth, first.stamp, pose), truth
-            if truth is not None and world is not None:
-                T_map_world = truth.T_map_camera[0] * world.T_map_camera[0].inv()
-                walls = tuple(_carried(T_map_world, line) for line in self._walls_xy)
+        if wheels is not None and T_map_odom is not None:
+            odometry = wheels.moved(T_map_odom)
+        if world is not None and T_map_world is not None:
+            truth = world.moved(T_map_world)
+            walls = tuple(_carried(T_map_world, line) for line in self._walls_xy)
         return Journey(
             stamps=np.array(self._stamps),
             driven_m=np.array(self._driven),
@@ -94,14 +91,21 @@ class JourneyLog:
         )
 
 
-def _beginning_at(
-    trajectory: Trajectory | None, stamp: float, T_map_camera: RigidTransform
-) -> Trajectory | None:
-    """Moved so that its pose nearest in time to a stamp is the given one."""
+def _first_offset(
+    trajectory: Trajectory | None, result: RecognitionResult
+) -> RigidTransform | None:
+    """What moves a trajectory onto the run's path at the first frame that both tell a pose of.
+
+    The wheels may be mute at first, and the robot drives meanwhile.
+    """
     if trajectory is None:
         return None
-    nearest = int(np.argmin(np.abs(trajectory.stamps - stamp)))
-    return trajectory.moved(T_map_camera * trajectory.T_map_camera[nearest].inv())
+    numbers = {stamp: number for number, stamp in enumerate(trajectory.stamps.tolist())}
+    for step in result.steps:
+        if step.pose is not None and step.stamp in numbers:
+            there = trajectory.T_map_camera[numbers[step.stamp]]
+            return step.pose.T_map_camera * there.inv()
+    return None
 
 
 def _carried(T_map_world: RigidTransform, line_xy: NDArray[np.float64]) -> NDArray[np.float64]:

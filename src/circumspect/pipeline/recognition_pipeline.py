@@ -141,14 +141,14 @@ class RecognitionPipeline:
             steps = log.steps
             try:
                 self._end(steps, corrections)
-            except Exception:
-                if complete:  # else what ended the run is told
+            except BaseException as error:
+                # A fault gives way to what ended the run; an interrupt is one itself.
+                if complete or not isinstance(error, Exception):
                     complete = False
                     raise
             finally:
                 result = RecognitionResult(tuple(steps), interrupted=not complete)
-                for observer in self.observers:
-                    observer.on_end(result)
+                self._tell_end(result)
         return result
 
     def step(self, frame: RgbdFrame) -> RecognitionStep:
@@ -162,7 +162,10 @@ class RecognitionPipeline:
             InputError: The frame has no pose and the pose estimator needs one.
         """
         clock = StageClock()
+        self._aside.wait()  # after an interrupt something may go on
         if (fault := self._fault(frame)) is not None:
+            if fault != OUT_OF_ORDER:
+                self.poses.pass_over(frame)
             return self._told(frame, fault, clock)
 
         # Where the camera was
@@ -226,7 +229,7 @@ class RecognitionPipeline:
 
         # What it is
         with clock.stage("classify"):
-            self.prediction = self.classifier.classify_grid(*self._grids)
+            self._name(self.model.sketch)
         return CLASSIFIED, pixels
 
     def settle(self) -> bool:
@@ -245,7 +248,8 @@ class RecognitionPipeline:
         if not (self._take_over() or self._is_hurried):
             return False
         if self._grid_model(self.model) is None:
-            self.prediction = self.classifier.classify_grid(*self._grids)
+            self._name(self.model)
+        self._is_hurried = False
         return True
 
     def _fault(self, frame: RgbdFrame) -> str | None:
@@ -274,6 +278,7 @@ class RecognitionPipeline:
         if self._rebuild is not None:
             self._aside.begin(partial(self._rebuild.with_share, share))
         self.model = self.model.with_share(share)
+        self._is_hurried = True
 
     def _keep_view(self, anchor: int, T_map_anchor: RigidTransform, share: FrameShare) -> None:
         self._views = self._views.with_share(anchor, T_map_anchor, share)
@@ -314,10 +319,9 @@ class RecognitionPipeline:
         """
         fault = self._fill_grid(model, most_views)
         if fault == TOO_WIDE:
-            # Nor was what it was called before.
-            self._grids, self.prediction, self._is_hurried = [], None, False
-        # What a sketch is named, or not named for, is not yet said of the model.
-        self._is_hurried |= model is not self.model
+            # Nor was what it was called before; but of a sketch nothing is said for good.
+            self._grids, self.prediction = [], None
+            self._is_hurried = model is not self.model
         if self.grid is not None:
             self.seen = share_seen(model.views_xyz, self.grid)
         return fault
@@ -340,8 +344,17 @@ class RecognitionPipeline:
         recipe = self.classifier.recipe
         further = recipe.all_bounds(bounds, most_views)[1:]
         self._grids = [grid, *(other.hits(cloud.points_xyz, threads=0) for other in further)]
-        self._is_hurried = most_views is not None and most_views < recipe.azimuth_views
         return None
+
+    def _name(self, model: ObjectModel) -> None:
+        """Ask the classifier.
+
+        Args:
+            model: The object's model, or a sketch of it, that the grids are of.
+        """
+        self.prediction = self.classifier.classify_grid(*self._grids)
+        asked_all = len(self._grids) >= self.classifier.recipe.azimuth_views
+        self._is_hurried = model is not self.model or not asked_all
 
     def _end(self, steps: list[RecognitionStep], corrections: int) -> None:
         """Bring the steps to what is known when no more frames come.
@@ -361,6 +374,17 @@ class RecognitionPipeline:
         steps[-1] = replace(
             steps[-1], model=self.model, grid=self.grid, prediction=self.prediction, seen=self.seen
         )
+
+    def _tell_end(self, result: RecognitionResult) -> None:
+        """Tell all observers, whatever becomes of one; then the first fault goes on."""
+        faults: list[Exception] = []
+        for observer in self.observers:
+            try:
+                observer.on_end(result)
+            except Exception as fault:
+                faults.append(fault)
+        if faults:
+            raise faults[0]
 
     def _told(
         self,

@@ -18,6 +18,7 @@ from circumspect.pipeline.view_record import (
     BLOCKED,
     CLOSED,
     HIDDEN,
+    NO_NEWS,
     REACHED,
     UNSURE,
     ViewRecord,
@@ -190,6 +191,7 @@ class ObjectScan:
     def _drive(self, view: NextView, way: Route) -> Frames:
         """Follow a way, taking frames, until the view is reached or something comes in between."""
         watch, outcome = ProgressWatch(self.settings.stuck_after), REACHED
+        frames = self._known.frames
         while outcome == REACHED and (velocity := self._velocity(view, way)) is not None:
             frame = self.frame
             yield from self._tick(velocity)
@@ -200,6 +202,8 @@ class ObjectScan:
         if outcome == REACHED:
             yield from self._stand_and_look()
             outcome = REACHED if self._known.in_view else HIDDEN
+            # Who learns nothing there chooses the same view for ever.
+            outcome = outcome if self._known.frames > frames else NO_NEWS
         self._record(view, outcome, way)
         if outcome == BLOCKED:
             yield from self._back_off()

@@ -55,8 +55,14 @@ class ScanSettings:
             raise InputError(
                 f"a frame interval is from {self.tick} to 60 s, not {self.frame_interval}"
             )
-        if self.most_frames < 1:
+        if not self.most_frames >= 1:
             raise InputError(f"at least one frame is needed, not {self.most_frames}")
+        for name in ("turn_between_frames", "patience", "back_off", "doubt_after", "blind_after"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise InputError(f"{name} must be positive, not {getattr(self, name)}")
+        for name in ("keep", "most_blocks"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise InputError(f"{name} must not be negative, but is {getattr(self, name)}")
 
     @property
     def max_turn(self) -> float:

@@ -14,6 +14,7 @@ BLOCKED = "blocked on the way"
 CLOSED = "something stands in the way"
 HIDDEN = "the object is not in view from there"
 UNSURE = "not sure where it was"
+NO_NEWS = "the robot stands there already"
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from circumspect.sensing import RgbdFrame
 
 
 class WheelPath:
-    """Begins where the run's first pose is.
+    """Begins at the first frame that has both a pose and odometry, where that pose is.
 
     Attributes:
         frames: Numbers of the frames with odometry.

@@ -8,7 +8,7 @@ import numpy as np
 
 from circumspect.errors import InputError
 from circumspect.planning.next_view import Finished, NextView
-from circumspect.planning.rounds import bearings_of, next_turn
+from circumspect.planning.rounds import camera_bearing, next_turn
 from circumspect.planning.situation import Situation
 from circumspect.planning.stance import SURFACE_DISTANCE, fitting_distance, stance
 from circumspect.planning.view_planner import ViewPlanner
@@ -71,13 +71,13 @@ def beyond(situation: Situation, step: float, distance: float) -> NextView | Fin
 
 
 def circle_view(situation: Situation, turn: float, distance: float) -> NextView:
-    """The view `turn` [rad] further round than the robot, looking at the object's centre.
+    """The view `turn` [rad] further round than the camera, looking at the object's centre.
 
     The circle is `distance` [m] outside of all that is known, or further off on sides from which
     the object would not fit the image.
     """
     centre = situation.centre_xy
-    bearing = float(bearings_of([situation.T_map_base.xy], centre)[0]) + turn
+    bearing = camera_bearing(situation, situation.T_map_base) + turn
     outward = np.array([np.cos(bearing), np.sin(bearing)])
     offset = situation.points_xyz[:, :2] - centre
     fitting = float((offset @ outward).max()) + fitting_distance(situation, outward, distance)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from circumspect.geometry import PlanarPose, wrapped
 from circumspect.planning.situation import Situation
+from circumspect.planning.stance import camera_place
 
 SECTORS = 72
 SECTOR = 2 * np.pi / SECTORS
@@ -38,11 +39,18 @@ def sectors_visited(situation: Situation) -> NDArray[np.bool_]:
 
 def all_tried(situation: Situation) -> bool:
     """Whether the robot was on every side of the object but for some that it could not reach."""
+    missing = left_out(situation)
+    there = sectors_visited(situation) | _near(situation, missing, BESIDE)
+    return bool(missing) and bool(there.all())
+
+
+def left_out(situation: Situation) -> list[PlanarPose]:
+    """`T_map_base` of the views that could not be reached, nor were passed later."""
+    if not situation.given_up:
+        return []
     visited = sectors_visited(situation)
     bases = [view.T_map_base for view in situation.given_up]
-    # What could not be reached first and was passed later is no side that is missing.
-    missing = [base for base in bases if not visited[_sector_of(situation, base)]]
-    return bool(missing) and bool((visited | _near(situation, missing, BESIDE)).all())
+    return [base for base in bases if not visited[_sector_of(situation, base)]]
 
 
 def _sector_of(situation: Situation, base: PlanarPose) -> int:
@@ -58,11 +66,13 @@ def next_turn(situation: Situation, step: float) -> float | None:
         step: From one side to the next [rad].
 
     Returns:
-        Angle [rad] counter-clockwise from the robot; None where it was everywhere.
+        Angle [rad] counter-clockwise from the camera; None where it was everywhere.
     """
-    bearing = float(bearings_of([situation.T_map_base.xy], situation.centre_xy)[0])
-    refused = [view.T_map_base for view in situation.unreachable]
-    tried = sectors_visited(situation) | _near(situation, refused, BESIDE)
+    bearing = camera_bearing(situation, situation.T_map_base)
+    mounting = situation.T_base_camera
+    refused = [camera_place(view.T_map_base, mounting) for view in situation.unreachable]
+    visited = [camera_place(pose, mounting) for pose in situation.visited]
+    tried = _near(situation, visited, WIDTH) | _near(situation, refused, BESIDE)
     for turn in np.arange(step, 2 * np.pi, step):
         if not tried[int((bearing + turn) % (2 * np.pi) / SECTOR) % SECTORS]:
             return float(turn)
@@ -77,6 +87,12 @@ def _near(situation: Situation, poses: Sequence[PlanarPose], within: float) -> N
     bearings = bearings_of(places, situation.centre_xy)
     apart = (np.arange(SECTORS) + 0.5)[:, None] * SECTOR - bearings[None, :]
     return np.any(np.abs(wrapped(apart)) <= within, axis=1)
+
+
+def camera_bearing(situation: Situation, T_map_base: PlanarPose) -> float:
+    """Direction from the object's centre to the camera of a robot that stands somewhere [rad]."""
+    camera = camera_place(T_map_base, situation.T_base_camera)
+    return float(bearings_of([camera.xy], situation.centre_xy)[0])
 
 
 def bearings_of(places_xy: ArrayLike, centre_xy: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -20,6 +20,8 @@ TIGHT_COST = 30.0
 SPACING = 0.05
 """Between the places of a path [m]."""
 SMOOTHINGS = 60
+FARTHEST = 30.0
+"""Beyond this [m] no way is looked for: the map of the floor would fill the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,8 @@ def route(situation: Situation, goal: PlanarPose, keep: float = 0.0) -> Route | 
     Returns:
         The way, smoothed; or the reason why there is none.
     """
+    if (away := float(np.linalg.norm(goal.xy - situation.T_map_base.xy))) > FARTHEST:
+        return NoWay(f"{away:.0f} m away is too far to look for a way")
     costmap = Costmap.of(situation, goal.xy)
     here, there = costmap.cell(situation.T_map_base.xy), costmap.cell(goal.xy)
     free = costmap.free

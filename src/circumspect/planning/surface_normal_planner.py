@@ -17,7 +17,7 @@ from circumspect.planning.circle_planner import (
 )
 from circumspect.planning.next_view import Finished, NextView
 from circumspect.planning.outline import Outline
-from circumspect.planning.rounds import bearings_of
+from circumspect.planning.rounds import camera_bearing
 from circumspect.planning.situation import Situation
 from circumspect.planning.stance import (
     SURFACE_DISTANCE,
@@ -123,10 +123,8 @@ class SurfaceNormalPlanner(ViewPlanner):
 
     def _leads_on(self, situation: Situation, view: NextView) -> bool:
         """Whether a view is further round the object, and not too far."""
-        centre = situation.centre_xy
-        mounting = situation.T_base_camera
-        places = [camera_place(p, mounting).xy for p in (situation.T_map_base, view.T_map_base)]
-        here, there = bearings_of(places, centre)
+        poses = (situation.T_map_base, view.T_map_base)
+        here, there = (camera_bearing(situation, pose) for pose in poses)
         turn = np.degrees(wrapped(there - here))
         return bool(self.least_deg <= turn <= self.most_deg)
 

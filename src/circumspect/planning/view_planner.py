@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from circumspect.planning.next_view import Finished, NextView
-from circumspect.planning.rounds import all_tried, bearing_turned
+from circumspect.planning.rounds import all_tried, bearing_turned, left_out
 from circumspect.planning.situation import Situation
 
 ROUND_COMPLETE = "once round the object"
@@ -23,7 +23,7 @@ class ViewPlanner(ABC):
     def enough(self, situation: Situation) -> Finished | None:
         """Whether what was seen is enough; asked after every frame, also while driving."""
         if bearing_turned(situation) >= FULL_ROUND_DEG:
-            return Finished(ROUND_COMPLETE)
+            return Finished(AS_FAR_AS_POSSIBLE if left_out(situation) else ROUND_COMPLETE)
         if all_tried(situation):
             return Finished(AS_FAR_AS_POSSIBLE)
         return None
