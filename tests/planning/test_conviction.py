@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -33,6 +35,17 @@ def test_sure_for_long_enough() -> None:
 )
 def test_not_yet(values, shares) -> None:
     assert reached(values, shares) is None
+
+
+def test_who_did_not_lead_all_the_time_is_not_sure_however_much_may_change() -> None:
+    values, shares = [0.9] * 5 + [0.4] + [0.9] * 5, np.linspace(0.3, 0.7, 11)
+    told = [
+        Answer({"chair": p, "sofa": 1 - p}, float(seen), True)
+        for p, seen in zip(values, shares, strict=True)
+    ]
+    rule = replace(RULE, change=0.9)
+    assert rule.reached(told) is None
+    assert rule.reached([replace(a, probabilities={"chair": 0.9, "sofa": 0.1}) for a in told])
 
 
 @pytest.mark.parametrize(("unknown", "sure"), [([0, 4], True), ([7], False), ([10], False)])

@@ -258,3 +258,6 @@ def test_what_can_not_be_hung():
         CeilingOptics(gradient=1.5)
     with pytest.raises(InputError):
         Plate(np.zeros((0, 3), np.float32), 1.0, 1.0)
+    for rays in (0, 3, 32):
+        with pytest.raises(InputError, match="rays"):
+            Plate(np.ones((1, 1), np.float32), 1.0, 1.0, rays)

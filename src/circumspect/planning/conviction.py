@@ -31,7 +31,8 @@ class Conviction:
         """Why the answer is final; None while it is not.
 
         Args:
-            answers: Those so far; the share seen never falls.
+            answers: Those so far; where the object's middle is corrected, the share seen of it
+                may fall.
         """
         if not answers or answers[-1].seen < self.seen:
             return None

@@ -129,8 +129,8 @@ def calibrated(
         if board is not None:
             found = calibrate_lens(board_images(camera, board, rng=rng), board)
             lens, rms = found.lens, found.rms_px
-        images = [detector.detect(camera.photograph(float(n), laid).grey) for n in range(1)]
-        place = calibrate_place(name, lens, images, survey)
+        seen = detector.detect(camera.photograph(0.0, laid).grey)
+        place = calibrate_place(name, lens, [seen], survey)
         calibration = calibration.with_lens(name, lens, rms).with_place(place.camera)
     return calibration
 

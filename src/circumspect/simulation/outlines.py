@@ -19,6 +19,9 @@ def outlines(scene: Scene) -> tuple[NDArray[np.float64], ...]:
 
     Returns:
         Closed polygons, each (k, 2) [m] with the first corner repeated at the end.
+
+    Raises:
+        GeometryError: A surface has no width from above.
     """
     from scipy.spatial import ConvexHull, QhullError
 

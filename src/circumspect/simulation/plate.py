@@ -27,7 +27,7 @@ class Plate(ReadOnlyArrays):
         rays: Through each pixel of an image; 16 where edges are measured, 4 where they adorn.
 
     Raises:
-        InputError: No picture, or no size.
+        InputError: No picture, no size, or another number of rays than 1, 2, 4, 8 or 16.
     """
 
     reflectance: NDArray[np.float32]
@@ -42,6 +42,8 @@ class Plate(ReadOnlyArrays):
                 f"a plate is a picture with a size, not {picture.shape}, "
                 f"{self.width} x {self.height} m"
             )
+        if self.rays not in (1, 2, 4, 8, 16):
+            raise InputError(f"rays through a pixel are 1, 2, 4, 8 or 16, not {self.rays}")
         picture.flags.writeable = False
         object.__setattr__(self, "reflectance", picture)
 
