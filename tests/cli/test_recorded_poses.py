@@ -98,7 +98,21 @@ def test_first_frames_without_enough_depth_do_not_end_a_replay(
     assert told["outcomes"]["classified"] >= 3
     # A camera that never moved would be off by 25 mm.
     assert told["ate_rmse_m"] < 0.005
-    assert told["yaw_rmse_deg"] < 0.5
+    assert told["yaw_rmse_deg"] <= told["rotation_rmse_deg"] < 0.5
+    kept = json.loads((tmp_path / "run" / "replay.json").read_text())["measured"]
+    assert set(kept) == {
+        "ate_rmse_m", "rotation_rmse_deg", "yaw_rmse_deg", "frame_error_median_m",
+    }  # fmt: skip
+    assert kept == {name: told[name] for name in kept}
+
+
+def test_the_whole_turn_and_that_about_the_vertical_are_told_apart() -> None:
+    errors = {
+        "ate_rmse_m": 0.0234, "rotation_rmse_deg": 1.5, "yaw_rmse_deg": 0.95,
+        "frame_error_median_m": 0.0012,
+    }  # fmt: skip
+    told = RecordedPoses.sentence(errors)
+    assert "turned by 1.50°, about the vertical alone (yaw) by 0.95° (RMSE);" in told
 
 
 def test_poses_after_the_one_that_the_map_begins_with_have_no_say(frames: list[RgbdFrame]) -> None:

@@ -14,15 +14,17 @@ import pytest
 
 from circumspect.classification.onnx_classifier import shipped_path
 from circumspect.cli.main import main
-from circumspect.cli.scan import Scan
+from circumspect.cli.scan import Scan, _how_to_repeat
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.off_folder import read_off_folder
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.errors import CircumspectError, InputError
 from circumspect.furniture import make_furniture
 from circumspect.gathering.scanned_object import scanned_object
-from circumspect.geometry import TriangleMesh
+from circumspect.geometry import TriangleMesh, read_cloud
 from circumspect.planning import ConvincedPlanner
+from circumspect.sensing import RgbdFrame
+from circumspect.simulation import SimulatedRobot
 
 FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
@@ -185,9 +187,9 @@ def test_json_is_one_line_with_exactly_these_fields(
         "trajectory.txt", "picture.png",
     }  # fmt: skip
     result = json.loads((out / "result.json").read_text())
-    assert {name: record[name] for name in result} | {"milliseconds": 0} == (
-        result | {"milliseconds": 0}
-    )
+    assert {name: record[name] for name in result} == result
+    assert "plan" in result["milliseconds"]
+    assert result["points"] == len(read_cloud(out / "model.ply").points_xyz) > 0
     scan = json.loads((out / "scan.json").read_text())
     assert scan["ended"] == record["ended"]
     assert scan["measured"]["ate_rmse_m"] == record["ate_rmse_m"]
@@ -267,6 +269,51 @@ def test_ridges_and_unequal_wheels_mislead_the_wheels_alone(
     assert (config["room"]["bump_height"], config["room"]["wheel_error"]) == (0.005, 0.05)
 
 
+def test_frames_that_are_not_part_of_the_answer_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    observe, taken = SimulatedRobot.observe, []
+
+    def blind_second(robot: SimulatedRobot) -> RgbdFrame:
+        frame = observe(robot)
+        taken.append(frame)
+        blind = np.full_like(frame.depth, np.nan)
+        return replace(frame, depth=blind) if len(taken) == 2 else frame
+
+    monkeypatch.setattr(SimulatedRobot, "observe", blind_second)
+    assert replace(FEW, out=tmp_path / "run").run() == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Frames that are not part of it: no depth in the frame (1). It drove" in told
+
+
+def test_a_scan_without_an_answer_is_no_success(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    observe = SimulatedRobot.observe
+
+    def blind(robot: SimulatedRobot) -> RgbdFrame:
+        frame = observe(robot)
+        return replace(frame, depth=np.full_like(frame.depth, np.nan))
+
+    monkeypatch.setattr(SimulatedRobot, "observe", blind)
+    assert replace(FEW, out=tmp_path / "run").run() == 1
+    assert "No answer after 3 frames: no depth in the frame." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("wrong", "flag"),
+    [
+        ({"slip": 0.9}, "--slip"), ({"wheel_error": 0.5}, "--wheel-error"),
+        ({"bumps": 0.06}, "--bumps"), ({"speed": 9.0}, "--speed"),
+        ({"frame_interval": 0.0}, "--frame-interval"), ({"mast_height": -1.0}, "--mast-height"),
+        ({"tilt": 95.0}, "--tilt"), ({"tilt": float("nan")}, "--tilt"),
+    ],
+)  # fmt: skip
+def test_a_value_out_of_range_names_its_flag(wrong: dict, flag: str) -> None:
+    with pytest.raises(InputError, match=f"^{flag}: "):
+        replace(FEW, **wrong).prepared("scan")
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -292,7 +339,7 @@ def test_an_object_too_large_for_the_camera_is_told(
     assert main(["scan", str(chair_obj), "--up", "y", "--seed", "0"]) == 2
     told = capsys.readouterr().err
     assert told.count("\n") == 1
-    assert "metres?" in told
+    assert told.endswith("are its units metres? --height scales it to a height in metres\n")
 
 
 def test_ctrl_c_saves_and_says_where(
@@ -305,6 +352,29 @@ def test_ctrl_c_saves_and_says_where(
     assert json.loads((out / "result.json").read_text())["interrupted"] is True
     assert json.loads((out / "scan.json").read_text())["ended"] == "interrupted"
     assert str(out) in capsys.readouterr().err.replace("\n", "")
+
+
+@pytest.mark.parametrize("command", ["scan chair-3", "demo"])
+def test_after_ctrl_c_the_seed_that_was_drawn_is_told(
+    command: str,
+    tmp_path: Path,
+    ctrl_c_at: Callable[[int], None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    ctrl_c_at(2)
+    assert main([*command.split(), "--out", str(tmp_path)]) == 130
+    config = json.loads((tmp_path / "config.json").read_text())
+    told = capsys.readouterr().err.splitlines()[-1]
+    again = f"the same command with --seed {config['seed']} starts the same run again"
+    assert told == f"circumspect: interrupted; {again}"
+
+
+def test_a_run_that_was_chosen_on_the_page_is_told_with_all_that_was_chosen() -> None:
+    parts = replace(FEW, planner="circle").prepared("demo")
+    assert _how_to_repeat(parts.config, chosen_there=True) == (
+        "circumspect scan chair-3 --start 40.0 --seed 5 --planner circle --frame-interval 2.0 and "
+        "the other flags start the same run again"
+    )
 
 
 @pytest.mark.parametrize("planner", ["normals", "circle"])

@@ -120,7 +120,9 @@ def test_a_box_with_nothing_in_it_ends_without_an_answer(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     reading = RecordingFlags((50.0, 50.0, 50.0, 51.0, 51.0, 51.0))
-    assert Replay(recording, reading, out=tmp_path).run() == 0
+    assert Replay(recording, reading, out=tmp_path, json=True).run() == 1
+    assert json.loads(capsys.readouterr().out)["label"] is None
+    assert Replay(recording, reading, out=tmp_path).run() == 1
     assert "No answer after 8 frames: no object in view" in capsys.readouterr().out
 
 
@@ -133,6 +135,9 @@ def test_frames_left_out_are_told(
     Replay(copy, RecordingFlags(corners("world")), out=tmp_path / "run", json=True).run()
     printed = capsys.readouterr()
     assert json.loads(printed.out)["skipped"] == 1
+    kept = json.loads((tmp_path / "run" / "replay.json").read_text())
+    assert list(kept["skipped"]) == ["frame-000004.depth.png"]
+    assert kept["measured"] == {}, "nothing was found by registration"
     (told,) = [line for line in printed.err.splitlines() if "left out" in line]
     assert told.startswith("circumspect: frame-000004.depth.png left out: ")
     assert told.endswith("frame-000004.depth.png')"), "one line, however long"

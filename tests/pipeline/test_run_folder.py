@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import errno
 import json
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -61,6 +63,8 @@ def test_result_is_the_answer(finished: tuple[Path, RecognitionResult]) -> None:
     assert document["outcomes"] == {"classified": 4, "no depth in the frame": 1}
     assert document["milliseconds"]["frame"]["median"] >= document["milliseconds"]["fuse"]["median"]
     assert json.loads((path / "config.json").read_text()) == CONFIG
+    assert document["points"] == len(read_cloud(path / "model.ply").points_xyz)
+    assert document["points"] < len(result.last.model.sums), "specks are no part of the model"
 
 
 def test_model_grid_and_trajectory_read_back(finished: tuple[Path, RecognitionResult]) -> None:
@@ -151,6 +155,17 @@ def test_an_interrupted_run_is_saved(tmp_path: Path) -> None:
     assert (tmp_path / "model.ply").exists()
 
 
+def test_a_run_that_is_interrupted_before_its_first_pose_and_answer_is_saved(
+    tmp_path: Path, finished: tuple[Path, RecognitionResult]
+) -> None:
+    """As Ctrl-C may come between the first grid and its answer."""
+    steps = tuple(replace(step, pose=None, prediction=None) for step in finished[1].steps)
+    RunFolder(tmp_path, CONFIG).on_end(RecognitionResult(steps, interrupted=True))
+    document = json.loads((tmp_path / "result.json").read_text())
+    assert (document["label"], document["interrupted"]) == (None, True)
+    assert (tmp_path / "picture.png").exists()
+
+
 def test_without_matplotlib_everything_but_the_picture_is_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -185,6 +200,42 @@ def test_a_file_of_somebody_else_is_not_replaced(tmp_path: Path, name: str) -> N
         RunFolder(tmp_path, CONFIG)
     assert (tmp_path / name).read_text() == "mine"
     assert sorted(file.name for file in tmp_path.iterdir()) == sorted([name, "chair.obj"])
+
+
+@pytest.mark.parametrize("name", ["picture.png", "playback/000001.npz", "replay.json"])
+def test_a_folder_in_the_place_of_a_file_is_told_before_anything_is_touched(
+    tmp_path: Path, name: str
+) -> None:
+    pipeline(RunFolder(tmp_path, CONFIG)).run(frames(1))
+    (tmp_path / name).unlink(missing_ok=True)
+    (tmp_path / name).mkdir(parents=True)
+    with pytest.raises(OutputError, match=rf"{name}: is a folder"):
+        RunFolder(tmp_path, {"command": "another"})
+    assert json.loads((tmp_path / "config.json").read_text()) == CONFIG
+    assert (tmp_path / "log.jsonl").read_text()
+    assert (tmp_path / "result.json").exists()
+
+
+def test_a_file_that_can_not_be_removed_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline(RunFolder(tmp_path, CONFIG)).run(frames(1))
+
+    def refused(path: Path, missing_ok: bool = False) -> None:
+        raise PermissionError(errno.EPERM, "Operation not permitted", str(path))
+
+    monkeypatch.setattr("circumspect.pipeline.run_folder.Path.unlink", refused)
+    with pytest.raises(OutputError, match=r"can not be removed \(operation not permitted\)"):
+        RunFolder(tmp_path, CONFIG)
+
+
+def test_planning_counts_to_a_frame_where_a_robot_drives(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path, CONFIG)
+    folder.scan = SimpleNamespace(plan_milliseconds=[1000.0, 3000.0], views=())
+    pipeline(folder).run(frames(2))
+    times = json.loads((tmp_path / "result.json").read_text())["milliseconds"]
+    assert times["plan"]["median"] == 2000
+    assert times["frame"]["median"] > 2000
 
 
 def test_other_files_in_the_folder_are_left_alone(tmp_path: Path) -> None:

@@ -11,11 +11,12 @@ from small_world import blind, frames, pipeline
 
 from circumspect.classification import Prediction
 from circumspect.geometry import PlanarPose, Trajectory
+from circumspect.grid import OccupancyGrid
 from circumspect.pipeline import Journey, RecognitionResult
 from circumspect.pipeline.camera_path import camera_path
-from circumspect.pipeline.panels import draw_probabilities
+from circumspect.pipeline.panels import ROWS_AROUND, draw_grid, draw_probabilities
 from circumspect.pipeline.picture import captions, draw_run
-from circumspect.pipeline.plan_panel import draw_plan
+from circumspect.pipeline.plan_panel import LEGEND_LINES, LEGEND_WIDTH, MISSED_COLOUR, draw_plan
 from circumspect.planning import NextView
 
 
@@ -61,12 +62,38 @@ def test_a_journey_s_paths_and_views_are_told_apart(result: RecognitionResult) -
         "true path",
         "path by odometry alone",
         "path of the camera, estimated",
-        "chosen stand of the base, and what it faces",
+        "base's stand (camera beside it), what it faces",
         "surface normal",
-        "view not reached",
+        "not reached",
     ]
     texts = {text.get_text() for text in panel.texts}
     assert {"1", "2", "start"} <= texts
+
+
+def test_missed_views_are_numbered_and_the_legend_tells_why(result: RecognitionResult) -> None:
+    far = [NextView(PlanarPose(-1.2, y, 0.0), (-0.3, 0.0), None, "") for y in (-0.4, 0.0, 0.4, 0.8)]
+    panel, journey = axes(), replace(full_journey(result), missed=tuple(far))
+    near = [f"an obstacle stands {metres:.2f} m away from there" for metres in (0.2, 0.31)]
+    why = (near[0], "blocked on the way", near[1], "blocked on the way")
+    draw_plan(panel, result.last.model.cloud(), result, journey, why)
+    told = labels(panel)[-1]
+    assert " ".join(told.split()) == (
+        "not reached: 1, 3 an obstacle stands … m away from there; 2, 4 blocked on the way"
+    )
+    assert max(map(len, told.splitlines())) <= LEGEND_WIDTH
+    crosses = [text.get_text() for text in panel.texts if text.get_color() == MISSED_COLOUR]
+    assert crosses == ["1", "2", "3", "4"]
+
+
+def test_a_scan_that_missed_all_for_another_reason_does_not_fill_the_picture(
+    result: RecognitionResult,
+) -> None:
+    panel, journey = axes(), full_journey(result)
+    many = [f"{word} stands in the way of it for a while" for word in "abcdefghijkl"]
+    draw_plan(panel, result.last.model.cloud(), result, journey, many)
+    told = labels(panel)[-1]
+    assert told.count("\n") <= LEGEND_LINES
+    assert told.endswith(" …")
 
 
 def test_a_replay_shows_only_what_it_knows(result: RecognitionResult) -> None:
@@ -115,6 +142,52 @@ def test_the_answer_is_drawn_over_the_distance(result: RecognitionResult) -> Non
     assert panel.get_xlabel() == "way of the camera [m]"
     way = np.linalg.norm(np.diff(camera_path(result).positions_xyz, axis=0), axis=1).sum()
     assert panel.get_xlim()[1] == pytest.approx(way, rel=0.02)
+
+
+def bold(panel) -> list[str]:
+    return [text.get_text() for text in panel.texts if text.get_fontweight() == "bold"]
+
+
+def test_the_bold_line_is_the_answer_of_the_title(result: RecognitionResult) -> None:
+    """Even where another class led on all of the way but the last frame."""
+    steps = named(result, True).steps
+    close = Prediction.from_probabilities(("night_stand", "chair"), np.array([0.45, 0.55]))
+    led = Prediction.from_probabilities(("night_stand", "chair"), np.array([0.99, 0.01]))
+    turned = [replace(step, prediction=led) for step in steps[:-1]]
+    changed = replace(result, steps=(*turned, replace(steps[-1], prediction=close)))
+    panel = axes()
+    draw_probabilities(panel, changed, Journey())
+    title, _ = captions(changed, {})
+    assert title == "chair, 55% sure"
+    assert bold(panel) == ["chair 0.55"]
+
+
+def test_a_run_that_ended_before_its_first_answer_has_a_picture(
+    result: RecognitionResult, tmp_path: Path
+) -> None:
+    unnamed = tuple(replace(step, prediction=None) for step in result.steps)
+    early = RecognitionResult(unnamed, interrupted=True)
+    assert captions(early, {"truth": "chair"})[0] == "no answer"
+    assert captions(early, {})[1].endswith("interrupted")
+    draw_run(tmp_path / "early.png", early, {"truth": "chair"})
+    assert (tmp_path / "early.png").stat().st_size > 10_000
+    panel = axes()
+    draw_probabilities(panel, early, Journey())
+    assert "nothing was named" in {text.get_text() for text in panel.texts}
+
+
+def test_the_unrolled_grid_shows_the_object_and_little_more(result: RecognitionResult) -> None:
+    panel, grid = axes(), result.last.grid
+    draw_grid(panel, grid)
+    heights = result.last.model.cloud().points_xyz[:, 2]
+    row = 2 * grid.grid.half_height / grid.grid.shape[2]
+    low, high = panel.get_ylim()
+    assert heights.min() - (ROWS_AROUND + 1) * row <= low < heights.min()
+    assert heights.max() < high <= heights.max() + (ROWS_AROUND + 1) * row
+    bare = OccupancyGrid(grid.grid, np.zeros_like(grid.states))
+    panel = axes()
+    draw_grid(panel, bare)
+    assert np.ptp(panel.get_ylim()) == pytest.approx(2 * grid.grid.half_height)
 
 
 def test_frames_without_use_are_marked(result: RecognitionResult) -> None:

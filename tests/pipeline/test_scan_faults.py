@@ -13,7 +13,14 @@ from scan_world import NOTHING, QUICK, scan, wall
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.mapping import KnownPoses, PoseEstimator, RegisteredPoses
-from circumspect.pipeline import NO_POSE, TOO_WIDE, RecognitionResult, RecognitionStep, RunFolder
+from circumspect.pipeline import (
+    NO_OBJECT,
+    NO_POSE,
+    TOO_WIDE,
+    RecognitionResult,
+    RecognitionStep,
+    RunFolder,
+)
 from circumspect.simulation import (
     Blackout,
     Blocked,
@@ -94,10 +101,10 @@ class Trusted:
 
 
 def in_an_empty_room(
-    poses: PoseEstimator, path: Path, walls: tuple[Surface, ...] = ROOM, seed: int = 0
+    poses: PoseEstimator, path: Path, walls: tuple[Surface, ...] = ROOM
 ) -> RecognitionResult:
     going = scan(
-        mesh=NOTHING, others=walls, poses=poses, camera=CAMERA, seed=seed,
+        mesh=NOTHING, others=walls, poses=poses, camera=CAMERA,
         settings=replace(QUICK, most_frames=150),
     )  # fmt: skip
     going.pipeline.observers = (RunFolder(path, {}),)
@@ -106,21 +113,23 @@ def in_an_empty_room(
     return result
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_the_walls_of_an_empty_room_are_no_object(seed: int, tmp_path: Path) -> None:
-    """Where the robot comes to see more than four metres of them; less may be anything."""
-    result = in_an_empty_room(KnownPoses(), tmp_path, LONG_ROOM, seed)
-    assert TOO_WIDE in {step.outcome for step in result.steps}
+@pytest.mark.parametrize("walls", [ROOM, LONG_ROOM])
+def test_the_walls_of_an_empty_room_are_no_object(
+    walls: tuple[Surface, ...], tmp_path: Path
+) -> None:
+    result = in_an_empty_room(KnownPoses(), tmp_path, walls)
     assert result.prediction is None
     assert json.loads((tmp_path / "result.json").read_text())["label"] is None
+    # What looks like an object from afar, a corner, turns out to be the room.
+    outcomes = {step.outcome for step in result.steps}
+    assert outcomes == {NO_OBJECT} or TOO_WIDE in outcomes
 
 
 def test_a_camera_that_is_lost_between_walls_concludes_nothing(tmp_path: Path) -> None:
-    """A piece of the wall that it saw until then may look like some flat object."""
     result = in_an_empty_room(RegisteredPoses(), tmp_path)
-    assert result.steps[-1].outcome == NO_POSE
-    assert not result.conclusive
-    assert json.loads((tmp_path / "result.json").read_text())["conclusive"] is False
+    assert NO_POSE in {step.outcome for step in result.steps}
+    told = json.loads((tmp_path / "result.json").read_text())
+    assert (told["label"], told["conclusive"]) == (None, False)
 
 
 @pytest.mark.parametrize("fault", FAULTS)

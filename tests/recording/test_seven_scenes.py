@@ -11,7 +11,7 @@ from PIL import Image
 
 from circumspect.errors import InputError
 from circumspect.recording import SevenScenesFolder
-from circumspect.recording.seven_scenes import _shortest_turn
+from circumspect.recording.frame_folder import _shortest_turn
 
 DOWN = np.array([0.1, 0.9, 0.42])
 

@@ -98,6 +98,19 @@ def test_poses_may_be_hidden(folder: Path) -> None:
     assert [frame.T_map_camera for frame in scene] == [None, None, None]
 
 
+def test_poses_are_turned_so_that_gravity_points_down(folder: Path) -> None:
+    level = [frame.pose.as_matrix() for frame in TumRgbdFolder(folder)]
+    np.savetxt(folder / "gravity-direction.txt", [0.0, 2.0, 0.0])
+    scene = TumRgbdFolder(folder)
+    turn = scene.T_map_world
+    np.testing.assert_allclose(turn.apply([0.0, 1.0, 0.0]), [0, 0, -1], atol=1e-12)
+    for frame, before in zip(scene, level, strict=True):
+        np.testing.assert_allclose(frame.pose.as_matrix(), turn.as_matrix() @ before, atol=1e-12)
+    np.testing.assert_allclose(scene.truth.positions_xyz[5], turn.apply([0, 0, 1]), atol=1e-6)
+    hidden = TumRgbdFolder(folder, poses=False)
+    assert hidden.T_map_world.as_matrix() == pytest.approx(np.eye(4)), "no pose brings its world"
+
+
 def test_every_second_frame(folder: Path) -> None:
     assert len(TumRgbdFolder(folder, every=2)) == 2
     depths = [round(float(f.depth[9, 9]), 4) for f in TumRgbdFolder(folder, every=2)]
@@ -202,6 +215,7 @@ def test_where_no_frame_can_be_read_the_first_reason_is_told(folder: Path) -> No
         ("groundtruth.txt", b"1 0 0 0 0 0 0 9\n", "unit length"),
         ("groundtruth.txt", b"1 0 0 nan 0 0 0 1\n", "NaN"),
         ("camera-intrinsics.txt", b"1 2 3", "camera-intrinsics.txt"),
+        ("gravity-direction.txt", b"0 0 0", "gravity-direction.txt: is no direction"),
     ],
 )
 def test_broken_lists_end_in_one_line(folder: Path, name: str, content: bytes, word: str) -> None:

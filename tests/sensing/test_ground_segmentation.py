@@ -10,7 +10,15 @@ from circumspect.errors import InputError
 from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.geometry import PinholeCamera, TriangleMesh
 from circumspect.sensing import DepthNoise, GroundSegmentation, RgbdFrame
-from circumspect.simulation import Orbit, Scene, SimulatedCamera, Surface, block
+from circumspect.simulation import (
+    Orbit,
+    Scene,
+    SimulatedCamera,
+    Station,
+    Surface,
+    block,
+    looking_at,
+)
 
 CAMERA = PinholeCamera.xtion()
 SEGMENTATION = GroundSegmentation()
@@ -67,6 +75,37 @@ def test_a_wall_behind_and_clutter_beside_do_not_join(category: str) -> None:
         assert recall > 0.85
         points = frame.points_map(mask)
         known = points if known is None else np.concatenate([known, points])
+
+
+@pytest.mark.parametrize("yaw_deg", [-40.0, 0.0, 25.0])
+@pytest.mark.parametrize("away", [0.9, 1.5, 2.5])
+def test_a_wall_is_no_object(away: float, yaw_deg: float) -> None:
+    """Of it neither the upper end is in the picture nor both sides are."""
+    frame = one_frame(yaw_deg, wall_at(away))
+    assert (frame.depth < 3.0).mean() > 0.3
+    assert not SEGMENTATION.object_mask(frame).any()
+
+
+def test_what_is_nearer_to_the_middle_than_an_object_but_a_wall_is_passed_over() -> None:
+    """A box at the rim, and a wall that is nearer than it."""
+    box = Surface("object", block((1.3, 0.45, 0), (1.6, 0.75, 0.5)))
+    screen = Surface("wall", block((1.0, -9, 0), (1.1, 0.1, 2.6)))
+    frame = one_frame(0.0, box, screen)
+    points = frame.points_map(SEGMENTATION.object_mask(frame))
+    assert len(points) > 1000
+    assert points[:, 0].min() > 1.25
+    assert points[:, 0].max() < 1.65
+
+
+def wall_at(away: float) -> Surface:
+    return Surface("wall", block((away, -9, 0), (away + 0.1, 9, 2.6)))
+
+
+def one_frame(yaw_deg: float, *things: Surface) -> RgbdFrame:
+    """From 1.2 m above the floor, looking down a little."""
+    yaw, floor = np.radians(yaw_deg), Surface("floor", block((-9, -9, -0.1), (9, 9, 0.0)))
+    station = Station(0.0, looking_at((0.0, 0.0, 1.2), (np.cos(yaw), np.sin(yaw), 0.7)))
+    return SimulatedCamera(Scene((*things, floor)), lambda: station, CAMERA, DepthNoise()).capture()
 
 
 def test_once_known_the_object_is_kept_although_another_one_is_nearer() -> None:

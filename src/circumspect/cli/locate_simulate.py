@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from circumspect.cli.given_flags import flags_named
 from circumspect.cli.say import say
 
 
@@ -62,7 +63,8 @@ class Simulate:
         )  # fmt: skip
         views = None if self.images is None else SimulatedViews(self.images)
         located = LocatedRun(self.out or new_run_folder("locate"), SIMULATED)
-        space = SimulatedSpace.prepared(setup)
+        with flags_named(self, "slip", "ceiling"):
+            space = SimulatedSpace.prepared(setup)
         say(f"{self.cameras} cameras at {self.ceiling:g} m, seed {setup.seed}")
         if views is None:
             space.drive(say)

@@ -61,8 +61,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: The words after the program's name; None means those of the process.
 
     Returns:
-        Exit code: 0 all done, 2 a known fault (already told on standard error), or an
-        answer that could not be told, 130 interrupted by Ctrl-C, 143 by SIGTERM.
+        Exit code: 0 all done, 1 done and not as it should be (a run without an answer, a check
+        that failed), 2 a known fault (already told on standard error), or an answer that could not
+        be told, 130 interrupted by Ctrl-C, 143 by SIGTERM.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     # NumPy's matrices are small here: what waits for larger ones takes a core from the network.
@@ -77,7 +78,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 raise CircumspectError("standard output is closed, so that nothing could be told")
     except (CircumspectError, KeyboardInterrupt) as error:
         if (interrupt := _interrupt(error)) is not None:
-            say("interrupted; the same command starts or goes on again")
+            # A run that was drawn by chance says how it is drawn again.
+            notes = getattr(interrupt, "__notes__", ("the same command starts or goes on again",))
+            say(f"interrupted; {'; '.join(notes)}")
             return EXIT_CODE if isinstance(interrupt, Terminated) else 130
         say(str(error))
         return 2

@@ -34,15 +34,15 @@ class RecordedPoses:
         """Distances of the poses found to those recorded; empty where none were noted.
 
         Returns:
-            `ate_rmse_m` after rigid alignment, `yaw_rmse_deg` after that of the turns, and
-            `frame_error_median_m`, the error of the motion from frame to frame. Each is None where
-            there are too few poses.
+            `ate_rmse_m` after rigid alignment; after that of the turns `rotation_rmse_deg`, of the
+            whole turn, and `yaw_rmse_deg`, about the vertical alone; `frame_error_median_m`, the
+            error of the motion from frame to frame. Each is None where there are too few poses.
         """
         if not len(self._noted):
             return {}
         found, truth = camera_path(result), self._noted.trajectory
-        told: dict[str, Any] = {}
-        told |= dict.fromkeys(("ate_rmse_m", "yaw_rmse_deg", "frame_error_median_m"))
+        names = ("ate_rmse_m", "rotation_rmse_deg", "yaw_rmse_deg", "frame_error_median_m")
+        told: dict[str, Any] = dict.fromkeys(names)
         if found is None or truth is None:
             return told
         try:
@@ -52,6 +52,7 @@ class RecordedPoses:
             return told
         return {
             "ate_rmse_m": absolute.rmse_m,
+            "rotation_rmse_deg": absolute.rotation_rmse_deg,
             "yaw_rmse_deg": absolute.yaw_rmse_deg,
             "frame_error_median_m": relative.median_m,
         }
@@ -62,7 +63,8 @@ class RecordedPoses:
         if errors["ate_rmse_m"] is None:
             return "Too few poses were found to compare them with the recorded ones."
         return (
-            f"The poses found are {1e3 * errors['ate_rmse_m']:.1f} mm (RMSE) and "
-            f"{errors['yaw_rmse_deg']:.2f}° off the recorded ones; from frame to frame "
+            f"The poses found are {1e3 * errors['ate_rmse_m']:.1f} mm off the recorded ones and "
+            f"turned by {errors['rotation_rmse_deg']:.2f}°, about the vertical alone (yaw) by "
+            f"{errors['yaw_rmse_deg']:.2f}° (RMSE); from frame to frame "
             f"{1e3 * errors['frame_error_median_m']:.1f} mm (median)."
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.cli.given_flags import given_flags
+from circumspect.cli.given_flags import flags_named, given_flags
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
@@ -84,7 +84,8 @@ class RecordingFlags:
         from circumspect.recording.frame_folder import FrameFolder
         from circumspect.sensing import DepthNoise
 
-        noise = DepthNoise(*self.depth_range)
+        with flags_named(self, "depth_range"):
+            noise = DepthNoise(*self.depth_range)
         self._require_bag_for_its_flags(path)
         self._require_folder_for_its_flags(path)
         registered = is_bag(path) or self.first_pose is not None

@@ -31,9 +31,9 @@ class Replay:
 
     recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RECORDING")]
     """An MCAP file; a bag of ROS 2 (folder or db3 file) or ROS 1; or a folder in the layout of
-    7-Scenes (frame-*.depth.png, frame-*.pose.txt, where present gravity-direction.txt and
-    frame-*.color.jpg) or of TUM RGB-D (depth.txt, where present rgb.txt and groundtruth.txt), with
-    camera-intrinsics.txt where present."""
+    7-Scenes (frame-*.depth.png, frame-*.pose.txt, where present frame-*.color.jpg) or of TUM RGB-D
+    (depth.txt, where present rgb.txt and groundtruth.txt), with camera-intrinsics.txt where present
+    and gravity-direction.txt (down, in the poses' world) where z does not point up there."""
     reading: Annotated[RecordingFlags, tyro.conf.arg(name="")] = field(
         default_factory=RecordingFlags
     )
@@ -55,18 +55,21 @@ class Replay:
             from circumspect.cli.watched_replay import watched_replay
 
             return watched_replay(self)
-        self.replay()
-        return 0
+        return self.replay()
 
-    def replay(self, watch: ReplayWatch | None = None) -> None:
+    def replay(self, watch: ReplayWatch | None = None) -> int:
         """From the first frame to the report.
 
         Args:
             watch: Shows it, where wanted.
+
+        Returns:
+            Exit code: 0, or `NO_ANSWER`.
         """
         from circumspect.classification import Classifier
-        from circumspect.cli.run_screen import new_run_folder, tell_result, wrapped
+        from circumspect.cli.run_screen import NO_ANSWER, new_run_folder, tell_result, wrapped
         from circumspect.pipeline import RunFolder
+        from circumspect.storage import write_json
 
         opened = self.reading.opened(self.recording)
         pipeline = opened.pipeline(Classifier.load(self.weights))
@@ -82,12 +85,13 @@ class Replay:
             except KeyboardInterrupt:
                 screen.say(f"what was gathered so far is in {folder.path}")
                 raise
-        skipped = len(opened.frames.skipped)
-        head: dict[str, Any] = {"recording": str(self.recording), "skipped": skipped}
-        head |= opened.poses.errors(result)
-        tell_result(result, folder, self.json, head)
-        if not self.json and head.get("ate_rmse_m") is not None:
-            print(wrapped(opened.poses.sentence(head)))  # noqa: T201
+        skipped, errors = dict(opened.frames.skipped), opened.poses.errors(result)
+        write_json(folder.path / "replay.json", {"skipped": skipped, "measured": errors})
+        head = {"recording": str(self.recording), "skipped": len(skipped), **errors}
+        tell_result(result, folder, self.json, head, screen.label)
+        if not self.json and errors.get("ate_rmse_m") is not None:
+            print(wrapped(opened.poses.sentence(errors)))  # noqa: T201
+        return NO_ANSWER if result.prediction is None else 0
 
     def _config(self, opened: OpenedRecording, pipeline: RecognitionPipeline) -> dict[str, Any]:
         from circumspect import __version__

@@ -21,6 +21,8 @@ from circumspect.storage import make_new_folder
 if TYPE_CHECKING:
     from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
 
+NO_ANSWER = 1
+"""Exit code of a run that went well but names nothing."""
 TELL_EVERY = 6
 """Frames between two lines where standard error is no terminal."""
 
@@ -55,6 +57,8 @@ class RunScreen:
         self._task = self._progress.add_task(what, total=total, note="")
         self._total = total
         self._done = done
+        self.label: str | None = None
+        """What the object was called after the latest frame; None before that."""
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -72,7 +76,8 @@ class RunScreen:
         """Show progress, share of the object seen, running class and probability, doubts."""
         answer = step.outcome
         if step.prediction is not None:
-            answer = f"{step.prediction.label} {step.prediction.probability:.2f}"
+            self.label = step.prediction.label
+            answer = f"{step.hedge}{self.label} {step.prediction.probability:.2f}"
         note = f"seen {step.seen:4.0%}  {answer}"
         remark = short = ""
         if step.pose is not None and (remark := step.pose.remark):
@@ -97,7 +102,13 @@ class RunScreen:
         """Nothing: the command tells the end."""
 
 
-def tell_result(result: RecognitionResult, folder: RunFolder, as_json: bool, head: Any) -> None:
+def tell_result(
+    result: RecognitionResult,
+    folder: RunFolder,
+    as_json: bool,
+    head: Any,
+    on_the_way: str | None = None,
+) -> None:
     """Print how a run ended.
 
     Args:
@@ -105,17 +116,29 @@ def tell_result(result: RecognitionResult, folder: RunFolder, as_json: bool, hea
         folder: Where it was written.
         as_json: One JSON line instead of sentences.
         head: The first entries of the JSON line.
+        on_the_way: What the object was called after the last frame.
     """
-    from circumspect.pipeline.run_folder import result_document
-
     if as_json:
-        document = {**head, **result_document(result, folder.config), "run": str(folder.path)}
+        document = {**head, **folder.document(result), "run": str(folder.path)}
         print(json.dumps(document))  # noqa: T201
         return
-    for sentence in (verdict(result, folder.config.get("truth")), unused(result)):
-        if sentence:
-            print(wrapped(sentence))  # noqa: T201
+    for sentence in answer_sentences(result, folder.config.get("truth"), on_the_way):
+        print(wrapped(sentence))  # noqa: T201
     tell_where(folder)
+
+
+def answer_sentences(
+    result: RecognitionResult, truth: str | None, on_the_way: str | None = None
+) -> list[str]:
+    """The answer, and what there is to know about it.
+
+    Args:
+        result: The run.
+        truth: What the object is, where that is known.
+        on_the_way: What it was called after the last frame.
+    """
+    told = verdict(result, truth), renamed(result, on_the_way), unused(result)
+    return [sentence for sentence in told if sentence]
 
 
 def tell_where(folder: RunFolder) -> None:
@@ -143,6 +166,17 @@ def verdict(result: RecognitionResult, truth: str | None) -> str:
         return f"It is named {answer}."
     verdict = "Right" if truth == prediction.label else "Wrong"
     return f"{verdict}: it is a {truth} and is named {answer}."
+
+
+def renamed(result: RecognitionResult, on_the_way: str | None) -> str:
+    """Why the answer is not that of the last frame told, in a sentence; empty where it is."""
+    prediction = result.prediction
+    if prediction is None or on_the_way in (None, prediction.label):
+        return ""
+    return (
+        f"After the last frame it was still named {on_the_way}; what is asked in the end is all of "
+        "the model, its loops closed."
+    )
 
 
 def unused(result: RecognitionResult) -> str:

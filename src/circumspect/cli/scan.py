@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from circumspect.cli.dashboard_page import PageFlags
+from circumspect.cli.given_flags import flags_named
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
     from circumspect.pipeline.simulated_scan import SimulatedScan
     from circumspect.planning import ViewPlanner
     from circumspect.recording import RunRecorder
+
+UNITS = "are its units metres?"
+"""How a fault ends that a mesh of another size would not have."""
 
 
 @dataclass(frozen=True)
@@ -100,18 +105,20 @@ class Scan:
             from circumspect.cli.watched_scan import watched_scans
 
             return watched_scans(self, command)
-        self.scan(self.prepared(command), command)
-        return 0
+        return self.scan(self.prepared(command), command)
 
-    def scan(self, parts: SimulatedScan, command: str, watch: ScanWatch | None = None) -> None:
+    def scan(self, parts: SimulatedScan, command: str, watch: ScanWatch | None = None) -> int:
         """One run, from start to report.
 
         Args:
             parts: What `prepared` made.
             command: What the run's folder is named after.
             watch: Shows and steers it, where wanted.
+
+        Returns:
+            Exit code: 0, or `NO_ANSWER`.
         """
-        from circumspect.cli.run_screen import RunScreen
+        from circumspect.cli.run_screen import NO_ANSWER, RunScreen
         from circumspect.pipeline.step_recorder import StepRecorder
 
         scan, recorder = self._recorded(parts if watch is None else watch.operated(parts))
@@ -129,12 +136,14 @@ class Scan:
             scan.pipeline.observers = (screen, *shown, *writers, *report.observers)
             try:
                 result = scan.scan.run()
-            except KeyboardInterrupt:
+            except KeyboardInterrupt as interrupt:
                 screen.say(f"what was gathered so far is in {report.folder.path}")
+                interrupt.add_note(_how_to_repeat(scan.config, watch is not None))
                 raise
-        report.tell(result, self.json)
+        report.tell(result, self.json, screen.label)
         if recorder is not None and recorder.failure is not None:
             raise recorder.failure
+        return NO_ANSWER if result.prediction is None else 0
 
     def _reported(
         self, scan: SimulatedScan, recorder: RunRecorder | None, command: str
@@ -198,10 +207,18 @@ class Scan:
         )
         classifier = Classifier.load(self.weights)
         config["weights"] = weights_record(self.weights)
-        return SimulatedScan.prepared(
-            thing.mesh, world, self._settings(), self._planner(), classifier, config,
-            colour=self.viewer, real_time=self.real_time,
-        )  # fmt: skip
+        checked = ("slip", "wheel_error", "bumps", "speed", "frame_interval", "mast_height", "tilt")
+        try:
+            with flags_named(self, *checked):
+                return SimulatedScan.prepared(
+                    thing.mesh, world, self._settings(), self._planner(), classifier, config,
+                    colour=self.viewer, real_time=self.real_time,
+                )  # fmt: skip
+        except InputError as error:
+            # Where the object does not fit the camera it is asked for its units.
+            if not str(error).endswith(UNITS):
+                raise
+            raise InputError(f"{error} --height scales it to a height in metres") from error
 
     def _watched(self, scan: SimulatedScan) -> ScanSpace | None:
         if not self.space:
@@ -226,6 +243,22 @@ class Scan:
             return ConvincedPlanner()
         planner = CirclePlanner() if self.planner == "circle" else SurfaceNormalPlanner()
         return ConvincedPlanner(planner) if self.stop_when_sure else planner
+
+
+def _how_to_repeat(config: Mapping[str, Any], chosen_there: bool) -> str:
+    """How to have a run again; what nobody gave was drawn.
+
+    Args:
+        config: Of the run.
+        chosen_there: Object, start and planner may have been chosen on the page.
+    """
+    if not chosen_there:
+        return f"the same command with --seed {config['seed']} starts the same run again"
+    return (
+        f"circumspect scan {config['object']} --start {config['start_deg']} --seed {config['seed']}"
+        f" --planner {config['planner']} --frame-interval {config['scan']['frame_interval']} and "
+        "the other flags start the same run again"
+    )
 
 
 def drawn_seed(given: int | None) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from circumspect.cli.run_screen import tell_where, verdict, wrapped
+from circumspect.cli.run_screen import answer_sentences, tell_where, wrapped
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
 from circumspect.geometry import Trajectory
@@ -20,10 +20,8 @@ from circumspect.pipeline import (
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.playback_log import PlaybackLog
-from circumspect.pipeline.run_folder import result_document
 from circumspect.pipeline.scan_file import ScanFile
 from circumspect.pipeline.simulated_scan import SimulatedScan
-from circumspect.pipeline.stage_times import stage_times
 from circumspect.simulation import outlines
 
 if TYPE_CHECKING:
@@ -47,6 +45,7 @@ class ScanReport:
         self._parts = parts
         self._space = space
         self.folder = RunFolder(path, parts.config)
+        self.folder.scan = parts.scan
         self._log = JourneyLog(parts.scan, self.folder, self._truth, outlines(parts.room.scene))
         self._file = ScanFile(parts.scan, path / "scan.json")
         self.playback = PlaybackLog(parts.scan, path, parts.room.scene, parts.witness)
@@ -62,12 +61,13 @@ class ScanReport:
         """How far round the object the robot is [degrees]."""
         return self._parts.scan.turned_deg
 
-    def tell(self, result: RecognitionResult, as_json: bool) -> None:
+    def tell(self, result: RecognitionResult, as_json: bool, on_the_way: str | None = None) -> None:
         """Measure the scan, write that down too, and print how it ended.
 
         Args:
             result: Of the run.
             as_json: One JSON line instead of sentences.
+            on_the_way: What the object was called after the last frame.
         """
         error = self._error(result)
         seen = self._seen_from_above(result)
@@ -77,7 +77,7 @@ class ScanReport:
             print(json.dumps(record))  # noqa: T201
             return
         told = [
-            verdict(result, self.folder.config.get("truth")),
+            *answer_sentences(result, self.folder.config.get("truth"), on_the_way),
             f"It drove {record['distance_m']:.1f} m; the end: {record['ended']}.",
         ]
         told += [sentence for sentence in (_sentence(error), _space_sentence(seen)) if sentence]
@@ -121,10 +121,9 @@ class ScanReport:
             "object": config["object"],
             "true_label": config["true_label"],
             "start_deg": config["start_deg"],
-            **result_document(result, config),
+            **self.folder.document(result),
             "distance_m": round(self._parts.scan.driven_m, 3),
             **{name: measured[name] for name in figures},
-            "milliseconds": stage_times(result.steps, self._parts.scan.plan_milliseconds),
             "run": str(self.folder.path),
             "ended": self._parts.scan.ended,
         }

@@ -42,15 +42,18 @@ def watched_replay(replay: Replay) -> int:
 
     Args:
         replay: The command's flags.
+
+    Returns:
+        Exit code of the replay.
     """
     from circumspect.classification import Classifier
 
     with replay.page.opened(Classifier.load(replay.weights)) as dashboard:
-        replay.replay(ReplayWatch(dashboard))
+        code = replay.replay(ReplayWatch(dashboard))
         try:
             # Within: whoever reads the line may press Ctrl-C at once.
             say("the page stays open until Ctrl-C")
             stay()
         except KeyboardInterrupt:
             say("the dashboard is closed")
-    return 0
+    return code

@@ -21,6 +21,8 @@ INK = "0.25"
 CLASS_COLOURS = ("#1d4ed8", "#c2410c", "#15803d", "#7c3aed", "#0e7490")
 LIGHT = np.array([-0.35, -0.55, 0.76])
 MOST_POINTS = 40_000
+ROWS_AROUND = 2
+"""Rows of the grid that are shown below and above the object."""
 SHORTEST_PATH = 0.05
 """A camera that moved less stood still [m]."""
 
@@ -62,7 +64,7 @@ def draw_side(
     half = 0.54 * size
     centre = ((across.max() + across.min()) / 2, (above.max() + above.min()) / 2)
     axes.set(xlim=(centre[0] - half, centre[0] + half), ylim=(centre[1] - half, centre[1] + half))
-    axes.set_title(f"Model, seen from {name}", loc="left", color=INK)
+    axes.set_title(f"Model, from {name}", loc="left", color=INK)
     _draw_scale(axes, centre[0] - half, centre[1] - half, size)
 
 
@@ -92,11 +94,28 @@ def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
     heat = axes.imshow(
         np.ma.masked_equal(outermost, 0).T, cmap="magma_r", vmin=0, vmax=bounds.radius, **shown
     )
-    axes.set_xticks(np.arange(0, 361, 45))
+    axes.set_xticks(np.arange(0, 361, 90))
     axes.set(xlabel="azimuth [°] from +x", ylabel="height z [m]")
+    axes.set_ylim(_shown_heights(grid, extent))
     axes.set_title("Grid, unrolled (grey: never seen, white: free)", loc="left", color=INK)
     bar = axes.figure.colorbar(heat, ax=axes, pad=0.015, aspect=18)
     bar.set_label("outermost radius [m]")
+
+
+def _shown_heights(
+    grid: OccupancyGrid, extent: tuple[float, float, float, float]
+) -> tuple[float, float]:
+    """From where to where there is an object [m], and a little more; the grid's where it is bare.
+
+    The grid is as high as it is wide, and most things are not.
+    """
+    low, high = extent[2:]
+    rows = np.flatnonzero(grid.occupied.any(axis=(0, 1)))
+    if len(rows) == 0:
+        return low, high
+    row = (high - low) / grid.occupied.shape[2]
+    bottom, top = low + row * rows[0], low + row * (rows[-1] + 1)
+    return max(low, float(bottom) - ROWS_AROUND * row), min(high, float(top) + ROWS_AROUND * row)
 
 
 def draw_probabilities(
@@ -104,28 +123,10 @@ def draw_probabilities(
 ) -> None:
     """Probability of the leading classes over what was driven.
 
-    Frames that were not used are marked at the bottom.
+    Frames that were not used are marked at the bottom. Where nothing was named no curve is drawn.
     """
-    told = [step for step in result.steps if step.prediction is not None]
-    names = list(told[-1].prediction.probabilities) if told and told[-1].prediction else []
-    table = np.array(
-        [[step.prediction.probabilities[n] for n in names] for step in told if step.prediction]
-    )
     along, what = _progress(result, journey)
-    places = along[[step.index for step in told]]
-    # Those that matter at the end come first, then those that mattered on the way.
-    rank = np.argsort(-(table[-1] + 0.25 * table.mean(axis=0)))[:most]
-    ends = _spread_labels(table[-1, rank], 0.075)
-    style = "-o" if len(told) <= 60 else "-"
-    for place, (index, colour) in enumerate(zip(rank, CLASS_COLOURS, strict=False)):
-        axes.plot(
-            places, table[:, index], style, color=colour, lw=2.4 if place == 0 else 1.5, ms=2.5
-        )
-        axes.annotate(
-            f"{names[index].replace('_', ' ')} {table[-1, index]:.2f}", (1.02, ends[place]),
-            xycoords=("axes fraction", "data"), color=colour, va="center", annotation_clip=False,
-            fontweight="bold" if place == 0 else "normal",
-        )  # fmt: skip
+    _draw_curves(axes, result, along, most)
     unused = [step.index for step in result.steps if step.outcome != CLASSIFIED]
     if unused:
         axes.plot(along[unused], np.full(len(unused), -0.05), "|", color="#b91c1c", ms=7)
@@ -142,6 +143,35 @@ def draw_probabilities(
     axes.grid(axis="y", color="0.9")
     # Above the note, which would hide curves within the axes.
     axes.set_title("Answer on the way", loc="left", color=INK, pad=20 if unused else None)
+
+
+def _draw_curves(
+    axes: Axes, result: RecognitionResult, along: NDArray[np.float64], most: int
+) -> None:
+    """A curve a class, the final answer's first."""
+    told = [(step.index, step.prediction) for step in result.steps if step.prediction is not None]
+    if not told:
+        axes.text(0.5, 0.5, "nothing was named", ha="center", transform=axes.transAxes, color=INK)
+        return
+    final = told[-1][1]
+    names = list(final.probabilities)
+    table = np.array([[answer.probabilities[name] for name in names] for _, answer in told])
+    places = along[[index for index, _ in told]]
+    # The answer, then those that matter at the end, then those that mattered on the way.
+    weights = table[-1] + 0.25 * table.mean(axis=0)
+    weights[names.index(final.label)] = np.inf
+    rank = np.argsort(-weights)[:most]
+    ends = _spread_labels(table[-1, rank], 0.075)
+    style = "-o" if len(told) <= 60 else "-"
+    for place, (index, colour) in enumerate(zip(rank, CLASS_COLOURS, strict=False)):
+        axes.plot(
+            places, table[:, index], style, color=colour, lw=2.4 if place == 0 else 1.5, ms=2.5
+        )
+        axes.annotate(
+            f"{names[index].replace('_', ' ')} {table[-1, index]:.2f}", (1.02, ends[place]),
+            xycoords=("axes fraction", "data"), color=colour, va="center", annotation_clip=False,
+            fontweight="bold" if place == 0 else "normal",
+        )  # fmt: skip
 
 
 def _progress(result: RecognitionResult, journey: Journey) -> tuple[NDArray[np.float64], str]:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from circumspect.errors import MissingExtraError
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.panels import draw_grid, draw_probabilities, draw_side, thinned
 from circumspect.pipeline.plan_panel import draw_plan
-from circumspect.pipeline.records import RecognitionResult
+from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.storage import atomic_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SIDES = (("−y", -90.0, 12.0), ("+x", 0.0, 12.0), ("above", -60.0, 50.0))
+SIDES = (("−y", -90.0, 12.0), ("+x", 0.0, 12.0), ("above, at a slant", -60.0, 50.0))
 """Name, azimuth and elevation [degrees] of where the model is looked at from."""
 
 
@@ -25,14 +25,16 @@ def draw_run(
     result: RecognitionResult,
     config: Mapping[str, Any],
     journey: Journey | None = None,
+    why_missed: Sequence[str] = (),
 ) -> None:
     """Draw plan view, model from three sides, grid and probabilities.
 
     Args:
         path: The PNG to write.
-        result: A run with at least one classified frame.
+        result: A run with a grid of the object; it may have been interrupted before it was named.
         config: "truth" and "start_deg", where given, go into the title.
         journey: Where the robot went.
+        why_missed: Of each view that it missed; none where nobody knows.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -45,42 +47,39 @@ def draw_run(
         raise MissingExtraError("matplotlib", "figures") from error
     figure = Figure(figsize=(16, 9.6), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
-    _arrange(figure, result, config, journey or Journey())
+    _arrange(figure, result, config, journey or Journey(), why_missed)
     with atomic_path(path) as aside:
         figure.savefig(aside, format="png")
 
 
 def _arrange(
-    figure: Figure, result: RecognitionResult, config: Mapping[str, Any], journey: Journey
+    figure: Figure,
+    result: RecognitionResult,
+    config: Mapping[str, Any],
+    journey: Journey,
+    why_missed: Sequence[str],
 ) -> None:
     last = result.last
     if last is None or last.grid is None:
-        raise ValueError("a run without a classified frame has no picture")
+        raise ValueError("a run without a grid has no picture")
     cloud = thinned(last.model.cloud())
     title, note = captions(result, config)
     figure.text(0.035, 0.957, title, fontsize=21, fontweight="bold", va="center")
     figure.text(0.035, 0.922, note, fontsize=12.5, color="0.35", va="center")
-    draw_plan(figure.add_axes((0.055, 0.235, 0.36, 0.62)), cloud, result, journey)
+    plan = figure.add_axes((0.055, 0.235, 0.36, 0.62))
+    draw_plan(plan, cloud, result, journey, why_missed)
     sides = figure.add_gridspec(1, 3, left=0.475, right=0.985, bottom=0.53, top=0.855, wspace=0.08)
     for column, (name, azimuth, elevation) in enumerate(SIDES):
         draw_side(figure.add_subplot(sides[0, column]), cloud, name, azimuth, elevation)
-    draw_grid(figure.add_axes((0.5, 0.085, 0.23, 0.335)), last.grid)
-    draw_probabilities(figure.add_axes((0.797, 0.085, 0.108, 0.335)), result, journey)
+    draw_grid(figure.add_axes((0.5, 0.085, 0.2, 0.335)), last.grid)
+    draw_probabilities(figure.add_axes((0.765, 0.085, 0.14, 0.335)), result, journey)
 
 
 def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str, str]:
     """The picture's title and the line below it."""
-    prediction, last = result.prediction, result.last
-    if prediction is None or last is None:
+    last = result.last
+    if last is None:
         return "no answer", ""
-    label, share = _words(prediction.label), f"{prediction.probability:.0%}"
-    title = f"{label}, {share} sure" if result.conclusive else f"perhaps {label}, {share}"
-    if not prediction.known:
-        title = f"unknown, nearest {label}, {share}"
-    truth = config.get("truth")
-    if truth is not None:
-        right = truth == prediction.label
-        title += " (right)" if right else f" (wrong: it is a {_words(str(truth))})"
     parts = [f"{len(result.steps)} frames", f"seen from {last.seen:.0%} of the directions"]
     if config.get("start_deg") is not None:
         parts.insert(0, f"started at azimuth {config['start_deg']:.0f}°")
@@ -88,7 +87,19 @@ def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str,
         parts.append(f"lost from frame {result.lost_from} on")
     if result.interrupted:
         parts.append("interrupted")
-    return title, ", ".join(parts)
+    return _title(last, config.get("truth")), ", ".join(parts)
+
+
+def _title(last: RecognitionStep, truth: str | None) -> str:
+    prediction = last.prediction
+    if prediction is None:
+        return "no answer"
+    title = f"{last.hedge}{_words(prediction.label)}, {prediction.probability:.0%}"
+    title += " sure" if last.conclusive else ""
+    if truth is None:
+        return title
+    right = truth == prediction.label
+    return title + (" (right)" if right else f" (wrong: it is a {_words(truth)})")
 
 
 def _words(label: str) -> str:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+from textwrap import fill, shorten
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,11 +26,19 @@ SPACING = 0.015
 """Side of a point as drawn [m]."""
 LABEL_OFFSET, LABEL_ROOM = 15, 22
 """From a place to the middle of its label, and from there to the next view's number [points]."""
+LEGEND_WIDTH, LEGEND_LINES = 46, 5
+"""Letters in a line of the legend, and lines of what it says of one thing."""
 MARGIN = 0.25
 """Round everything that is shown [m]."""
 
 
-def draw_plan(axes: Axes, cloud: PointCloud, result: RecognitionResult, journey: Journey) -> None:
+def draw_plan(
+    axes: Axes,
+    cloud: PointCloud,
+    result: RecognitionResult,
+    journey: Journey,
+    why_missed: Sequence[str] = (),
+) -> None:
     """Draw into given axes; what the journey does not know is left out.
 
     Args:
@@ -35,6 +46,7 @@ def draw_plan(axes: Axes, cloud: PointCloud, result: RecognitionResult, journey:
         cloud: The model.
         result: The run.
         journey: Where the robot went.
+        why_missed: Of each view that it missed; none where nobody knows.
     """
     path = camera_path(result)
     for number, line in enumerate(journey.walls_xy):
@@ -45,17 +57,19 @@ def draw_plan(axes: Axes, cloud: PointCloud, result: RecognitionResult, journey:
     _draw_object(axes, cloud, half)
     for number, view in enumerate(journey.views, start=1):
         _draw_view(axes, view, number, NORMAL_LENGTH * 2 * half)
-    _draw_missed(axes, journey.missed)
+    _draw_missed(axes, journey.missed, why_missed)
     if path is not None:
         if not journey.views:
             _draw_directions(axes, path, half)
         middle = cloud.points_xyz[:, :2].mean(axis=0)
         _draw_start(axes, path.positions_xyz[0, :2], middle, journey, half)
     axes.set_title("Plan view (colour: height z [m])", loc="left", color=INK)
-    axes.legend(
-        loc="upper center", bbox_to_anchor=(0.48, -0.1), ncols=2, frameon=False, fontsize=10.5,
-        handlelength=1.8, columnspacing=1.6,
-    )  # fmt: skip
+    # A run may have ended before its first pose.
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(
+            loc="upper center", bbox_to_anchor=(0.48, -0.1), ncols=2, frameon=False, fontsize=10.5,
+            handlelength=1.8, columnspacing=1.6,
+        )  # fmt: skip
 
 
 def _draw_object(axes: Axes, cloud: PointCloud, half: float) -> None:
@@ -89,7 +103,7 @@ def _draw_paths(axes: Axes, path: Trajectory | None, journey: Journey) -> list[N
 def _draw_view(axes: Axes, view: PlannedView, number: int, length: float) -> None:
     """The robot's stand with a number, what it looks at, and the surface's normal there."""
     stand, target = view.T_map_base.xy, np.asarray(view.looks_at_xy)
-    label = "chosen stand of the base, and what it faces" if number == 1 else None
+    label = "base's stand (camera beside it), what it faces" if number == 1 else None
     axes.plot(*np.stack([stand, target]).T, ":", color=VIEW_COLOUR, lw=0.9, zorder=3, label=label)
     if view.normal_xy is not None:
         axes.annotate(
@@ -105,12 +119,29 @@ def _draw_view(axes: Axes, view: PlannedView, number: int, length: float) -> Non
     )  # fmt: skip
 
 
-def _draw_missed(axes: Axes, views: tuple[PlannedView, ...]) -> None:
-    if views:
-        places = np.array([view.T_map_base.xy for view in views])
-        axes.plot(
-            *places.T, "x", color=MISSED_COLOUR, ms=7, mew=1.6, zorder=4, label="view not reached"
-        )
+def _draw_missed(axes: Axes, views: tuple[PlannedView, ...], why: Sequence[str]) -> None:
+    """Crosses with numbers of their own, by which the legend tells the reasons."""
+    if not views:
+        return
+    places = np.array([view.T_map_base.xy for view in views])
+    told = shorten(f"not reached{_reasons(why)}", LEGEND_WIDTH * LEGEND_LINES, placeholder=" …")
+    told = fill(told, LEGEND_WIDTH)
+    axes.plot(*places.T, "x", color=MISSED_COLOUR, ms=7, mew=1.6, zorder=4, label=told)
+    for number, place in enumerate(places, start=1):
+        axes.annotate(
+            str(number), _pair(place), xytext=(6, 5), textcoords="offset points", fontsize=7.5,
+            color=MISSED_COLOUR, va="center_baseline", annotation_clip=True, zorder=6,
+            bbox={"boxstyle": "circle,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8},
+        )  # fmt: skip
+
+
+def _reasons(why: Sequence[str]) -> str:
+    """Each reason once, however many metres it tells, with the numbers of those it is of."""
+    numbers: dict[str, list[str]] = {}
+    for number, reason in enumerate(why, start=1):
+        numbers.setdefault(re.sub(r"[\d.]+ m\b", "… m", reason), []).append(str(number))
+    told = "; ".join(f"{', '.join(of)} {reason}" for reason, of in numbers.items())
+    return f": {told}" if told else ""
 
 
 def _draw_directions(axes: Axes, path: Trajectory, half: float) -> None:

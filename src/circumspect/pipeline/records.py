@@ -63,6 +63,13 @@ class RecognitionStep:
         """Whether there is an answer to rely on as far as its probability goes; see `doubt`."""
         return self.prediction is not None and not doubt(self.prediction, self.seen)
 
+    @property
+    def hedge(self) -> str:
+        """What goes before the answer's name; nothing where the answer is conclusive."""
+        if self.prediction is None or self.conclusive:
+            return ""
+        return "perhaps " if self.prediction.known else "unknown, nearest "
+
     def at(self, T_map_camera: RigidTransform) -> RecognitionStep:
         """The same with a corrected pose; as it is where it has none."""
         if self.pose is None:

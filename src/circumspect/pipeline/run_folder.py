@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from circumspect.errors import MissingExtraError
+from circumspect.errors import MissingExtraError, OutputError, reason_of
 from circumspect.geometry import write_tum
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
 from circumspect.pipeline.stage_times import stage_times
+from circumspect.pipeline.view_record import REACHED
 from circumspect.storage import append_line, atomic_open, require_no_strangers, write_json
 
+if TYPE_CHECKING:
+    from circumspect.pipeline.scan import ObjectScan
+
 RESULTS = (
-    "result.json", "scan.json", "model.ply", "grid.npz", "trajectory.txt", "picture.png",
-    "calibration.json", "space.txt", "space.jsonl", "space.png",
+    "result.json", "scan.json", "replay.json", "model.ply", "grid.npz", "trajectory.txt",
+    "picture.png", "calibration.json", "space.txt", "space.jsonl", "space.png",
 )  # fmt: skip
 """Written when a run ends, calibration.json as soon as it has a folder; those of an earlier run are
 removed when one begins."""
@@ -35,6 +39,7 @@ class RunFolder:
     - log.jsonl: one line a frame
     - result.json: the answer, the reasons of frames that changed nothing, time a stage
     - scan.json: of scans alone: why it ended, what became of the views, errors
+    - replay.json: of replays alone: frames left out, errors against the recorded poses
     - model.ply: the object's surface
     - grid.npz: its occupancy grid
     - trajectory.txt: where the camera was, TUM format: stamp x y z qx qy qz qw
@@ -53,24 +58,28 @@ class RunFolder:
                 given, appear in the picture.
 
         Raises:
-            OutputError: The folder can not be written, or holds a file that is of no run and
-                would be replaced.
+            OutputError: The folder can not be written, holds a file that is of no run and would be
+                replaced, or a folder in the place of a run's file.
         """
         self.path = Path(path)
         names, signs = (CONFIG, LOG, *RESULTS, PLAYBACK), (CONFIG, LOG)
         require_no_strangers(self.path, names, signs)
+        earlier = [self.path / name for name in RESULTS]
+        earlier += (self.path / PLAYBACK).glob("*.npz")
+        _require_no_folders(earlier)
         self.config = dict(config)
         self.journey = Journey()
         """Where the robot went, for the picture; set by whoever knows before the run ends."""
+        self.scan: ObjectScan | None = None
+        """Of a robot that drives, which knows what planning took and why views were missed; set by
+        whoever knows before the run begins."""
         self.picture_missing: str | None = None
         """Why there is no picture; None where there is one."""
         write_json(self.path / CONFIG, self.config)
         with atomic_open(self.path / LOG):
             pass
-        for name in RESULTS:
-            (self.path / name).unlink(missing_ok=True)
-        for file in (self.path / PLAYBACK).glob("*.npz"):
-            file.unlink(missing_ok=True)
+        for file in earlier:
+            _remove(file)
 
     def on_step(self, step: RecognitionStep) -> None:
         """Append the step to the log.
@@ -86,7 +95,7 @@ class RunFolder:
         Raises:
             OutputError: A file can not be written.
         """
-        write_json(self.path / "result.json", result_document(result, self.config))
+        write_json(self.path / "result.json", self.document(result))
         if (path := camera_path(result)) is not None:
             write_tum(self.path / "trajectory.txt", path)
         last = result.last
@@ -98,13 +107,49 @@ class RunFolder:
         try:
             from circumspect.pipeline.picture import draw_run
 
-            draw_run(self.path / "picture.png", result, self.config, self.journey)
+            picture, missed = self.path / "picture.png", self._why_missed()
+            draw_run(picture, result, self.config, self.journey, missed)
         except MissingExtraError as error:
             self.picture_missing = str(error)
 
+    def document(self, result: RecognitionResult) -> dict[str, Any]:
+        """What result.json says of a run, and `--json` after it."""
+        plan = () if self.scan is None else self.scan.plan_milliseconds
+        return result_document(result, self.config, plan)
 
-def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dict[str, Any]:
-    """What a run led to, in JSON types."""
+    def _why_missed(self) -> list[str]:
+        views = () if self.scan is None else self.scan.views
+        return [record.outcome for record in views if record.outcome != REACHED]
+
+
+def _require_no_folders(files: Sequence[Path]) -> None:
+    """Before anything of an earlier run is touched."""
+    for file in files:
+        if file.is_dir() and not file.is_symlink():
+            raise OutputError(
+                f"{file}: is a folder where a run has a file; take another folder for the run"
+            )
+
+
+def _remove(file: Path) -> None:
+    try:
+        file.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"{file}: can not be removed ({reason_of(error)}); take another folder for the run"
+        ) from error
+
+
+def result_document(
+    result: RecognitionResult, config: Mapping[str, Any], plan: Sequence[float] = ()
+) -> dict[str, Any]:
+    """What a run led to, in JSON types.
+
+    Args:
+        result: The run.
+        config: "truth", where given, is told again.
+        plan: What planning took after each frame [ms].
+    """
     prediction, last = result.prediction, result.last
     outcomes: dict[str, int] = {}
     for step in result.steps:
@@ -120,7 +165,7 @@ def result_document(result: RecognitionResult, config: Mapping[str, Any]) -> dic
         "outcomes": outcomes,
         "lost_from": result.lost_from,
         "seen": 0.0 if last is None else last.seen,
-        "points": 0 if last is None else len(last.model.sums),
+        "points": len(result.points_xyz),
         "interrupted": result.interrupted,
-        "milliseconds": stage_times(result.steps),
+        "milliseconds": stage_times(result.steps, plan),
     }

@@ -9,13 +9,14 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
 from circumspect.recording.matrix_file import read_numbers
 from circumspect.recording.recording import Recording
 from circumspect.sensing import RgbdFrame
 
-INTRINSICS_FILE = "camera-intrinsics.txt"
+INTRINSICS_FILE, GRAVITY_FILE = "camera-intrinsics.txt", "gravity-direction.txt"
 
 _log = logging.getLogger(__name__)
 
@@ -93,3 +94,22 @@ class FrameFolder(Recording):
         if not (matrix[[0, 1, 0, 1], [0, 1, 2, 2]] > 0).all() or (matrix[2] != [0, 0, 1]).any():
             raise InputError(f"{file}: is no camera matrix [fx 0 cx; 0 fy cy; 0 0 1]")
         return matrix
+
+    def _upright(self) -> RigidTransform | None:
+        """The turn that takes the direction of the folder's own file to -z; None without a file."""
+        file = self.path / GRAVITY_FILE
+        if not file.exists():
+            return None
+        up = -read_numbers(file, 3)
+        if not np.linalg.norm(up) > 0.1:
+            raise InputError(f"{file}: is no direction")
+        return RigidTransform.from_rotation(_shortest_turn(up / np.linalg.norm(up)))
+
+
+def _shortest_turn(up_xyz: NDArray[np.float64]) -> Rotation:
+    """The rotation by the smallest angle that takes a unit vector to +z."""
+    axis = np.cross(up_xyz, [0.0, 0.0, 1.0])
+    sine, cosine = float(np.linalg.norm(axis)), float(up_xyz[2])
+    if sine < 1e-12:
+        return Rotation.identity() if cosine > 0 else Rotation.from_rotvec([np.pi, 0.0, 0.0])
+    return Rotation.from_rotvec(axis / sine * np.arctan2(sine, cosine))

@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
-from circumspect.recording.frame_folder import FrameFolder
+from circumspect.recording.frame_folder import GRAVITY_FILE, FrameFolder
 from circumspect.recording.image_files import read_colour, read_depth
-from circumspect.recording.matrix_file import read_numbers, read_pose
+from circumspect.recording.matrix_file import read_pose
 from circumspect.sensing import RgbdFrame
 
 FRAME_RATE = 30.0
@@ -66,8 +65,11 @@ class SevenScenesFolder(FrameFolder):
             raise InputError(f"{self.path}: holds no frame-*.depth.png")
         self._files = numbered[::every]
         self._matrix = self._camera_matrix(KINECT_MATRIX)
-        if poses:
-            self.T_map_world = self._upright()
+        if poses and (turn := self._upright()) is not None:
+            self.T_map_world = turn
+        elif poses:
+            file = self.path / GRAVITY_FILE
+            _log.warning("%s: missing; the world's z is taken for up", file)
 
     @property
     def names(self) -> list[str]:
@@ -109,22 +111,3 @@ class SevenScenesFolder(FrameFolder):
             if file.is_file() and (colour := read_colour(file, size)) is not None:
                 return colour
         return None
-
-    def _upright(self) -> RigidTransform:
-        file = self.path / "gravity-direction.txt"
-        if not file.exists():
-            _log.warning("%s: missing; the world's z is taken for up", file)
-            return RigidTransform.identity()
-        up = -read_numbers(file, 3)
-        if not np.linalg.norm(up) > 0.1:
-            raise InputError(f"{file}: is no direction")
-        return RigidTransform.from_rotation(_shortest_turn(up / np.linalg.norm(up)))
-
-
-def _shortest_turn(up_xyz: NDArray[np.float64]) -> Rotation:
-    """The rotation by the smallest angle that takes a unit vector to +z."""
-    axis = np.cross(up_xyz, [0.0, 0.0, 1.0])
-    sine, cosine = float(np.linalg.norm(axis)), float(up_xyz[2])
-    if sine < 1e-12:
-        return Rotation.identity() if cosine > 0 else Rotation.from_rotvec([np.pi, 0.0, 0.0])
-    return Rotation.from_rotvec(axis / sine * np.arctan2(sine, cosine))

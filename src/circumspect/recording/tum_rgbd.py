@@ -57,8 +57,9 @@ class TumRgbdFolder(FrameFolder):
 
     Files: `depth.txt` (lines `stamp file`; 16 bit images, 5000 a metre, 0 and 65535 invalid), and
     where present `rgb.txt` (the same for colour images), `groundtruth.txt` (lines
-    `stamp tx ty tz qx qy qz qw`, camera to world, z up) and `camera-intrinsics.txt` (3 x 3, instead
-    of the benchmark's own figures for freiburg1, 2 or 3, told by the folder's name).
+    `stamp tx ty tz qx qy qz qw`, camera to world), `gravity-direction.txt` (down, in world, where
+    its z is not up as in the benchmark) and `camera-intrinsics.txt` (3 x 3, instead of the
+    benchmark's own figures for freiburg1, 2 or 3, told by the folder's name).
 
     A frame has the colour image nearest in time, and a pose between the two nearest in time. Where
     there is a `groundtruth.txt`, a frame without a pose within 20 ms is left out; without the file
@@ -80,15 +81,17 @@ class TumRgbdFolder(FrameFolder):
 
         Raises:
             InputError: No such folder, no list of depth images or none in it, a broken list of
-                poses or broken intrinsics.
+                poses, broken intrinsics or gravity direction.
         """
         super().__init__(path, every, poses)
         self._depth = read_list(self.path / DEPTH_LIST)[::every]
         colour = self.path / COLOUR_LIST
         self._colour = read_list(colour) if colour.exists() else []
         self._colour_stamps = np.array([file.stamp for file in self._colour])
+        if poses and (turn := self._upright()) is not None:
+            self.T_map_world = turn
         self.truth = self._truth()
-        """The recorded poses, world and map frame being the same; None without them."""
+        """The recorded poses, map frame; None without them."""
         self._matrix = self._camera_matrix(self._stated_matrix())
 
     @property
@@ -131,7 +134,7 @@ class TumRgbdFolder(FrameFolder):
 
     def _truth(self) -> Trajectory | None:
         file = self.path / POSE_LIST
-        return read_tum(file) if file.exists() else None
+        return read_tum(file).moved(self.T_map_world) if file.exists() else None
 
     def _stated_matrix(self) -> NDArray[np.float64]:
         found = re.search(r"(?:freiburg|fr)_?([123])(?![0-9])", self.path.resolve().name)

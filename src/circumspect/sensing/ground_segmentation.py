@@ -23,6 +23,12 @@ KNOWN = 10_000
 """So many points of the known object tell where it stands."""
 SHARED_CELLS = 2
 """Plan-view cells that a cluster shares with the known object before it belongs to it."""
+RIM = 60
+"""The rim of a picture is one of so many parts of its height wide."""
+CUT_OFF = 0.8
+"""What meets the upper rim with this share of its columns has its upper end out of view."""
+FAR = 0.9
+"""What reaches this share of the camera's range may go on beyond it."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +36,9 @@ class GroundSegmentation(Segmentation):
     """Takes away the floor at z = 0, then keeps the cluster the camera looks at.
 
     Clusters are found in plan view, not in space: from one place the legs of a table seem to
-    hang apart from its top, yet they stand below it. Once the object is known, every cluster
-    that stands where the object was seen before belongs to it.
+    hang apart from its top, yet they stand below it. What goes on beyond the picture, upwards and
+    to a side, is a wall and no object to begin with. Once the object is known, every cluster that
+    stands where the object was seen before belongs to it.
 
     Attributes:
         margin: Everything closer to the floor than this is floor [m] …
@@ -125,8 +132,40 @@ class GroundSegmentation(Segmentation):
             places = (some - [low_x, low_y]) / self.cell
             chosen = candidates & _standing_on(labels, count, places)
         else:
-            chosen = _looked_at(of_cell[flat], candidates, frame, mask)
+            chosen = self._seen_whole(of_cell[flat], candidates, frame, mask)
         _native.keep_cells(flat, chosen[of_cell], mask)
+
+    def _seen_whole(
+        self,
+        of_point: NDArray[np.intp],
+        candidates: NDArray[np.bool_],
+        frame: RgbdFrame,
+        mask: NDArray[np.bool_],
+    ) -> NDArray[np.bool_]:
+        """As `_looked_at`, but walls, which go on beyond the picture, are passed over."""
+        v, u = np.nonzero(mask)
+        left = candidates.copy()
+        while left.any():
+            chosen = _looked_at(of_point, left, frame, mask)
+            ours = chosen[of_point]
+            if not self._goes_on(frame, v[ours], u[ours]):
+                return chosen
+            left &= ~chosen
+        return left
+
+    def _goes_on(self, frame: RgbdFrame, v: NDArray[np.intp], u: NDArray[np.intp]) -> bool:
+        """Whether neither the upper end of something is in view nor both of its sides are.
+
+        Args:
+            frame: The frame.
+            v: (n,) rows of its pixels.
+            u: (n,) columns of them.
+        """
+        rim, width = max(1, frame.camera.height // RIM), frame.camera.width
+        if len(np.unique(u[v < rim])) < CUT_OFF * len(np.unique(u)):
+            return False
+        reach = np.percentile(frame.depth[v, u], 95)
+        return bool(u.min() < rim or u.max() >= width - rim or reach > FAR * self.noise.farthest)
 
 
 def _standing_on(
