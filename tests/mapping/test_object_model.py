@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import RigidTransform, Rotation
 
@@ -245,6 +246,14 @@ def test_saved_cloud_reads_back(exact: ObjectModel, tmp_path) -> None:
     exact.save(tmp_path / "model.ply")
     back = read_cloud(tmp_path / "model.ply")
     np.testing.assert_allclose(back.points_xyz, exact.cloud().points_xyz, atol=1e-6)
+
+
+def test_other_programs_read_how_many_frames_showed_each_point(exact, tmp_path) -> None:
+    exact.save(tmp_path / "model.ply")
+    loaded = trimesh.load(tmp_path / "model.ply")
+    told = loaded.metadata["_ply_raw"]["vertex"]["data"]["frames"]
+    np.testing.assert_array_equal(np.ravel(told), exact.frames_seen())
+    assert told.max() > 1
 
 
 def test_settings_reach_the_voxels() -> None:

@@ -22,7 +22,7 @@ from circumspect.storage import atomic_open
 _POSITION = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
 _AREA = "area"
-_TYPES = {"<f8": "double", "<f4": "float", "|u1": "uchar"}
+_TYPES = {"<f8": "double", "<f4": "float", "<i4": "int", "|u1": "uchar"}
 _FACE_LISTS = ("vertex_indices", "vertex_index")
 
 
@@ -60,14 +60,19 @@ def read_ply(path: Path) -> FileShape:
     )
 
 
-def write_ply(path: str | os.PathLike[str], cloud: PointCloud | ArrayLike) -> None:
+def write_ply(
+    path: str | os.PathLike[str],
+    cloud: PointCloud | ArrayLike,
+    counts: Mapping[str, NDArray[np.integer]] | None = None,
+) -> None:
     """Write a cloud as binary PLY (little endian, double), with normals and areas it has.
 
-    `read_cloud` gives back the same numbers; other programs pass over the areas.
+    `read_cloud` gives back the same numbers, but for counts; other programs pass over the areas.
 
     Args:
         path: The file; it appears when complete.
         cloud: The points, or an (n, 3) array of them [m].
+        counts: Name to (n,) whole numbers, for other programs.
 
     Raises:
         InputError: A mesh or a path in the place of points.
@@ -80,7 +85,9 @@ def write_ply(path: str | os.PathLike[str], cloud: PointCloud | ArrayLike) -> No
         columns |= dict(zip(_NORMAL, cloud.normals_xyz.T, strict=True))
     if cloud.areas is not None:
         columns[_AREA] = cloud.areas
-    write_vertices(path, {name: column.astype("<f8") for name, column in columns.items()})
+    table = {name: column.astype("<f8") for name, column in columns.items()}
+    table |= {name: column.astype("<i4") for name, column in (counts or {}).items()}
+    write_vertices(path, table)
 
 
 def write_vertices(path: str | os.PathLike[str], columns: Mapping[str, NDArray[Any]]) -> None:

@@ -209,13 +209,13 @@ class ObjectModel:
         return occupancy(grid, self.cloud().points_xyz, self.rays)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the cloud as PLY.
+        """Write the cloud as PLY, with the number of frames that showed each point ("frames").
 
         Raises:
             GeometryError: Nothing is fused yet.
             OutputError: The file can not be written.
         """
-        write_ply(path, self.cloud())
+        write_ply(path, self.cloud(), {"frames": self.frames_seen()})
 
     def _confirmed(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
         blocks = voxel_keys(points_xyz, 3 * (self.voxel or 0.0))
