@@ -216,13 +216,29 @@ def test_what_nobody_looked_at_so_far_does_not_speak_against_a_place(
     (frame,) = drive(np.array([angle]))
     settings = replace(s.relocalisation, least_known=least_known)
     fits = relocalise(
-        frame, Scan.of(frame, s.scan), scene, places, s.registration, s.gate, settings,
+        frame, Scan.of(frame, s.scan), scene, places[0], places, s.registration, s.gate, settings,
         lambda fit, contrary: rest_is_news,
     )  # fmt: skip
     assert len(fits) == int(found)
     for fit in fits:
         off = fit.T_map_camera.translation - true_camera(angle).translation
         assert np.linalg.norm(off) < 0.01
+
+
+def test_a_camera_is_found_from_about_where_it_should_be() -> None:
+    """As after a wheel that slipped, where the places that it was at are too far off."""
+    angles, angle = np.radians(np.arange(-30, 25, 5.0)), float(np.radians(30.0))
+    places = [true_camera(float(a)) for a in angles]
+    scene, s, true = mapped(drive(angles), places), TrackingSettings(), true_camera(angle)
+    (frame,) = drive(np.array([angle]))
+    slipped = RigidTransform.from_exp_coords([0.0, float(np.radians(7.0)), 0.0, 0.04, 0.0, 0.02])
+    for expected, count in ((places[0], 0), (true * slipped, 1)):
+        fits = relocalise(
+            frame, Scan.of(frame, s.scan), scene, expected, places[:1], s.registration, s.gate,
+            s.relocalisation, lambda fit, contrary: True,
+        )  # fmt: skip
+        assert len(fits) == count
+    assert np.linalg.norm(fits[0].T_map_camera.translation - true.translation) < 0.01
 
 
 def test_a_square_pillar_looks_alike_from_its_four_sides() -> None:
@@ -234,8 +250,8 @@ def test_a_square_pillar_looks_alike_from_its_four_sides() -> None:
     s = TrackingSettings()
     frame, scene = frames[4], mapped(frames, places)
     fits = relocalise(
-        frame, Scan.of(frame, s.scan), scene, places, s.registration, s.gate, s.relocalisation,
-        lambda fit, contrary: False,
+        frame, Scan.of(frame, s.scan), scene, places[4], places, s.registration, s.gate,
+        s.relocalisation, lambda fit, contrary: False,
     )  # fmt: skip
     assert len(fits) >= 2
     assert not any(

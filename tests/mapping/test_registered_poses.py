@@ -26,6 +26,7 @@ from circumspect.mapping import (
     PoseEstimate,
     RegisteredPoses,
     TrackingSettings,
+    registered_poses,
     se3,
 )
 from circumspect.mapping.keyframes import KeyframeSettings
@@ -161,6 +162,28 @@ def test_odometry_that_fails_does_not_mislead(kind: str) -> None:
     never_wrong_and_sure(told, SHORT)
     assert told[8].prior == "constant velocity"
     assert told[-1].certain
+
+
+def test_before_news_less_of_a_frame_must_be_known_to_find_it_near_by(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As much as of the last ones; a camera that is lost is found by more."""
+    asked = []
+
+    def nowhere(*given: Any) -> list[Registration]:
+        asked.append(given[7].least_known)
+        return []
+
+    monkeypatch.setattr(registered_poses, "relocalise", nowhere)
+    poses = RegisteredPoses()
+    frames = [*short_drive()[:6], *drive(np.radians(180 + np.arange(4) * 2.5))]
+    for number, frame in enumerate(frames):
+        if number == 6:
+            poses._usual.overlap = 0.7
+        poses.estimate(frame)
+    s = poses.settings
+    assert asked[0] == pytest.approx(0.7 * s.keeps_overlap)
+    assert asked[s.lost_after - 1 :] == [s.relocalisation.least_known] * (5 - s.lost_after)
 
 
 @pytest.mark.parametrize("certain", [(1e-9, 1.0), (1.0, 1e-9)])

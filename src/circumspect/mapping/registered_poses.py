@@ -229,12 +229,15 @@ class RegisteredPoses(PoseEstimator):
         assert self._belief is not None
         self._jobs += 1
         lost = self._doubts + 1 >= s.lost_after
-        places = self.keyframes.places
+        places, rules = self.keyframes.places, s.relocalisation
         if not lost:
             places = nearby(places, expected.T_map_camera)
+            # Before news less of a frame is known, as of the last ones.
+            known = min(rules.least_known, s.keeps_overlap * self._usual.overlap)
+            rules = replace(rules, least_known=known)
         reach = s.registration.reach
         fits = relocalise(
-            frame, scan, self.scene, places, s.registration, s.gate, s.relocalisation,
+            frame, scan, self.scene, expected.T_map_camera, places, s.registration, s.gate, rules,
             lambda fit, contrary: rest_is_news(
                 scan, fit, self.scene, self.keyframes, reach, contrary
             ),

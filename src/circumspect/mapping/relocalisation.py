@@ -60,6 +60,7 @@ def relocalise(
     frame: RgbdFrame,
     scan: Scan,
     scene: SceneMap,
+    expected: RigidTransform,
     places: list[RigidTransform],
     registration: RegistrationSettings,
     gate: GateSettings,
@@ -68,14 +69,15 @@ def relocalise(
 ) -> list[Registration]:
     """Find a frame among known places.
 
-    Every place is scored by how many points of the scan would lie on the map; the best ones, which
-    are apart from each other, are aligned coarsely by generalised ICP (small_gicp) and then like
-    any frame.
+    Every place is scored by how many points of the scan would lie on the map. Where the camera
+    should be, and the best ones, which are apart from each other, are aligned coarsely by
+    generalised ICP (small_gicp) and then like any frame.
 
     Args:
         frame: The frame.
         scan: Its points.
         scene: What is known.
+        expected: `T_map_camera` where it should be: a wheel that slipped misleads by little.
         places: Where it may have been taken.
         registration: How it is fitted.
         gate: When to believe, as any frame …
@@ -95,8 +97,9 @@ def relocalise(
     information, contrary = np.diag(SIGMAS**-2.0), 1 / settings.least_overlap - 1
     fits: list[Registration] = []
     ranked = [places[int(index)] for index in np.argsort(scores)[::-1]]
-    for number in _distinct(ranked, SPREAD)[:TRIED]:
-        coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, ranked[number])
+    best = [ranked[number] for number in _distinct(ranked, SPREAD)[:TRIED]]
+    for place in (expected, *best):
+        coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, place)
         found = register(scan, scene, coarse, information, registration)
         through = seen_through(frame, scene, found.T_map_camera)
         verdict = gate.verdict(found, information, through, settings.least_known)
