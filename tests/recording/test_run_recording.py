@@ -125,6 +125,7 @@ def test_a_full_disk_ends_the_recording_and_keeps_what_is_written(tmp_path: Path
 
 KILLED = """
 import os, sys, time, random, signal
+from dataclasses import replace
 sys.path.insert(0, sys.argv[2])
 from bag_world import frame
 from circumspect.recording import RunRecorder
@@ -138,7 +139,8 @@ for moment in range(50):
     if child == 0:
         recorder = RunRecorder(f"{sys.argv[1]}/{moment}.mcap", {})
         for number in range(100000):
-            recorder.frame(made[number % 40])
+            again = number // 40 * 40 * (made[1].stamp - made[0].stamp)
+            recorder.frame(replace(made[number % 40], stamp=made[number % 40].stamp + again))
             os.write(send, b".")
     os.read(receive, 1)
     time.sleep(rng.uniform(0, 0.03))

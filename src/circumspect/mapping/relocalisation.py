@@ -69,9 +69,9 @@ def relocalise(
 ) -> list[Registration]:
     """Find a frame among known places.
 
-    Every place is scored by how many points of the scan would lie on the map. Where the camera
-    should be, and the best ones, which are apart from each other, are aligned coarsely by
-    generalised ICP (small_gicp) and then like any frame.
+    Every place is scored by how many points of the scan would lie on the map; the best ones, which
+    are apart from each other, are aligned coarsely by generalised ICP (small_gicp) and then like
+    any frame. Where none fits it is tried from where the camera should be.
 
     Args:
         frame: The frame.
@@ -95,18 +95,20 @@ def relocalise(
     some = scan.points_xyz[:: max(1, len(scan) // SAMPLE)]
     scores = [float((scene.nearest(place.apply(some))[1] < LOOSE).mean()) for place in places]
     information, contrary = np.diag(SIGMAS**-2.0), 1 / settings.least_overlap - 1
-    fits: list[Registration] = []
-    ranked = [places[int(index)] for index in np.argsort(scores)[::-1]]
-    best = [ranked[number] for number in _distinct(ranked, SPREAD)[:TRIED]]
-    for place in (expected, *best):
+
+    def fitted(place: RigidTransform) -> list[Registration]:
         coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, place)
         found = register(scan, scene, coarse, information, registration)
         through = seen_through(frame, scene, found.T_map_camera)
         verdict = gate.verdict(found, information, through, settings.least_known)
         if not verdict.is_open or through > settings.most_through:
-            continue
-        if found.overlap >= settings.least_overlap or rest_is_news(found, contrary):
-            fits.append(found)
+            return []
+        believed = found.overlap >= settings.least_overlap or rest_is_news(found, contrary)
+        return [found] if believed else []
+
+    ranked = [places[int(index)] for index in np.argsort(scores)[::-1]]
+    best = [ranked[number] for number in _distinct(ranked, SPREAD)[:TRIED]]
+    fits = [fit for place in best for fit in fitted(place)] or fitted(expected)
     fits.sort(key=lambda fit: fit.overlap, reverse=True)
     return [fits[number] for number in _distinct([fit.T_map_camera for fit in fits], SAME_PLACE)]
 
