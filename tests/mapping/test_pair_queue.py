@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tracking_world import drive, follow
+from tracking_world import drive, follow, short_drive
 
 from circumspect.mapping import RegisteredPoses, TrackingSettings
 from circumspect.mapping.keyframe_pairs import OLD, closes_a_loop, is_consecutive
@@ -100,3 +100,21 @@ def test_a_frame_has_one_thing_to_do_beside_being_placed(monkeypatch: pytest.Mon
     done.clear()
     poses.estimate(last)
     assert "correct" not in done
+
+
+def test_who_is_interrupted_while_settling_may_settle_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    poses = RegisteredPoses()
+    follow(short_drive(), poses)
+
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(poses.keyframes, "fit_what_wheels_held", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            poses.settle()
+    before = poses.corrections
+    poses.settle()
+    assert poses.corrections == before + 1

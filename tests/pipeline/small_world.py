@@ -9,7 +9,12 @@ from volume_classifier import VolumeClassifier
 
 from circumspect.geometry import PinholeCamera
 from circumspect.mapping import KnownPoses
-from circumspect.pipeline import PipelineObserver, RecognitionPipeline
+from circumspect.pipeline import (
+    PipelineObserver,
+    RecognitionPipeline,
+    RecognitionResult,
+    RecognitionStep,
+)
 from circumspect.pipeline.aside import Aside
 from circumspect.sensing import DepthNoise, GroundSegmentation, RgbdFrame
 from circumspect.simulation import Orbit, Scene, SimulatedCamera, block
@@ -42,3 +47,17 @@ class Inline(Aside):
 
     def begin(self, work: Callable[[], None]) -> None:
         work()
+
+
+class Diary:
+    """Remembers what an observer is told."""
+
+    def __init__(self) -> None:
+        self.steps: list[RecognitionStep] = []
+        self.ends: list[RecognitionResult] = []
+
+    def on_step(self, step: RecognitionStep) -> None:
+        self.steps.append(step)
+
+    def on_end(self, result: RecognitionResult) -> None:
+        self.ends.append(result)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from scipy.spatial.transform import RigidTransform, Rotation
-from small_world import blind, frames, pipeline
+from small_world import Diary, blind, frames, pipeline
 from volume_classifier import VolumeClassifier
 
 from circumspect.classification import GridRecipe, Prediction
@@ -23,24 +23,9 @@ from circumspect.pipeline import (
     Journey,
     RecognitionPipeline,
     RecognitionResult,
-    RecognitionStep,
 )
 from circumspect.pipeline.panels import draw_probabilities
 from circumspect.sensing import NO_FLOOR, GroundSegmentation, RgbdFrame, Segmentation
-
-
-class Diary:
-    """Remembers what an observer is told."""
-
-    def __init__(self) -> None:
-        self.steps: list[RecognitionStep] = []
-        self.ends: list[RecognitionResult] = []
-
-    def on_step(self, step: RecognitionStep) -> None:
-        self.steps.append(step)
-
-    def on_end(self, result: RecognitionResult) -> None:
-        self.ends.append(result)
 
 
 def test_every_frame_leads_to_a_step_and_an_answer() -> None:
@@ -319,46 +304,6 @@ def test_a_frame_without_a_pose_is_told_and_steps_so_far_are_kept() -> None:
     assert len(diary.ends) == 1
     assert diary.ends[0].interrupted
     assert len(diary.ends[0].steps) == 1
-
-
-def test_ctrl_c_ends_the_run_after_its_observers_were_told() -> None:
-    def interrupted():
-        yield from frames(2)
-        raise KeyboardInterrupt
-
-    diary = Diary()
-    with pytest.raises(KeyboardInterrupt):
-        pipeline(diary).run(interrupted())
-    assert diary.ends[0].interrupted
-    assert diary.ends[0].prediction is not None
-    assert len(diary.steps) == 2
-
-
-def test_ctrl_c_while_the_end_is_worked_on_ends_the_run_as_well(monkeypatch) -> None:
-    diary, line = Diary(), None
-
-    def interrupted() -> bool:
-        raise KeyboardInterrupt
-
-    line = pipeline(diary)
-    monkeypatch.setattr(line, "settle", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        line.run(frames(2))
-    assert diary.ends[0].interrupted
-    assert len(diary.ends[0].steps) == 2
-
-
-def test_an_observer_that_fails_at_the_end_keeps_nothing_from_the_others() -> None:
-    class Broken(Diary):
-        def on_end(self, result: RecognitionResult) -> None:
-            super().on_end(result)
-            raise OSError("no space left")
-
-    broken, diary = Broken(), Diary()
-    with pytest.raises(OSError, match="no space"):
-        pipeline(broken, diary).run(frames(2))
-    assert broken.ends == diary.ends
-    assert not diary.ends[0].interrupted
 
 
 def test_a_further_run_counts_its_frames_from_0_and_goes_on_with_the_object() -> None:

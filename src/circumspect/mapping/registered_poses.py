@@ -16,6 +16,7 @@ from circumspect.mapping import motion, se3
 from circumspect.mapping.ambiguity import is_ambiguous
 from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.gate import Verdict
+from circumspect.mapping.given_pose import GivenPose
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.leap import BETTER
 from circumspect.mapping.motion import Belief
@@ -62,8 +63,7 @@ class RegisteredPoses(PoseEstimator):
             settings: How frames are followed.
         """
         self.settings = settings or TrackingSettings()
-        self._T_map_first = T_map_first
-        self._T_odom_first: RigidTransform | None = None
+        self._given = GivenPose(T_map_first)
         s = self.settings
         bumps = [s.motion.bump_turn, s.motion.bump_turn, s.motion.bump_height]
         self.keyframes = Keyframes(
@@ -121,7 +121,7 @@ class RegisteredPoses(PoseEstimator):
     def pass_over(self, frame: RgbdFrame) -> None:
         """See `PoseEstimator.pass_over`: until there is a map, the wheels tell where it begins."""
         if self._belief is None:
-            self._first_given(frame)
+            self._given.at(frame)
 
     def catch_up(self) -> None:
         """See `PoseEstimator.catch_up`: the map is corrected, and grows by the last frame."""
@@ -138,7 +138,7 @@ class RegisteredPoses(PoseEstimator):
             self._grow(frame, scan, attempt)
 
     def _first(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
-        T, s = self._first_given(frame), self.settings.motion
+        T, s = self._given.at(frame), self.settings.motion
         covariance, mount = np.diag([1e-4] * 6) ** 2, frame.T_base_camera
         if T is None:
             T = frame.T_odom_camera
@@ -170,15 +170,6 @@ class RegisteredPoses(PoseEstimator):
             first = replace(first, verdict=Verdict(f"{len(scan)} points in range"))
             self._belief = None
         return self._told(frame, first)
-
-    def _first_given(self, frame: RgbdFrame) -> RigidTransform | None:
-        """The pose that was given for the first frame, carried on while there is no map yet."""
-        T, before, now = self._T_map_first, self._T_odom_first, frame.T_odom_camera
-        if T is not None and before is not None and now is not None:
-            self._T_map_first = composed(T, between(before, now))
-        if now is not None:
-            self._T_odom_first = now
-        return self._T_map_first
 
     def _best_attempt(self, frame: RgbdFrame, scan: Scan) -> Attempt:
         """By odometry; where that is doubtful, also as if the last motion just went on."""
@@ -342,11 +333,11 @@ class RegisteredPoses(PoseEstimator):
         self.catch_up()
         if self._is_settled or len(self.keyframes) < 2:
             return
-        self._is_settled = True
         while len(self.keyframes.queue):
             self.keyframes.fit_next()
         self.keyframes.fit_what_wheels_held()
         self._correct(anyway=True)
+        self._is_settled = True  # not before: who interrupts it may settle again
 
     def _is_certain(self, attempt: Attempt) -> bool:
         """Whether to build on it: nothing speaks against it, and it is known well enough."""

@@ -38,6 +38,7 @@ from circumspect.pipeline.records import (
     PipelineObserver,
     RecognitionResult,
     RecognitionStep,
+    tell_end,
 )
 from circumspect.pipeline.stage_clock import StageClock
 from circumspect.pipeline.step_log import StepLog
@@ -148,7 +149,7 @@ class RecognitionPipeline:
                     raise
             finally:
                 result = RecognitionResult(tuple(steps), interrupted=not complete)
-                self._tell_end(result)
+                tell_end(self.observers, result)
         return result
 
     def step(self, frame: RgbdFrame) -> RecognitionStep:
@@ -374,17 +375,6 @@ class RecognitionPipeline:
         steps[-1] = replace(
             steps[-1], model=self.model, grid=self.grid, prediction=self.prediction, seen=self.seen
         )
-
-    def _tell_end(self, result: RecognitionResult) -> None:
-        """Tell all observers, whatever becomes of one; then the first fault goes on."""
-        faults: list[Exception] = []
-        for observer in self.observers:
-            try:
-                observer.on_end(result)
-            except Exception as fault:
-                faults.append(fault)
-        if faults:
-            raise faults[0]
 
     def _told(
         self,

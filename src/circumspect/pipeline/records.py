@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -180,3 +180,15 @@ class PipelineObserver(Protocol):
 
     def on_end(self, result: RecognitionResult) -> None:
         """The run is over, in whatever way it ended."""
+
+
+def tell_end(observers: Sequence[PipelineObserver], result: RecognitionResult) -> None:
+    """Tell all observers, whatever becomes of one; then the first fault goes on."""
+    faults: list[Exception] = []
+    for observer in observers:
+        try:
+            observer.on_end(result)
+        except Exception as fault:
+            faults.append(fault)
+    if faults:
+        raise faults[0]
