@@ -37,10 +37,12 @@ def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path
     parts = [f"# Scans\n\n`{command}`; what the figures mean: [scans](../../docs/scans.md)\n"]
     # Scans of older versions do not tell their answers on the way.
     by_suite["on the way"] = [r for r in by_suite["furniture"] if "on_the_way" in r]
+    by_suite["paths of planners"] = by_suite["planners"]
     makers: tuple[tuple[str, str, Callable[[list[Record]], tuple[str, Any]]], ...] = (
         ("furniture", "Trajectory and shape", trajectory_and_shape),
         ("on the way", "Answers on the way", on_the_way),
         ("planners", "Distance driven", distances),
+        ("paths of planners", "Trajectory and shape by planner", by_planner),
         ("modelnet", "Answers on ModelNet10's test objects", partial(answers, data=data)),
         ("timing", "Time a frame [ms]", times),
     )
@@ -55,9 +57,22 @@ def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path
     write_json(folder / "scans.json", document)
 
 
-def trajectory_and_shape(found: list[Record]) -> tuple[str, Any]:
-    """Errors per category and in all: median and worst."""
-    groups = _grouped(found, "true_label")
+def by_planner(found: list[Record]) -> tuple[str, Any]:
+    """The same errors for each planner, whose frames are further apart."""
+    return trajectory_and_shape(found, "planner", "planner")
+
+
+def trajectory_and_shape(
+    found: list[Record], key: str = "true_label", of: str = "category"
+) -> tuple[str, Any]:
+    """Errors per category and in all: median and worst.
+
+    Args:
+        found: The scans.
+        key: In a record; scans that share it are one row.
+        of: What that is called.
+    """
+    groups = _grouped(found, key)
     groups["all"] = found
     rows, figures = [], {}
     for name, some in groups.items():
@@ -71,7 +86,7 @@ def trajectory_and_shape(found: list[Record]) -> tuple[str, Any]:
             f"{f['right']}/{f['scans']}",
         ])  # fmt: skip
     head = [
-        "category", "scans", "ATE [mm]", "yaw [°]", "odometry [mm]", "ATE / odometry",
+        of, "scans", "ATE [mm]", "yaw [°]", "odometry [mm]", "ATE / odometry",
         "chamfer [mm]", "completeness", "NEES", "worst while certain [mm]", "right",
     ]  # fmt: skip
     note = (
