@@ -97,10 +97,28 @@ std::vector<double> mean_shares(const Table& table, const int64_t* keys, std::si
   return shares;
 }
 
+namespace {
+
+// The rows of the sum of two tables.
+std::size_t merged_count(const Table& one, const Table& other) {
+  std::size_t a = 0, count = one.count;
+  for (std::size_t b = 0; b < other.count; ++b) {
+    const int64_t key = other.keys[b];
+    if (b > 0 && key == other.keys[b - 1]) continue;
+    while (a < one.count && one.keys[a] < key) ++a;
+    if (a == one.count || one.keys[a] != key) ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
 MergedTable merged(const Table& one, const Table& other, std::size_t columns) {
+  // Room for the sum and no more: sums are kept for long.
+  const std::size_t rows = merged_count(one, other);
   MergedTable sum;
-  sum.keys.reserve(one.count + other.count);
-  sum.totals.reserve((one.count + other.count) * columns);
+  sum.keys.reserve(rows);
+  sum.totals.reserve(rows * columns);
   const auto take = [&](const Table& from, std::size_t begin, std::size_t end) {
     sum.keys.insert(sum.keys.end(), from.keys + begin, from.keys + end);
     sum.totals.insert(sum.totals.end(), from.totals + begin * columns,

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 import trimesh
@@ -184,6 +187,25 @@ def test_rays_stay_few_however_often_one_looks() -> None:
 def test_a_small_model_is_its_own_sketch(exact: ObjectModel) -> None:
     assert exact.sketch is exact
     assert ObjectModel().sketch.frames == 0
+
+
+def test_a_model_that_is_past_is_freed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And not when the cycle collector comes round: until then it would be hundreds of them."""
+
+    def past() -> ObjectModel | None:
+        model = fused(box_shots(2))
+        assert len(model.sketch.cloud()) > 0
+        kept = weakref.ref(model)
+        del model
+        return kept()
+
+    gc.disable()
+    try:
+        assert past() is None
+        monkeypatch.setattr(object_model, "LARGE", 1000)
+        assert past() is None
+    finally:
+        gc.enable()
 
 
 @pytest.mark.parametrize("waiting", [0, 20_000, 10**9])

@@ -84,14 +84,18 @@ class ObjectModel:
         if self.voxel is None:
             object.__setattr__(self, "voxel", self.settings.voxel)
 
-    @cached_property
+    @property
     def sketch(self) -> ObjectModel:
         """Itself; of a large model one of voxels of twice the side and a quarter of the rays.
 
         What is told after every frame must not take longer the larger the object is.
         """
-        if self.coarse is None:
-            return self
+        return self if self.coarse is None else self._sketch
+
+    @cached_property
+    def _sketch(self) -> ObjectModel:
+        # Never the model itself: one that holds itself waits for the cycle collector, and thereby
+        # hundreds of megabytes of models that are past.
         return replace(
             self,
             voxel=2 * (self.voxel or 0.0),
