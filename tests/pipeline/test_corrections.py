@@ -14,6 +14,7 @@ from circumspect.pipeline import (
     RecognitionPipeline,
     RecognitionResult,
     RecognitionStep,
+    object_fusion,
     recognition_pipeline,
 )
 
@@ -81,7 +82,7 @@ def test_a_corrected_model_is_put_together_over_several_frames(
     poses: type[Corrected], monkeypatch
 ) -> None:
     """Further corrections do not keep it from being put together."""
-    monkeypatch.setattr(recognition_pipeline, "VOXELS_A_FRAME", TWO_PATCHES)
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", TWO_PATCHES)
     shots, at = list(frames(12)), 4
     true, line = pipeline(), corrected_line(at, poses)
     wanted, steps = ([one.step(shot) for shot in shots] for one in (true, line))
@@ -93,7 +94,7 @@ def test_a_corrected_model_is_put_together_over_several_frames(
 
 
 def test_put_together_beside_or_before_the_rest_the_model_is_the_same(monkeypatch) -> None:
-    monkeypatch.setattr(recognition_pipeline, "VOXELS_A_FRAME", TWO_PATCHES)
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", TWO_PATCHES)
     shots, beside, before = list(frames(10)), corrected_line(4), corrected_line(4)
     before._aside = Inline()
     for shot in shots:
@@ -103,7 +104,7 @@ def test_put_together_beside_or_before_the_rest_the_model_is_the_same(monkeypatc
 
 
 def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> None:
-    monkeypatch.setattr(recognition_pipeline, "VOXELS_A_FRAME", 1)
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
     shots = list(frames(8))
     wanted, result = pipeline().run(shots), corrected_line(7).run(shots)
     np.testing.assert_allclose(centre(result.last), centre(wanted.last), atol=0.004)
@@ -111,7 +112,7 @@ def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> Non
 
 
 def test_what_was_seen_is_told_as_it_is_after_a_correction_at_the_end(monkeypatch) -> None:
-    monkeypatch.setattr(recognition_pipeline, "VOXELS_A_FRAME", 1)
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
     shares = count(0.1, 0.01)
     monkeypatch.setattr(recognition_pipeline, "share_seen", lambda *_: next(shares))
     line, told = corrected_line(3), []
@@ -139,7 +140,7 @@ class Twice(Corrected):
 @pytest.mark.parametrize("again", [5, 6, 7])
 def test_at_the_end_all_lies_where_the_last_correction_puts_it(again: int, monkeypatch) -> None:
     """Though the model was still being put together by the one before."""
-    monkeypatch.setattr(recognition_pipeline, "VOXELS_A_FRAME", 1)
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
     parts, shots = pipeline(), list(frames(8))
     line = RecognitionPipeline(parts.segmentation, Twice(4, again), parts.classifier)
     result = line.run(shots)

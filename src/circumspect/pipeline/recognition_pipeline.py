@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import replace
-from functools import partial
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +14,14 @@ from circumspect.classification import Classifier, Prediction
 from circumspect.errors import GeometryError
 from circumspect.grid import OccupancyGrid
 from circumspect.mapping import (
-    FrameShare,
     FrameSurface,
     ModelSettings,
     ObjectModel,
-    ObjectViews,
     PoseEstimate,
     PoseEstimator,
-    Rebuild,
 )
 from circumspect.pipeline.aside import Aside
+from circumspect.pipeline.object_fusion import Anchor, ObjectFusion
 from circumspect.pipeline.records import (
     CLASSIFIED,
     NO_DEPTH,
@@ -49,20 +45,14 @@ SHORTEST, LONGEST = 0.05, 50.0
 """Median depths outside of this [m] are in another unit."""
 SPARSE = 16
 """One pixel of each block of this side [px] tells the unit."""
-VOXELS_A_FRAME = 25_000
-"""So many of the patches' are put together anew after a correction; the rest waits."""
 VIEWS_A_FRAME = 4
 """So many of the classifier's grids are asked with a frame, all of them once no more come."""
-
-Anchor: TypeAlias = tuple[int, RigidTransform]
-"""Number of a keyframe, and its `T_map_camera`."""
 
 
 class RecognitionPipeline:
     """Models one object and names it after every frame.
 
     Attributes:
-        model: The object so far.
         prediction: What it was called last: by a few grids after a frame, by all of the
             classifier's once the model is settled; None before it was.
         seen: Share of the directions around it from which it has been seen, 0 … 1.
@@ -89,18 +79,20 @@ class RecognitionPipeline:
         self.poses = poses
         self.classifier = classifier
         self.observers = tuple(observers)
-        self.model = ObjectModel(settings or ModelSettings())
+        self._fusion = ObjectFusion(settings or ModelSettings(), poses)
         self._grids: list[OccupancyGrid] = []
         self.prediction: Prediction | None = None
         self._known_xyz: NDArray[np.float64] | None = None
-        self._views = ObjectViews()
-        self._rebuild: Rebuild | None = None
-        self._corrections = poses.corrections
         self._stamp: float | None = None
         self._count = 0
         self._is_hurried = False
         self._aside = Aside()
         self.seen = 0.0
+
+    @property
+    def model(self) -> ObjectModel:
+        """The object so far."""
+        return self._fusion.model
 
     @property
     def grid(self) -> OccupancyGrid | None:
@@ -174,14 +166,13 @@ class RecognitionPipeline:
             pose = self.poses.estimate(frame)
             placed = frame.at(pose.T_map_camera)
             self._take_over()
-            self._follow_corrections()
-            anchor = self._anchor(pose)
+            self._fusion.follow_corrections()
+            anchor = self._fusion.anchor(pose)
         outcome, pixels = NO_POSE, 0
         try:
             # What no answer waits for is done beside the rest.
             self._aside.begin(self.poses.catch_up)
-            if self._rebuild is not None:
-                self._aside.begin(partial(self._rebuild.go_on, VOXELS_A_FRAME))
+            self._fusion.go_on(self._aside)
             if pose.certain:
                 outcome, pixels = self._looked_at(placed, pose.T_map_camera, anchor, clock)
         except BaseException:
@@ -220,7 +211,9 @@ class RecognitionPipeline:
 
         # What the object looks like
         with clock.stage("fuse"):
-            self._fuse(FrameSurface.of(frame, mask, T_map_camera), anchor)
+            surface = FrameSurface.of(frame, mask, T_map_camera)
+            if self._fusion.fuse(surface, T_map_camera, anchor, self._aside):
+                self._is_hurried = True
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
         with clock.stage("grid"):
@@ -243,9 +236,8 @@ class RecognitionPipeline:
         """
         self._aside.join()
         self.poses.settle()
-        self._follow_corrections(anyway=True)
-        if self._rebuild is not None:
-            self._rebuild.go_on()
+        self._fusion.follow_corrections(anyway=True)
+        self._fusion.finish()
         if not (self._take_over() or self._is_hurried):
             return False
         if self._grid_model(self.model) is None:
@@ -266,42 +258,10 @@ class RecognitionPipeline:
             return WRONG_UNIT
         return None
 
-    def _anchor(self, pose: PoseEstimate) -> Anchor | None:
-        """The keyframe that a frame hangs on, and where that is believed to be."""
-        return None if pose.anchor is None else (pose.anchor, self.poses.anchor_pose(pose.anchor))
-
-    def _fuse(self, surface: FrameSurface, anchor: Anchor | None) -> None:
-        share = self.model.share(surface)
-        if share is None:
-            return
-        if anchor is not None:
-            self._aside.begin(partial(self._keep_view, *anchor, share))
-        if self._rebuild is not None:
-            self._aside.begin(partial(self._rebuild.with_share, share))
-        self.model = self.model.with_share(share)
-        self._is_hurried = True
-
-    def _keep_view(self, anchor: int, T_map_anchor: RigidTransform, share: FrameShare) -> None:
-        self._views = self._views.with_share(anchor, T_map_anchor, share)
-
-    def _follow_corrections(self, anyway: bool = False) -> None:
-        """Begin to put the model together anew where poses told earlier were corrected since.
-
-        Args:
-            anyway: Even if what was begun before is not finished. It is otherwise, lest frequent
-                corrections leave the model as it was for ever.
-        """
-        if self.poses.corrections == self._corrections or not (anyway or self._rebuild is None):
-            return
-        self._corrections = self.poses.corrections
-        settings, voxel = self.model.settings, self.model.voxel
-        self._rebuild = Rebuild(self._views, settings, voxel, self.poses.anchor_pose)
-
     def _take_over(self) -> bool:
-        """Whether there is a model that was put together anew; it takes the old one's place."""
-        if self._rebuild is None or not self._rebuild.is_whole:
+        """Whether a model that was put together anew took the old one's place."""
+        if not self._fusion.take_over():
             return False
-        self.model, self._rebuild = self._rebuild.model, None
         # No grid is of this model yet, whatever becomes of the next frame.
         self._is_hurried = True
         if self._known_xyz is not None:
