@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -157,3 +158,19 @@ def test_what_is_beyond_the_cameras_range_is_no_object(live: Path, tmp_path: Pat
     assert json.loads((tmp_path / "run/config.json").read_text())["depth_range"] == [0.3, 0.7]
     assert main([*replayed, "--depth-range", "2", "1"]) == 2
     assert "nearest and the farthest [m], not 2 and 1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["tum", "seven"])
+def test_a_recording_of_which_nothing_can_be_read_costs_no_earlier_run(
+    live: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture
+) -> None:
+    shutil.copytree(live / kind, tmp_path / "frames")
+    run = ["--first-pose", *first_pose(live), "--out", str(tmp_path / "run"), "--json"]
+    assert main(["replay", str(tmp_path / "frames"), *run]) == 0
+    before = {path: path.read_bytes() for path in (tmp_path / "run").iterdir()}
+    for image in (tmp_path / "frames").glob("*.png"):
+        image.write_bytes(b"no image")
+    capsys.readouterr()
+    assert main(["replay", str(tmp_path / "frames"), *run]) == 2
+    assert "can be read" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before

@@ -173,10 +173,10 @@ def test_a_source_that_pauses_goes_on_where_it_was(
 @pytest.mark.parametrize(
     ("stamps", "arrivals", "leap"),
     [
-        ([100.0, 100.1, 98.9], [0.0, 0.1, 0.2], -1.2),
-        ([100.0, 100.1, 98.9], [0.0, 0.1, 60.0], -1.2),
-        ([100.0, 100.1, 160.2], [0.0, 0.1, 50.2], 10.0),
-        ([100.0, 100.1, 106.0], [0.0, 20.1, 20.2], 5.8),
+        ([100.0, 100.1, 98.8, 98.9], [0.0, 0.1, 0.2, 0.3], -1.2),
+        ([100.0, 100.1, 98.8, 98.9], [0.0, 0.1, 60.0, 60.1], -1.2),
+        ([100.0, 100.1, 160.2, 160.3], [0.0, 0.1, 50.2, 50.3], 10.0),
+        ([100.0, 100.1, 106.0, 106.1], [0.0, 20.1, 20.2, 20.3], 5.8),
     ],
 )
 def test_stamps_that_fall_or_run_ahead_are_a_leap(
@@ -185,6 +185,28 @@ def test_stamps_that_fall_or_run_ahead_are_a_leap(
     with pytest.raises(ClockError) as error:
         heard_at(stamps, arrivals)
     assert error.value.leap == pytest.approx(leap)
+
+
+@pytest.mark.parametrize("wrong", [0.0, 98.0, 170.0, 1e9])
+def test_a_single_wrong_stamp_is_no_leap(wrong: float) -> None:
+    stamps = [100.0, 100.1, wrong, 100.3, 100.4, wrong, 100.6]
+    arrivals = [0.1 * number for number in range(7)]
+    kept = [stamp for stamp in stamps if stamp != wrong]
+    assert heard_at(stamps, arrivals) == pytest.approx(kept)
+
+
+def test_two_wrong_stamps_that_differ_are_no_leap() -> None:
+    stamps, arrivals = [100.0, 0.0, 900.0, 100.3], [0.0, 0.1, 0.2, 0.3]
+    assert heard_at(stamps, arrivals) == pytest.approx([100.0, 100.3])
+
+
+def test_what_is_left_out_of_a_bag_for_its_stamp_is_told(tmp_path: Path) -> None:
+    told = robots_messages()
+    images = [message for topic, _, _, message in told if topic.endswith("image_raw")]
+    images[2].header.stamp.sec += 3600
+    recording = open_recording(mcap(tmp_path, told))
+    assert len(list(recording)) == COUNT - 1
+    assert list(recording.skipped.values()) == ["its stamp is +3600.0 s off"]
 
 
 def test_a_bag_of_a_source_that_was_paused_is_replayed_to_its_end(tmp_path: Path) -> None:
@@ -210,5 +232,5 @@ def test_clocks_that_are_set_back_together_are_told_and_nothing_piles_up() -> No
             except ClockError as error:
                 leaps.append(round(error.leap, 3))
                 assembly.restart()
-    assert leaps == [-59.9]
+    assert leaps == [-59.8]
     assert frames > 380

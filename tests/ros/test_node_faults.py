@@ -166,8 +166,9 @@ def test_a_clock_that_is_set_back_begins_anew(bus: MemoryBus, node: RecognitionN
     for number in range(3):
         robot.drive(number)
     worked_off(node)
-    robot.drive(3, late=-50.0)  # the image at which it is noticed
-    for number in range(4, 7):
+    for number in range(3, 5):
+        robot.drive(number, late=-50.0)  # the images by which it is noticed
+    for number in range(5, 8):
         robot.drive(number, late=-50.0)
     steps = worked_off(node)
     assert [step.outcome for step in steps] == [CLASSIFIED] * 3
@@ -181,7 +182,7 @@ def test_a_clock_that_leaps_on_keeps_the_model(bus: MemoryBus, node: Recognition
     for number in range(3):
         robot.drive(number)
     worked_off(node)
-    for number in range(3, 6):
+    for number in range(3, 7):
         robot.drive(number, late=1e6)
     assert worked_off(node)[-1].model.frames == 5
 
@@ -242,7 +243,8 @@ def test_who_watches_hears_that_the_node_began_anew_by_itself(
     robot = OrbitingRobot(bus)
     robot.stand()
     robot.drive(0)
-    robot.drive(1, late=-50.0)
+    for number in range(1, 3):
+        robot.drive(number, late=-50.0)
     worked_off(node)
     assert watching.commands == ["reset"]
 

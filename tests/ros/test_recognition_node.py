@@ -9,7 +9,7 @@ import pytest
 from node_world import send, values, worked_off
 from orbiting_robot import DEPTH, INFO, OPTICAL, MemoryBus, OrbitingRobot, orbit
 
-from circumspect.pipeline import CLASSIFIED
+from circumspect.pipeline import CLASSIFIED, TOO_WIDE, RecognitionPipeline
 from circumspect.planning import Finished
 from circumspect.recording.image_messages import camera_info, depth_message
 from circumspect.recording.ros_types import DETECTIONS
@@ -207,3 +207,26 @@ def test_the_rate_limits_what_is_taken(bus: MemoryBus, made: Any) -> None:
     assert len(worked_off(node)) == 1
     assert values(node)["depth heard"] == 3
     assert values(node)["frames dropped"] == 0
+
+
+def test_an_answer_that_is_none_any_more_is_withdrawn_once(
+    bus: MemoryBus, node: RecognitionNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What turns out to be wider than anything that has a name: who comes late would still hear it."""
+    monkeypatch.setattr("circumspect.ros.announcer.EVERY", 0.0)
+    robot = OrbitingRobot(bus)
+    robot.stand()
+    for number in range(2):
+        robot.drive(number)
+    worked_off(node)
+    monkeypatch.setattr(RecognitionPipeline, "_fill_grid", lambda *_: TOO_WIDE)
+    for number in range(2, 4):
+        robot.drive(number)
+    assert [step.outcome for step in worked_off(node)] == [TOO_WIDE] * 2
+    told = [len(answer.detections) for answer in bus.told("/circumspect/detections")]
+    assert told == [1, 1, 0]
+    views = [retracted(view) for view in bus.told("/circumspect/next_view")]
+    assert views == [False, False, True]
+    assert node.target is None
+    node.close()
+    assert len(bus.told("/circumspect/detections")) == 3

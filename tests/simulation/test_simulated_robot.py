@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import gc
 import sys
 import time
+import weakref
 
 import numpy as np
 import pytest
@@ -231,3 +233,15 @@ def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> N
 def matrix(driver: SimulatedRobot) -> np.ndarray:
     T: RigidTransform = driver.truth().T_map_camera
     return T.as_matrix()
+
+
+def test_a_robot_is_freed_at_once_with_its_world() -> None:
+    gc.disable()
+    try:
+        driver = robot()
+        driver.camera.capture()
+        kept = weakref.ref(driver)
+        del driver
+        assert kept() is None
+    finally:
+        gc.enable()

@@ -78,11 +78,11 @@ def test_a_slow_page_skips_to_the_newest():
     publisher.close()
 
 
-def test_a_page_that_fails_is_tried_again_with_the_next_state():
+def test_a_page_that_fails_is_told_once_and_tried_again_with_the_next_state(caplog):
     seen = []
 
     def fail_first(state):
-        if state == 0:
+        if state < 2:
             raise RuntimeError("the page is gone")
         seen.append(state)
 
@@ -90,8 +90,12 @@ def test_a_page_that_fails_is_tried_again_with_the_next_state():
     publisher.slot.put(0)
     until(lambda: publisher.failure is not None)
     publisher.slot.put(1)
-    until(lambda: seen == [1])
+    publisher.slot.put(2)
+    until(lambda: seen == [2])
     assert "gone" in str(publisher.failure)
+    assert [record.getMessage() for record in caplog.records] == [
+        "the page can not be shown: the page is gone"
+    ]
     publisher.close()
 
 

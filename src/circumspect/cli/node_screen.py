@@ -66,6 +66,7 @@ class NodeScreen:
         """Tell the answer where it changed."""
         told = step.prediction
         if told is None:
+            self._tell_none(step)
             return
         before, now = self._answer, (told.label, step.conclusive, told.probability)
         if before is not None and before[:2] == now[:2] and abs(before[2] - now[2]) < CHANGE:
@@ -77,6 +78,13 @@ class NodeScreen:
         self._print(
             f"{told.label} {told.probability:.2f}  seen {step.seen:4.0%}{doubt(told, step.seen)}"
         )
+
+    def _tell_none(self, step: RecognitionStep) -> None:
+        """Tell once that there is no answer any more."""
+        if self._answer is None:
+            return
+        self._answer = None
+        self._print(json.dumps(step.summary()) if self._json else f"no answer: {step.outcome}")
 
     def on_settled(self, prediction: Prediction, seen: float) -> None:
         """Tell the last answer."""

@@ -48,12 +48,23 @@ class OpenedRecording:
             self.frames, classifier, self.box, self.hidden, self.T_map_first, self.noise
         )
 
-    def given(self) -> Iterable[RgbdFrame]:
-        """The frames as the pipeline is to have them.
+    def given(self) -> Iterator[RgbdFrame]:
+        """The frames as the pipeline is to have them; the first one is read already.
 
         Raises:
             InputError: Of a bag, nothing tells where the camera is; or no frame can be read.
         """
+        frames = iter(self._given())
+        first = next(frames, None)
+
+        def all_of_them() -> Iterator[RgbdFrame]:
+            if first is not None:
+                yield first
+            yield from frames
+
+        return all_of_them()
+
+    def _given(self) -> Iterable[RgbdFrame]:
         if self.hidden:
             return self.poses.noted(self.frames.placed())
         # A bag's frames may lack poses.

@@ -73,9 +73,10 @@ class Replay:
 
         opened = self.reading.opened(self.recording)
         pipeline = opened.pipeline(Classifier.load(self.weights))
+        # Where no frame can be read no folder is made, and no earlier run replaced.
+        given, shown = opened.given(), ()
         config = self._config(opened, pipeline)
         folder = RunFolder(self.out or new_run_folder("replay"), config)
-        given, shown = opened.given(), ()
         if watch is not None:
             given, shown = watch.watched(given)
         with opened.screen() as screen:

@@ -140,6 +140,9 @@ class Scan:
                 screen.say(f"what was gathered so far is in {report.folder.path}")
                 interrupt.add_note(_how_to_repeat(scan.config, watch is not None))
                 raise
+            finally:
+                # They know the scan: a run that is over would not be freed, nor what it modelled.
+                scan.pipeline.observers = ()
         report.tell(result, self.json, screen.label)
         if recorder is not None and recorder.failure is not None:
             raise recorder.failure

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,7 @@ from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.playback_log import PlaybackLog
 from circumspect.pipeline.scan_file import ScanFile
 from circumspect.pipeline.simulated_scan import SimulatedScan
-from circumspect.simulation import outlines
+from circumspect.simulation import Witness, outlines
 
 if TYPE_CHECKING:
     from circumspect.cli.scan_space import ScanSpace
@@ -46,16 +47,17 @@ class ScanReport:
         self._space = space
         self.folder = RunFolder(path, parts.config)
         self.folder.scan = parts.scan
-        self._log = JourneyLog(parts.scan, self.folder, self._truth, outlines(parts.room.scene))
+        truth, walls_xy = partial(_truth, parts.witness), outlines(parts.room.scene)
+        self._log = log = JourneyLog(parts.scan, self.folder, truth, walls_xy)
         self._file = ScanFile(parts.scan, path / "scan.json")
         self.playback = PlaybackLog(parts.scan, path, parts.room.scene, parts.witness)
         self.observers: tuple[PipelineObserver, ...] = (
-            self._log, self._file, self.playback, self.folder,
+            log, self._file, self.playback, self.folder,
         )  # fmt: skip
         if space is not None:
             from circumspect.cli.scan_space import SpaceLog
 
-            self.observers += (SpaceLog(space, path, lambda: self._log.odometry),)
+            self.observers += (SpaceLog(space, path, lambda: log.odometry),)
 
     def round_deg(self, step: RecognitionStep) -> float:  # noqa: ARG002 - the scan knows
         """How far round the object the robot is [degrees]."""
@@ -95,14 +97,8 @@ class ScanReport:
             f"a frame each {every:g} cm"
         )
 
-    def _truth(self) -> Trajectory | None:
-        try:
-            return self._parts.witness.trajectory
-        except CircumspectError:
-            return None  # No frame was taken, so there is nothing to compare.
-
     def _error(self, result: RecognitionResult) -> ScanError:
-        truth, estimate = self._truth(), camera_path(result)
+        truth, estimate = _truth(self._parts.witness), camera_path(result)
         if truth is None:
             return ScanError(missing=("no frame was taken",))
         scene, camera = self._parts.room.scene, self._parts.camera
@@ -112,7 +108,7 @@ class ScanReport:
         """What the intelligent space says of the run; nothing where there is none."""
         if self._space is None:
             return {}
-        return self._space.measured(camera_path(result), self._truth())
+        return self._space.measured(camera_path(result), _truth(self._parts.witness))
 
     def _record(self, result: RecognitionResult, error: ScanError) -> dict[str, Any]:
         config, measured = self.folder.config, error.summary()
@@ -127,6 +123,13 @@ class ScanReport:
             "run": str(self.folder.path),
             "ended": self._parts.scan.ended,
         }
+
+
+def _truth(witness: Witness) -> Trajectory | None:
+    try:
+        return witness.trajectory
+    except CircumspectError:
+        return None  # No frame was taken, so there is nothing to compare.
 
 
 def _space_sentence(seen: Mapping[str, float | None]) -> str | None:

@@ -72,6 +72,7 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
     log = JourneyLog(parts.scan)
     parts.pipeline.observers = (log,)
     result = parts.scan.run()
+    parts.pipeline.observers = ()  # the log knows the scan: a circle that would not be freed
     quality |= told_quality(result)
     quality |= {"ended": parts.scan.ended, "distance_m": parts.scan.driven_m}
     if job.measure is not None:

@@ -22,8 +22,11 @@ class Aside:
         self._begun.append(self._worker.submit(work))
 
     def wait(self) -> None:
-        """Wait for all that was begun; what failed is told by `join`."""
-        wait(self._begun)
+        """Wait for all that was begun; what failed is told by `join`.
+
+        That may be more than is known of: an interrupt can come just after a call was handed over.
+        """
+        wait([self._worker.submit(_nothing)])
 
     def join(self) -> None:
         """Wait for all that was begun, and begin anew.
@@ -35,3 +38,7 @@ class Aside:
         begun, self._begun = self._begun, []
         for call in begun:
             call.result()
+
+
+def _nothing() -> None:
+    """The last in the row of calls."""

@@ -6,7 +6,7 @@ import logging
 from collections import deque
 from collections.abc import Iterator, MutableMapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,10 @@ MOST_WAITING = 100
 """So many depth images wait at most, whatever the clocks say."""
 
 _log = logging.getLogger(__name__)
+
+
+_Moment: TypeAlias = tuple[float, float]
+"""Stamp [s] of an image, and when it was heard [s]."""
 
 
 class ClockError(InputError):
@@ -113,7 +117,9 @@ class FrameAssembly:
         self._base = settings.base_frame
         self._colours: deque[Any] = deque(maxlen=COLOURS)
         self._waiting: deque[tuple[BagMessage, Odometry | None]] = deque()
-        self._clock: tuple[float, float] | None = None
+        self._clock: _Moment | None = None
+        self._strange: _Moment | None = None
+        """Of the last image, where its stamp leapt."""
         self._count = 0
 
     @property
@@ -125,8 +131,8 @@ class FrameAssembly:
         """Take a message in; give the frames that are complete with it.
 
         Raises:
-            ClockError: The stamps leapt; nothing from this message on can be used, unless after
-                `restart`.
+            ClockError: The stamps of two images in a row leapt to the same time; nothing from this
+                message on can be used, unless after `restart`. A single image is left out.
             InputError: No CameraInfo comes.
         """
         topics, told = self._topics, message.told
@@ -149,7 +155,8 @@ class FrameAssembly:
 
     def restart(self) -> None:
         """Forget what belongs to the time before a leap; the camera and what stands still stay."""
-        self._buffer, self._since_image, self._clock = OdometryBuffer(), None, None
+        self._buffer, self._since_image = OdometryBuffer(), None
+        self._clock = self._strange = None
         self._colours.clear()
         self.let_go()
         self._tree.begin_anew()
@@ -188,14 +195,17 @@ class FrameAssembly:
         self._camera = camera_of(info)
 
     def _wait(self, message: BagMessage) -> None:
-        stamp, clock = seconds(message.told), message.log_time / NANOSECONDS
-        if self._clock is not None:
-            step, waited = stamp - self._clock[0], clock - self._clock[1]
-            if step < -BACK:
-                raise ClockError(step, stamp)
-            if step > waited + LEAP:
-                raise ClockError(step - waited, stamp)
-        self._clock = stamp, clock
+        now = seconds(message.told), message.log_time / NANOSECONDS
+        if leap := _leap(self._clock, now):
+            if self._strange is not None and not _leap(self._strange, now):
+                raise ClockError(leap, now[0])
+            self._strange = now
+            self._count += 1
+            self.skipped[f"frame {self._count} at {now[0]:.3f} s"] = (
+                f"its stamp is {leap:+.1f} s off"
+            )
+            return
+        self._clock, self._strange = now, None
         self._waiting.append((message, self._since_image))
         self._since_image = None
         if self._camera is None and len(self._waiting) > WITHOUT_CAMERA:
@@ -272,3 +282,13 @@ class FrameAssembly:
         except InputError as error:
             _log.warning("colour left out: %s", error)
             return None
+
+
+def _leap(before: _Moment | None, now: _Moment) -> float:
+    """How far the clock leapt from one image to another [s]; 0 where it did not."""
+    if before is None:
+        return 0.0
+    step, waited = now[0] - before[0], now[1] - before[1]
+    if step < -BACK:
+        return step
+    return step - waited if step > waited + LEAP else 0.0

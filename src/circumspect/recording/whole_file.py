@@ -38,6 +38,8 @@ class WholeFile:
     def keep(self) -> None:
         """Append what was gathered.
 
+        What is interrupted, by Ctrl-C for instance, can be kept once more.
+
         Raises:
             OSError: The system refuses; the file is as it was, and closed.
         """
@@ -45,9 +47,11 @@ class WholeFile:
         try:
             while len(rest):
                 rest = rest[os.write(self._file, rest) :]
-        except OSError:
+        except BaseException as error:
             os.ftruncate(self._file, self._size)
-            self.close()
+            os.lseek(self._file, self._size, os.SEEK_SET)
+            if isinstance(error, OSError):
+                self.close()
             raise
         finally:
             rest.release()

@@ -81,6 +81,7 @@ class Announcer:
                 TRANSFORMS, middleware.advertise(TF, TRANSFORMS, Quality(depth=100))
             )
         self._stamp = 0.0
+        self._answered = False
         self.advised: NextView | None = None
         self._begin()
 
@@ -104,6 +105,9 @@ class Announcer:
         if step.pose is not None:
             self._path.heard(step.stamp, step.pose, frame.T_base_camera)
             self._tell_place(step, frame, odom_frame)
+        if step.prediction is None:
+            self._retract_answer()
+            self._retract_view()
         if step.outcome != CLASSIFIED or step.prediction is None:
             return
         self._answer(step.model.sketch, step.prediction)
@@ -114,14 +118,17 @@ class Announcer:
 
     def settled(self, pipeline: RecognitionPipeline) -> None:
         """Tell what is known when no more frames come for now."""
-        if pipeline.prediction is not None:
-            self._answer(pipeline.model, pipeline.prediction)
-            self._model_and_path(pipeline.model, pipeline.poses)
+        if pipeline.prediction is None:
+            self._retract_answer()
+            return
+        self._answer(pipeline.model, pipeline.prediction)
+        self._model_and_path(pipeline.model, pipeline.poses)
 
     def reset(self) -> None:
         """Tell that nothing of what was told holds any more."""
         self._begin()
         self._tell_model(points_message(NOTHING, None, self._stamp, self._frame))
+        self._answered = False
         self._tell_answer(no_detections(self._stamp, self._frame))
         self._tell_path(path_message([], self._stamp, self._frame))
         self._retract_view()
@@ -149,6 +156,7 @@ class Announcer:
         except GeometryError:
             return
         extent = np.stack([points.min(axis=0), points.max(axis=0)])
+        self._answered = True
         self._tell_answer(detections_message(prediction, extent, self._stamp, self._frame))
 
     def _model_and_path(self, model: ObjectModel, poses: PoseEstimator) -> None:
@@ -165,6 +173,12 @@ class Announcer:
         self.advised = view
         place: RigidTransform = view.T_map_base.as_transform()
         self._tell_view(stamped_pose(place, self._stamp, self._frame))
+
+    def _retract_answer(self) -> None:
+        """What turned out to be wider than anything that has a name has none any more."""
+        if self._answered:
+            self._answered = False
+            self._tell_answer(no_detections(self._stamp, self._frame))
 
     def _retract_view(self) -> None:
         """Else who comes late would be sent to a view that is none any more."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
@@ -124,8 +125,9 @@ class SimulatedRobot(MobileRobot):
         self._wheels = WheelOdometry(self._drive, self.settings.expected_slip)
         self._odometry = self._wheels.update(0.0, *self._physics.encoders)
         self._T_base_camera = self.mount.T_base_camera
+        station = partial(_station, self._physics, self._T_base_camera)
         self._camera = SimulatedCamera(
-            scene, self._station, intrinsics, noise, depth_rng, colour, tell_pose=False
+            scene, station, intrinsics, noise, depth_rng, colour, tell_pose=False
         )
         self._wanted = Velocity()
         self._ticks = 0
@@ -202,5 +204,7 @@ class SimulatedRobot(MobileRobot):
         if self.now > self._odometry.stamp:
             self._odometry = self._wheels.update(self.now, *self._physics.encoders)
 
-    def _station(self) -> Station:
-        return Station(self.now, self.truth().T_map_camera)
+
+def _station(physics: RobotPhysics, T_base_camera: RigidTransform) -> Station:
+    """Where a robot's camera is; no method, for a robot that held itself would not be freed."""
+    return Station(physics.now, composed(physics.T_map_base, T_base_camera))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
@@ -10,6 +11,7 @@ from typing import Generic, TypeVar
 from circumspect.viewer.newest_slot import NewestSlot
 
 T = TypeVar("T")
+_log = logging.getLogger(__name__)
 
 MOST_OFTEN = 25.0
 """Updates a second at most."""
@@ -21,7 +23,7 @@ class Publisher(Generic[T]):
     Attributes:
         slot: Where the newest state is put; `again` makes it shown once more.
         shown: How many states were shown.
-        failure: The latest exception of `show`; the run goes on without the page.
+        failure: Why the page could not be shown lately, if so; the run goes on without it.
     """
 
     def __init__(
@@ -39,7 +41,7 @@ class Publisher(Generic[T]):
         """
         self.slot: NewestSlot[T] = NewestSlot()
         self.shown = 0
-        self.failure: Exception | None = None
+        self.failure: str | None = None
         self._show, self._watched, self._period = show, watched, 1 / most_often
         self._thread = threading.Thread(target=self._work, name="dashboard", daemon=True)
         self._thread.start()
@@ -55,7 +57,9 @@ class Publisher(Generic[T]):
                 self.shown += 1
             except Exception as error:
                 # A page that fails is no reason for a robot to stop.
-                self.failure = error
+                if self.failure is None:
+                    _log.warning("the page can not be shown: %s", error)
+                self.failure = str(error)
             time.sleep(max(0.0, began + self._period - time.monotonic()))
 
     def close(self) -> None:
