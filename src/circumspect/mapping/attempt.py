@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from circumspect.geometry.composition import orthonormal
+from circumspect.mapping import rigid_matrix
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.motion import CLOSE_SHIFT, CLOSE_TURN, Belief, apart
 from circumspect.mapping.registration import Registration
@@ -28,6 +30,15 @@ class Attempt:
     source: str
     found: Registration | None = None
     refused: Registration | None = None
+
+    @property
+    def expected(self) -> Belief:
+        """The prediction that it began with."""
+        found = self.found
+        if found is None or self.belief.T_map_camera is not found.T_map_camera:
+            return self.belief
+        T_map_camera = found.T_map_camera.as_matrix() @ rigid_matrix.exp(-found.innovation)
+        return Belief(orthonormal(T_map_camera), np.linalg.inv(found.information - found.hessian))
 
     @property
     def told(self) -> Registration | None:

@@ -45,6 +45,7 @@ class PoseEstimate:
         anchor: Number of the keyframe that the pose moves with when it is corrected, if any; of
             a frame that becomes a keyframe the one before.
         T_anchor_camera: The pose in that keyframe's.
+        unsure: Number among the poses that are not certain, by which it is corrected once one is.
     """
 
     T_map_camera: RigidTransform
@@ -59,6 +60,7 @@ class PoseEstimate:
     prior: str = "given"
     anchor: int | None = None
     T_anchor_camera: RigidTransform | None = None
+    unsure: int | None = None
 
     @property
     def certain(self) -> bool:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import motion, se3
+from circumspect.mapping import motion
 from circumspect.mapping.ambiguity import is_ambiguous
 from circumspect.mapping.attempt import Attempt
+from circumspect.mapping.first_pose import FirstPose
 from circumspect.mapping.gate import Verdict
-from circumspect.mapping.given_pose import GivenPose
+from circumspect.mapping.hindsight import Hindsight
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.leap import BETTER
 from circumspect.mapping.motion import Belief
@@ -37,9 +38,6 @@ RECOGNISED = "a place seen before"
 STEADY, STANDING = motion.CONSTANT_VELOCITY, motion.STANDING_STILL
 ANYWHERE = np.eye(6)
 """(6, 6) covariance [rad, m] of a camera that may be anywhere."""
-
-FARTHEST = 5e4
-"""Of a map's begin from its origin [m]; from afar small_gicp can no longer count cells."""
 
 
 class RegisteredPoses(PoseEstimator):
@@ -63,7 +61,7 @@ class RegisteredPoses(PoseEstimator):
             settings: How frames are followed.
         """
         self.settings = settings or TrackingSettings()
-        self._given = GivenPose(T_map_first)
+        self._first_pose = FirstPose(T_map_first)
         s = self.settings
         bumps = [s.motion.bump_turn, s.motion.bump_turn, s.motion.bump_height]
         self.keyframes = Keyframes(
@@ -76,6 +74,7 @@ class RegisteredPoses(PoseEstimator):
         self._predictions = Predictions(s.motion)
         self._recognition = Recognition(s.relocalisation, s.gate.farthest)
         self._probation = Probation(s.relocalisation.confirmed, KNOWN * s.registration.reach)
+        self._hindsight = Hindsight()
         self._source = ""
         self._doubts = 0
         self._loops = 0
@@ -98,7 +97,8 @@ class RegisteredPoses(PoseEstimator):
             return self._first(frame, scan)
 
         # Where the camera should be, and what the frame says to it
-        best = self._best_attempt(frame, scan)
+        before, best = self._belief, self._best_attempt(frame, scan)
+        expected = best.expected
 
         # A frame that fits nowhere near: perhaps the robot was carried off
         if best.verdict.contradicts:
@@ -110,18 +110,20 @@ class RegisteredPoses(PoseEstimator):
             self._recognition.forget()
         if best.verdict.contradicts:
             best = best.doubted(self.settings.doubt)
+            expected = best.belief
             self._doubts += 1
         elif not best.verdict.mute:
             self._doubts = 0
         self._probation.hear(best, self._is_known(self._belief))
         self._remember(frame, best)
         self._left = partial(self._work_on, frame, scan, best)
-        return self._told(frame, best)
+        unsure = self._hindsight.hear(before, expected, best.belief, self._is_certain(best))
+        return replace(self._told(frame, best), unsure=unsure)
 
     def pass_over(self, frame: RgbdFrame) -> None:
         """See `PoseEstimator.pass_over`: until there is a map, the wheels tell where it begins."""
         if self._belief is None:
-            self._given.at(frame)
+            self._first_pose.pass_over(frame)
 
     def catch_up(self) -> None:
         """See `PoseEstimator.catch_up`: the map is corrected, and grows by the last frame."""
@@ -138,30 +140,8 @@ class RegisteredPoses(PoseEstimator):
             self._grow(frame, scan, attempt)
 
     def _first(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
-        T, s = self._given.at(frame), self.settings.motion
-        covariance, mount = np.diag([1e-4] * 6) ** 2, frame.T_base_camera
-        if T is None:
-            T = frame.T_odom_camera
-        if T is None:
-            T = frame.T_map_camera
-        if T is None:
-            # A robot whose wheels say nothing begins its map where it stands.
-            T = mount
-        if T is None:
-            raise InputError(
-                f"the frame at {frame.stamp:.3f} s has neither a pose nor a robot under it; "
-                "registration needs the pose of the first frame"
-            )
-        if (away := float(np.abs(T.translation).max())) > FARTHEST:
-            raise InputError(
-                f"the frame at {frame.stamp:.3f} s was taken {away / 1e3:.0f} km from the origin; "
-                "take the place of the first pose off all of them"
-            )
-        if mount is not None:
-            # The map is laid by place and heading; how the robot stands on bumps is not known.
-            bumps = np.diag([s.bump_turn, s.bump_turn, 0.0, 0.0, 0.0, s.bump_height]) ** 2
-            covariance = covariance + se3.moved_covariance(mount.inv(), bumps)
-        first = Attempt(Belief(T, covariance), Verdict(), "first frame")
+        belief = self._first_pose.at(frame, self.settings.motion)
+        first = Attempt(belief, Verdict(), "first frame")
         self._remember(frame, first)
         if len(scan) >= self.settings.gate.fewest_points:
             self._grow(frame, scan, first)
@@ -317,12 +297,14 @@ class RegisteredPoses(PoseEstimator):
         return [self._now(estimate) for estimate in told]
 
     def _now(self, estimate: PoseEstimate) -> RigidTransform:
-        if estimate.anchor is None or estimate.T_anchor_camera is None:
-            return estimate.T_map_camera
-        try:
-            return self.keyframes.anchored(estimate.anchor, estimate.T_anchor_camera)
-        except KeyError:  # forgotten long ago: it stays where it was told to be
-            return estimate.T_map_camera
+        T_map_camera = estimate.T_map_camera
+        if estimate.anchor is not None and estimate.T_anchor_camera is not None:
+            # What was forgotten long ago stays where it was told to be.
+            with suppress(KeyError):
+                T_map_camera = self.keyframes.anchored(estimate.anchor, estimate.T_anchor_camera)
+        if estimate.unsure is None:
+            return T_map_camera
+        return self._hindsight.seen(T_map_camera, estimate.unsure)
 
     def anchor_pose(self, number: int) -> RigidTransform:
         """See `PoseEstimator.anchor_pose`."""

@@ -15,8 +15,11 @@ FEWEST = 50
 """Fewer points in view say nothing."""
 SLACK = 0.06
 """Depths this much [m] beyond a point of the map, all round it, look through it."""
-ROUND_IT = ((0, 0), (-6, 0), (6, 0), (0, -6), (0, 6))
-"""Offsets of the pixels [px] that count as round it: rims are no contradiction."""
+ROUND_IT = ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1))
+"""Where the pixels that count as round it lie, in parts of `AWAY`."""
+AWAY, LEAST_AWAY = 0.02, 6
+"""So far [m], and at least so many pixels, they are from it. Rims are no contradiction, nor are
+thin parts: a point of the map, the mean over a voxel, may lie between the rungs of a chair."""
 NEAREST, FARTHEST = 0.5, 3.0
 """Range [m] within which points should be seen well."""
 
@@ -44,9 +47,10 @@ def seen_through(frame: RgbdFrame, scene: SceneMap, T_map_camera: RigidTransform
     x, y, z = points.T
     u = np.rint(x / z * camera.fx + camera.cx).astype(np.intp)
     v = np.rint(y / z * camera.fy + camera.cy).astype(np.intp)
-    inside = (u >= 6) & (u < camera.width - 6) & (v >= 6) & (v < camera.height - 6)
-    u, v, z = u[inside], v[inside], z[inside]
-    around = np.stack([frame.depth[v + dv, u + du] for dv, du in ROUND_IT])
+    away = np.maximum(LEAST_AWAY, np.rint(AWAY * camera.fx / z).astype(np.intp))
+    inside = (u >= away) & (u < camera.width - away) & (v >= away) & (v < camera.height - away)
+    u, v, z, away = u[inside], v[inside], z[inside], away[inside]
+    around = np.stack([frame.depth[v + dv * away, u + du * away] for dv, du in ROUND_IT])
     measured = np.isfinite(around).all(axis=0)
     nearest = around[:, measured].min(axis=0) if measured.any() else np.empty(0)
     z = z[measured]

@@ -120,7 +120,6 @@ class RecognitionPipeline:
         log = StepLog()
         complete = False
         self._count = 0
-        corrections = self.poses.corrections
         try:
             # What drives for its frames stops before loops are closed and files written.
             with closing(frames) if isinstance(frames, Generator) else nullcontext():
@@ -133,7 +132,7 @@ class RecognitionPipeline:
         finally:
             steps = log.steps
             try:
-                self._end(steps, corrections)
+                self._end(steps)
             except BaseException as error:
                 # A fault gives way to what ended the run; an interrupt is one itself.
                 if complete or not isinstance(error, Exception):
@@ -317,21 +316,15 @@ class RecognitionPipeline:
         asked_all = len(self._grids) >= self.classifier.recipe.azimuth_views
         self._is_hurried = model is not self.model or not asked_all
 
-    def _end(self, steps: list[RecognitionStep], corrections: int) -> None:
-        """Bring the steps to what is known when no more frames come.
-
-        Args:
-            steps: As they were told.
-            corrections: Of poses before the first of them.
-        """
+    def _end(self, steps: list[RecognitionStep]) -> None:
+        """Bring the steps, as they were told, to what is known when no more frames come."""
         self.settle()
         if not steps:
             return
-        if self.poses.corrections != corrections:
-            told = [number for number, step in enumerate(steps) if step.pose is not None]
-            poses = self.poses.corrected([step.pose for step in steps if step.pose is not None])
-            for number, T_map_camera in zip(told, poses, strict=True):
-                steps[number] = steps[number].at(T_map_camera)
+        told = [number for number, step in enumerate(steps) if step.pose is not None]
+        poses = self.poses.corrected([step.pose for step in steps if step.pose is not None])
+        for number, T_map_camera in zip(told, poses, strict=True):
+            steps[number] = steps[number].at(T_map_camera)
         steps[-1] = replace(
             steps[-1], model=self.model, grid=self.grid, prediction=self.prediction, seen=self.seen
         )
