@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -23,6 +24,7 @@ from circumspect.mapping.relocalisation import (
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scan_surface import ScanSurface
 from circumspect.mapping.scene_map import SceneMap
+from circumspect.mapping.visibility import seen_through
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Surface, block
 
@@ -216,7 +218,7 @@ def test_what_nobody_looked_at_so_far_does_not_speak_against_a_place(
     (frame,) = drive(np.array([angle]))
     settings = replace(s.relocalisation, least_known=least_known)
     fits = relocalise(
-        frame, Scan.of(frame, s.scan), scene, places[0], places, s.registration, s.gate, settings,
+        partial(seen_through, frame, scene), Scan.of(frame, s.scan), scene, places[0], places, s.registration, s.gate, settings,
         lambda fit, contrary: rest_is_news,
     )  # fmt: skip
     assert len(fits) == int(found)
@@ -234,8 +236,8 @@ def test_a_camera_is_found_from_about_where_it_should_be() -> None:
     slipped = RigidTransform.from_exp_coords([0.0, float(np.radians(7.0)), 0.0, 0.04, 0.0, 0.02])
     for expected, count in ((places[0], 0), (true * slipped, 1)):
         fits = relocalise(
-            frame, Scan.of(frame, s.scan), scene, expected, places[:1], s.registration, s.gate,
-            s.relocalisation, lambda fit, contrary: True,
+            partial(seen_through, frame, scene), Scan.of(frame, s.scan), scene, expected,
+            places[:1], s.registration, s.gate, s.relocalisation, lambda fit, contrary: True,
         )  # fmt: skip
         assert len(fits) == count
     assert np.linalg.norm(fits[0].T_map_camera.translation - true.translation) < 0.01
@@ -250,8 +252,8 @@ def test_a_square_pillar_looks_alike_from_its_four_sides() -> None:
     s = TrackingSettings()
     frame, scene = frames[4], mapped(frames, places)
     fits = relocalise(
-        frame, Scan.of(frame, s.scan), scene, places[4], places, s.registration, s.gate,
-        s.relocalisation, lambda fit, contrary: False,
+        partial(seen_through, frame, scene), Scan.of(frame, s.scan), scene, places[4], places,
+        s.registration, s.gate, s.relocalisation, lambda fit, contrary: False,
     )  # fmt: skip
     assert len(fits) >= 2
     assert not any(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping.ambiguity import is_ambiguous
 from circumspect.mapping.attempt import Attempt
@@ -18,7 +19,7 @@ from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.tracking_settings import TrackingSettings
 from circumspect.mapping.usual_frames import UsualFrames
-from circumspect.mapping.visibility import seen_through
+from circumspect.mapping.visibility import phantoms_of, seen_through
 from circumspect.sensing import RgbdFrame
 
 KNOWN = 0.5
@@ -49,6 +50,16 @@ class Placement:
         self._settings, self._keyframes = settings, keyframes
         self.scene = SceneMap(settings.scan.voxel)
         self.usual = UsualFrames()
+        self._phantoms = np.empty(0, np.int64)
+
+    def seen_through(self, frame: RgbdFrame, T_map_camera: RigidTransform) -> float:
+        """Share of the scene in view that a frame looks through; see `visibility`."""
+        return seen_through(frame, self.scene, T_map_camera, self._phantoms)
+
+    def hear(self, frame: RgbdFrame, T_map_camera: RigidTransform) -> None:
+        """What a keyframe looks through speaks against no frame from now on."""
+        phantoms = np.union1d(self._phantoms, phantoms_of(frame, self.scene, T_map_camera))
+        self._phantoms = np.intersect1d(phantoms, self.scene.sums.keys, assume_unique=True)
 
     def attempt(
         self,
@@ -78,7 +89,7 @@ class Placement:
         if below < np.inf and self._at_a_glance(scan, believed, information) >= below:
             return Attempt(believed, Verdict("fits no better", mute=True), source)
         found = register(scan, self.scene, believed.T_map_camera, information, s.registration)
-        through = seen_through(frame, self.scene, found.T_map_camera)
+        through = self.seen_through(frame, found.T_map_camera)
         least = self._least_overlap(scan, found, before, believed)
         verdict = s.gate.verdict(found, information, through, least)
         if verdict.is_open and is_hasty(

@@ -208,7 +208,8 @@ class RegisteredPoses(PoseEstimator):
             rules = replace(rules, least_known=known)
         reach = s.registration.reach
         fits = relocalise(
-            frame, scan, self.scene, expected.T_map_camera, places, s.registration, s.gate, rules,
+            partial(self._placement.seen_through, frame), scan, self.scene,
+            expected.T_map_camera, places, s.registration, s.gate, rules,
             lambda fit, contrary: rest_is_news(
                 scan, fit, self.scene, self.keyframes, reach, contrary
             ),
@@ -263,6 +264,7 @@ class RegisteredPoses(PoseEstimator):
             passage = self._predictions.wheels.at_keyframe(by_scene)
             key = keys.add(T_map_camera, covariance, scan, frame, passage)
             self._placement.scene = self.scene.with_surface(key.surface, T_map_camera)
+            self._placement.hear(frame, T_map_camera)
             self._jobs += 1
         # A keyframe, a second look or a correction is work enough, unless too many pairs wait.
         hurry = keys.queue.is_crowded

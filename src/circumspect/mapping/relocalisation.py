@@ -15,8 +15,6 @@ from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.registration import Registration, RegistrationSettings, register
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
-from circumspect.mapping.visibility import seen_through
-from circumspect.sensing import RgbdFrame
 
 SAMPLE = 400
 """So many points of the scan are tried at every known place."""
@@ -57,7 +55,7 @@ class RelocalisationSettings:
 
 
 def relocalise(
-    frame: RgbdFrame,
+    seen_through: Callable[[RigidTransform], float],
     scan: Scan,
     scene: SceneMap,
     expected: RigidTransform,
@@ -74,8 +72,8 @@ def relocalise(
     any frame. Where none fits it is tried from where the camera should be.
 
     Args:
-        frame: The frame.
-        scan: Its points.
+        seen_through: Share of the scene in view that the frame looks through from a pose.
+        scan: The frame's points.
         scene: What is known.
         expected: `T_map_camera` where it should be: a wheel that slipped misleads by little.
         places: Where it may have been taken.
@@ -99,7 +97,7 @@ def relocalise(
     def fitted(place: RigidTransform) -> list[Registration]:
         coarse = coarsely_aligned(scan.points_xyz, scene.points_xyz, place)
         found = register(scan, scene, coarse, information, registration)
-        through = seen_through(frame, scene, found.T_map_camera)
+        through = seen_through(found.T_map_camera)
         verdict = gate.verdict(found, information, through, settings.least_known)
         if not verdict.is_open or through > settings.most_through:
             return []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping.scan_surface import FLOOR
@@ -15,16 +16,18 @@ FEWEST = 50
 """Fewer points in view say nothing."""
 SLACK = 0.06
 """Depths this much [m] beyond a point of the map, all round it, look through it."""
-ROUND_IT = ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1))
-"""Where the pixels that count as round it lie, in parts of `AWAY`."""
-AWAY, LEAST_AWAY = 0.02, 6
-"""So far [m], and at least so many pixels, they are from it. Rims are no contradiction, nor are
-thin parts: a point of the map, the mean over a voxel, may lie between the rungs of a chair."""
+ROUND_IT = ((0, 0), (-6, 0), (6, 0), (0, -6), (0, 6))
+"""Offsets of the pixels [px] that count as round it: rims are no contradiction."""
 NEAREST, FARTHEST = 0.5, 3.0
 """Range [m] within which points should be seen well."""
 
 
-def seen_through(frame: RgbdFrame, scene: SceneMap, T_map_camera: RigidTransform) -> float:
+def seen_through(
+    frame: RgbdFrame,
+    scene: SceneMap,
+    T_map_camera: RigidTransform,
+    phantoms: NDArray[np.int64] | None = None,
+) -> float:
     """Share of the map's points in view and off the floor that the frame looks through.
 
     A frame taken from elsewhere than believed shows free space where the map has surfaces. What
@@ -34,26 +37,61 @@ def seen_through(frame: RgbdFrame, scene: SceneMap, T_map_camera: RigidTransform
         frame: The frame.
         scene: The map.
         T_map_camera: Where the frame is believed to be taken from.
+        phantoms: Keys of the map's points that do not count, ascending; see `phantoms_of`.
 
     Returns:
         0 where no point is in view.
     """
-    standing = np.flatnonzero(np.abs(scene.points_xyz[:, 2]) > FLOOR)
+    standing = _standing(scene)
     chosen = standing[:: max(1, len(standing) // SAMPLE)]
+    if phantoms is not None and len(phantoms):
+        chosen = chosen[~_among(scene.sums.keys[chosen], phantoms)]
+    _, through, seen = _looked_at(frame, scene, T_map_camera, chosen)
+    counted = int(through.sum()), int(seen.sum())
+    return counted[0] / sum(counted) if sum(counted) >= FEWEST else 0.0
+
+
+def phantoms_of(
+    frame: RgbdFrame, scene: SceneMap, T_map_camera: RigidTransform
+) -> NDArray[np.int64]:
+    """Keys of the map's points that a frame looks through from where it surely was, ascending.
+
+    A point of the map is the mean over a voxel: of a chair's rungs some lie in between.
+
+    Args:
+        frame: A keyframe, whose scan is in the map.
+        scene: The map.
+        T_map_camera: Where it was taken from.
+    """
+    indices, through, _ = _looked_at(frame, scene, T_map_camera, _standing(scene))
+    return scene.sums.keys[np.sort(indices[through])]
+
+
+def _standing(scene: SceneMap) -> NDArray[np.intp]:
+    return np.flatnonzero(np.abs(scene.points_xyz[:, 2]) > FLOOR)
+
+
+def _among(keys: NDArray[np.int64], known: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which keys are among known ones, ascending and at least one."""
+    places = np.minimum(np.searchsorted(known, keys), len(known) - 1)
+    return known[places] == keys
+
+
+def _looked_at(
+    frame: RgbdFrame, scene: SceneMap, T_map_camera: RigidTransform, chosen: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Those of the map's points that are in view, and which are looked through, and seen."""
     matrix, camera = T_map_camera.as_matrix(), frame.camera
     points = (scene.points_xyz[chosen] - matrix[:3, 3]) @ matrix[:3, :3]
     facing = np.einsum("ij,ij->i", points, scene.normals_xyz[chosen] @ matrix[:3, :3]) < 0
-    points = points[facing & (points[:, 2] > NEAREST) & (points[:, 2] < FARTHEST)]
+    near = facing & (points[:, 2] > NEAREST) & (points[:, 2] < FARTHEST)
+    chosen, points = chosen[near], points[near]
     x, y, z = points.T
     u = np.rint(x / z * camera.fx + camera.cx).astype(np.intp)
     v = np.rint(y / z * camera.fy + camera.cy).astype(np.intp)
-    away = np.maximum(LEAST_AWAY, np.rint(AWAY * camera.fx / z).astype(np.intp))
-    inside = (u >= away) & (u < camera.width - away) & (v >= away) & (v < camera.height - away)
-    u, v, z, away = u[inside], v[inside], z[inside], away[inside]
-    around = np.stack([frame.depth[v + dv * away, u + du * away] for dv, du in ROUND_IT])
+    inside = (u >= 6) & (u < camera.width - 6) & (v >= 6) & (v < camera.height - 6)
+    chosen, u, v, z = chosen[inside], u[inside], v[inside], z[inside]
+    around = np.stack([frame.depth[v + dv, u + du] for dv, du in ROUND_IT])
     measured = np.isfinite(around).all(axis=0)
-    nearest = around[:, measured].min(axis=0) if measured.any() else np.empty(0)
-    z = z[measured]
-    through = int((nearest > z + SLACK).sum())
-    seen = int((np.abs(around[0, measured] - z) <= SLACK).sum())
-    return through / (through + seen) if through + seen >= FEWEST else 0.0
+    chosen, around, z = chosen[measured], around[:, measured], z[measured]
+    return chosen, around.min(axis=0) > z + SLACK, np.abs(around[0] - z) <= SLACK
