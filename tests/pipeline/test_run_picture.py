@@ -158,7 +158,7 @@ def test_the_bold_line_is_the_answer_of_the_title(result: RecognitionResult) -> 
     panel = axes()
     draw_probabilities(panel, changed, Journey())
     title, _ = captions(changed, {})
-    assert title == "chair, 55% sure"
+    assert title == "perhaps chair, 55%"
     assert bold(panel) == ["chair 0.55"]
 
 
@@ -209,19 +209,22 @@ def test_a_camera_that_stands_still_is_drawn_over_frames(tmp_path: Path) -> None
     assert (tmp_path / "still.png").stat().st_size > 10_000
 
 
-def named(result: RecognitionResult, known: bool, seen: float = 1.0) -> RecognitionResult:
+def named(
+    result: RecognitionResult, known: bool, seen: float = 1.0, probability: float = 0.55
+) -> RecognitionResult:
     """The same run with the longest name."""
-    answer = Prediction.from_probabilities(
-        ("night_stand", "chair"), np.array([0.55, 0.45]), known=known
-    )
+    shares = np.array([probability, 1 - probability])
+    answer = Prediction.from_probabilities(("night_stand", "chair"), shares, known=known)
     return replace(
         result, steps=tuple(replace(step, prediction=answer, seen=seen) for step in result.steps)
     )
 
 
 def test_an_answer_that_may_be_of_no_class_says_so_in_the_title(result: RecognitionResult) -> None:
-    title, _ = captions(named(result, True), {"truth": "night_stand"})
-    assert title == "night stand, 55% sure (right)"
+    title, _ = captions(named(result, True, probability=0.9), {"truth": "night_stand"})
+    assert title == "night stand, 90% sure (right)"
+    title, _ = captions(named(result, True, probability=0.89), {"truth": "night_stand"})
+    assert title == "perhaps night stand, 89% (right)"
     title, _ = captions(named(result, False), {"truth": "bathtub"})
     assert title == "unknown, nearest night stand, 55% (wrong: it is a bathtub)"
 

@@ -134,19 +134,25 @@ def test_numbers_that_can_not_be_counted_with_are_left_out(copied_run, number):
 
 @pytest.mark.parametrize("sure", [True, False])
 @pytest.mark.parametrize(
-    ("name", "told"),
-    [("known", "not sure to be of any class"), ("conclusive", "too little of it was seen")],
+    ("name", "seen", "told"),
+    [
+        ("known", 1.0, "not sure to be of any class"),
+        ("conclusive", 0.7, "too little of it was seen"),
+        ("conclusive", 0.8, "it may well be something else"),
+    ],
 )
-def test_an_answer_that_was_not_sure_is_not_sure_in_the_playback(copied_run, name, told, sure):
+def test_an_answer_that_was_not_sure_is_not_sure_in_the_playback(
+    copied_run, name, seen, told, sure
+):
     log = copied_run / "log.jsonl"
     rows = [
-        json.loads(line) | {"known": True, "conclusive": True, name: sure}
+        json.loads(line) | {"known": True, "conclusive": True, "seen": seen, name: sure}
         for line in log.read_text().splitlines()
     ]
     log.write_text("".join(json.dumps(row) + "\n" for row in rows))
     ended = json.loads((copied_run / "result.json").read_text())
     (copied_run / "result.json").write_text(
-        json.dumps(ended | {"known": True, "conclusive": True, name: sure})
+        json.dumps(ended | {"known": True, "conclusive": True, "seen": seen, name: sure})
     )
     played = PlayedRun(SavedRun.load(copied_run))
     shown = answer_html(played.shown(5).row)

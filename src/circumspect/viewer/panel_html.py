@@ -7,6 +7,8 @@ from html import escape
 from typing import Any
 
 from circumspect.pipeline import CLASSIFIED
+from circumspect.pipeline.doubt import FEW_SIDES, OTHERS
+from circumspect.planning import ENOUGH_SEEN
 from circumspect.viewer.colouring import CLASSES
 
 MOST_BARS, MOST_FAULTS = 6, 6
@@ -33,7 +35,8 @@ def answer_html(row: Mapping[str, Any], truth: str | None = None, news: str = ""
         if row.get("known") is False:
             head += f" <span style='{QUIET}'>not sure to be of any class</span>"
         elif row.get("conclusive") is False:
-            head += f" <span style='{QUIET}'>not sure: too little of it was seen</span>"
+            why = OTHERS if row.get("seen", 0.0) >= ENOUGH_SEEN else FEW_SIDES
+            head += f" <span style='{QUIET}'>{why.removeprefix(', ')}</span>"
         if truth is not None:
             right = truth == label
             head += (
