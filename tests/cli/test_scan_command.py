@@ -30,7 +30,7 @@ FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
     "object", "true_label", "start_deg",
     "label", "known", "conclusive", "probability", "probabilities", "truth", "frames", "outcomes",
-    "lost_from", "seen", "points", "interrupted", "milliseconds",
+    "lost_from", "seen", "points", "interrupted", "reason", "milliseconds",
     "distance_m", "ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness",
     "run", "ended",
 ]  # fmt: skip
@@ -351,6 +351,7 @@ def test_ctrl_c_saves_and_says_where(
         replace(FEW, frames=9, out=out).run()
     assert json.loads((out / "result.json").read_text())["interrupted"] is True
     assert json.loads((out / "scan.json").read_text())["ended"] == "interrupted"
+    assert json.loads((out / "result.json").read_text())["reason"] is None
     assert str(out) in capsys.readouterr().err.replace("\n", "")
 
 

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scan_world import NOTHING, QUICK, scan, start, wall
+from small_world import Diary
 
-from circumspect.errors import InputError
+from circumspect.errors import InputError, OutputError
 from circumspect.geometry import PlanarPose
 from circumspect.mapping import KnownPoses, PoseEstimate
 from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
@@ -262,3 +263,18 @@ def test_ctrl_c_stops_the_robot_and_saves(ctrl_c_at: Callable[[int], None], tmp_
 def test_settings_that_make_no_sense_are_refused(wrong) -> None:
     with pytest.raises(InputError):
         ScanSettings(**wrong)
+
+
+def test_what_ended_a_scan_early_is_told_with_its_reason() -> None:
+    class Full(Diary):
+        def on_step(self, step: RecognitionStep) -> None:
+            super().on_step(step)
+            if len(self.steps) == 3:
+                raise OutputError("run/log.jsonl: no space left on device")
+
+    diary = Full()
+    driven = scan(diary)
+    with pytest.raises(OutputError):
+        driven.run()
+    assert driven.ended == "interrupted: run/log.jsonl: no space left on device"
+    assert diary.ends[0].reason == "run/log.jsonl: no space left on device"

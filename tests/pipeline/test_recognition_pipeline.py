@@ -143,6 +143,7 @@ def test_a_blind_end_and_an_early_one_are_named_over_all_grids() -> None:
         line.run(interrupted())
     assert [len(views) for views in classifier.asked] == [4, 4, 8]
     assert diary.ends[0].prediction == line.prediction != diary.steps[-1].prediction
+    assert (diary.ends[0].interrupted, diary.ends[0].reason) == (True, "")
 
 
 @pytest.mark.parametrize("good", [2, 3])
@@ -161,6 +162,7 @@ def test_a_classifier_that_begins_to_fail_does_not_lose_the_run(good: int) -> No
         line.run(frames(3))
     assert len(diary.ends) == 1
     assert diary.ends[0].interrupted
+    assert diary.ends[0].reason.startswith("broken at")
     assert len(diary.ends[0].steps) == good
 
 
@@ -303,6 +305,7 @@ def test_a_frame_without_a_pose_is_told_and_steps_so_far_are_kept() -> None:
         pipeline(diary).run([shots[0], lost, shots[2]])
     assert len(diary.ends) == 1
     assert diary.ends[0].interrupted
+    assert "no pose" in diary.ends[0].reason
     assert len(diary.ends[0].steps) == 1
 
 

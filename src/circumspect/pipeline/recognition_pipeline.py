@@ -34,6 +34,7 @@ from circumspect.pipeline.records import (
     PipelineObserver,
     RecognitionResult,
     RecognitionStep,
+    reason_of,
     tell_end,
 )
 from circumspect.pipeline.stage_clock import StageClock
@@ -118,7 +119,7 @@ class RecognitionPipeline:
             InputError: A frame has no pose and the pose estimator needs one.
         """
         log = StepLog()
-        complete = False
+        complete, cause = False, None
         self._count = 0
         try:
             # What drives for its frames stops before loops are closed and files written.
@@ -129,6 +130,9 @@ class RecognitionPipeline:
                     for observer in self.observers:
                         observer.on_step(step)
             complete = True
+        except BaseException as error:
+            cause = error
+            raise
         finally:
             steps = log.steps
             try:
@@ -136,10 +140,10 @@ class RecognitionPipeline:
             except BaseException as error:
                 # A fault gives way to what ended the run; an interrupt is one itself.
                 if complete or not isinstance(error, Exception):
-                    complete = False
+                    complete, cause = False, error
                     raise
             finally:
-                result = RecognitionResult(tuple(steps), interrupted=not complete)
+                result = RecognitionResult(tuple(steps), not complete, reason_of(cause))
                 tell_end(self.observers, result)
         return result
 

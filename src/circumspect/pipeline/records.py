@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
+from circumspect.errors import CircumspectError
 from circumspect.grid import OccupancyGrid
 from circumspect.mapping import ObjectModel, PoseEstimate
 from circumspect.pipeline.doubt import doubt
+from circumspect.robot import RunStopped
 
 CLASSIFIED = "classified"
 OUT_OF_ORDER = "not later than the frame before"
@@ -115,7 +117,8 @@ class RecognitionResult:
 
     Attributes:
         steps: One for each frame; only the last one holds model and grid.
-        interrupted: The run ended before its frames did.
+        interrupted: The run ended before its frames did …
+        reason: … for this reason, in words; empty where that was Ctrl-C.
 
     The poses of the steps are those that were known when the run ended: where the way round the
     object closed, they are corrected.
@@ -123,6 +126,7 @@ class RecognitionResult:
 
     steps: tuple[RecognitionStep, ...]
     interrupted: bool = False
+    reason: str = ""
 
     def __repr__(self) -> str:
         ended = ", interrupted" if self.interrupted else ""
@@ -166,6 +170,13 @@ class RecognitionResult:
     def conclusive(self) -> bool:
         """See `RecognitionStep.conclusive`; of the final answer."""
         return self.last is not None and self.last.conclusive
+
+
+def reason_of(cause: BaseException | None) -> str:
+    """Why a run ended early, in words; empty where it did not, or by Ctrl-C."""
+    if not isinstance(cause, Exception):
+        return ""
+    return str(cause) if isinstance(cause, CircumspectError | RunStopped) else repr(cause)
 
 
 def _told(prediction: Prediction | None) -> str:

@@ -167,5 +167,6 @@ def result_document(
         "seen": 0.0 if last is None else last.seen,
         "points": len(result.points_xyz),
         "interrupted": result.interrupted,
+        "reason": result.reason or None,
         "milliseconds": stage_times(result.steps, plan),
     }

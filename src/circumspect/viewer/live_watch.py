@@ -128,7 +128,8 @@ class LiveWatch:
         self._last = (result.last, frame, target, result.last.model)
         if self._rows:
             self._rows[-1] = result.last.summary()
-        self._put(f"the run is over: {self._run.ended or 'no more frames'}")
+        early = result.reason or "interrupted" if result.interrupted else ""
+        self._put(f"the run is over: {self._run.ended or early or 'no more frames'}")
 
     def _look_round(self, T_map_camera: RigidTransform) -> None:
         """With the first pose it is known how the scene lies in the robot's map."""
