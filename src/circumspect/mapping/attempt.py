@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from circumspect.geometry.composition import orthonormal
-from circumspect.mapping import rigid_matrix
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.motion import CLOSE_SHIFT, CLOSE_TURN, Belief, apart
 from circumspect.mapping.registration import Registration
@@ -23,6 +21,7 @@ class Attempt:
         source: Of the prediction.
         found: The registration that the verdict is of; None where there was none.
         refused: In its place one that leapt or is ambiguous: nothing goes by it, it is only told.
+        prediction: Where it began; None where that is still the belief.
     """
 
     belief: Belief
@@ -30,15 +29,7 @@ class Attempt:
     source: str
     found: Registration | None = None
     refused: Registration | None = None
-
-    @property
-    def expected(self) -> Belief:
-        """The prediction that it began with."""
-        found = self.found
-        if found is None or self.belief.T_map_camera is not found.T_map_camera:
-            return self.belief
-        T_map_camera = found.T_map_camera.as_matrix() @ rigid_matrix.exp(-found.innovation)
-        return Belief(orthonormal(T_map_camera), np.linalg.inv(found.information - found.hessian))
+    prediction: Belief | None = None
 
     @property
     def told(self) -> Registration | None:

@@ -104,7 +104,7 @@ class Placement:
             return Attempt(believed, ambiguous, source, refused=found)
         # By their information; directions that the scene does not hold stay as predicted.
         fused = Belief(found.T_map_camera, np.linalg.inv(found.information))
-        return Attempt(fused, verdict, source, found)
+        return Attempt(fused, verdict, source, found, prediction=believed)
 
     def _at_a_glance(
         self, scan: Scan, believed: Belief, information: NDArray[np.floating]

@@ -98,7 +98,7 @@ class RegisteredPoses(PoseEstimator):
 
         # Where the camera should be, and what the frame says to it
         before, best = self._belief, self._best_attempt(frame, scan)
-        expected = best.expected
+        expected = best.prediction or best.belief
 
         # A frame that fits nowhere near: perhaps the robot was carried off
         if best.verdict.contradicts:

@@ -34,7 +34,7 @@ from circumspect.pipeline.records import (
     PipelineObserver,
     RecognitionResult,
     RecognitionStep,
-    reason_of,
+    reason_of_end,
     tell_end,
 )
 from circumspect.pipeline.stage_clock import StageClock
@@ -143,7 +143,7 @@ class RecognitionPipeline:
                     complete, cause = False, error
                     raise
             finally:
-                result = RecognitionResult(tuple(steps), not complete, reason_of(cause))
+                result = RecognitionResult(tuple(steps), not complete, reason_of_end(cause))
                 tell_end(self.observers, result)
         return result
 

@@ -172,7 +172,7 @@ class RecognitionResult:
         return self.last is not None and self.last.conclusive
 
 
-def reason_of(cause: BaseException | None) -> str:
+def reason_of_end(cause: BaseException | None) -> str:
     """Why a run ended early, in words; empty where it did not, or by Ctrl-C."""
     if not isinstance(cause, Exception):
         return ""
