@@ -17,9 +17,14 @@ from circumspect.recording import BagRecording, BagSettings, open_recording
 from circumspect.recording.bag import BagMessage
 from circumspect.recording.frame_assembly import AssemblySettings, ClockError, FrameAssembly
 from circumspect.recording.image_messages import camera_info, depth_message
-from circumspect.recording.pose_messages import transform_message, transforms_message
+from circumspect.recording.pose_messages import (
+    odometry_message,
+    transform_message,
+    transforms_message,
+)
 from circumspect.recording.ros_types import TRANSFORMS
 from circumspect.recording.topic_choice import ChosenTopics
+from circumspect.sensing import Odometry
 
 
 def test_the_map_frame_gives_poses_if_asked_for(tmp_path: Path) -> None:
@@ -193,6 +198,20 @@ def test_a_single_wrong_stamp_is_no_leap(wrong: float) -> None:
     arrivals = [0.1 * number for number in range(7)]
     kept = [stamp for stamp in stamps if stamp != wrong]
     assert heard_at(stamps, arrivals) == pytest.approx(kept)
+
+
+def test_odometry_of_an_image_that_is_left_out_goes_with_it() -> None:
+    topics = ChosenTopics("/depth", None, None, "/odom", ())
+    assembly = FrameAssembly(topics, AssemblySettings(camera=CAMERA, synchronous=True))
+    found = []
+    for number, (stamp, tells) in enumerate([(100.0, True), (0.0, True), (100.2, False)]):
+        if tells:
+            told = odometry_message(Odometry(stamp, driven(stamp)), "odom", "base")
+            found += assembly.heard(BagMessage("/odom", number * 10**8, told))
+        image = depth_message(frame(0).depth, stamp, "xtion")
+        found += assembly.heard(BagMessage("/depth", number * 10**8, image))
+    assert [one.stamp for one in found] == [100.0, 100.2]
+    assert [one.odometry is None for one in found] == [False, True]
 
 
 def test_two_wrong_stamps_that_differ_are_no_leap() -> None:

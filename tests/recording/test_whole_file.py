@@ -22,33 +22,35 @@ def breaks(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     monkeypatch.setattr(whole_file.os, "write", half)
 
 
-def test_what_is_interrupted_is_written_once_when_it_is_kept_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def begun(tmp_path: Path) -> WholeFile:
+    """A file that holds one record, and a second one that is to be kept."""
     file = WholeFile(tmp_path / "records")
     file.write(b"one")
     file.keep()
     file.write(b"second")
+    return file
+
+
+def test_what_is_interrupted_is_written_once_when_it_is_kept_again(
+    begun: WholeFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     breaks(monkeypatch, KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        file.keep()
+        begun.keep()
     assert (tmp_path / "records").read_bytes() == b"one"
-    file.write(b"third")
-    file.keep()
-    assert file.tell() == len(b"onesecondthird")
-    file.close()
+    begun.write(b"third")
+    begun.keep()
+    assert begun.tell() == len(b"onesecondthird")
+    begun.close()
     assert (tmp_path / "records").read_bytes() == b"onesecondthird"
 
 
 def test_what_the_system_refuses_is_cut_off_and_ends_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    begun: WholeFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file = WholeFile(tmp_path / "records")
-    file.write(b"one")
-    file.keep()
-    file.write(b"second")
     breaks(monkeypatch, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
     with pytest.raises(OSError, match="space"):
-        file.keep()
-    assert file.closed
+        begun.keep()
+    assert begun.closed
     assert (tmp_path / "records").read_bytes() == b"one"

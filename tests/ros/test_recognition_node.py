@@ -55,27 +55,38 @@ def retracted(told: Any) -> bool:
     return told.header.frame_id == "" and bool(np.isnan([place.x, place.y, place.z]).all())
 
 
-def test_a_next_view_that_is_none_any_more_is_retracted_once(
+@pytest.fixture
+def driving(
     bus: MemoryBus, node: RecognitionNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The topic is latched: who comes late would still be sent there."""
+) -> OrbitingRobot:
+    """A robot of which two frames were worked on; all that is known is told after each."""
     monkeypatch.setattr("circumspect.ros.announcer.EVERY", 0.0)
     robot = OrbitingRobot(bus)
     robot.stand()
     for number in range(2):
         robot.drive(number)
     worked_off(node)
+    return robot
+
+
+def test_a_next_view_that_is_none_any_more_is_retracted_once(
+    bus: MemoryBus,
+    node: RecognitionNode,
+    driving: OrbitingRobot,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The topic is latched: who comes late would still be sent there."""
     views = [retracted(told) for told in bus.told("/circumspect/next_view")]
     assert views == [False, False]
     assert node.target is not None
     with monkeypatch.context() as patch:
         patch.setattr(NextViews, "advice", lambda *_: Finished("seen enough"))
         for number in range(2, 4):
-            robot.drive(number)
+            driving.drive(number)
         worked_off(node)
     assert [retracted(told) for told in bus.told("/circumspect/next_view")[2:]] == [True]
     assert node.target is None
-    robot.drive(4)
+    driving.drive(4)
     worked_off(node)
     for _ in range(2):
         send(bus, "/circumspect/reset")
@@ -210,18 +221,15 @@ def test_the_rate_limits_what_is_taken(bus: MemoryBus, made: Any) -> None:
 
 
 def test_an_answer_that_is_none_any_more_is_withdrawn_once(
-    bus: MemoryBus, node: RecognitionNode, monkeypatch: pytest.MonkeyPatch
+    bus: MemoryBus,
+    node: RecognitionNode,
+    driving: OrbitingRobot,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """What turns out to be wider than anything that has a name: who comes late would still hear it."""
-    monkeypatch.setattr("circumspect.ros.announcer.EVERY", 0.0)
-    robot = OrbitingRobot(bus)
-    robot.stand()
-    for number in range(2):
-        robot.drive(number)
-    worked_off(node)
     monkeypatch.setattr(RecognitionPipeline, "_fill_grid", lambda *_: TOO_WIDE)
     for number in range(2, 4):
-        robot.drive(number)
+        driving.drive(number)
     assert [step.outcome for step in worked_off(node)] == [TOO_WIDE] * 2
     told = [len(answer.detections) for answer in bus.told("/circumspect/detections")]
     assert told == [1, 1, 0]

@@ -199,7 +199,7 @@ class FrameAssembly:
         if leap := _leap(self._clock, now):
             if self._strange is not None and not _leap(self._strange, now):
                 raise ClockError(leap, now[0])
-            self._strange = now
+            self._strange, self._since_image = now, None
             self._count += 1
             self.skipped[f"frame {self._count} at {now[0]:.3f} s"] = (
                 f"its stamp is {leap:+.1f} s off"
