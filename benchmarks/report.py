@@ -18,7 +18,7 @@ import numpy as np
 from circumspect.storage import atomic_open, write_json
 
 RESULTS = Path(__file__).parent / "results"
-PACKAGES = ("circumspect", "numpy", "scipy", "trimesh", "onnxruntime")
+PACKAGES = ("circumspect", "numpy", "scipy", "trimesh", "small_gicp", "onnxruntime")
 
 
 @dataclass(frozen=True)

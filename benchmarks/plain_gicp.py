@@ -1,0 +1,57 @@
+"""What someone would take who has small_gicp alone: its own scan-to-model registration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import small_gicp
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.sensing import RgbdFrame
+
+VOXEL = 0.03
+"""Side of the voxels [m] of a scan and of the model."""
+REACH = 0.1
+"""A point and its match lie no farther apart [m]."""
+THREADS = 2
+HORIZON = 1_000_000
+"""So many frames a voxel stays that no scan meets: all of them, as in our map."""
+
+
+@dataclass
+class PlainGicp:
+    """Voxelised GICP of each frame to all before it, as in small_gicp's example of odometry.
+
+    The prediction is that of constant velocity; nothing is gated, and nothing is corrected later.
+
+    Attributes:
+        farthest: Depth beyond it is not used [m].
+    """
+
+    farthest: float
+    _model: small_gicp.GaussianVoxelMap = field(init=False)
+    _last: NDArray[np.float64] | None = field(init=False, default=None)
+    _step: NDArray[np.float64] = field(init=False, default_factory=lambda: np.eye(4))
+
+    def __post_init__(self) -> None:
+        self._model = small_gicp.GaussianVoxelMap(VOXEL)
+        self._model.set_lru(horizon=HORIZON, clear_cycle=HORIZON)
+
+    def estimate(self, frame: RgbdFrame) -> RigidTransform:
+        """The frame's pose; of the first one its own is taken."""
+        near = frame.valid & (frame.depth < self.farthest)
+        points_xyz = frame.camera.back_project(frame.depth, near)
+        scan, _ = small_gicp.preprocess_points(points_xyz, VOXEL, num_threads=THREADS)
+        if self._last is None:
+            T_map_camera = frame.pose.as_matrix()
+        else:
+            T_map_camera = small_gicp.align(
+                self._model, scan, self._last @ self._step,
+                max_correspondence_distance=REACH, num_threads=THREADS,
+            ).T_target_source  # fmt: skip
+            self._step = np.linalg.inv(self._last) @ T_map_camera
+        self._model.insert(scan, T_map_camera)
+        self._last = T_map_camera
+        return RigidTransform.from_matrix(T_map_camera)
