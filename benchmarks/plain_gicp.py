@@ -16,6 +16,7 @@ VOXEL = 0.03
 REACH = 0.1
 """A point and its match lie no farther apart [m]."""
 THREADS = 2
+"""As many as a robot's computer of two cores has."""
 HORIZON = 1_000_000
 """So many frames a voxel stays that no scan meets: all of them, as in our map."""
 

@@ -16,8 +16,9 @@ FEWEST = 50
 """Fewer points in view say nothing."""
 SLACK = 0.06
 """Depths this much [m] beyond a point of the map, all round it, look through it."""
-ROUND_IT = ((0, 0), (-6, 0), (6, 0), (0, -6), (0, 6))
-"""Offsets of the pixels [px] that count as round it: rims are no contradiction."""
+AWAY = 6
+"""So far [px] are the pixels that count as round it: rims are no contradiction."""
+ROUND_IT = ((0, 0), (-AWAY, 0), (AWAY, 0), (0, -AWAY), (0, AWAY))
 NEAREST, FARTHEST = 0.5, 3.0
 """Range [m] within which points should be seen well."""
 
@@ -89,7 +90,7 @@ def _looked_at(
     x, y, z = points.T
     u = np.rint(x / z * camera.fx + camera.cx).astype(np.intp)
     v = np.rint(y / z * camera.fy + camera.cy).astype(np.intp)
-    inside = (u >= 6) & (u < camera.width - 6) & (v >= 6) & (v < camera.height - 6)
+    inside = (u >= AWAY) & (u < camera.width - AWAY) & (v >= AWAY) & (v < camera.height - AWAY)
     chosen, u, v, z = chosen[inside], u[inside], v[inside], z[inside]
     around = np.stack([frame.depth[v + dv, u + du] for dv, du in ROUND_IT])
     measured = np.isfinite(around).all(axis=0)
