@@ -31,26 +31,40 @@ class Classifier(ABC):
         """How it wants to be shown clouds."""
 
     @abstractmethod
-    def classify(self, cloud: PointCloud | ArrayLike) -> Prediction:
+    def classify(
+        self,
+        cloud: PointCloud | ArrayLike,
+        *,
+        metric: bool = False,
+        coverage: float | None = None,
+    ) -> Prediction:
         """Name the object that a cloud shows.
 
         Args:
-            cloud: The object's surface, z up, any unit and place; only the object. An (n, 3)
-                array will do. To a classifier that tells the unknown fewer than 128 distinct points
-                tell no class, nor does a cloud that still holds the floor: never `known`.
+            cloud: The object's surface, z up, any place; only the object. An (n, 3) array will do.
+                A cloud of fewer than 128 distinct points, or one that still holds the floor, is
+                never `in_distribution` to a classifier that recognises unknown objects.
+            metric: The points are in metres; without it their scale counts as unknown.
+            coverage: Share of the azimuth from which it was seen, 0 … 1; None where unknown.
 
         Raises:
             GeometryError: The points span no shape: all in one place or on a line.
-            InputError: No points: a mesh, a path.
+            InputError: No points: a mesh, a path; an implausible size in metres; or an unknown
+                scale with a classifier that requires one.
         """
 
     @abstractmethod
-    def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+    def classify_grid(
+        self, *views: OccupancyGrid, metric: bool = False, coverage: float | None = None
+    ) -> Prediction:
         """Name the object that grids show.
 
         Args:
             views: One grid of the object, or one for each of `recipe.all_bounds`. With a single
                 one the answer is a little less steady between whole azimuth cells.
+            metric: Their bounds are in metres; without it the scale counts as unknown.
+            coverage: Share of the azimuth from which the object was seen, 0 … 1; None where
+                unknown.
 
         Raises:
             InputError: No grid, or one of another kind or shape than the classifier was trained on.

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.classification.context import grid_context
 from circumspect.classification.input_recipe import (
     MOST_POINTS,
     MOST_VIEWS,
@@ -24,11 +25,12 @@ from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface
 from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid, RectangularGrid, hits_batch
 from circumspect.grid.grid_arguments import checked_shape
+from circumspect.grid.occupancy_grid import FREE, OCCUPIED
 
 
 @dataclass(frozen=True)
 class GridRecipe(InputRecipe):
-    """An occupancy grid as the only channel of an input.
+    """An occupancy grid as the input of a network.
 
     Attributes:
         kind: "cylindrical" or "rectangular".
@@ -41,6 +43,10 @@ class GridRecipe(InputRecipe):
             filled between near neighbours.
         fill_samples: Points added to fill a surface.
         margin: The grid is this many times as large as the smallest one that holds the object.
+        visibility: Inputs are the three states of each cell, so that unobserved space is told apart
+            from empty space; without it they are 1 where occupied.
+        metric: The network is also shown the object's size in metres, or that it is unknown.
+        scale_required: It was never trained without the size: objects of unknown scale are refused.
 
     Raises:
         InputError: Another kind, no shape of a grid, numbers out of range, or staggered grids
@@ -54,6 +60,9 @@ class GridRecipe(InputRecipe):
     fill_samples: int = 16_384
     margin: float = 1.0
     staggered: bool = False
+    visibility: bool = False
+    metric: bool = False  # pyright: ignore[reportIncompatibleMethodOverride]
+    scale_required: bool = False
 
     def __post_init__(self) -> None:
         if self.kind not in ("cylindrical", "rectangular"):
@@ -62,8 +71,11 @@ class GridRecipe(InputRecipe):
         require_counts(self, "azimuth_views", most=MOST_VIEWS)
         require_counts(self, "fill_below", "fill_samples", most=MOST_POINTS)
         require_margin(self)
-        if not isinstance(self.staggered, bool):
-            raise InputError(f"staggered must be true or false, not {self.staggered!r:.40}")
+        for name in ("staggered", "visibility", "metric", "scale_required"):
+            if not isinstance(value := getattr(self, name), bool):
+                raise InputError(f"{name} must be true or false, not {value!r:.40}")
+        if self.takes_context:
+            self._require_cylindrical()
         if self.staggered:
             self._require_cylindrical()
             require_room(self.shape, self.margin)
@@ -140,8 +152,39 @@ class GridRecipe(InputRecipe):
         return occupied.reshape(len(yaws), self.azimuth_views, *self.shape)
 
     def inputs(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.uint8]:
-        """See `InputRecipe.inputs`."""
-        return self.grids(cloud, yaws)[:, :, None]
+        """See `InputRecipe.inputs`; of a cloud without rays empty cells are `UNKNOWN`."""
+        occupied = self.grids(cloud, yaws)[:, :, None]
+        return occupied * np.uint8(OCCUPIED) if self.visibility else occupied
+
+    def input_of(self, grid: OccupancyGrid) -> NDArray[np.uint8]:
+        """(1, *shape) the input that a grid is.
+
+        Raises:
+            InputError: It can not be shown, see `accepts`.
+        """
+        self.accepts(grid)
+        return grid.states[None] if self.visibility else grid.occupied[None].astype(np.uint8)
+
+    @property
+    def takes_context(self) -> bool:
+        """See `InputRecipe.takes_context`."""
+        return self.visibility or self.metric
+
+    def context(
+        self, inputs: NDArray[Any], bounds: Grid | None = None
+    ) -> NDArray[np.float32] | None:
+        """See `InputRecipe.context`; visibility is known where a cell is `FREE`."""
+        if not self.takes_context:
+            return None
+        first = inputs[0, 0]
+        known = self.metric and isinstance(bounds, CylindricalGrid)
+        if self.scale_required and not known:
+            raise InputError("the classifier needs the object's size; state the unit of its points")
+        size = (bounds.radius, bounds.half_height) if known else (1.0, 1.0)
+        return grid_context(
+            first == (OCCUPIED if self.visibility else 1), *size,
+            visible=self.visibility and bool((inputs == FREE).any()), metric=known,
+        )  # fmt: skip
 
     def with_views(self, azimuth_views: int, staggered: bool = False) -> GridRecipe:
         """See `InputRecipe.with_views`: of a rectangular grid there is one."""

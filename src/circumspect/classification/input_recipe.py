@@ -36,6 +36,32 @@ class InputRecipe(ABC):
     def input_shape(self) -> tuple[int, ...]:
         """Of one input, without the axis of the batch."""
 
+    @property
+    def takes_context(self) -> bool:
+        """Whether a network is shown a context beside each input, see `grid_context`."""
+        return False
+
+    @property
+    def metric(self) -> bool:
+        """Whether it is shown the object's size in metres."""
+        return False
+
+    def context(
+        self,
+        inputs: NDArray[Any],  # noqa: ARG002
+        bounds: Grid | None = None,  # noqa: ARG002
+    ) -> NDArray[np.float32] | None:
+        """The context of one object.
+
+        Args:
+            inputs: (views, *input_shape).
+            bounds: Of the first view in metres; None where the object's scale is unknown.
+
+        Returns:
+            (6,), or None where the network takes none.
+        """
+        return None
+
     @abstractmethod
     def inputs(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[Any]:
         """What the network sees of a cloud that is turned about the vertical by each of `yaws`.

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.classification.classifier import Classifier
+from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.floor_left import holds_floor
 from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.input_recipe import InputRecipe
@@ -24,6 +25,8 @@ from circumspect.classification.onnx_inspection import (
     require_plain_network,
 )
 from circumspect.classification.onnx_session import check_shapes, run_in_parts
+from circumspect.classification.open_set import OpenSetRule
+from circumspect.classification.plausible_size import require_plausible_size
 from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
 from circumspect.errors import CircumspectError, InputError, WeightsError, reason_of
@@ -32,6 +35,8 @@ from circumspect.geometry.given_cloud import as_cloud
 from circumspect.grid import OccupancyGrid
 
 METADATA_KEY = "circumspect"
+FORMAT = 2
+"""Of what a file says of itself: 2 knows visibility, metric size, an open set and confidence."""
 SHIPPED = "weights/modelnet10.onnx"
 OBJECTS = "objects"
 """What a network's record of its training calls the names of those that it was fitted to."""
@@ -53,11 +58,19 @@ class OnnxClassifier(Classifier):
         self.description = description
         """What the file says of itself: name, classes, grid, temperature, training and, with its
         training objects, unknown_beyond."""
-        self._classes = _checked_classes(description)
+        _require_known_format(description)
+        self._outputs_classes = _checked_classes(description)
+        self._other = _other_column(description, self._outputs_classes)
+        self._classes = tuple(
+            name for column, name in enumerate(self._outputs_classes) if column != self._other
+        )
         self._recipe = recipe_from_dict(description["grid"])
         self._temperature = checked_temperature(description.get("temperature", 1.0))
         beyond = description.get("unknown_beyond")
         self._unknown_beyond = np.inf if beyond is None else checked_distance(beyond)
+        open_set = description.get("open_set")
+        self._open_set = None if open_set is None else OpenSetRule.from_dict(open_set)
+        self._rule = ConfidenceRule.from_dict(description.get("confidence"))
         self._outputs = [output.name for output in session.get_outputs()]
         self._loaded_with: tuple[str | None, int] | None = None
 
@@ -122,21 +135,33 @@ class OnnxClassifier(Classifier):
         told = self.description.get("training")
         return told if isinstance(told, dict) else {}
 
-    def classify(self, cloud: PointCloud | ArrayLike) -> Prediction:
+    def classify(
+        self,
+        cloud: PointCloud | ArrayLike,
+        *,
+        metric: bool = False,
+        coverage: float | None = None,
+    ) -> Prediction:
         """See `Classifier.classify`."""
         start, cloud = time.perf_counter(), as_cloud(cloud)
+        if metric:
+            require_plausible_size(cloud)
         inputs = self._recipe.inputs(cloud)
+        bounds = self._recipe.bounds(cloud) if metric and self._recipe.metric else None
+        context = self._recipe.context(inputs[0], bounds)
         times = {"grid": 1e3 * (time.perf_counter() - start)}
-        prediction = self._prediction(inputs, times)
+        prediction = self._prediction(inputs, context, times, coverage)
         if self._tells_unknown and not _is_one_object(cloud.points_xyz):
-            return replace(prediction, known=False)
+            return replace(prediction, in_distribution=False)
         return prediction
 
     @property
     def _tells_unknown(self) -> bool:
-        return bool(np.isfinite(self._unknown_beyond))
+        return self._open_set is not None or bool(np.isfinite(self._unknown_beyond))
 
-    def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+    def classify_grid(
+        self, *views: OccupancyGrid, metric: bool = False, coverage: float | None = None
+    ) -> Prediction:
         """See `Classifier.classify_grid`."""
         if not views:
             raise InputError("there is no grid to name; give one at least")
@@ -147,62 +172,131 @@ class OnnxClassifier(Classifier):
                     "classify_grid(*views), of bounds: classify_grid(bounds.hits(points))"
                 )
             self._recipe.accepts(grid)
-        occupied = np.stack([grid.occupied for grid in views])
-        return self._prediction(occupied.astype(np.uint8)[None, :, None], {})
+        recipe = self._recipe
+        assert isinstance(recipe, GridRecipe)  # Others accept no grid.
+        inputs = np.stack([recipe.input_of(grid) for grid in views])
+        context = recipe.context(inputs, views[0].grid if metric else None)
+        return self._prediction(inputs[None], context, {}, coverage)
 
-    def _prediction(self, inputs: NDArray[Any], milliseconds: Mapping[str, float]) -> Prediction:
+    def _prediction(
+        self,
+        inputs: NDArray[Any],
+        context: NDArray[np.float32] | None,
+        milliseconds: Mapping[str, float],
+        coverage: float | None,
+    ) -> Prediction:
         """Of one object."""
         start, distance = time.perf_counter(), None
+        contexts = None if context is None else context[None]
         if self.gives_distances:
-            logits, distances = self._means_over_views(inputs, self._outputs[0], DISTANCE)
+            logits, distances = self._means_over_views(inputs, contexts, self._outputs[0], DISTANCE)
             distance = float(_single(distances)[0])
         else:
-            (logits,) = self._means_over_views(inputs, self._outputs[0])
-        probabilities = self._softmax(logits)[0]
+            (logits,) = self._means_over_views(inputs, contexts, self._outputs[0])
+        probabilities, other = self._softmax(logits)
         times = {**milliseconds, "classify": 1e3 * (time.perf_counter() - start)}
-        known = distance is None or distance <= self._unknown_beyond
-        return Prediction.from_probabilities(self._classes, probabilities, times, known, distance)
+        belongs = None
+        if self._open_set is not None:
+            belongs = float(self._open_set.probability(other[0], distance))
+            known = belongs >= self._open_set.threshold
+        else:
+            known = distance is None or distance <= self._unknown_beyond
+        return Prediction.from_probabilities(
+            self._classes, probabilities[0], times, in_distribution=known, distance=distance,
+            coverage=coverage, rule=self._rule, in_distribution_probability=belongs,
+        )  # fmt: skip
 
-    def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
+    def probabilities(
+        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
         """Class probabilities of many objects.
 
         Args:
             inputs: (n, views, *input_shape) as `recipe.inputs` makes them; logits are averaged
                 over views.
+            contexts: (n, 6) as `recipe.context` makes them; None means an unknown scale.
 
         Returns:
             (n, c) that sum to 1 along each row.
         """
-        (logits,) = self._means_over_views(inputs, self._outputs[0])
-        return self._softmax(logits)
+        (logits,) = self._means_over_views(inputs, contexts, self._outputs[0])
+        return self._softmax(logits)[0]
 
-    def _softmax(self, logits: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _softmax(
+        self, logits: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(n, c) probabilities of the classes, and (n,) that of "other" beside them."""
         scores = self._scores(logits)
         powers = np.exp(scores - scores.max(axis=1, keepdims=True))
-        return powers / powers.sum(axis=1, keepdims=True)
+        shares = powers / powers.sum(axis=1, keepdims=True)
+        if self._other is None:
+            return shares, np.zeros(len(shares))
+        named = np.delete(powers, self._other, axis=1)
+        # A row of nothing but "other" still has a nearest class.
+        named = np.maximum(named, np.finfo(np.float64).tiny)
+        return named / named.sum(axis=1, keepdims=True), shares[:, self._other]
 
-    def scores(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
+    def scores(
+        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
         """Logits of many objects, divided by the temperature: their softmax is the probabilities.
 
         Args:
             inputs: (n, views, *input_shape) as `recipe.inputs` makes them.
+            contexts: (n, 6) as `recipe.context` makes them; None means an unknown scale.
 
         Returns:
             (n, c), averaged over views.
         """
-        (logits,) = self._means_over_views(inputs, self._outputs[0])
-        return self._scores(logits)
+        (logits,) = self._means_over_views(inputs, contexts, self._outputs[0])
+        scores = self._scores(logits)
+        return scores if self._other is None else np.delete(scores, self._other, axis=1)
+
+    def open_set_signs(
+        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """What `OpenSetRule` joins.
+
+        Args:
+            inputs: (n, views, *input_shape).
+            contexts: (n, 6); None means an unknown scale.
+
+        Returns:
+            (n,) the probability of "other", and (n,) the distance to the nearest training object,
+            or None where the file does not hold them.
+        """
+        outputs = (self._outputs[0], *((DISTANCE,) if self.gives_distances else ()))
+        logits, *distances = self._means_over_views(inputs, contexts, *outputs)
+        return self._softmax(logits)[1], _single(distances[0]) if distances else None
 
     def _scores(self, logits: NDArray[np.float64]) -> NDArray[np.float64]:
-        if logits.shape[1] != len(self._classes):
+        if logits.shape[1] != len(self._outputs_classes):
             raise WeightsError(f"these weights give {logits.shape[1]} scores an input")
         return logits / self._temperature
 
-    def features(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
+    @property
+    def rule(self) -> ConfidenceRule:
+        """The bounds that make an answer confident."""
+        return self._rule
+
+    @property
+    def open_set(self) -> OpenSetRule | None:
+        """How objects of other kinds are recognised; None for files without such a model."""
+        return self._open_set
+
+    @property
+    def other(self) -> str | None:
+        """Name of the network's class of other things, which is never a label."""
+        return None if self._other is None else self._outputs_classes[self._other]
+
+    def features(
+        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
         """What the network's last layer sees of many objects: near where they look alike to it.
 
         Args:
             inputs: (n, views, *input_shape) as `recipe.inputs` makes them.
+            contexts: (n, 6) as `recipe.context` makes them; None means an unknown scale.
 
         Returns:
             (n, f), averaged over views.
@@ -212,10 +306,12 @@ class OnnxClassifier(Classifier):
         """
         if not self.gives_features:
             raise WeightsError("these weights give no features; export them anew")
-        (features,) = self._means_over_views(inputs, FEATURES)
+        (features,) = self._means_over_views(inputs, contexts, FEATURES)
         return features
 
-    def distances(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
+    def distances(
+        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
         """How far many objects are from the training objects nearest to them, see `NearExample`.
 
         Args:
@@ -229,7 +325,7 @@ class OnnxClassifier(Classifier):
         """
         if not self.gives_distances:
             raise WeightsError("these weights hold no training objects; use export --examples")
-        (distances,) = self._means_over_views(inputs, DISTANCE)
+        (distances,) = self._means_over_views(inputs, contexts, DISTANCE)
         return _single(distances)
 
     @property
@@ -242,10 +338,18 @@ class OnnxClassifier(Classifier):
         """Whether the file was exported with its training objects."""
         return DISTANCE in self._outputs[1:]
 
-    def _means_over_views(self, inputs: NDArray[Any], *outputs: str) -> list[NDArray[np.float64]]:
+    def _means_over_views(
+        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None, *outputs: str
+    ) -> list[NDArray[np.float64]]:
         count, views = inputs.shape[:2]
         flat = inputs.reshape(count * views, *self._recipe.input_shape)
-        found = run_in_parts(self._session, flat, outputs)
+        repeated = None
+        if self._recipe.takes_context:
+            if contexts is None:
+                made = [self._recipe.context(one) for one in inputs]
+                contexts = np.array([one for one in made if one is not None], np.float32)
+            repeated = np.repeat(contexts.astype(np.float32), views, axis=0)
+        found = run_in_parts(self._session, flat, outputs, repeated)
         return [one.reshape(count, views, -1).mean(axis=1, dtype=np.float64) for one in found]
 
 
@@ -264,6 +368,27 @@ def _single(distances: NDArray[np.float64]) -> NDArray[np.float64]:
     if distances.shape[1] != 1:
         raise WeightsError(f"these weights give {distances.shape[1]} distances an input")
     return distances[:, 0]
+
+
+def _require_known_format(description: Any) -> None:
+    """That a file is not of a later version than this program."""
+    number = description.get("format", 1) if isinstance(description, dict) else 1
+    if isinstance(number, bool) or not isinstance(number, int) or number < 1:
+        raise WeightsError(f"its input format is {number!r:.20}, not a whole number")
+    if number > FORMAT:
+        raise WeightsError(
+            f"its input format is {number}, this version reads up to {FORMAT}; update circumspect"
+        )
+
+
+def _other_column(description: dict[str, Any], classes: tuple[str, ...]) -> int | None:
+    """The output that stands for other things."""
+    other = description.get("other")
+    if other is None:
+        return None
+    if other not in classes or len(classes) < 2:
+        raise WeightsError(f"its class of other things, {other!r:.40}, is none of its classes")
+    return classes.index(other)
 
 
 def _checked_classes(description: Any) -> tuple[str, ...]:
@@ -365,7 +490,11 @@ def _open(content: bytes, name: str, threads: int, foreign: bool = False) -> Onn
             f"{name}: its description is broken ({error}); export it anew"
         ) from error
     try:
-        check_shapes(session, classifier.recipe.input_shape, len(classifier.classes))
+        check_shapes(
+            session, classifier.recipe.input_shape,
+            len(classifier.classes) + (classifier.other is not None),
+            classifier.recipe.takes_context,
+        )  # fmt: skip
     except WeightsError as error:
         raise WeightsError(f"{name}: {error}; export it anew") from error
     return classifier

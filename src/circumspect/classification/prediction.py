@@ -9,7 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.read_only_table import ReadOnlyTable
+
+INSEPARABLE = 0.9
+"""Classes that together have this probability, but not the first alone, are alternatives …"""
+MOST_ALTERNATIVES = 3
+"""… if they are no more than this."""
+UNKNOWN_OBJECT = "unknown object: unlike the trained classes"
 
 
 @dataclass(frozen=True)
@@ -21,43 +28,76 @@ class Prediction:
         probability: Its probability, 0 … 1.
         probabilities: Class to probability, in the classifier's order; they sum to 1.
         milliseconds: Stage to time spent [ms]; not compared: the same answer may take longer.
-        known: False where the object is less like anything that the classifier was trained on than
-            nearly all objects of the classes: it may well be of none of them, and the label is the
-            nearest guess.
+        in_distribution: Whether the object resembles the trained classes; where it does not, the
+            label is only the nearest class.
         distance: To the nearest training object, see `NearExample`; None where the classifier's
             file does not hold them.
+        coverage: Share of the azimuth from which the object was seen, 0 … 1; None where unknown.
+        rule: The bounds that make an answer confident.
+        in_distribution_probability: Probability of being of one of the classes; None where the
+            classifier's file has no such model.
     """
 
     label: str
     probability: float
     probabilities: Mapping[str, float]
     milliseconds: Mapping[str, float] = field(default_factory=dict, compare=False)
-    known: bool = True
+    in_distribution: bool = True
     distance: float | None = None
+    coverage: float | None = None
+    rule: ConfidenceRule = field(default_factory=ConfidenceRule, repr=False)
+    in_distribution_probability: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("probabilities", "milliseconds"):
             object.__setattr__(self, name, ReadOnlyTable(getattr(self, name)))
 
     def __repr__(self) -> str:
-        known = "known" if self.known else "unknown"
-        return f"Prediction({self.label} {self.probability:.2f}, {known})"
+        state = "" if self.in_distribution else ", unknown object"
+        state += ", confident" if self.confident else ""
+        return f"Prediction({self.label} {self.probability:.2f}{state})"
+
+    @property
+    def confident(self) -> bool:
+        """Whether the answer may be acted on: in distribution, probable, enough coverage."""
+        return not self.reason
+
+    @property
+    def reason(self) -> str:
+        """Why the answer is not confident; empty where it is."""
+        if not self.in_distribution:
+            return UNKNOWN_OBJECT
+        return self.rule.reason(self.probability, self.coverage)
+
+    @property
+    def alternatives(self) -> Mapping[str, float]:
+        """Classes that shape and size do not separate, such as table and desk, most likely first.
+
+        They include the label. Empty where the label alone has `INSEPARABLE` probability, where
+        more than `MOST_ALTERNATIVES` classes would be needed, or for an unknown object.
+        """
+        ranked = sorted(self.probabilities.items(), key=lambda item: -item[1])
+        held = np.cumsum([share for _, share in ranked])
+        count = int(np.searchsorted(held, INSEPARABLE)) + 1
+        if not self.in_distribution or not 1 < count <= MOST_ALTERNATIVES:
+            return ReadOnlyTable({})
+        return ReadOnlyTable(dict(ranked[:count]))
 
     def to_dict(self) -> dict[str, Any]:
         """The answer in JSON types, as `circumspect classify --json` prints it."""
         return {
             "label": self.label,
-            "known": bool(self.known),
-            "distance": None if self.distance is None else float(self.distance),
+            "confident": self.confident,
+            "reason": self.reason,
+            "in_distribution": bool(self.in_distribution),
+            "in_distribution_probability": _number(self.in_distribution_probability),
+            "distance": _number(self.distance),
+            "coverage": _number(self.coverage),
             "probability": float(self.probability),
             "probabilities": {name: float(p) for name, p in self.probabilities.items()},
+            "alternatives": {name: float(p) for name, p in self.alternatives.items()},
             "milliseconds": {name: round(float(ms), 3) for name, ms in self.milliseconds.items()},
         }
-
-    @property
-    def doubt(self) -> str:
-        """What a sentence about the answer ends with: nothing where it is `known`."""
-        return "" if self.known else ", not sure to be of any class"
 
     @classmethod
     def from_probabilities(
@@ -65,8 +105,7 @@ class Prediction:
         classes: Sequence[str],
         probabilities: NDArray[np.floating],
         milliseconds: Mapping[str, float] | None = None,
-        known: bool = True,
-        distance: float | None = None,
+        **others: Any,
     ) -> Prediction:
         """Build from a vector.
 
@@ -74,8 +113,7 @@ class Prediction:
             classes: The c class names.
             probabilities: (c,) that sum to 1.
             milliseconds: Stage to time spent [ms].
-            known: Whether the object is like those that were trained on.
-            distance: To the nearest of them.
+            others: Further attributes.
 
         Raises:
             ValueError: There are not as many probabilities as classes, or none.
@@ -87,6 +125,9 @@ class Prediction:
             probability=float(probabilities[best]),
             probabilities=named,
             milliseconds=milliseconds or {},
-            known=known,
-            distance=distance,
+            **others,
         )
+
+
+def _number(value: float | None) -> float | None:
+    return None if value is None else float(value)

@@ -1,0 +1,59 @@
+"""What a network is shown beside the cells of a grid: the object's size, and what is known.
+
+A grid forgets the size of its object. The context states it in metres, from the occupied cells and
+the bounds of the grid, so that it is the same for a cloud, a scan and a saved grid.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+VISIBILITY_KNOWN, SCALE_KNOWN, LOG_HEIGHT, LOG_RADIUS, LOG_MAJOR, LOG_MINOR = range(6)
+"""Columns: two flags, 1 or 0, then natural logarithms of lengths in metres: height, largest radius
+and the two principal standard deviations in the plane. Lengths are 0 where the scale is unknown."""
+WIDTH = 6
+
+
+def grid_context(
+    occupied: NDArray[np.bool_], radius: float, half_height: float, *, visible: bool, metric: bool
+) -> NDArray[np.float32]:
+    """The context of one cylindrical grid.
+
+    Args:
+        occupied: (radius, azimuth, height) bool, at least one cell.
+        radius: Of the grid [m].
+        half_height: Of the grid [m].
+        visible: Free and unknown cells are told apart.
+        metric: Lengths are metres; otherwise they are left out.
+
+    Returns:
+        (6,) float32.
+    """
+    context = np.zeros(WIDTH, np.float32)
+    context[VISIBILITY_KNOWN] = visible
+    if not metric:
+        return context
+    rings, sectors, layers = occupied.shape
+    cells = occupied.sum(axis=2)
+    high = np.flatnonzero(occupied.any(axis=(0, 1)))
+    height = (high[-1] - high[0] + 1) * 2.0 * half_height / layers
+    r = (np.arange(rings) + 0.5) * radius / rings
+    azimuth = (np.arange(sectors) + 0.5) * 2.0 * np.pi / sectors
+    x, y = r[:, None] * np.cos(azimuth), r[:, None] * np.sin(azimuth)
+    weights = cells * r[:, None]  # Cells grow with their radius.
+    weights = weights / weights.sum()
+    mean = (weights * x).sum(), (weights * y).sum()
+    xx = (weights * (x - mean[0]) ** 2).sum()
+    yy = (weights * (y - mean[1]) ** 2).sum()
+    xy = (weights * (x - mean[0]) * (y - mean[1])).sum()
+    middle, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    cell = radius / rings
+    outer = (np.flatnonzero(cells.any(axis=1))[-1] + 1) * cell
+    lengths = [
+        height, outer,
+        np.sqrt(middle + half), np.sqrt(max(middle - half, 0.0) + (cell / 4) ** 2),
+    ]  # fmt: skip
+    context[SCALE_KNOWN] = 1.0
+    context[LOG_HEIGHT:] = np.log(np.maximum(lengths, 1e-4))
+    return context

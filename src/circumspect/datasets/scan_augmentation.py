@@ -1,0 +1,427 @@
+"""What an RGB-D camera on a robot sees of a training object, from one view to a full orbit.
+
+Depth images of the object and of random surroundings are rendered, made noisy by `DepthNoise`,
+segmented with the errors of a segmentation, and fused with the errors of a registration. Never a
+rotation about the vertical: the object keeps its heading, only the camera goes round it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, radians, tan
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from circumspect.datasets.object_caster import ObjectCaster
+from circumspect.datasets.surroundings import NOTHING, OBJECT, Box, Surroundings, Wall
+from circumspect.errors import InputError
+from circumspect.geometry import PinholeCamera
+from circumspect.sensing import DepthNoise
+
+Chance = np.random.Generator
+HALF_IMAGE = (tan(radians(29.0)), tan(radians(22.5)))
+"""Half width and half height of the Xtion's image at 1 m."""
+FOCAL = 570.3
+"""Of the Xtion PRO [px]."""
+ACROSS = 100
+"""Rays across the object; finer than the cells of a grid, coarser than a camera's pixels."""
+AROUND = 1.3
+"""The rendered window is so many times as large as the object."""
+FEWEST = 60
+"""Voxels; a view that shows less is no scan, and another one is drawn."""
+VOXELS = 96.0
+"""Voxels along the longest side of what is seen."""
+SAMPLES = 12_000
+"""Points on a complete surface."""
+RAYS_A_VIEW = 2500
+"""Rays that are traced for the free space."""
+
+
+@dataclass(frozen=True)
+class SimulatedScan:
+    """What a simulated scan holds of an object.
+
+    Attributes:
+        points_xyz: (n, 3) float32 [m] the segmented surface, thinned to voxels, map frame.
+        origins_xyz: (m, 3) float32 [m] where rays begin.
+        ends_xyz: (m, 3) float32 [m] where they end, on the object or behind it.
+        views_xyz: (v, 3) float32 [m] where the camera was.
+    """
+
+    points_xyz: NDArray[np.float32]
+    origins_xyz: NDArray[np.float32]
+    ends_xyz: NDArray[np.float32]
+    views_xyz: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class ScanAugmentation:
+    """Ranges of the random scans.
+
+    Attributes:
+        mirror: Chance to swap left and right (x to -x).
+        stretch: Each axis is scaled by e^u, u uniform in ± this.
+        resize: So is the whole object.
+        complete: Chance that the whole surface is taken, inner faces and all, as a file holds it;
+            no rays then, but noise and holes.
+        single: Chance of a scan of one view; the others have an arc.
+        most_views: Views of a full orbit.
+        heights: Of the camera above the floor [m].
+        distances: Of the camera, in units of the distance at which the object fits the image; below
+            1 the image cuts it off.
+        nearest: The camera is at least so far from the object's middle [m].
+        farthest: And at most so far [m].
+        occluded: Chance of one or two boxes before the object.
+        beside: Chance of a box that stands next to the object.
+        walled: Chance of a wall behind the object.
+        leak: Chance that a segmentation takes in what is next to the object's pixels.
+        boxed: Chance that a segmentation is a box, with everything in it.
+        cut: Chance that a segmentation loses what lies beyond a plane.
+        floor_cut: Range of the height below which nothing is the object [m].
+        registration: Largest standard deviation of a view's pose: [m], and [deg] about the
+            vertical in hundredths of that.
+        strays: Chance of stray points.
+    """
+
+    mirror: float = 0.5
+    stretch: float = 0.08
+    resize: float = 0.08
+    complete: float = 0.35
+    single: float = 0.4
+    most_views: int = 12
+    heights: tuple[float, float] = (0.35, 1.7)
+    distances: tuple[float, float] = (0.85, 2.0)
+    nearest: float = 0.75
+    farthest: float = 5.0
+    occluded: float = 0.35
+    beside: float = 0.25
+    walled: float = 0.3
+    leak: float = 0.3
+    boxed: float = 0.2
+    cut: float = 0.25
+    floor_cut: tuple[float, float] = (-0.01, 0.07)
+    registration: float = 0.012
+    strays: float = 0.2
+
+    def __post_init__(self) -> None:
+        for name in ("mirror", "complete", "single", "occluded", "beside", "walled", "leak", "boxed", "cut",
+                     "strays"):  # fmt: skip
+            if not 0 <= getattr(self, name) <= 1:
+                raise InputError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
+        if self.most_views < 1:
+            raise InputError(f"most_views must be at least 1, not {self.most_views}")
+
+    def scan(self, caster: ObjectCaster, rng: Chance) -> SimulatedScan:
+        """Scan an object once.
+
+        Args:
+            caster: The object [m], z up.
+            rng: Source of all chance.
+
+        Returns:
+            A scan of at least `FEWEST` points, as far as a few tries find one.
+        """
+        stretch = self._stretch(rng)
+        if rng.random() < self.complete:
+            return _complete(caster, stretch, rng)
+        found = None
+        for _ in range(8):
+            found = self._once(caster, stretch, rng)
+            if len(found.points_xyz) >= FEWEST:
+                return found
+        assert found is not None
+        return found
+
+    def _stretch(self, rng: Chance) -> NDArray[np.float64]:
+        factors = np.exp(rng.uniform(-self.stretch, self.stretch, 3))
+        factors *= np.exp(rng.uniform(-self.resize, self.resize))
+        if rng.random() < self.mirror:
+            factors[0] = -factors[0]
+        return factors
+
+    def _once(
+        self, caster: ObjectCaster, stretch: NDArray[np.float64], rng: Chance
+    ) -> SimulatedScan:
+        corners = np.sort(caster.corners_xyz * stretch, axis=0)
+        placed = _Placed(corners[0], corners[1])
+        views_xyz = self._views(placed, rng)
+        around = self._surroundings(placed, views_xyz, rng)
+        views_xyz = np.array(
+            [v for v in views_xyz if not any(wall.is_behind(v) for wall in around.walls)]
+        )
+        segmentation = _Segmentation.drawn(self, placed, rng)
+        noise_m = abs(rng.normal()) * self.registration
+        shown = [
+            _View.taken(caster, stretch, placed, around, view, segmentation, noise_m, rng)
+            for view in views_xyz
+        ]
+        points = np.concatenate([one.points_xyz for one in shown])
+        if len(points):
+            points = segmentation.finished(_voxelised(points), rng)
+        return SimulatedScan(
+            points.astype(np.float32),
+            np.concatenate([one.origins_xyz for one in shown]).astype(np.float32),
+            np.concatenate([one.ends_xyz for one in shown]).astype(np.float32),
+            views_xyz.astype(np.float32),
+        )
+
+    def _views(self, placed: _Placed, rng: Chance) -> NDArray[np.float64]:
+        """(v, 3) [m] places along an arc round the object."""
+        fitting = placed.radius / min(HALF_IMAGE) / 0.95
+        away = np.clip(
+            fitting * rng.uniform(*self.distances), self.nearest + placed.reach, self.farthest
+        )
+        start, height = rng.uniform(0, 2 * pi), rng.uniform(*self.heights)
+        if rng.random() < self.single:
+            headings = np.array([start])
+        else:
+            share = rng.random() ** 1.2
+            arc = 2 * pi * share
+            count = max(2, round(2 + share * (self.most_views - 2) * rng.uniform(0.6, 1.0)))
+            headings = start + np.linspace(0, arc, count, endpoint=share < 0.95)
+        distances = away * np.exp(rng.normal(0, 0.05, len(headings)))
+        heights = np.maximum(height + rng.normal(0, 0.03, len(headings)), 0.2)
+        middle = placed.middle
+        return np.stack(
+            [
+                middle[0] + distances * np.cos(headings),
+                middle[1] + distances * np.sin(headings),
+                heights,
+            ],
+            axis=1,
+        )
+
+    def _surroundings(
+        self, placed: _Placed, views_xyz: NDArray[np.float64], rng: Chance
+    ) -> Surroundings:
+        first = views_xyz[0] - placed.middle
+        bearing = float(np.arctan2(first[1], first[0]))
+        walls, boxes = [], []
+        if rng.random() < self.walled:
+            normal = bearing + rng.uniform(-1.2, 1.2)
+            normal_xy = np.array([np.cos(normal), np.sin(normal)])
+            gap = rng.uniform(0.0, 0.3) if rng.random() < 0.7 else rng.uniform(0.3, 2.0)
+            back = placed.middle[:2] - normal_xy * (placed.along(-normal_xy) + gap)
+            walls.append(Wall(back, normal_xy))
+        if rng.random() < self.occluded:
+            boxes += [placed.occluder(bearing, rng) for _ in range(rng.integers(1, 3))]
+        if rng.random() < self.beside:
+            boxes.append(placed.neighbour(rng))
+        free = tuple(box for box in boxes if all(_clear_of(box, view) for view in views_xyz))
+        return Surroundings(tuple(walls), free)
+
+
+def _complete(caster: ObjectCaster, stretch: NDArray[np.float64], rng: Chance) -> SimulatedScan:
+    """The whole surface with noise, thinned now and then, and with holes."""
+    points = caster.mesh.sampled(SAMPLES, rng).points_xyz * stretch
+    size = float(np.ptp(points, axis=0).max()) / 2
+    points = points + rng.normal(size=points.shape) * rng.uniform(0, 0.01) * size
+    keep = np.ones(len(points), bool)
+    if rng.random() < 0.5:
+        keep &= rng.random(len(points)) < rng.uniform(0.3, 1.0)
+    if rng.random() < 0.5:
+        radius = rng.uniform(0.05, 0.25) * size
+        for centre in points[rng.integers(len(points), size=rng.integers(1, 5))]:
+            keep &= ((points - centre) ** 2).sum(axis=1) > radius**2
+    none = np.empty((0, 3), np.float32)
+    kept = points[keep] if keep.any() else points
+    return SimulatedScan(kept.astype(np.float32), none, none, none)
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """Where an object stands: its box [m]."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    @property
+    def middle(self) -> NDArray[np.float64]:
+        return (self.low + self.high) / 2
+
+    @property
+    def half(self) -> NDArray[np.float64]:
+        return (self.high - self.low) / 2
+
+    @property
+    def radius(self) -> float:
+        """Of the sphere round the box."""
+        return float(np.linalg.norm(self.half))
+
+    @property
+    def reach(self) -> float:
+        """From the middle to the farthest corner, in the plane."""
+        return float(np.hypot(*self.half[:2]))
+
+    def along(self, direction_xy: NDArray[np.float64]) -> float:
+        """From the middle to the box's border in a direction."""
+        return float(np.abs(direction_xy * self.half[:2]).sum())
+
+    def occluder(self, bearing: float, rng: Chance) -> Box:
+        """A box or a table top between the camera and the object."""
+        heading = bearing + rng.normal(0, 0.35)
+        direction = np.array([np.cos(heading), np.sin(heading)])
+        half = rng.uniform(0.1, 0.5, 3)
+        away = self.along(direction) + half[:2].max() * 1.2 + rng.uniform(0.0, 0.5)
+        if rng.random() < 0.4:  # A table top; it may reach over the object.
+            half[2], middle_z = 0.02, rng.uniform(0.45, 0.8)
+            away *= rng.uniform(0.3, 1.0)
+            half[:2] += 0.2
+        else:
+            half[2] = rng.uniform(0.15, 0.6)
+            middle_z = half[2]
+        centre = np.append(self.middle[:2] + away * direction, middle_z)
+        return Box(centre, half, float(rng.uniform(0, pi)))
+
+    def neighbour(self, rng: Chance) -> Box:
+        """A box that stands beside the object."""
+        heading = rng.uniform(0, 2 * pi)
+        direction = np.array([np.cos(heading), np.sin(heading)])
+        half = self.half * rng.uniform(0.3, 1.0, 3)
+        away = self.along(direction) + np.abs(direction * half[:2]).sum() + rng.uniform(0.0, 0.2)
+        return Box(np.append(self.middle[:2] + away * direction, half[2]), half, 0.0)
+
+
+@dataclass(frozen=True)
+class _Segmentation:
+    """How the object is parted from its surroundings, with which errors."""
+
+    floor_cut: float
+    leak_px: int
+    box: tuple[NDArray[np.float64], NDArray[np.float64]] | None
+    plane: tuple[NDArray[np.float64], float] | None
+    strays: int
+
+    @classmethod
+    def drawn(cls, settings: ScanAugmentation, placed: _Placed, rng: Chance) -> _Segmentation:
+        floor_cut = float(rng.uniform(*settings.floor_cut))
+        leak, box, plane, strays = 0, None, None, 0
+        if rng.random() < settings.leak:
+            leak = int(rng.integers(1, 5))
+        if rng.random() < settings.boxed:
+            margin = rng.uniform(0.0, 0.12, 3)
+            box = placed.low - margin, placed.high + margin
+            floor_cut = float(rng.uniform(-0.03, 0.05))
+        if rng.random() < settings.cut:
+            normal = rng.normal(size=3) * (1.0, 1.0, 0.5)
+            plane = normal / np.linalg.norm(normal), float(rng.uniform(0.5, 0.95))
+        if rng.random() < settings.strays:
+            strays = int(rng.integers(1, 25))
+        return cls(floor_cut, leak, box, plane, strays)
+
+    def mask(
+        self, kind: NDArray[np.uint8], depth: NDArray[np.float32], points: NDArray[np.float32]
+    ) -> NDArray[np.bool_]:
+        """(h, w) which pixels are taken for the object."""
+        mask = kind == OBJECT
+        if self.box is not None:
+            mask = kind != NOTHING
+            for axis, (low, high) in enumerate(zip(*self.box, strict=True)):
+                mask &= (points[..., axis] >= low) & (points[..., axis] <= high)
+        elif self.leak_px:
+            mask = _grown(mask, depth, self.leak_px)
+        return mask & np.isfinite(depth) & (points[..., 2] > self.floor_cut)
+
+    def finished(self, points: NDArray[np.floating], rng: Chance) -> NDArray[np.floating]:
+        """The fused points after a cut, with strays."""
+        if self.plane is not None:
+            along = points @ self.plane[0]
+            points = points[along <= np.quantile(along, self.plane[1])]
+        if self.strays:
+            low, high = points.min(axis=0), points.max(axis=0)
+            spread = rng.uniform(low - 0.05, high + 0.05, (self.strays, 3))
+            points = np.concatenate([points, spread])
+        return points
+
+
+@dataclass(frozen=True)
+class _View:
+    """What one depth image adds."""
+
+    points_xyz: NDArray[np.floating]
+    origins_xyz: NDArray[np.floating]
+    ends_xyz: NDArray[np.floating]
+
+    @classmethod
+    def taken(
+        cls, caster: ObjectCaster, stretch: NDArray[np.float64], placed: _Placed,
+        around: Surroundings, view_xyz: NDArray[np.float64], segmentation: _Segmentation,
+        noise_m: float, rng: Chance,
+    ) -> _View:  # fmt: skip
+        camera, R_map_camera = _window(placed, view_xyz, rng)
+        rays = camera.rays_xyz.reshape(-1, 3).astype(np.float32) @ R_map_camera.T
+        hits = caster.hits(view_xyz, rays, stretch).nearer(around.hits(view_xyz, rays))
+        size = camera.height, camera.width
+        true = np.where(hits.kind == NOTHING, np.float32(np.nan), hits.depth).reshape(size)
+        share = camera.fx / FOCAL  # Noise is stated in pixels of the full image.
+        noise = DepthNoise(
+            nearest=0.4, farthest=6.0, lateral_sigma=0.8 * share, disparity_step=0.125 * share
+        )
+        depth = noise.applied(true, hits.incidence.reshape(size), camera, rng)
+        # Where the camera is believed to have been.
+        turn = Rotation.from_rotvec(rng.normal(0, 1.0, 3) * noise_m * (0.3, 0.3, 1.0))
+        origin = (view_xyz + rng.normal(0, 1.0, 3) * noise_m).astype(np.float32)
+        believed = rays @ turn.as_matrix().T.astype(np.float32)
+        measured = (believed * depth.reshape(-1, 1) + origin).reshape(*size, 3)
+        mask = segmentation.mask(hits.kind.reshape(size), depth, measured)
+        valid = np.flatnonzero(np.isfinite(depth))
+        step = max(1, len(valid) // RAYS_A_VIEW)
+        ends = measured.reshape(-1, 3)[valid[rng.integers(step) :: step]]
+        return cls(measured[mask], np.broadcast_to(origin, ends.shape), ends)
+
+
+def _window(
+    placed: _Placed, view_xyz: NDArray[np.float64], rng: Chance
+) -> tuple[PinholeCamera, NDArray[np.float32]]:
+    """The part of the camera's image that shows the object, at the resolution that it needs.
+
+    Returns:
+        The camera of that part and `R_map_camera`.
+    """
+    aim = placed.middle + rng.uniform(-0.3, 0.3, 3) * placed.half
+    forward = aim - view_xyz
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= max(float(np.linalg.norm(right)), 1e-6)
+    R_map_camera = np.column_stack([right, np.cross(forward, right), forward]).astype(np.float32)
+    seen = R_map_camera.T @ (placed.middle - view_xyz)
+    spread = AROUND * placed.radius / max(seen[2], 0.1)
+    low = np.maximum(seen[:2] / max(seen[2], 0.1) - spread, -np.array(HALF_IMAGE))
+    high = np.minimum(seen[:2] / max(seen[2], 0.1) + spread, HALF_IMAGE)
+    focal = min(ACROSS / (spread * 2 / AROUND), FOCAL)
+    width, height = np.maximum(np.ceil((high - low) * focal).astype(int), 8)
+    camera = PinholeCamera(
+        int(width), int(height), focal, focal, float(-low[0] * focal), float(-low[1] * focal)
+    )
+    return camera, R_map_camera
+
+
+def _grown(mask: NDArray[np.bool_], depth: NDArray[np.float32], by: int) -> NDArray[np.bool_]:
+    """A mask with the pixels next to it at about its depth."""
+    grown = mask.copy()
+    for _ in range(by):
+        around = np.pad(grown, 1)
+        grown = around[:-2, 1:-1] | around[2:, 1:-1] | around[1:-1, :-2] | around[1:-1, 2:] | grown
+    if not mask.any():
+        return mask
+    known = depth[mask & np.isfinite(depth)]
+    if not len(known):
+        return mask
+    return grown & (depth < known.max() + 0.15) & (depth > known.min() - 0.15)
+
+
+def _voxelised(points: NDArray[np.floating]) -> NDArray[np.floating]:
+    """One point in each voxel, so that near surfaces weigh no more than far ones."""
+    side = max(float(np.ptp(points, axis=0).max()) / VOXELS, 1e-4)
+    cells = np.floor((points - points.min(axis=0)) / side).astype(np.int64)
+    keys = (cells[:, 0] << 40) | (cells[:, 1] << 20) | cells[:, 2]
+    _, first = np.unique(keys, return_index=True)
+    return points[first]
+
+
+def _clear_of(box: Box, view_xyz: NDArray[np.float64]) -> bool:
+    """Whether a camera is outside of a box, with room to spare."""
+    away = np.hypot(*(view_xyz[:2] - box.centre_xyz[:2]))
+    return bool(away > np.hypot(*box.half_xyz[:2]) + 0.1)
