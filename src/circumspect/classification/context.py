@@ -16,24 +16,23 @@ WIDTH = 6
 
 
 def grid_context(
-    occupied: NDArray[np.bool_], radius: float, half_height: float, *, visible: bool, metric: bool
+    occupied: NDArray[np.bool_], size: tuple[float, float] | None, *, visible: bool
 ) -> NDArray[np.float32]:
     """The context of one cylindrical grid.
 
     Args:
         occupied: (radius, azimuth, height) bool, at least one cell.
-        radius: Of the grid [m].
-        half_height: Of the grid [m].
-        visible: Free and unknown cells are told apart.
-        metric: Lengths are metres; otherwise they are left out.
+        size: Radius and half height of the grid [m]; None where the scale is unknown.
+        visible: Whether free cells are marked, so that the others are unknown.
 
     Returns:
         (6,) float32.
     """
     context = np.zeros(WIDTH, np.float32)
     context[VISIBILITY_KNOWN] = visible
-    if not metric:
+    if size is None or not occupied.any():
         return context
+    radius, half_height = size
     rings, sectors, layers = occupied.shape
     cells = occupied.sum(axis=2)
     high = np.flatnonzero(occupied.any(axis=(0, 1)))

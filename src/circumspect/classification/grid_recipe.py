@@ -177,13 +177,14 @@ class GridRecipe(InputRecipe):
         if not self.takes_context:
             return None
         first = inputs[0, 0]
-        known = self.metric and isinstance(bounds, CylindricalGrid)
-        if self.scale_required and not known:
+        size = None
+        if self.metric and isinstance(bounds, CylindricalGrid):
+            size = bounds.radius, bounds.half_height
+        if self.scale_required and size is None:
             raise InputError("the classifier needs the object's size; state the unit of its points")
-        size = (bounds.radius, bounds.half_height) if known else (1.0, 1.0)
         return grid_context(
-            first == (OCCUPIED if self.visibility else 1), *size,
-            visible=self.visibility and bool((inputs == FREE).any()), metric=known,
+            first == (OCCUPIED if self.visibility else 1), size,
+            visible=self.visibility and bool((inputs == FREE).any()),
         )  # fmt: skip
 
     def with_views(self, azimuth_views: int, staggered: bool = False) -> GridRecipe:

@@ -316,6 +316,7 @@ class OnnxClassifier(Classifier):
 
         Args:
             inputs: (n, views, *input_shape) as `recipe.inputs` makes them.
+            contexts: (n, 6) as `recipe.context` makes them; None means an unknown scale.
 
         Returns:
             (n,), averaged over views.

@@ -13,10 +13,13 @@ from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from circumspect.classification import InputRecipe
+    from circumspect.datasets.training_objects import TrainingObjects
     from circumspect.training import TrainingSettings
 
 CHANGES = ("stretch", "partial", "damage")
 """Flags on how objects are changed at random."""
+OF_SCANS = ("catalogue", "furniture_others", "draws")
+OF_CATALOGUES = ("catalogue_share", "catalogue_replicas")
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,7 @@ class Train:
 
     $ circumspect train --net planes --data ModelNet10
     $ circumspect train --net moon2018 --grid rectangular --data ModelNet10
+    $ circumspect train --scans --data ModelNet10 --catalogue sweethome3d.npz --furniture 0.1
     $ torchrun --nproc-per-node 2 -m circumspect train --data ModelNet10
     """
 
@@ -61,6 +65,21 @@ class Train:
     """Share of the variants that hold only what a scan of a part of the object sees, 0 … 1."""
     damage: float | None = None
     """Share of the variants that miss a large part, lean or have points floating about, 0 … 1."""
+    scans: bool = False
+    """Train on simulated scans, from one view to a full orbit, with visibility, size in metres and
+    a class of other things: what a robot sees."""
+    catalogue: tuple[Path, ...] = ()
+    """With --scans: packs of meshes in metres, as `circumspect data import` makes them."""
+    catalogue_share: float | None = None
+    """With --catalogue: share of the draws that are of them, 0 … 1."""
+    catalogue_replicas: int | None = None
+    """With --catalogue: scans made of each of their objects, cached (8 kB each)."""
+    furniture_each: int | None = None
+    """With --furniture: pieces made of each category."""
+    furniture_others: int | None = None
+    """With --furniture and --scans: things made of each other kind."""
+    draws: int | None = None
+    """With --scans: objects an epoch; as many as there are by default."""
     validation: bool = True
     """Train on all objects and keep the last epoch; without it some are held back, and if they are
     100 or more, the epoch that names them best is kept."""
@@ -89,8 +108,10 @@ class Train:
 
         net = pooled_net(self.net, self.pool)
         # What is wrong with the flags is told before meshes are sampled.
-        settings, recipe = self._settings(net), self._recipe(net)
+        settings = self._settings(net)
+        recipe = self._recipe(settings)
         require_takes(net, recipe)
+        catalogues = self._catalogues()
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(self.data, "train", progress)
         if self.passes is None and (passes := passes_for(len(objects))) > 1:
@@ -101,7 +122,9 @@ class Train:
         keep_freed_memory()
         with TrainingProgress(settings.epochs) as observer:
             cache = GridCache(self.cache)
-            checkpoint = train(objects, settings, out, observer, cache, recipe)
+            checkpoint = train(
+                objects, settings, out, observer, cache, recipe, catalogues=catalogues
+            )
         reached = checkpoint.training["reached"]
         accuracy = reached.get("validation_accuracy")
         kept = f"epoch {reached['epoch']}" + (
@@ -111,11 +134,20 @@ class Train:
             print(f"{out / 'best.safetensors'}: {kept}")  # noqa: T201
         return 0
 
-    def _recipe(self, net: str) -> InputRecipe:
-        from circumspect.classification import GridRecipe
-        from circumspect.nets.registry import net_spec
+    def _catalogues(self) -> list[TrainingObjects]:
+        if not self.scans and (idle := given_flags(self, *OF_SCANS)):
+            raise InputError(f"{idle[0]} goes with --scans")
+        if not self.catalogue and (idle := given_flags(self, *OF_CATALOGUES)):
+            raise InputError(f"{idle[0]} goes with --catalogue")
+        from circumspect.datasets.catalogue import read_catalogue
 
-        recipe = net_spec(net).recipe
+        return [read_catalogue(path) for path in self.catalogue]
+
+    def _recipe(self, settings: TrainingSettings) -> InputRecipe:
+        from circumspect.classification import GridRecipe
+        from circumspect.training.train import recipe_for
+
+        net, recipe = settings.net, recipe_for(settings)
         if isinstance(recipe, GridRecipe):
             return replace(recipe, kind=self.grid or recipe.kind, shape=self.cells or recipe.shape)
         if self.grid or self.cells:
@@ -130,6 +162,10 @@ class Train:
         known = {f.name for f in fields(TrainingSettings)} & {f.name for f in fields(self)}
         given = {name: getattr(self, name) for name in known}
         given = {name: value for name, value in given.items() if value is not None}
+        # The flag of the share has another name than the setting: the files are the catalogue.
+        given.pop("catalogue")
+        if self.catalogue_share is not None or not self.catalogue:
+            given["catalogue"] = self.catalogue_share or 0.0
         given = {**net_spec(net).training, **given, "net": net}
         changes = {name: getattr(self, name) for name in CHANGES}
         changes = {name: value for name, value in changes.items() if value is not None}

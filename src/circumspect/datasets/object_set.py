@@ -24,6 +24,8 @@ class ObjectSet:
         classes: The class names, in alphabetical order.
         scan_of: (n,) the name of the object that each cloud is a scan of, where several may be of
             one; None where each cloud is an object of its own.
+        sides: (n,) longest side of each object in the unit of its file, which the points may have
+            lost; None where that is unknown.
 
     Raises:
         InputError: The arrays do not belong together.
@@ -34,6 +36,7 @@ class ObjectSet:
     names: NDArray[np.str_]
     classes: tuple[str, ...]
     scan_of: NDArray[np.str_] | None = None
+    sides: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.points_xyz)
@@ -46,6 +49,8 @@ class ObjectSet:
             )
         if self.scan_of is not None and self.scan_of.shape != (count,):
             raise InputError(f"{count} scans need as many objects, not {self.scan_of.shape}")
+        if self.sides is not None and self.sides.shape != (count,):
+            raise InputError(f"{count} objects need as many sides, not {self.sides.shape}")
         if count and not 0 <= self.labels.min() <= self.labels.max() < len(self.classes):
             raise InputError(f"labels lie outside the {len(self.classes)} classes")
         if not np.isfinite(self.points_xyz).all():
@@ -78,6 +83,7 @@ class ObjectSet:
             self.names[chosen],
             self.classes,
             None if self.scan_of is None else self.scan_of[chosen],
+            None if self.sides is None else self.sides[chosen],
         )
 
     @property

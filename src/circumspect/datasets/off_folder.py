@@ -22,7 +22,7 @@ from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.datasets.verification import MODELNET10, NAME
 from circumspect.errors import InputError, printable
 
-VERSION = 2
+VERSION = 3
 log = logging.getLogger(__name__)
 
 
@@ -93,14 +93,15 @@ def _is_named_after_its_class(file: Path) -> bool:
 
 def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> ObjectSet:
     classes = tuple(sorted({file.parent.parent.name for file in files}))
-    points = np.empty((len(files), POINTS, 3), np.float32)
+    points, sides = np.empty((len(files), POINTS, 3), np.float32), np.empty(len(files))
     with ThreadPoolExecutor() as pool:
-        for done, sample in enumerate(pool.map(sampled_file, files), start=1):
-            points[done - 1] = sample
+        for done, (sample, side) in enumerate(pool.map(_sampled, files), start=1):
+            points[done - 1], sides[done - 1] = sample, side
             if progress:
                 progress(done, len(files))
     labels = np.array([classes.index(file.parent.parent.name) for file in files], np.int64)
-    return ObjectSet(points, labels, np.array([object_name(file) for file in files]), classes)
+    names = np.array([object_name(file) for file in files])
+    return ObjectSet(points, labels, names, classes, sides=sides)
 
 
 def object_name(file: Path) -> str:
@@ -131,7 +132,13 @@ def sampled_file(file: Path) -> NDArray[np.float32]:
     Raises:
         InputError: It can not be read, or has no area.
     """
-    return evenly_sampled(read_object_mesh(file))
+    return _sampled(file)[0]
+
+
+def _sampled(file: Path) -> tuple[NDArray[np.float32], float]:
+    """The points of one mesh, and its longest side in the unit of the file."""
+    mesh = read_object_mesh(file)
+    return evenly_sampled(mesh), float(np.ptp(mesh.vertices_xyz, axis=0).max())
 
 
 def _fingerprint(files: list[Path]) -> str:

@@ -29,7 +29,7 @@ def read_point_pack(path: Path) -> ObjectSet:
     """Read a pack.
 
     Coordinates are `points_u16 / 65535 * scale + offset`. The set holds them in units of each
-    object's longest side, since a pack's scale is arbitrary per object.
+    object's longest side, since a pack's scale is arbitrary per object; `sides` are these lengths.
 
     Raises:
         InputError: The file is missing, broken, lacks a key, one holds another type of values, or
@@ -52,6 +52,7 @@ def read_point_pack(path: Path) -> ObjectSet:
             labels.astype(np.int64),
             names.astype(np.str_),
             tuple(str(name) for name in classes),
+            sides=pack["scale"].astype(np.float64),
         )
         objects.require_shapes()
     except InputError as error:
@@ -68,6 +69,8 @@ def write_point_pack(path: Path, objects: ObjectSet) -> None:
     low = objects.points_xyz.min(axis=1).astype(np.float64)
     scale = np.maximum((objects.points_xyz.max(axis=1) - low).max(axis=1), np.finfo(float).tiny)
     unit = (objects.points_xyz - low[:, None]) / scale[:, None, None]
+    if objects.sides is not None:
+        low, scale = low * (objects.sides / scale)[:, None], objects.sides
     with atomic_open(path, "wb") as stream:
         np.savez_compressed(
             stream,

@@ -29,6 +29,10 @@ ACROSS = 100
 """Rays across the object; finer than the cells of a grid, coarser than a camera's pixels."""
 AROUND = 1.3
 """The rendered window is so many times as large as the object."""
+CHANCES = (
+    "mirror", "complete", "single", "occluded", "beside", "walled", "leak", "boxed", "cut",
+    "strays",
+)  # fmt: skip
 FEWEST = 60
 """Voxels; a view that shows less is no scan, and another one is drawn."""
 VOXELS = 96.0
@@ -106,8 +110,7 @@ class ScanAugmentation:
     strays: float = 0.2
 
     def __post_init__(self) -> None:
-        for name in ("mirror", "complete", "single", "occluded", "beside", "walled", "leak", "boxed", "cut",
-                     "strays"):  # fmt: skip
+        for name in CHANCES:
             if not 0 <= getattr(self, name) <= 1:
                 raise InputError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
         if self.most_views < 1:

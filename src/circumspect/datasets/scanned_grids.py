@@ -7,7 +7,7 @@ import json
 import multiprocessing
 import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,8 @@ from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.scan_augmentation import ScanAugmentation, SimulatedScan
 from circumspect.datasets.training_objects import TrainingObjects
 from circumspect.errors import InputError
-from circumspect.geometry import TriangleMesh
 from circumspect.geometry.npy_stream import read_arrays
 from circumspect.grid import CylindricalGrid, OccupancyGrid
-from circumspect.grid.occupancy_grid import FREE
 from circumspect.storage import atomic_open
 
 FORMAT = 1
@@ -102,19 +100,19 @@ def scanned_grids(
     # Spawned: a fork would share the locks of threads that it does not have.
     context = multiprocessing.get_context("spawn")
     if missing:
-        with ProcessPoolExecutor(workers or os.cpu_count(), mp_context=context) as pool:
+        with ProcessPoolExecutor(
+            workers or os.cpu_count(), context, _begin_worker, (objects,)
+        ) as pool:
             jobs = {
-                number: pool.submit(
-                    _scanned_chunk,
-                    [objects.mesh(index) for index in _chunk(starts[number], len(objects))],
-                    [str(objects.names[index]) for index in _chunk(starts[number], len(objects))],
-                    augmentation, scans, seed, shape,
-                )
+                pool.submit(
+                    _scanned_chunk, starts[number], augmentation, scans, seed, shape
+                ): number
                 for number in missing
-            }  # fmt: skip
-            for number, job in jobs.items():
-                parts[number] = job.result()
-                _write(paths[number], parts[number])
+            }
+            for job in as_completed(jobs):
+                number = jobs[job]
+                parts[number] = made = job.result()
+                _write(paths[number], made)
                 done += sizes[number][0]
                 if progress:
                     progress(done, len(objects))
@@ -122,24 +120,29 @@ def scanned_grids(
     return ScannedGrids(joined[0], joined[1], joined[2], shape)
 
 
-def _chunk(start: int, count: int) -> range:
-    return range(start, min(start + CHUNK, count))
+_SCANNED: list[TrainingObjects] = []
+"""What a worker scans: given once, not with every job."""
+
+
+def _begin_worker(objects: TrainingObjects) -> None:
+    _SCANNED[:] = [objects]
 
 
 def _scanned_chunk(
-    meshes: list[TriangleMesh],
-    names: list[str],
+    start: int,
     augmentation: ScanAugmentation,
     scans: int,
     seed: int,
     shape: tuple[int, int, int],
 ) -> dict[str, NDArray[Any]]:
+    objects = _SCANNED[0]
+    chosen = range(start, min(start + CHUNK, len(objects)))
     cells = 2 * int(np.prod(shape))
-    grids = np.zeros((len(meshes), scans, -(-cells // 8)), np.uint8)
-    context = np.zeros((len(meshes), scans, WIDTH), np.float32)
-    coverage = np.full((len(meshes), scans), np.nan, np.float32)
-    for row, (mesh, name) in enumerate(zip(meshes, names, strict=True)):
-        caster = ObjectCaster(mesh)
+    grids = np.zeros((len(chosen), scans, -(-cells // 8)), np.uint8)
+    context = np.zeros((len(chosen), scans, WIDTH), np.float32)
+    coverage = np.full((len(chosen), scans), np.nan, np.float32)
+    for row, index in enumerate(chosen):
+        caster, name = ObjectCaster(objects.mesh(index)), objects.names[index]
         for scan in range(scans):
             digest = hashlib.sha256(f"{seed}/{name}/{scan}".encode(errors="surrogatepass")).digest()
             rng = np.random.default_rng(np.frombuffer(digest, np.uint32))
@@ -153,7 +156,7 @@ def _scanned_chunk(
             assert isinstance(bounds, CylindricalGrid)
             visible = len(found.ends_xyz) > 0
             context[row, scan] = grid_context(
-                occupied, bounds.radius, bounds.half_height, visible=visible, metric=True
+                occupied, (bounds.radius, bounds.half_height), visible=visible
             )
             if visible:
                 coverage[row, scan] = azimuth_coverage(found.views_xyz, bounds.centre_xyz)
@@ -169,8 +172,8 @@ def gridded(
     about = points - centre
     radius = max(float(np.hypot(about[:, 0], about[:, 1]).max()), float(np.abs(about[:, 2]).max()))
     radius = max(radius, 1e-3) * rng.uniform(*SIZES)
-    centre = centre + rng.uniform(-SHIFT, SHIFT, 3) * radius
-    grid = CylindricalGrid(shape, radius, radius, tuple(map(float, centre)))
+    x, y, z = (centre + rng.uniform(-SHIFT, SHIFT, 3) * radius).tolist()
+    grid = CylindricalGrid(shape, radius, radius, (x, y, z))
     occupied = grid.hits(points)
     if not len(scan.ends_xyz):
         return occupied
@@ -202,10 +205,8 @@ def _read(
     return found if fits else None
 
 
-def _write(path: Path, part: dict[str, NDArray[Any]] | None) -> None:
-    assert part is not None
+def _write(path: Path, part: dict[str, NDArray[Any]]) -> None:
     with atomic_open(path, "wb") as stream:
-        np.savez_compressed(stream, **part)
-
-
-__all__ = ["FREE", "ScannedGrids", "azimuth_coverage", "gridded", "scanned_grids"]
+        np.savez_compressed(
+            stream, grids=part["grids"], context=part["context"], coverage=part["coverage"]
+        )

@@ -12,12 +12,18 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import TriangleMesh
 
+OTHER = "other"
+"""Label of what is of none of the classes."""
+HELD_BACK = 6
+"""Of catalogues without near duplicates one object in so many is held back."""
+
 
 class MeshSource(Protocol):
     """Makes the surfaces of a set, one at a time."""
 
     def mesh(self, index: int) -> TriangleMesh:
         """The surface of one object [m], z up, standing on z = 0."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +50,22 @@ class TrainingObjects:
     def mesh(self, index: int) -> TriangleMesh:
         """The surface of one object [m]."""
         return self.source.mesh(int(self.indices[index]))
+
+    def subset(self, chosen: NDArray[np.bool_]) -> TrainingObjects:
+        """The objects that a mask marks."""
+        names = self.names[chosen]
+        return TrainingObjects(
+            self.source, self.indices[chosen], self.labels[chosen], names,
+            digest_of([self.digest, *names.tolist()]),
+        )  # fmt: skip
+
+    def held_back(self, salt: str = "") -> NDArray[np.bool_]:
+        """(n,) one object in `HELD_BACK`, chosen by a hash of its name."""
+        hashes = [
+            hashlib.sha256((salt + name).encode(errors="surrogatepass")).digest()
+            for name in self.names.tolist()
+        ]
+        return np.array([int.from_bytes(found) % HELD_BACK == 0 for found in hashes], bool)
 
 
 def digest_of(parts: Sequence[str]) -> str:

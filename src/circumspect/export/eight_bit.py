@@ -43,15 +43,15 @@ def require_convolutions(members: Sequence[Checkpoint]) -> None:
         raise InputError(f"{names} has no convolutions to quantise; leave out --int8")
 
 
-def in_eight_bits(network: onnx.ModelProto, inputs: NDArray[Any]) -> onnx.ModelProto:
+def in_eight_bits(network: onnx.ModelProto, inputs: Sequence[NDArray[Any]]) -> onnx.ModelProto:
     """Quantise the convolutions of a network.
 
     Weights get seven bits, each output channel a scale of its own, so that CPUs without VNNI do
     not saturate; activations get eight, over the range that the given inputs lead to.
 
     Args:
-        network: In floating point, with one input.
-        inputs: (n, *shape) of training objects: what the ranges are measured on.
+        network: In floating point.
+        inputs: (n, …) of training objects for each of its inputs: what the ranges are measured on.
 
     Returns:
         The network; its metadata are not kept.
@@ -64,7 +64,7 @@ def in_eight_bits(network: onnx.ModelProto, inputs: NDArray[Any]) -> onnx.ModelP
         quantize_static(
             plain,
             quantised,
-            _Batches(network.graph.input[0].name, inputs),
+            _Batches([given.name for given in network.graph.input], inputs),
             quant_format=QuantFormat.QDQ,
             op_types_to_quantize=["Conv"],
             per_channel=True,
@@ -76,14 +76,15 @@ def in_eight_bits(network: onnx.ModelProto, inputs: NDArray[Any]) -> onnx.ModelP
 
 
 class _Batches(CalibrationDataReader):
-    def __init__(self, name: str, inputs: NDArray[Any]) -> None:
-        self._name = name
-        self._parts: Iterator[NDArray[Any]] = iter(np.array_split(inputs, -(-len(inputs) // BATCH)))
+    def __init__(self, names: Sequence[str], inputs: Sequence[NDArray[Any]]) -> None:
+        parts = [np.array_split(array, -(-len(array) // BATCH)) for array in inputs]
+        self._batches: Iterator[dict[str, NDArray[Any]]] = (
+            dict(zip(names, batch, strict=True)) for batch in zip(*parts, strict=True)
+        )
 
     def get_next(self) -> Any:
         """The next batch; None after the last."""
-        part = next(self._parts, None)
-        return None if part is None else {self._name: part}
+        return next(self._batches, None)
 
 
 @contextmanager

@@ -12,21 +12,22 @@ import numpy as np
 import onnx
 import onnxruntime
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from circumspect.classification import InputRecipe, PointsRecipe
-from circumspect.classification.onnx_classifier import (
-    OBJECTS,
-    checked_temperature,
-)
+from circumspect.classification import GridRecipe, InputRecipe, PointsRecipe
+from circumspect.classification.context import WIDTH
+from circumspect.classification.onnx_classifier import FORMAT, OBJECTS, checked_temperature
+from circumspect.datasets.training_objects import OTHER
 from circumspect.errors import CircumspectError, InputError
 from circumspect.export.description import describe
 from circumspect.export.eight_bit import in_eight_bits, require_convolutions
 from circumspect.export.features import LOGITS, add_features
+from circumspect.export.shown import Shown
 from circumspect.geometry.ignored_warnings import ignored_warnings
+from circumspect.grid.occupancy_grid import FREE, OCCUPIED
 from circumspect.nets import Checkpoint
 from circumspect.nets.committee import Committee
+from circumspect.nets.state_channels import state_channels
 from circumspect.storage import atomic_path
 
 OPSET = 18
@@ -45,6 +46,18 @@ class _AsStored(nn.Module):
 
     def forward(self, given: Tensor) -> Tensor:
         return self.net(given.float())
+
+
+class _StatesAsStored(nn.Module):
+    """Takes the states of cells as they are stored, uint8, and a context beside them."""
+
+    def __init__(self, net: nn.Module, visibility: bool) -> None:
+        super().__init__()
+        self.net = net
+        self.visibility = visibility
+
+    def forward(self, given: Tensor, context: Tensor) -> Tensor:
+        return self.net(state_channels(given) if self.visibility else given.float(), context)
 
 
 @dataclass(frozen=True)
@@ -66,7 +79,7 @@ def export_onnx(
     path: Path,
     azimuth_views: int = 1,
     temperature: float = 1.0,
-    calibration: NDArray[np.uint8] | None = None,
+    calibration: Shown | None = None,
     staggered: bool = False,
 ) -> Fidelity:
     """Write a classifier for ONNX Runtime.
@@ -76,8 +89,8 @@ def export_onnx(
         path: The file to write.
         azimuth_views: Grids an object that the classifier averages over.
         temperature: Divides the logits.
-        calibration: (n, *input_shape) inputs of training objects, at least two; with them the
-            convolutions compute in eight bits.
+        calibration: Inputs of training objects, at least two; with them the convolutions compute
+            in eight bits.
         staggered: Cells of these grids also begin at other heights and are of other sizes.
 
     Returns:
@@ -94,22 +107,28 @@ def export_onnx(
     if calibration is not None:
         require_convolutions(members)
     nets = [member.build() for member in members]
-    net = _AsStored(nets[0] if len(nets) == 1 else Committee(nets)).eval()
+    joined = nets[0] if len(nets) == 1 else Committee(nets)
     recipe = members[0].recipe.with_views(azimuth_views, staggered)
+    net = _AsStored(joined).eval()
+    if recipe.takes_context:
+        assert isinstance(recipe, GridRecipe)
+        net = _StatesAsStored(joined, recipe.visibility).eval()
     description = {
-        "format": 1,
+        "format": FORMAT,
         "name": " + ".join(member.net for member in members),
         "classes": list(members[0].classes),
         "grid": recipe.to_dict(),
         "temperature": checked_temperature(temperature),
         "training": _training(members),
     }
-    probe = _probe(recipe) if calibration is None else calibration[1::2]
-    network = _converted(net, torch.from_numpy(_probe(recipe)[:2]), _input_name(recipe))
+    if OTHER in description["classes"]:
+        description["other"] = OTHER
+    probe = _probe(recipe) if calibration is None else calibration.every_second(1)
+    network = _converted(net, _probe(recipe), recipe)
     if calibration is not None:
-        if len(calibration) < 2:
+        if len(calibration.inputs) < 2:
             raise InputError("eight bits need two grids or more to be measured on")
-        network = in_eight_bits(network, calibration[::2])
+        network = in_eight_bits(network, calibration.every_second(0).arrays)
     describe(network, description)
     _forget_sources(network)
     onnx.checker.check_model(network)
@@ -165,7 +184,10 @@ def _input_name(recipe: InputRecipe) -> str:
     return "points" if isinstance(recipe, PointsRecipe) else "grid"
 
 
-def _converted(net: nn.Module, example: Tensor, name: str) -> onnx.ModelProto:
+def _converted(net: nn.Module, probe: Shown, recipe: InputRecipe) -> onnx.ModelProto:
+    examples = tuple(torch.from_numpy(array[:2]) for array in probe.arrays)
+    names = [_input_name(recipe), "context"][: len(examples)]
+    axes = {0: torch.export.Dim("objects")}
     exporter_log = logging.getLogger("torch.onnx")
     level = exporter_log.level
     exporter_log.setLevel(logging.ERROR)
@@ -173,12 +195,12 @@ def _converted(net: nn.Module, example: Tensor, name: str) -> onnx.ModelProto:
         with ignored_warnings():
             program = torch.onnx.export(
                 net,
-                (example,),
-                input_names=[name],
+                examples,
+                input_names=names,
                 output_names=[LOGITS],
                 opset_version=OPSET,
                 dynamo=True,
-                dynamic_shapes={"given": {0: torch.export.Dim("objects")}},
+                dynamic_shapes=dict.fromkeys(("given", "context")[: len(examples)], axes),
                 verbose=False,
             )
     finally:
@@ -199,20 +221,28 @@ def _forget_sources(network: onnx.ModelProto) -> None:
     del network.graph.metadata_props[:]
 
 
-def _probe(recipe: InputRecipe) -> NDArray[Any]:
+def _probe(recipe: InputRecipe) -> Shown:
     """Random grids of several densities, empty and full ones among them; or random points."""
     rng = np.random.default_rng(0)
     if isinstance(recipe, PointsRecipe):
-        return rng.uniform(-0.7, 0.7, (6, *recipe.input_shape)).astype(np.float32)
+        return Shown(rng.uniform(-0.7, 0.7, (6, *recipe.input_shape)).astype(np.float32))
     densities = np.array([0.0, 0.01, 0.03, 0.1, 0.3, 1.0])[:, None, None, None, None]
-    return (rng.random((6, *recipe.input_shape)) < densities).astype(np.uint8)
+    occupied = (rng.random((6, *recipe.input_shape)) < densities).astype(np.uint8)
+    if not recipe.takes_context:
+        return Shown(occupied)
+    free = rng.random(occupied.shape) < 0.3
+    states = np.where(occupied, np.uint8(OCCUPIED), np.uint8(FREE) * free).astype(np.uint8)
+    assert isinstance(recipe, GridRecipe)
+    contexts = rng.uniform(-1.0, 1.0, (6, WIDTH)).astype(np.float32)
+    return Shown(states if recipe.visibility else occupied, contexts)
 
 
-def _fidelity(net: nn.Module, path: Path, probe: NDArray[Any]) -> Fidelity:
+def _fidelity(net: nn.Module, path: Path, probe: Shown) -> Fidelity:
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-    actual = np.asarray(session.run([LOGITS], {session.get_inputs()[0].name: probe})[0])
+    names = [taken.name for taken in session.get_inputs()]
+    actual = np.asarray(session.run([LOGITS], dict(zip(names, probe.arrays, strict=True)))[0])
     with torch.no_grad():
-        expected = net(torch.from_numpy(probe)).numpy()
+        expected = net(*map(torch.from_numpy, probe.arrays)).numpy()
     same = actual.argmax(axis=1) == expected.argmax(axis=1)
     largest = max(1.0, float(np.abs(expected).max()))
     return Fidelity(float(np.abs(actual - expected).max()) / largest, float(same.mean()))

@@ -19,13 +19,13 @@ class Committee(nn.Module):
         super().__init__()
         self.members = nn.ModuleList(members)
 
-    def forward(self, grids: Tensor) -> Tensor:
+    def forward(self, *inputs: Tensor) -> Tensor:
         """Logits.
 
         Args:
-            grids: (n, 1, *shape), 1 where occupied.
+            inputs: As each member takes them.
 
         Returns:
             (n, classes).
         """
-        return torch.stack([member(grids) for member in self.members]).mean(0)
+        return torch.stack([member(*inputs) for member in self.members]).mean(0)

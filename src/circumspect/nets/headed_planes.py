@@ -48,7 +48,7 @@ class HeadedPlanes(Planes):
         super().__init__(classes, shape, widths, circle, hidden=hidden, dropout=dropout, **others)
         self.facing = nn.Conv1d(circle, 1, 1)
 
-    def forward(self, grids: Tensor) -> Any:
+    def forward(self, grids: Tensor, context: Tensor | None = None) -> Any:  # noqa: ARG002
         """Logits.
 
         Args:

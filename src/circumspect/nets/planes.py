@@ -17,6 +17,9 @@ from torch.nn import functional
 from circumspect.errors import InputError
 from circumspect.nets.azimuth import RowWisePool, wrap
 
+CONTEXT_FEATURES = 48
+"""What the numbers beside a grid become."""
+
 
 class PlaneConvolution(nn.Module):
     """Convolution and batch norm on (n, c, azimuth, rows), wrapped in azimuth."""
@@ -108,6 +111,8 @@ class Planes(nn.Module):
         kernel: Their reach, in azimuth cells.
         hidden: Width of the last layer but one.
         dropout: Before each of the two last layers.
+        channels: Of a grid: 2 for occupied and free cells.
+        context: Numbers beside each grid, see `grid_context`; 0 for none.
 
     Raises:
         InputError: Cells that do not divide.
@@ -126,6 +131,8 @@ class Planes(nn.Module):
         kernel: int = 9,
         hidden: int = 256,
         dropout: float = 0.4,
+        channels: int = 1,
+        context: int = 0,
     ) -> None:
         super().__init__()
         radii, azimuths, heights = shape
@@ -135,8 +142,8 @@ class Planes(nn.Module):
                 f"planes needs radii and heights in multiples of {rows} and more than "
                 f"{kernel // 2} azimuths, not {shape}"
             )
-        self.panorama = PlaneBranch(radii, heights, widths)
-        self.plan = PlaneBranch(heights, radii, widths)
+        self.panorama = PlaneBranch(channels * radii, heights, widths)
+        self.plan = PlaneBranch(channels * heights, radii, widths)
         joined = self.panorama.features + self.plan.features
         self.join = nn.Sequential(
             nn.Conv1d(joined, circle, 1, bias=False), nn.BatchNorm1d(circle), nn.ReLU()
@@ -145,25 +152,39 @@ class Planes(nn.Module):
             *(CircleBlock(circle, kernel) for _ in range(circle_blocks)), nn.BatchNorm1d(circle)
         )
         self.pool = RowWisePool()
-        self.head = class_head(self.summaries * circle, hidden, classes, dropout)
+        self.context = context_layers(context) if context else None
+        beside = CONTEXT_FEATURES if context else 0
+        self.head = class_head(self.summaries * circle + beside, hidden, classes, dropout)
 
-    def forward(self, grids: Tensor) -> Tensor:
+    def forward(self, grids: Tensor, context: Tensor | None = None) -> Tensor:
         """Logits.
 
         Args:
-            grids: (n, 1, radius, azimuth, height), 1 where occupied.
+            grids: (n, channels, radius, azimuth, height), 1 where occupied, and where free.
+            context: (n, context) for a network that takes one.
 
         Returns:
             (n, classes).
         """
-        return self.head(self.pool(self.columns(grids)))
+        pooled = self.pool(self.columns(grids))
+        if self.context is not None:
+            pooled = torch.cat([pooled, self.context(context)], 1)
+        return self.head(pooled)
 
     def columns(self, grids: Tensor) -> Tensor:
         """What is known of each azimuth, (n, circle, azimuth); it turns with the object."""
-        by_radius = grids.squeeze(1)
-        by_height = by_radius.permute(0, 3, 2, 1)
+        by_radius = grids.flatten(1, 2)
+        by_height = grids.permute(0, 1, 4, 3, 2).flatten(1, 2)
         found = torch.cat([self.panorama(by_radius), self.plan(by_height)], 1)
         return self.circle(self.join(found))
+
+
+def context_layers(context: int) -> nn.Sequential:
+    """Numbers beside a grid as features."""
+    return nn.Sequential(
+        nn.Linear(context, CONTEXT_FEATURES), nn.ReLU(),
+        nn.Linear(CONTEXT_FEATURES, CONTEXT_FEATURES), nn.ReLU(),
+    )  # fmt: skip
 
 
 def class_head(inputs: int, hidden: int, classes: int, dropout: float) -> nn.Sequential:

@@ -13,6 +13,7 @@ import torch
 from torch import nn
 
 from circumspect.classification import GridRecipe, InputRecipe, PointsRecipe
+from circumspect.classification.context import WIDTH
 from circumspect.errors import InputError
 from circumspect.nets.deeppano import DeepPano
 from circumspect.nets.headed_planes import HeadedPlanes
@@ -53,6 +54,7 @@ class NetSpec:
         source: Where it comes from.
         departures: What differs from there, and what was decided where it is silent.
         training: Settings that it is meant to be trained with, where they differ from the usual.
+        takes_context: It can be shown visibility and size, see `GridRecipe`.
         whole_cells: Its answer is the same for turns by whole azimuth cells of a 32nd of a turn.
     """
 
@@ -63,6 +65,7 @@ class NetSpec:
     source: str = "ours"
     departures: str = ""
     training: Mapping[str, Any] = field(default_factory=dict)
+    takes_context: bool = False
     whole_cells: bool = False
 
 
@@ -81,6 +84,7 @@ NETS = {
             "wrapped 2D convolutions on two stacks of planes, circular mixing, RWMP and mean",
             Planes,
             CYLINDER,
+            takes_context=True,
             whole_cells=True,
         ),
         NetSpec(
@@ -199,12 +203,22 @@ def build_net(name: str, classes: int, recipe: InputRecipe) -> nn.Module:
         takes = "points" if isinstance(spec.recipe, PointsRecipe) else "grids"
         raise InputError(f"{name} takes {takes}")
     cells = (recipe.shape,) if isinstance(recipe, GridRecipe) else ()
-    net = spec.build(classes, *cells)
+    net = spec.build(classes, *cells, **_beside(spec, recipe))
     layouts = {4: torch.channels_last, 5: torch.channels_last_3d}
     for parameter in net.parameters():
         if layout := layouts.get(parameter.ndim):
             parameter.data = parameter.data.contiguous(memory_format=layout)
     return net
+
+
+def _beside(spec: NetSpec, recipe: InputRecipe) -> dict[str, int]:
+    """What a network is shown beside occupied cells."""
+    if not recipe.takes_context:
+        return {}
+    if not spec.takes_context:
+        raise InputError(f"{spec.name} takes occupancy alone, neither visibility nor size")
+    visible = isinstance(recipe, GridRecipe) and recipe.visibility
+    return {"channels": 2 if visible else 1, "context": WIDTH}
 
 
 def require_takes(name: str, recipe: InputRecipe) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import torch
@@ -19,8 +19,16 @@ YAWS: list[float] = np.deg2rad([0.0, 3.0, 7.0]).tolist()
 """[rad], on and off the cells; hardly a turn, so that networks that mind one are chosen fairly."""
 
 
-class Examiner:
-    """Measures a network on held-back objects.
+class Examiner(Protocol):
+    """Measures a network on what was held back."""
+
+    def examine(self, net: nn.Module) -> dict[str, float]:
+        """Mean-class accuracy, instance accuracy and loss."""
+        ...
+
+
+class ObjectExaminer:
+    """Measures a network on complete objects, see `Examiner`.
 
     Args:
         objects: Held back, at least one.

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from circumspect.classification import InputRecipe
 from circumspect.datasets import ObjectSet
+from circumspect.datasets.training_objects import TrainingObjects
 from circumspect.errors import InputError, OutputError
 from circumspect.storage import require_no_strangers, write_json
 from circumspect.training.config_differences import config_differences
@@ -22,10 +24,15 @@ MADE_OF = "made_of.json"
 
 
 def run_config(
-    settings: TrainingSettings, recipe: InputRecipe, objects: ObjectSet
+    settings: TrainingSettings,
+    recipe: InputRecipe,
+    objects: ObjectSet,
+    catalogues: Sequence[TrainingObjects] = (),
 ) -> dict[str, Any]:
     """All that determines a run, as JSON types."""
     document = {"settings": settings.to_dict(), "grid": recipe.to_dict(), "data": objects.digest}
+    if catalogues:
+        document["catalogues"] = [catalogue.digest for catalogue in catalogues]
     return json.loads(json.dumps(document))
 
 

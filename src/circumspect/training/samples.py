@@ -60,23 +60,20 @@ class TrainingSamples:
             _augmented(source, settings, recipe, cache, progress) for source, _ in sources
         ]
 
-    def inputs(self, chosen: NDArray[np.int64], replicas: NDArray[np.int64]) -> NDArray[Any]:
-        """Inputs of chosen objects.
-
-        Args:
-            chosen: (b,) indices over all sources.
-            replicas: (b,) the variant of each.
-
-        Returns:
-            (b, *input_shape).
-        """
+    def inputs(
+        self,
+        chosen: NDArray[np.int64],
+        replicas: NDArray[np.int64],
+        rng: np.random.Generator | None = None,  # noqa: ARG002 - variants are drawn beforehand
+    ) -> tuple[NDArray[Any]]:
+        """Inputs of chosen objects, see `Samples.inputs`; (b, *input_shape) alone."""
         part = np.searchsorted(self._starts, chosen, side="right") - 1
         local = chosen - self._starts[part]
         made = {p: self._parts[p].batch(local[part == p], replicas[part == p]) for p in set(part)}
         inputs = np.empty((len(chosen), *made[part[0]].shape[1:]), made[part[0]].dtype)
         for p, found in made.items():
             inputs[part == p] = found
-        return inputs
+        return (inputs,)
 
 
 def _augmented(

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from circumspect.datasets import Augmentation
+from circumspect.datasets.scan_augmentation import ScanAugmentation
 from circumspect.errors import CircumspectError, InputError
 
 
@@ -32,6 +33,15 @@ class TrainingSettings:
         heading: Weight of the loss on the heading, for networks that tell it.
         furniture: Share of the draws that are procedural furniture.
         furniture_each: Pieces made of each category.
+        scans: Train on simulated scans, with visibility, size and a class of other things.
+        scan: How these scans are made.
+        catalogue: Share of the draws that are objects of catalogues.
+        catalogue_replicas: Scans made of each of their objects.
+        furniture_others: Procedural things made of each other kind.
+        other_weight: How often other things are drawn, in units of a class.
+        draws: Objects an epoch; None means as many as there are.
+        hide_visibility: Share of the scans whose free cells count as unknown.
+        hide_scale: Share of the scans whose size counts as unknown.
         gradient_norm: Longer gradients are shortened to this.
         replicas: Augmented variants made of each object.
         validation: Hold objects back; 100 or more of them choose the epoch that is kept. With
@@ -61,6 +71,15 @@ class TrainingSettings:
     heading: float = 0.2
     furniture: float = 0.0
     furniture_each: int = 200
+    scans: bool = False
+    scan: ScanAugmentation = field(default_factory=ScanAugmentation)
+    catalogue: float = 0.25
+    catalogue_replicas: int = 24
+    furniture_others: int = 16
+    other_weight: float = 1.5
+    draws: int | None = None
+    hide_visibility: float = 0.4
+    hide_scale: float = 0.25
     gradient_norm: float = 5.0
     replicas: int = 24
     validation: bool = True
@@ -71,7 +90,7 @@ class TrainingSettings:
     augmentation: Augmentation = field(default_factory=Augmentation)
 
     def __post_init__(self) -> None:
-        for name in ("epochs", "passes", "batch_size", "replicas"):
+        for name in ("epochs", "passes", "batch_size", "replicas", "catalogue_replicas"):
             if getattr(self, name) < 1:
                 raise CircumspectError(f"{name} must be at least 1, not {getattr(self, name)}")
         if not 0 <= self.seed < 2**32:
@@ -81,9 +100,12 @@ class TrainingSettings:
                 raise CircumspectError(f"{name} must be positive, not {getattr(self, name)}")
         for name in (
             "averaging", "label_smoothing", "mixing", "balance", "heading", "furniture", "warm_up",
+            "catalogue", "hide_visibility", "hide_scale",
         ):  # fmt: skip
             if not 0 <= getattr(self, name) <= 1:
                 raise CircumspectError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
+        if self.scans and self.catalogue + self.furniture > 1:
+            raise CircumspectError("catalogue and furniture are shares; together at most 1")
 
     def changes(self, margin: float) -> Augmentation:
         """The random changes that are made for a network that will be asked with a margin."""
@@ -101,6 +123,13 @@ class TrainingSettings:
                 f"a recipe with margin {margin:g} asks about sizes that are not trained on: "
                 f"augmentation.scale is {least:g} … {most:g}; change one of them"
             )
+
+    @property
+    def most_replicas(self) -> int:
+        """Variants that are drawn from; sources with fewer show each as often as any other."""
+        if not self.scans:
+            return self.replicas
+        return math.lcm(self.replicas, self.catalogue_replicas)
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as JSON types."""

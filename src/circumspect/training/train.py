@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -16,23 +16,25 @@ from torch import Tensor, nn
 from torch.nn import functional
 from torch.optim.swa_utils import AveragedModel
 
-from circumspect.classification import InputRecipe
+from circumspect.classification import GridRecipe, InputRecipe
 from circumspect.classification.onnx_classifier import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet
+from circumspect.datasets.training_objects import TrainingObjects
 from circumspect.errors import InputError
 from circumspect.nets import Checkpoint, build_net
 from circumspect.nets.headed_planes import Headed
 from circumspect.nets.registry import net_spec
+from circumspect.nets.state_channels import state_channels
 from circumspect.training.draws import draw_epoch, learning_rate_at
-from circumspect.training.examiner import Examiner
 from circumspect.training.held_back import fitted_and_held_back
 from circumspect.training.mixing import mixed
 from circumspect.training.optimisation import forgetful_average, optimizer_for
 from circumspect.training.resume import load_state, save_state
 from circumspect.training.run_config import BEST, STATE, claim_folder, run_config
 from circumspect.training.run_log import RunLog
-from circumspect.training.samples import TrainingSamples
+from circumspect.training.scan_data import scan_data
 from circumspect.training.settings import TrainingSettings
+from circumspect.training.training_data import TrainingData, object_data
 
 FEWEST_TO_CHOOSE = 100
 """Held-back objects from which on they choose the epoch; of fewer it would be luck."""
@@ -60,9 +62,8 @@ class _Run:
     net: nn.Module
     averaged: AveragedModel
     optimizer: torch.optim.Optimizer
-    samples: TrainingSamples
+    data: TrainingData
     steps: int
-    fitted: list[str]
 
 
 def train(
@@ -73,6 +74,7 @@ def train(
     cache: GridCache | None = None,
     recipe: InputRecipe | None = None,
     stop_after: int | None = None,
+    catalogues: Sequence[TrainingObjects] = (),
 ) -> Checkpoint:
     """Train a network; a run that was interrupted goes on where it stopped.
 
@@ -84,6 +86,7 @@ def train(
         cache: Where grids are kept.
         recipe: What the network is shown; None means what it is meant for.
         stop_after: Stop after this many epochs as if interrupted.
+        catalogues: Further objects, for a run on simulated scans.
 
     Returns:
         The checkpoint of the epoch that is kept: the best one on held-back objects where at least
@@ -95,12 +98,12 @@ def train(
             the loss or the weights are no longer finite.
         OutputError: The folder can not be written, or holds files of something else.
     """
-    recipe = recipe or net_spec(settings.net).recipe
-    settings.require_margin(recipe.margin)
-    fit, validation = fitted_and_held_back(objects, settings)
-    claim_folder(folder, run_config(settings, recipe, objects))
-    run = _prepare(fit, settings, recipe, cache or GridCache(), observer)
-    examiner = Examiner(validation, recipe, run.accelerator.device) if len(validation) else None
+    recipe = recipe or recipe_for(settings)
+    if not settings.scans:
+        settings.require_margin(recipe.margin)
+    claim_folder(folder, run_config(settings, recipe, objects, catalogues))
+    run = _prepare(objects, catalogues, settings, recipe, cache or GridCache(), observer)
+    examiner = run.data.examiner
     history = _resumed(run, folder)
     log = RunLog(folder, history) if run.accelerator.is_main_process else None
     end = settings.epochs if stop_after is None else min(stop_after, settings.epochs)
@@ -109,13 +112,13 @@ def train(
         _require_finite_weights(run, epoch)
         if examiner:
             with _precise(run):
-                row |= examiner.examine(run.averaged)
+                row |= examiner.examine(run.averaged.module)
         if log:
-            kept = len(validation) < FEWEST_TO_CHOOSE or _is_best(row, log.history)
+            kept = run.data.held_back < FEWEST_TO_CHOOSE or _is_best(row, log.history)
             # First, so that a network without a state is known to be of a cut first epoch.
             log.add(row)
             if kept:
-                _checkpoint(run, objects, recipe, row).save(folder / BEST)
+                _checkpoint(run, recipe, row).save(folder / BEST)
             _save(run, folder, log.history)
             observer.finished_epoch(row)
         run.accelerator.wait_for_everyone()
@@ -149,7 +152,7 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         for group in run.optimizer.param_groups:
             group["lr"] = rate
         with _precise(run):
-            answer = run.net(inputs)
+            answer = run.net(*inputs)
         logits, loss = _judged(answer, targets, settings)
         accelerator.backward(loss)
         accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
@@ -208,20 +211,23 @@ def _judged(
     return logits, loss
 
 
-def _batches(run: _Run, epoch: int) -> Iterator[tuple[Tensor, Tensor]]:
+def _batches(run: _Run, epoch: int) -> Iterator[tuple[list[Tensor], Tensor]]:
     """This process' share of the epoch's batches: inputs (b, …) and targets (b, c), float32."""
     settings, accelerator = run.settings, run.accelerator
     rng = np.random.default_rng([settings.seed, epoch])
-    draws = draw_epoch(run.samples.chances, run.samples.epoch, rng)
-    replicas = rng.integers(settings.replicas, size=len(draws))
+    samples = run.data.samples
+    draws = draw_epoch(samples.chances, samples.epoch, rng)
+    replicas = rng.integers(settings.most_replicas, size=len(draws))
     mine = slice(accelerator.process_index, None, accelerator.num_processes)
     for step in range(run.steps):
         batch = slice(step * settings.batch_size, (step + 1) * settings.batch_size)
         chosen = draws[batch][mine]
-        inputs = torch.from_numpy(run.samples.inputs(chosen, replicas[batch][mine]))
-        targets = torch.from_numpy(run.samples.targets[chosen])
-        pair = inputs.to(accelerator.device).float(), targets.to(accelerator.device)
-        yield mixed(*pair, rng) if rng.random() < settings.mixing else pair
+        inputs = samples.inputs(chosen, replicas[batch][mine], rng)
+        tensors = [torch.from_numpy(one).to(accelerator.device) for one in inputs]
+        tensors[0] = state_channels(tensors[0]) if len(tensors) > 1 else tensors[0].float()
+        tensors.append(torch.from_numpy(samples.targets[chosen]).to(accelerator.device))
+        *shown, targets = mixed(tensors, rng) if rng.random() < settings.mixing else tensors
+        yield shown, targets
 
 
 def _require_a_batch(objects: int, settings: TrainingSettings, fewest: int) -> None:
@@ -239,20 +245,46 @@ def _require_a_batch(objects: int, settings: TrainingSettings, fewest: int) -> N
         )
 
 
+def recipe_for(settings: TrainingSettings) -> InputRecipe:
+    """What a network is meant to be shown; of simulated scans also visibility and size.
+
+    Raises:
+        InputError: No network of that name, or scans for one that takes no grids.
+    """
+    recipe = net_spec(settings.net).recipe
+    if not settings.scans:
+        return recipe
+    if not isinstance(recipe, GridRecipe):
+        raise InputError(f"{settings.net} takes points; simulated scans are for grids")
+    return replace(recipe, visibility=True, metric=True)
+
+
 def _prepare(
-    fit: ObjectSet,
+    objects: ObjectSet,
+    catalogues: Sequence[TrainingObjects],
     settings: TrainingSettings,
     recipe: InputRecipe,
     cache: GridCache,
     observer: TrainingObserver,
 ) -> _Run:
     accelerator = Accelerator(mixed_precision="no")  # `precision` is ours to apply.
+    fit, _ = fitted_and_held_back(objects, settings)
     _require_a_batch(len(fit), settings, 2 * accelerator.num_processes)
     # Before the grids, which take long: a network may not be made for their cells.
     torch.manual_seed(settings.seed)
-    net = build_net(settings.net, len(fit.classes), recipe)
+    classes = len(objects.classes) + settings.scans
+    net = build_net(settings.net, classes, recipe)
     with accelerator.main_process_first():
-        samples = TrainingSamples(fit, settings, recipe, cache, observer.preparing)
+        if settings.scans:
+            assert isinstance(recipe, GridRecipe)
+            data = scan_data(
+                objects, catalogues, settings, recipe, accelerator.device, observer.preparing,
+                cache.folder / "scans",
+            )  # fmt: skip
+        else:
+            data = object_data(
+                objects, settings, recipe, cache, accelerator.device, observer.preparing
+            )
     optimizer = optimizer_for(net, settings)
     net, optimizer = accelerator.prepare(net, optimizer)
     averaged = AveragedModel(
@@ -260,20 +292,17 @@ def _prepare(
         avg_fn=forgetful_average(settings.averaging),
         use_buffers=True,
     )
-    steps = max(1, samples.epoch // settings.batch_size)
-    fitted = fit.names.tolist()
-    return _Run(settings, accelerator, net, averaged, optimizer, samples, steps, fitted)
+    steps = max(1, data.samples.epoch // settings.batch_size)
+    return _Run(settings, accelerator, net, averaged, optimizer, data, steps)
 
 
-def _checkpoint(
-    run: _Run, objects: ObjectSet, recipe: InputRecipe, row: dict[str, float]
-) -> Checkpoint:
+def _checkpoint(run: _Run, recipe: InputRecipe, row: dict[str, float]) -> Checkpoint:
     weights = {name: value.cpu() for name, value in run.averaged.module.state_dict().items()}
     training = {
-        "settings": run.settings.to_dict(), "reached": row, "data": objects.digest,
-        OBJECTS: run.fitted,
+        "settings": run.settings.to_dict(), "reached": row, "data": run.data.digest,
+        OBJECTS: run.data.fitted,
     }  # fmt: skip
-    return Checkpoint(run.settings.net, objects.classes, recipe, weights, training)
+    return Checkpoint(run.settings.net, run.data.classes, recipe, weights, training)
 
 
 def _modules(run: _Run) -> dict[str, nn.Module]:

@@ -1,0 +1,115 @@
+"""Where the surfaces come from that simulated scans are made of."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.datasets.metric_size import SIZES, metres_per_unit
+from circumspect.datasets.object_set import ObjectSet
+from circumspect.datasets.training_objects import OTHER, TrainingObjects, digest_of
+from circumspect.errors import InputError
+from circumspect.furniture import CATEGORIES, make_furniture
+from circumspect.furniture.other_things import OTHER_THINGS, make_other_thing
+from circumspect.geometry import TriangleMesh, short_edge_triangles
+
+FIRST_SEED = 1_000_000
+"""Of procedural furniture that trains; the demo's and the benchmarks' seeds lie below …"""
+FIRST_HELD_BACK = 500_000
+"""… and so do those of the furniture that is held back."""
+OTHER_SIZES = (0.3, 2.0)
+"""Longest sides of procedural things of other kinds [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PointSurfaces:
+    """Surfaces through the points of a set, in metres.
+
+    Attributes:
+        objects: The set; without `sides`, or of classes without a known size, the scale is drawn.
+    """
+
+    objects: ObjectSet
+
+    def mesh(self, index: int) -> TriangleMesh:
+        """See `MeshSource.mesh`."""
+        points = self.objects.points_xyz[index].astype(np.float64)
+        if self.objects.sides is not None:
+            points = points / np.ptp(points, axis=0).max() * self.objects.sides[index]
+        label = self.objects.classes[self.objects.labels[index]]
+        points = points * metres_per_unit(
+            label, np.ptp(points, axis=0), _chance(str(self.objects.names[index]))
+        )
+        return short_edge_triangles(_standing(points))
+
+
+@dataclass(frozen=True)
+class ProceduralSurfaces:
+    """Procedural furniture of the ten categories, and things of other kinds.
+
+    Attributes:
+        items: Category or kind, and seed.
+    """
+
+    items: tuple[tuple[str, int], ...]
+
+    def mesh(self, index: int) -> TriangleMesh:
+        """See `MeshSource.mesh`."""
+        kind, seed = self.items[index]
+        if kind in CATEGORIES:
+            return make_furniture(kind, seed)
+        mesh = make_other_thing(kind, seed)
+        # These have proportions, but no size of their own.
+        least, most = np.log(OTHER_SIZES)
+        side = np.exp(_chance(f"{kind}-{seed}").uniform(least, most))
+        points = mesh.vertices_xyz * side / np.ptp(mesh.vertices_xyz, axis=0).max()
+        return TriangleMesh(_standing(points), mesh.faces)
+
+
+def of_point_set(objects: ObjectSet) -> TrainingObjects:
+    """The objects of a labelled set of points.
+
+    Raises:
+        InputError: A class of which nobody knows the size.
+    """
+    labels = np.array([objects.classes[label] for label in objects.labels])
+    if unknown := sorted(set(labels.tolist()) - set(SIZES)):
+        raise InputError(f"no sizes are known for {', '.join(unknown)}; known: {', '.join(SIZES)}")
+    return TrainingObjects(
+        PointSurfaces(objects), np.arange(len(objects)), labels, objects.names,
+        digest_of(["points 1", objects.digest]),
+    )  # fmt: skip
+
+
+def procedural(each: int, others: int, held_back: bool = False) -> TrainingObjects:
+    """Procedural objects.
+
+    Args:
+        each: Of each of the ten categories.
+        others: Of each other kind.
+        held_back: Other seeds than those that train.
+    """
+    first = FIRST_HELD_BACK if held_back else FIRST_SEED
+    kinds = [(kind, each) for kind in CATEGORIES] + [(kind, others) for kind in OTHER_THINGS]
+    items = tuple((kind, first + number) for kind, count in kinds for number in range(count))
+    names = [f"procedural_{kind}_{seed}" for kind, seed in items]
+    labels = [kind if kind in CATEGORIES else OTHER for kind, _ in items]
+    return TrainingObjects(
+        ProceduralSurfaces(items), np.arange(len(items)), np.array(labels, np.str_),
+        np.array(names, np.str_), digest_of(["procedural 1", *names]),
+    )  # fmt: skip
+
+
+def _standing(points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points moved onto z = 0, the middle of their box on the z axis."""
+    low, high = points_xyz.min(axis=0), points_xyz.max(axis=0)
+    return points_xyz - [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]
+
+
+def _chance(name: str) -> np.random.Generator:
+    """Chance that depends on a name alone."""
+    digest = hashlib.sha256(name.encode(errors="surrogatepass")).digest()
+    return np.random.default_rng(np.frombuffer(digest, np.uint32))

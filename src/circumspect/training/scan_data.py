@@ -1,0 +1,158 @@
+"""Simulated scans of CAD models and of things of other kinds, as a run trains on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from circumspect.classification import GridRecipe
+from circumspect.classification.context import SCALE_KNOWN, VISIBILITY_KNOWN
+from circumspect.datasets import ObjectSet
+from circumspect.datasets.scan_sources import of_point_set, procedural
+from circumspect.datasets.scanned_grids import ScannedGrids, scanned_grids
+from circumspect.datasets.training_objects import OTHER, TrainingObjects, digest_of
+from circumspect.errors import InputError
+from circumspect.grid.occupancy_grid import OCCUPIED
+from circumspect.training.held_back import fitted_and_held_back
+from circumspect.training.scan_examiner import ScanExaminer
+from circumspect.training.settings import TrainingSettings
+from circumspect.training.training_data import Progress, TrainingData
+
+HELD_BACK_SCANS = 4
+"""Of each object that is held back."""
+HELD_BACK_SEED = 7
+"""Their chance; another one than that of the scans that train."""
+
+
+class ScanSamples:
+    """Scans of several sources under one index, see `Samples`.
+
+    Args:
+        sources: Scans, the objects that they are of, and the share of the draws.
+        classes: Of the network's outputs.
+        settings: Of the run.
+    """
+
+    def __init__(
+        self,
+        sources: Sequence[tuple[ScannedGrids, TrainingObjects, float]],
+        classes: Sequence[str],
+        settings: TrainingSettings,
+    ) -> None:
+        self._sources = [grids for grids, _, _ in sources]
+        self._settings = settings
+        self._starts = np.cumsum([0, *(len(objects) for _, objects, _ in sources)])
+        labels = [
+            np.array([classes.index(label) for label in objects.labels.tolist()])
+            for _, objects, _ in sources
+        ]
+        chances = [
+            share * _class_chances(of, classes.index(OTHER), settings.other_weight)
+            for of, (_, _, share) in zip(labels, sources, strict=True)
+        ]
+        self.chances = np.concatenate(chances)
+        self.chances /= self.chances.sum()
+        self.targets = np.eye(len(classes), dtype=np.float32)[np.concatenate(labels)]
+        self.epoch = settings.draws or len(self.chances)
+
+    def inputs(
+        self, chosen: NDArray[np.int64], replicas: NDArray[np.int64], rng: np.random.Generator
+    ) -> tuple[NDArray[Any], ...]:
+        """States (b, 1, *shape) and contexts (b, 6); some hide what is free, or the scale."""
+        part = np.searchsorted(self._starts, chosen, side="right") - 1
+        shape = self._sources[0].shape
+        states = np.empty((len(chosen), *shape), np.uint8)
+        contexts = np.empty((len(chosen), self._sources[0].context.shape[-1]), np.float32)
+        for number in np.unique(part):
+            of, grids = part == number, self._sources[number]
+            local = chosen[of] - self._starts[number]
+            scan = replicas[of] % grids.grids.shape[1]
+            states[of] = grids.states(local, scan)
+            contexts[of] = grids.context[local, scan]
+        hidden = rng.random(len(chosen)) < self._settings.hide_visibility
+        states[hidden] &= np.uint8(OCCUPIED)
+        contexts[hidden, VISIBILITY_KNOWN] = 0.0
+        contexts[rng.random(len(chosen)) < self._settings.hide_scale, SCALE_KNOWN:] = 0.0
+        return states[:, None], contexts
+
+
+def scan_data(
+    objects: ObjectSet,
+    catalogues: Sequence[TrainingObjects],
+    settings: TrainingSettings,
+    recipe: GridRecipe,
+    device: torch.device,
+    progress: Progress,
+    cache: Path | None = None,
+) -> TrainingData:
+    """Simulated scans of a labelled set, of catalogues of furniture, and of procedural things.
+
+    Args:
+        objects: The labelled set; it names the classes.
+        catalogues: Objects of true size, of the classes or of other kinds.
+        settings: Of the run.
+        recipe: What the network is shown.
+        device: Where the network runs.
+        progress: Called with (done, all) objects while they are scanned.
+        cache: Where scans are kept; None means the user's cache folder.
+
+    Raises:
+        InputError: A class without a known size, or one that no object that trains has.
+        OutputError: The cache can not be written.
+        MissingExtraError: Embree is not installed.
+    """
+    fit, validation = fitted_and_held_back(objects, settings)
+    classes = (*objects.classes, OTHER)
+    for catalogue in catalogues:
+        if strange := sorted(set(catalogue.labels.tolist()) - set(classes)):
+            raise InputError(f"the catalogue has classes that the set lacks: {', '.join(strange)}")
+    held = [c.held_back() & settings.validation for c in catalogues]
+    training = [
+        (of_point_set(fit), settings.replicas, 1.0 - settings.catalogue - settings.furniture)
+    ]
+    for catalogue, mask in zip(catalogues, held, strict=True):
+        share = settings.catalogue / len(catalogues)
+        training.append((catalogue.subset(~mask), settings.catalogue_replicas, share))
+    if settings.furniture:
+        made = procedural(settings.furniture_each, settings.furniture_others)
+        training.append((made, settings.replicas, settings.furniture))
+
+    def scanned(
+        of: TrainingObjects, scans: int, seed: int, at: int = 0, total: int = 1
+    ) -> ScannedGrids:
+        # One bar for all sources.
+        def shown(done: int, count: int) -> None:
+            progress(at * count + done, total * count)
+
+        return scanned_grids(of, settings.scan, scans, seed, recipe.shape, cache, shown)
+
+    sources = [
+        (scanned(of, scans, settings.seed, at, len(training)), of, share)
+        for at, (of, scans, share) in enumerate(training)
+    ]
+    examiner, count = None, 0
+    if settings.validation:
+        parts = [of_point_set(validation)]
+        parts += [c.subset(mask) for c, mask in zip(catalogues, held, strict=True) if mask.any()]
+        examiner = ScanExaminer(
+            [(scanned(of, HELD_BACK_SCANS, HELD_BACK_SEED), of) for of in parts], classes, device
+        )
+        count = sum(map(len, parts))
+    fitted = [name for of, _, _ in training for name in of.names.tolist()]
+    digest = digest_of([objects.digest, *(catalogue.digest for catalogue in catalogues)])
+    samples = ScanSamples(sources, classes, settings)
+    return TrainingData(classes, digest, fitted, count, samples, examiner)
+
+
+def _class_chances(
+    labels: NDArray[np.int64], other: int, other_weight: float
+) -> NDArray[np.float64]:
+    """Equal chances of the classes of a source, but for its other things."""
+    chances = 1.0 / np.bincount(labels)[labels]
+    chances[labels == other] *= other_weight
+    return chances / chances.sum()
