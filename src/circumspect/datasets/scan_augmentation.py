@@ -25,7 +25,7 @@ HALF_IMAGE = (tan(radians(29.0)), tan(radians(22.5)))
 """Half width and half height of the Xtion's image at 1 m."""
 FOCAL = 570.3
 """Of the Xtion PRO [px]."""
-ACROSS = 100
+ACROSS = 80
 """Rays across the object; finer than the cells of a grid, coarser than a camera's pixels."""
 AROUND = 1.3
 """The rendered window is so many times as large as the object."""
@@ -94,7 +94,7 @@ class ScanAugmentation:
     resize: float = 0.08
     complete: float = 0.35
     single: float = 0.4
-    most_views: int = 12
+    most_views: int = 10
     heights: tuple[float, float] = (0.35, 1.7)
     distances: tuple[float, float] = (0.85, 2.0)
     nearest: float = 0.75

@@ -144,8 +144,7 @@ def _scanned_chunk(
     for row, index in enumerate(chosen):
         caster, name = ObjectCaster(objects.mesh(index)), objects.names[index]
         for scan in range(scans):
-            digest = hashlib.sha256(f"{seed}/{name}/{scan}".encode(errors="surrogatepass")).digest()
-            rng = np.random.default_rng(np.frombuffer(digest, np.uint32))
+            rng = chance_of(seed, str(name), scan)
             found = augmentation.scan(caster, rng)
             if not len(found.points_xyz):
                 continue  # An empty grid: nothing of it was seen.
@@ -161,6 +160,12 @@ def _scanned_chunk(
             if visible:
                 coverage[row, scan] = azimuth_coverage(found.views_xyz, bounds.centre_xyz)
     return {"grids": grids, "context": context, "coverage": coverage}
+
+
+def chance_of(seed: int, name: str, scan: int) -> np.random.Generator:
+    """Chance that depends on a seed, an object and the number of its scan alone."""
+    digest = hashlib.sha256(f"{seed}/{name}/{scan}".encode(errors="surrogatepass")).digest()
+    return np.random.default_rng(np.frombuffer(digest, np.uint32))
 
 
 def gridded(

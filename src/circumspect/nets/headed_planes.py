@@ -53,6 +53,7 @@ class HeadedPlanes(Planes):
 
         Args:
             grids: (n, 1, radius, azimuth, height), 1 where occupied.
+            context: None; this network takes none.
 
         Returns:
             (n, classes); in training `Headed`.

@@ -1,0 +1,124 @@
+"""Bounds of confidence and of the open set, fitted to objects that were held back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from circumspect.classification.confidence_rule import ConfidenceRule
+from circumspect.classification.open_set import SMALLEST, OpenSetRule
+from circumspect.errors import InputError
+
+MOST_WRONG = 0.02
+"""Share of the confident answers that may be wrong."""
+FROM_COVERAGE = (0.0, 0.3, 0.45, 0.6, 0.75, 0.9)
+"""Where the bounds change; a single view covers 0.25."""
+NEVER = 1.5
+"""A bound that no probability reaches."""
+FEWEST = 30
+"""Answers that a bound rests on; with fewer in a range of coverage none is confident there."""
+RECALL = 0.95
+"""Share of the objects of known classes that are to be in distribution."""
+
+
+def least_probability(
+    probability: NDArray[np.float64], correct: NDArray[np.bool_], most_wrong: float = MOST_WRONG
+) -> float:
+    """The smallest bound above which at most a given share of the answers is wrong.
+
+    Args:
+        probability: (n,) of the answers.
+        correct: (n,) whether they are.
+        most_wrong: The share, 0 … 1.
+
+    Returns:
+        A probability, or `NEVER` where no bound does, or fewer than `FEWEST` answers reach it.
+    """
+    order = np.argsort(-probability, kind="stable")
+    ranked = probability[order]
+    wrong = np.cumsum(~correct[order]) / np.arange(1, len(order) + 1)
+    # Of answers with the same probability a bound takes all or none.
+    last = np.append(ranked[1:] < ranked[:-1], True)
+    good = np.flatnonzero((wrong <= most_wrong) & last)
+    if not len(good) or good[-1] + 1 < FEWEST:
+        return NEVER
+    return float(ranked[good[-1]])
+
+
+def fitted_confidence(
+    probability: NDArray[np.float64],
+    correct: NDArray[np.bool_],
+    coverage: NDArray[np.float64],
+    without_coverage: float,
+    most_wrong: float = MOST_WRONG,
+    edges: Sequence[float] = FROM_COVERAGE,
+) -> ConfidenceRule:
+    """A bound for each range of coverage.
+
+    Args:
+        probability: (n,) of the answers that are in distribution.
+        correct: (n,) whether they are; the answer to an object of no class never is.
+        coverage: (n,) share of the azimuth seen, 0 … 1.
+        without_coverage: The bound for answers whose coverage is unknown.
+        most_wrong: Share of the confident answers that may be wrong.
+        edges: Ascending coverages at which the bound changes.
+
+    Returns:
+        A rule whose bounds do not rise with the coverage: seeing more never makes an answer of the
+        same probability less trustworthy.
+    """
+    bounds = []
+    for low, high in zip(edges, [*edges[1:], np.inf], strict=True):
+        within = (coverage >= low) & (coverage < high)
+        bounds.append(least_probability(probability[within], correct[within], most_wrong))
+    falling = np.minimum.accumulate(bounds)
+    return ConfidenceRule(
+        tuple(edges), tuple(round(float(bound), 4) for bound in falling), without_coverage
+    )
+
+
+def fitted_open_set(
+    other: NDArray[np.float64],
+    distance: NDArray[np.float64] | None,
+    known: NDArray[np.bool_],
+    recall: float = RECALL,
+) -> OpenSetRule:
+    """A logistic model of being of one of the classes.
+
+    Both kinds of objects weigh the same, however many there are of each.
+
+    Args:
+        other: (n,) probability of "other".
+        distance: (n,) to the nearest training object, or None.
+        known: (n,) whether the object is of one of the classes.
+        recall: Share of the known objects that are to be in distribution.
+
+    Raises:
+        InputError: Objects of one kind only.
+    """
+    if known.all() or not known.any():
+        raise InputError("an open set needs objects of the classes and of other kinds")
+    p = np.clip(other, SMALLEST, 1.0 - SMALLEST)
+    signs = [np.ones_like(p), np.log(p / (1.0 - p))]
+    if distance is not None:
+        signs.append(np.log(np.maximum(distance, SMALLEST)))
+    features = np.stack(signs, axis=1)
+    weights = np.where(known, 0.5 / known.mean(), 0.5 / (~known).mean())
+    towards = np.where(known, 1.0, -1.0)
+
+    def loss(factors: NDArray[np.float64]) -> float:
+        # A little decay keeps the factors finite where the kinds separate.
+        margins = towards * (features @ factors)
+        decay = 1e-3 * float(factors[1:] @ factors[1:])
+        return float(np.mean(weights * np.logaddexp(0.0, -margins))) + decay
+
+    found: Any = minimize(loss, np.zeros(features.shape[1]), method="BFGS")
+    bias, of_other, *rest = (float(value) for value in found.x)
+    rule = OpenSetRule(bias, of_other, rest[0] if rest else 0.0)
+    belongs = rule.probability(other[known], None if distance is None else distance[known])
+    threshold = float(np.clip(np.quantile(belongs, 1.0 - recall), 0.0, 1.0))
+    return OpenSetRule(rule.bias, rule.other, rule.distance, threshold)

@@ -1,0 +1,97 @@
+"""Simulated scans of objects that were held back, shown to a classifier as a robot shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.classification import GridRecipe
+from circumspect.datasets.object_caster import ObjectCaster
+from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation
+from circumspect.datasets.scanned_grids import azimuth_coverage, chance_of
+from circumspect.datasets.training_objects import TrainingObjects
+from circumspect.geometry import PointCloud
+from circumspect.grid import CylindricalGrid
+from circumspect.grid.occupancy_grid import OCCUPIED
+
+
+@dataclass(frozen=True, eq=False)
+class HeldBackScans:
+    """Inputs of n scans, all views of each.
+
+    Attributes:
+        inputs: (n, views, 1, *shape) uint8.
+        contexts: (n, 6) float32.
+        labels: (n,) text.
+        coverage: (n,) share of the azimuth seen, NaN for complete surfaces.
+    """
+
+    inputs: NDArray[np.uint8]
+    contexts: NDArray[np.float32]
+    labels: NDArray[np.str_]
+    coverage: NDArray[np.float64]
+
+    def without_rays(self) -> HeldBackScans:
+        """The same as clouds in files, of which nobody knows what was free or from where."""
+        contexts = self.contexts.copy()
+        contexts[:, 0] = 0.0
+        return HeldBackScans(self.inputs & np.uint8(OCCUPIED), contexts, self.labels, self.coverage)
+
+
+def held_back_scans(
+    sources: Sequence[TrainingObjects],
+    augmentation: ScanAugmentation,
+    recipe: GridRecipe,
+    scans: int,
+    seed: int = 7,
+    progress: Callable[[int, int], None] | None = None,
+) -> HeldBackScans:
+    """Scan objects several times each.
+
+    Args:
+        sources: What was held back.
+        augmentation: How they are scanned.
+        recipe: How the classifier is shown them, with all its views.
+        scans: Of each object.
+        seed: Of all chance.
+        progress: Called with (done, all) objects.
+
+    Raises:
+        MissingExtraError: Embree is not installed.
+    """
+    rows: list[tuple[NDArray[Any], NDArray[Any] | None, str, float]] = []
+    done, total = 0, sum(map(len, sources))
+    for objects in sources:
+        for index in range(len(objects)):
+            caster, name = ObjectCaster(objects.mesh(index)), str(objects.names[index])
+            for number in range(scans):
+                scan = augmentation.scan(caster, chance_of(seed, name, number))
+                if len(scan.points_xyz) < FEWEST:
+                    continue
+                cloud = PointCloud(scan.points_xyz.astype(np.float64))
+                bounds = recipe.bounds(cloud)
+                grids = recipe.all_bounds(bounds)
+                found = [grid.hits(cloud) for grid in grids]
+                coverage = np.nan
+                if len(scan.ends_xyz):
+                    passed = np.zeros(len(scan.ends_xyz), bool)
+                    origins, ends = scan.origins_xyz, scan.ends_xyz
+                    traced = [grid.trace(origins, ends, passed) for grid in grids]
+                    found = [a.merged(b) for a, b in zip(found, traced, strict=True)]
+                    assert isinstance(bounds, CylindricalGrid)
+                    coverage = azimuth_coverage(scan.views_xyz, bounds.centre_xyz)
+                inputs = np.stack([recipe.input_of(grid) for grid in found])
+                context = recipe.context(inputs, bounds)
+                rows.append((inputs, context, str(objects.labels[index]), coverage))
+            done += 1
+            if progress:
+                progress(done, total)
+    inputs, contexts, labels, coverages = zip(*rows, strict=True)
+    return HeldBackScans(
+        np.stack(inputs), np.array(contexts, np.float32), np.array(labels, np.str_),
+        np.array(coverages),
+    )  # fmt: skip
