@@ -17,8 +17,7 @@ SHOWN = 8
 
 @dataclass(frozen=True)
 class Data:
-    """Data sets: fetch ModelNet10, see whether a copy is complete and can be read, or import the
-    furniture catalogues of Sweet Home 3D.
+    """Data sets: fetch ModelNet10, verify a copy, import furniture catalogues.
 
     $ circumspect data fetch modelnet10
     $ circumspect data verify ModelNet10
@@ -33,7 +32,7 @@ class Data:
     which: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SET")]
     """What to fetch (modelnet10), what to import (sweethome3d), or the folder to verify: point
     packs, OFF files, or a set that `circumspect gather` made."""
-    path: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="PATH")] = None
+    path: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[PATH]")] = None
     """Of import: a .sh3f file, or a folder that is searched for them and for the jar of Sweet
     Home 3D."""
     out: Path | None = None
