@@ -17,21 +17,27 @@ SHOWN = 8
 
 @dataclass(frozen=True)
 class Data:
-    """Data sets: fetch ModelNet10, or see whether a copy is complete and can be read.
+    """Data sets: fetch ModelNet10, verify a copy, import furniture catalogues.
 
     $ circumspect data fetch modelnet10
     $ circumspect data verify ModelNet10
+    $ circumspect data import sweethome3d FOLDER --out sweethome3d.npz
     """
 
-    what: tyro.conf.Positional[Literal["fetch", "verify"]]
+    what: tyro.conf.Positional[Literal["fetch", "verify", "import"]]
     """fetch: download and unpack; an interrupted download goes on. verify: count every class and
     split, and name what is missing, foreign or broken; of classes of your own nobody knows what is
-    missing."""
+    missing. import: read the models of catalogues, with real sizes and labels, into one mesh
+    pack."""
     which: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SET")]
-    """What to fetch (modelnet10), or the folder to verify: point packs, OFF files, or a set that
-    `circumspect gather` made."""
-    out: Path = Path()
-    """Of fetch: where to put the folder ModelNet10."""
+    """What to fetch (modelnet10), what to import (sweethome3d), or the folder to verify: point
+    packs, OFF files, or a set that `circumspect gather` made."""
+    path: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[PATH]")] = None
+    """Of import: a .sh3f file, or a folder that is searched for them and for the jar of Sweet
+    Home 3D."""
+    out: Path | None = None
+    """Of fetch: where to put the folder ModelNet10, by default here. Of import: the mesh pack, by
+    default sweethome3d.npz."""
     url: str | None = None
     """Of fetch: another place than the public archive."""
     sha256: str | None = None
@@ -41,6 +47,10 @@ class Data:
 
     def run(self) -> int:
         """Fetch if that is asked for, then verify; 1 where something is missing or broken."""
+        if self.what == "import":
+            return self._import()
+        if self.path is not None:
+            raise InputError(f"data {self.what} takes one SET and no further path: '{self.path}'")
         if self.what == "verify":
             return self._verify(Path(self.which))
         path = self._fetched()
@@ -50,6 +60,20 @@ class Data:
             # It was there before: what is unpacked has a mesh or more.
             raise InputError(f"{error}; remove it, or fetch to another folder by --out") from error
 
+    def _import(self) -> int:
+        from circumspect.cli.given_flags import given_flags
+        from circumspect.cli.import_sweethome3d import import_catalogues
+
+        if self.which.lower() != "sweethome3d":
+            raise InputError(f"no data set '{self.which}' to import; known: sweethome3d")
+        if self.path is None:
+            raise InputError(
+                "data import sweethome3d needs a PATH: a .sh3f file, or a folder of them"
+            )
+        if strange := given_flags(self, "url", "sha256"):
+            raise InputError(f"{strange[0]} belongs to data fetch; leave it out")
+        return import_catalogues(self.path, self.out or Path("sweethome3d.npz"), self.json)
+
     def _fetched(self) -> Path:
         from circumspect.cli.progress import progress_bar
         from circumspect.datasets.fetching import URL, fetch_modelnet10
@@ -57,7 +81,9 @@ class Data:
         if self.which.lower() != "modelnet10":
             raise InputError(f"no data set '{self.which}' to fetch; known: modelnet10")
         with progress_bar("ModelNet10", of_bytes=True) as progress:
-            return fetch_modelnet10(self.out, self.url or URL, self.sha256, progress=progress)
+            return fetch_modelnet10(
+                self.out or Path(), self.url or URL, self.sha256, progress=progress
+            )
 
     def _verify_gathered(self, path: Path) -> int:
         from circumspect.cli.progress import progress_bar

@@ -32,7 +32,7 @@ COMMANDS = {
     "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
     "export": ("export:Export", "turn a trained network into one ONNX file"),
     "reproduce": ("reproduce:Reproduce", "the paper's table and comparisons, from data to figures"),
-    "data": ("data:Data", "fetch and verify data sets"),
+    "data": ("data:Data", "fetch, verify and import data sets"),
     "nets": ("nets:Nets", "every network, with its size and work"),
     "doctor": ("doctor:Doctor", "what is installed and what is missing"),
     "completion": ("completion:Completion", "the Tab key completes commands and flags"),

@@ -22,7 +22,17 @@ def read_obj(path: Path) -> FileShape:
         InputError: No vertices, or broken lines.
         GeometryError: Faces that name vertices which do not exist.
     """
-    lines = _lines(path.read_bytes())
+    return parse_obj(path.read_bytes())
+
+
+def parse_obj(data: bytes) -> FileShape:
+    """The same from the bytes of a file.
+
+    Raises:
+        InputError: See `read_obj`.
+        GeometryError: See `read_obj`.
+    """
+    lines = _lines(data)
     positions = [line[2:] for line in lines if line[:2] in (b"v ", b"v\t")]
     if not positions:
         raise InputError("is not an OBJ file with vertices: no line begins with v")
