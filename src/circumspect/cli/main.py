@@ -30,6 +30,7 @@ COMMANDS = {
     "locate": ("locate:Locate", "the intelligent space: ceiling cameras see the robot"),
     "train": ("train:Train", "train a network"),
     "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
+    "calibrate": ("calibrate:Calibrate", "fit when a classifier's answers may be relied on"),
     "export": ("export:Export", "turn a trained network into one ONNX file"),
     "reproduce": ("reproduce:Reproduce", "the paper's table and comparisons, from data to figures"),
     "data": ("data:Data", "fetch, verify and import data sets"),

@@ -53,6 +53,10 @@ class Train:
     """Objects a step."""
     learning_rate: float | None = None
     """Its peak."""
+    mixing: float | None = None
+    """Share of the batches in which each object is blended with another (mixup), 0 … 1."""
+    balance: float | None = None
+    """1 draws all classes equally often, 0 all objects."""
     label_smoothing: float | None = None
     """Share of the target spread over all classes."""
     replicas: int | None = None

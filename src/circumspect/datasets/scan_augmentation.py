@@ -7,8 +7,10 @@ rotation about the vertical: the object keeps its heading, only the camera goes 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from math import pi, radians, tan
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,10 +33,12 @@ AROUND = 1.3
 """The rendered window is so many times as large as the object."""
 CHANCES = (
     "mirror", "complete", "single", "occluded", "beside", "walled", "leak", "boxed", "cut",
-    "strays",
+    "lowered", "strays",
 )  # fmt: skip
 FEWEST = 60
 """Voxels; a view that shows less is no scan, and another one is drawn."""
+HIDDEN_BELOW = (0.1, 0.55)
+"""Share of the object's height below which it is hidden, as of a chair at a table."""
 VOXELS = 96.0
 """Voxels along the longest side of what is seen."""
 SAMPLES = 12_000
@@ -83,6 +87,7 @@ class ScanAugmentation:
         leak: Chance that a segmentation takes in what is next to the object's pixels.
         boxed: Chance that a segmentation is a box, with everything in it.
         cut: Chance that a segmentation loses what lies beyond a plane.
+        lowered: Chance that something that stands all round hides the lower part.
         floor_cut: Range of the height below which nothing is the object [m].
         registration: Largest standard deviation of a view's pose: [m], and [deg] about the
             vertical in hundredths of that.
@@ -90,8 +95,8 @@ class ScanAugmentation:
     """
 
     mirror: float = 0.5
-    stretch: float = 0.08
-    resize: float = 0.08
+    stretch: float = 0.12
+    resize: float = 0.15
     complete: float = 0.35
     single: float = 0.4
     most_views: int = 10
@@ -99,12 +104,13 @@ class ScanAugmentation:
     distances: tuple[float, float] = (0.85, 2.0)
     nearest: float = 0.75
     farthest: float = 5.0
-    occluded: float = 0.35
+    occluded: float = 0.4
     beside: float = 0.25
     walled: float = 0.3
     leak: float = 0.3
     boxed: float = 0.2
     cut: float = 0.25
+    lowered: float = 0.15
     floor_cut: tuple[float, float] = (-0.01, 0.07)
     registration: float = 0.012
     strays: float = 0.2
@@ -115,6 +121,18 @@ class ScanAugmentation:
                 raise InputError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
         if self.most_views < 1:
             raise InputError(f"most_views must be at least 1, not {self.most_views}")
+
+    @classmethod
+    def from_dict(cls, document: Any) -> ScanAugmentation:
+        """Read back what `dataclasses.asdict` made, also after JSON.
+
+        Raises:
+            InputError: Not such a document.
+        """
+        known = {field.name for field in fields(cls)}
+        if not isinstance(document, Mapping) or set(document) - known:
+            raise InputError(f"a scan's settings must name {', '.join(sorted(known))}")
+        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in document.items()})
 
     def scan(self, caster: ObjectCaster, rng: Chance) -> SimulatedScan:
         """Scan an object once.
@@ -300,13 +318,15 @@ class _Segmentation:
     @classmethod
     def drawn(cls, settings: ScanAugmentation, placed: _Placed, rng: Chance) -> _Segmentation:
         floor_cut = float(rng.uniform(*settings.floor_cut))
+        if rng.random() < settings.lowered:
+            floor_cut = float(placed.high[2] * rng.uniform(*HIDDEN_BELOW))
         leak, box, plane, strays = 0, None, None, 0
         if rng.random() < settings.leak:
             leak = int(rng.integers(1, 5))
         if rng.random() < settings.boxed:
             margin = rng.uniform(0.0, 0.12, 3)
             box = placed.low - margin, placed.high + margin
-            floor_cut = float(rng.uniform(-0.03, 0.05))
+            floor_cut = min(floor_cut, float(rng.uniform(-0.03, 0.05)))
         if rng.random() < settings.cut:
             normal = rng.normal(size=3) * (1.0, 1.0, 0.5)
             plane = normal / np.linalg.norm(normal), float(rng.uniform(0.5, 0.95))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification import GridRecipe
+from circumspect.classification.context import VISIBILITY_KNOWN
 from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation
 from circumspect.datasets.scanned_grids import azimuth_coverage, chance_of
@@ -35,10 +36,17 @@ class HeldBackScans:
     labels: NDArray[np.str_]
     coverage: NDArray[np.float64]
 
+    def with_rays(self) -> HeldBackScans:
+        """The scans alone, without complete surfaces."""
+        chosen = np.isfinite(self.coverage)
+        return HeldBackScans(
+            self.inputs[chosen], self.contexts[chosen], self.labels[chosen], self.coverage[chosen]
+        )
+
     def without_rays(self) -> HeldBackScans:
         """The same as clouds in files, of which nobody knows what was free or from where."""
         contexts = self.contexts.copy()
-        contexts[:, 0] = 0.0
+        contexts[:, VISIBILITY_KNOWN] = 0.0
         return HeldBackScans(self.inputs & np.uint8(OCCUPIED), contexts, self.labels, self.coverage)
 
 

@@ -53,3 +53,22 @@ def write_asked_otherwise(
     describe(network, description)
     with atomic_path(path) as aside:
         aside.write_bytes(network.SerializeToString())
+
+
+def write_calibrated(path: Path, out: Path, calibration: Mapping[str, Any]) -> None:
+    """Write a classifier with another temperature, open-set model and rule of confidence.
+
+    Args:
+        path: A classifier.
+        out: The file to write; it may be `path` itself.
+        calibration: See `Calibration.to_dict`.
+
+    Raises:
+        WeightsError: No classifier.
+        OutputError: The file can not be written.
+    """
+    classifier = Classifier.load(path)
+    network = onnx.load_from_string(path.read_bytes())
+    describe(network, {**classifier.description, **calibration})
+    with atomic_path(out) as aside:
+        aside.write_bytes(network.SerializeToString())

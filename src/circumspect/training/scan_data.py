@@ -18,6 +18,7 @@ from circumspect.datasets.scanned_grids import ScannedGrids, scanned_grids
 from circumspect.datasets.training_objects import OTHER, TrainingObjects, digest_of
 from circumspect.errors import InputError
 from circumspect.grid.occupancy_grid import OCCUPIED
+from circumspect.training.draws import class_chances
 from circumspect.training.held_back import fitted_and_held_back
 from circumspect.training.scan_examiner import ScanExaminer
 from circumspect.training.settings import TrainingSettings
@@ -52,7 +53,7 @@ class ScanSamples:
             for _, objects, _ in sources
         ]
         chances = [
-            share * _class_chances(of, classes.index(OTHER), settings.other_weight)
+            share * _class_chances(of, classes.index(OTHER), settings)
             for of, (_, _, share) in zip(labels, sources, strict=True)
         ]
         self.chances = np.concatenate(chances)
@@ -150,9 +151,14 @@ def scan_data(
 
 
 def _class_chances(
-    labels: NDArray[np.int64], other: int, other_weight: float
+    labels: NDArray[np.int64], other: int, settings: TrainingSettings
 ) -> NDArray[np.float64]:
-    """Equal chances of the classes of a source, but for its other things."""
-    chances = 1.0 / np.bincount(labels)[labels]
-    chances[labels == other] *= other_weight
+    """Chances of a source's objects; other things have a share of their own."""
+    known = labels != other
+    chances = np.zeros(len(labels))
+    chances[known] = class_chances(labels[known], settings.balance)
+    if not known.all():
+        classes = len(np.unique(labels[known]))
+        weight = settings.other_weight / max(classes, 1)
+        chances[~known] = weight / np.count_nonzero(~known)
     return chances / chances.sum()

@@ -38,7 +38,7 @@ class TrainingSettings:
         catalogue: Share of the draws that are objects of catalogues.
         catalogue_replicas: Scans made of each of their objects.
         furniture_others: Procedural things made of each other kind.
-        other_weight: How often other things are drawn, in units of a class.
+        other_weight: How often other things are drawn, in units of a class of the same source.
         draws: Objects an epoch; None means as many as there are.
         hide_visibility: Share of the scans whose free cells count as unknown.
         hide_scale: Share of the scans whose size counts as unknown.
@@ -76,7 +76,7 @@ class TrainingSettings:
     catalogue: float = 0.25
     catalogue_replicas: int = 24
     furniture_others: int = 16
-    other_weight: float = 1.5
+    other_weight: float = 4.0
     draws: int | None = None
     hide_visibility: float = 0.4
     hide_scale: float = 0.25

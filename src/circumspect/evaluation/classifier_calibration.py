@@ -1,0 +1,127 @@
+"""Temperature, open-set model and bounds of confidence of a classifier, from held-back objects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.classification import OnnxClassifier
+from circumspect.classification.confidence_rule import ConfidenceRule
+from circumspect.classification.open_set import OpenSetRule
+from circumspect.evaluation.calibration import fitted_temperature, tempered
+from circumspect.evaluation.confidence_fit import (
+    MOST_WRONG,
+    fitted_confidence,
+    fitted_open_set,
+    least_probability,
+)
+from circumspect.evaluation.held_back_scans import HeldBackScans
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What a classifier says of n objects.
+
+    Attributes:
+        probabilities: (n, c) of the classes.
+        other: (n,) probability of "other".
+        distance: (n,) to the nearest training object, or None.
+        labels: (n,) text, any.
+        coverage: (n,) share of the azimuth seen, NaN where unknown.
+    """
+
+    probabilities: NDArray[np.float64]
+    other: NDArray[np.float64]
+    distance: NDArray[np.float64] | None
+    labels: NDArray[np.str_]
+    coverage: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, classifier: OnnxClassifier, scans: HeldBackScans) -> Answers:
+        """Ask a classifier about scans."""
+        other, distance = classifier.open_set_signs(scans.inputs, scans.contexts)
+        probabilities = classifier.probabilities(scans.inputs, scans.contexts)
+        return cls(probabilities, other, distance, scans.labels, scans.coverage)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Answers]) -> Answers:
+        """Several together."""
+        distances = [part.distance for part in parts if part.distance is not None]
+        return cls(
+            np.concatenate([part.probabilities for part in parts]),
+            np.concatenate([part.other for part in parts]),
+            np.concatenate(distances) if len(distances) == len(parts) else None,
+            np.concatenate([part.labels for part in parts]),
+            np.concatenate([part.coverage for part in parts]),
+        )
+
+    def correct(self, classes: Sequence[str]) -> NDArray[np.bool_]:
+        """(n,) whether the most probable class is the label."""
+        return np.array(classes)[self.probabilities.argmax(axis=1)] == self.labels
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What is written to a classifier's file.
+
+    Attributes:
+        temperature: Divides the logits.
+        open_set: None for a network without a class of other things.
+        confidence: The bounds.
+    """
+
+    temperature: float
+    open_set: OpenSetRule | None
+    confidence: ConfidenceRule
+
+    def to_dict(self) -> dict[str, Any]:
+        """As it stands in a file's description."""
+        return {
+            "temperature": self.temperature,
+            "confidence": self.confidence.to_dict(),
+            **({} if self.open_set is None else {"open_set": self.open_set.to_dict()}),
+        }
+
+
+def calibrate(
+    classifier: OnnxClassifier,
+    seen: Answers,
+    files: Answers,
+    most_wrong: float = MOST_WRONG,
+) -> Calibration:
+    """Fit all that turns a network's outputs into an answer that may be acted on.
+
+    Args:
+        classifier: Whose answers these are.
+        seen: To scans with rays, whose coverage is known.
+        files: To clouds without rays: the same scans, complete surfaces, real objects.
+        most_wrong: Share of the confident answers that may be wrong.
+
+    Raises:
+        InputError: No object of a class, or none of another kind though the network has a class of
+            other things.
+    """
+    both = Answers.joined([seen, files])
+    known = np.isin(both.labels, classifier.classes)
+    labels = np.array([classifier.classes.index(name) for name in both.labels[known].tolist()])
+    factor = fitted_temperature(both.probabilities[known], labels)
+    open_set = None
+    if classifier.other is not None:
+        open_set = fitted_open_set(both.other, both.distance, known)
+
+    def judged(answers: Answers) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Probabilities of the answers that are in distribution; zero for the others."""
+        probability = tempered(answers.probabilities, factor).max(axis=1)
+        if open_set is not None:
+            belongs = open_set.probability(answers.other, answers.distance)
+            probability = np.where(belongs >= open_set.threshold, probability, 0.0)
+        return probability, answers.correct(classifier.classes)
+
+    without = least_probability(*judged(files), most_wrong)
+    probability, correct = judged(seen)
+    rule = fitted_confidence(probability, correct, seen.coverage, round(without, 4), most_wrong)
+    return Calibration(classifier.temperature * factor, open_set, rule)
