@@ -6,6 +6,8 @@ the bounds of the grid, so that it is the same for a cloud, a scan and a saved g
 
 from __future__ import annotations
 
+from typing import Any, Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,3 +58,37 @@ def grid_context(
     context[SCALE_KNOWN] = 1.0
     context[LOG_HEIGHT:] = np.log(np.maximum(lengths, 1e-4))
     return context
+
+
+class TakesContext(Protocol):
+    """What says whether a network takes contexts, see `InputRecipe`."""
+
+    @property
+    def takes_context(self) -> bool:
+        """See `InputRecipe.takes_context`."""
+        ...
+
+    def context(self, inputs: NDArray[Any]) -> NDArray[np.float32] | None:
+        """See `InputRecipe.context`."""
+        ...
+
+
+def contexts_of(
+    recipe: TakesContext, inputs: NDArray[Any], contexts: NDArray[np.float32] | None
+) -> NDArray[np.float32] | None:
+    """The contexts of many objects: those given, or those of an unknown scale.
+
+    Args:
+        recipe: How objects are shown.
+        inputs: (n, views, *input_shape).
+        contexts: (n, 6), or None.
+
+    Returns:
+        (n, 6) float32, or None where the network takes none.
+    """
+    if not recipe.takes_context:
+        return None
+    if contexts is not None:
+        return contexts.astype(np.float32, copy=False)
+    made = [recipe.context(one) for one in inputs]
+    return np.array([one for one in made if one is not None], np.float32).reshape(-1, WIDTH)

@@ -151,6 +151,7 @@ def nearest_examples(
     shown: PointCloud | OccupancyGrid,
     count: int = 5,
     examples: ExampleTable | None = None,
+    metric: bool = False,
 ) -> tuple[NearExample, ...]:
     """The training objects that look most alike to the network's last layer.
 
@@ -159,6 +160,7 @@ def nearest_examples(
         shown: An object, as `classify` or `classify_grid` takes it.
         count: How many.
         examples: What was trained on; None means the shipped table, for the shipped classifier.
+        metric: The object is in metres.
 
     Returns:
         The nearest first.
@@ -174,12 +176,14 @@ def nearest_examples(
             "the table of training objects is of other weights; make one of these: "
             "circumspect export --examples"
         )
+    recipe = classifier.recipe
     if isinstance(shown, OccupancyGrid):
-        classifier.recipe.accepts(shown)
-        inputs = shown.occupied.astype(np.uint8)[None, None, None]
+        inputs, bounds = recipe.input_of(shown)[None, None], shown.grid
     else:
-        inputs = classifier.recipe.inputs(shown)
-    return table.nearest(classifier.features(inputs)[0], count)
+        inputs, bounds = recipe.inputs(shown), recipe.bounds(shown)
+    context = recipe.context(inputs[0], bounds if metric else None)
+    contexts = None if context is None else context[None]
+    return table.nearest(classifier.features(inputs, contexts)[0], count)
 
 
 def network_of(classifier: OnnxClassifier) -> str:

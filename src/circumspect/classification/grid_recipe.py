@@ -157,13 +157,9 @@ class GridRecipe(InputRecipe):
         return occupied * np.uint8(OCCUPIED) if self.visibility else occupied
 
     def input_of(self, grid: OccupancyGrid) -> NDArray[np.uint8]:
-        """(1, *shape) the input that a grid is.
-
-        Raises:
-            InputError: It can not be shown, see `accepts`.
-        """
-        self.accepts(grid)
-        return grid.states[None] if self.visibility else grid.occupied[None].astype(np.uint8)
+        """See `InputRecipe.input_of`; the states where visibility is shown."""
+        occupied = super().input_of(grid)
+        return grid.states[None] if self.visibility else occupied
 
     @property
     def takes_context(self) -> bool:

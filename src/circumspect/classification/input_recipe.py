@@ -111,6 +111,15 @@ class InputRecipe(ABC):
                 ones that there can not be.
         """
 
+    def input_of(self, grid: OccupancyGrid) -> NDArray[np.uint8]:
+        """(1, *shape) the input that a grid is.
+
+        Raises:
+            InputError: It can not be shown, see `accepts`.
+        """
+        self.accepts(grid)
+        return grid.occupied[None].astype(np.uint8)
+
     @abstractmethod
     def with_margin(self, margin: float) -> InputRecipe:
         """The same with another margin.

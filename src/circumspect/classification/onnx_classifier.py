@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.confidence_rule import ConfidenceRule
+from circumspect.classification.context import contexts_of
 from circumspect.classification.floor_left import holds_floor
 from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.input_recipe import InputRecipe
@@ -173,7 +174,6 @@ class OnnxClassifier(Classifier):
                 )
             self._recipe.accepts(grid)
         recipe = self._recipe
-        assert isinstance(recipe, GridRecipe)  # Others accept no grid.
         inputs = np.stack([recipe.input_of(grid) for grid in views])
         context = recipe.context(inputs, views[0].grid if metric else None)
         return self._prediction(inputs[None], context, {}, coverage)
@@ -344,12 +344,8 @@ class OnnxClassifier(Classifier):
     ) -> list[NDArray[np.float64]]:
         count, views = inputs.shape[:2]
         flat = inputs.reshape(count * views, *self._recipe.input_shape)
-        repeated = None
-        if self._recipe.takes_context:
-            if contexts is None:
-                made = [self._recipe.context(one) for one in inputs]
-                contexts = np.array([one for one in made if one is not None], np.float32)
-            repeated = np.repeat(contexts.astype(np.float32), views, axis=0)
+        contexts = contexts_of(self._recipe, inputs, contexts)
+        repeated = None if contexts is None else np.repeat(contexts, views, axis=0)
         found = run_in_parts(self._session, flat, outputs, repeated)
         return [one.reshape(count, views, -1).mean(axis=1, dtype=np.float64) for one in found]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,10 +15,9 @@ from circumspect.cli.given_flags import given_flags
 from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from circumspect.classification import InputRecipe
     from circumspect.datasets import ObjectSet
+    from circumspect.export.shown import Shown
     from circumspect.nets import Checkpoint
 
 CALIBRATION = 512
@@ -196,7 +196,7 @@ class Export:
 
         calibration = None
         if self.int8 is not None:
-            calibration = _calibration(self.int8, members[0].recipe)
+            calibration = _calibration(self.int8, members[0].recipe, members[0].training)
         fidelity = export_onnx(
             members, draft, 1 if self.azimuth_views is None else self.azimuth_views,
             1.0 if self.temperature is None else self.temperature, calibration, self.staggered,
@@ -208,16 +208,22 @@ class Export:
         )
 
 
-def _calibration(data: Path, recipe: InputRecipe) -> NDArray[Any]:
-    """Grids of training objects, evenly over the set."""
+def _calibration(data: Path, recipe: InputRecipe, training: Mapping[str, Any]) -> Shown:
+    """Inputs of training objects, evenly over the set, as they were shown in training."""
     import numpy as np
 
     from circumspect.cli.progress import progress_bar
     from circumspect.datasets import open_data_set
     from circumspect.evaluation.yaw_sweep import inputs_of
+    from circumspect.export.scan_examples import scanned
+    from circumspect.export.shown import Shown
 
     with progress_bar("sampling meshes") as progress:
         objects = open_data_set(data, "train", progress)
     chosen = np.unique(np.linspace(0, len(objects) - 1, CALIBRATION).astype(int))
+    if recipe.takes_context:
+        with progress_bar("simulated scans") as progress:
+            scans = scanned(objects.subset(chosen), training, recipe.with_views(1), progress)
+        return Shown(scans.inputs[:, 0], scans.contexts)
     grids = [inputs_of(recipe, objects, int(index), [0.0])[0, 0] for index in chosen]
-    return np.stack(grids)
+    return Shown(np.stack(grids))

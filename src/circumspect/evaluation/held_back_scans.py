@@ -57,6 +57,7 @@ def held_back_scans(
     scans: int,
     seed: int = 7,
     progress: Callable[[int, int], None] | None = None,
+    keep_all: bool = False,
 ) -> HeldBackScans:
     """Scan objects several times each.
 
@@ -67,6 +68,7 @@ def held_back_scans(
         scans: Of each object.
         seed: Of all chance.
         progress: Called with (done, all) objects.
+        keep_all: Also scans that hardly show the object; otherwise they are left out.
 
     Raises:
         MissingExtraError: Embree is not installed.
@@ -78,7 +80,7 @@ def held_back_scans(
             caster, name = ObjectCaster(objects.mesh(index)), str(objects.names[index])
             for number in range(scans):
                 scan = augmentation.scan(caster, chance_of(seed, name, number))
-                if len(scan.points_xyz) < FEWEST:
+                if len(scan.points_xyz) < (3 if keep_all else FEWEST):
                     continue
                 cloud = PointCloud(scan.points_xyz.astype(np.float64))
                 bounds = recipe.bounds(cloud)

@@ -11,10 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification import Classifier, InputRecipe
+from circumspect.classification.context import contexts_of
 from circumspect.datasets import ObjectSet
+from circumspect.datasets.training_objects import OTHER
 from circumspect.errors import MissingExtraError, WeightsError
 
 CHECKPOINT_SUFFIX = ".safetensors"
+BATCH = 64
 
 
 class Predictor(Protocol):
@@ -30,8 +33,13 @@ class Predictor(Protocol):
         """How clouds become inputs."""
         ...
 
-    def probabilities(self, inputs: NDArray[Any]) -> NDArray[np.float64]:
-        """(n, views, *input_shape) inputs to (n, c) probabilities."""
+    def probabilities(
+        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
+        """(n, views, *input_shape) inputs to (n, c) probabilities.
+
+        Without contexts (n, 6) the scale of the objects counts as unknown.
+        """
         ...
 
 
@@ -98,6 +106,7 @@ def load_predictor(weights: Path | None, threads: int = 0) -> TrainedPredictor:
     except ImportError as error:
         raise MissingExtraError("torch", "train") from error
     from circumspect.nets import Checkpoint
+    from circumspect.nets.state_channels import state_channels
 
     checkpoint = Checkpoint.load(weights)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -106,17 +115,30 @@ def load_predictor(weights: Path | None, threads: int = 0) -> TrainedPredictor:
         torch.backends.cudnn.allow_tf32 = False
     net = checkpoint.build().to(device)
 
-    def probabilities(inputs: NDArray[Any]) -> NDArray[np.float64]:
-        count, views = inputs.shape[:2]
-        flat = torch.from_numpy(inputs.reshape(count * views, *inputs.shape[2:]))
-        with torch.inference_mode():
-            parts = [net(part.to(device).float()).cpu() for part in flat.split(64)]
-        mean = torch.cat(parts).double().view(count, views, -1).mean(1)
-        return mean.softmax(1).numpy()
+    recipe, other = checkpoint.recipe, OTHER in checkpoint.classes
+    classes = tuple(name for name in checkpoint.classes if name != OTHER)
 
-    return _Predictor(
-        checkpoint.classes, checkpoint.recipe, 1.0, checkpoint.training, probabilities
-    )
+    def logits(inputs: NDArray[Any], contexts: NDArray[np.float32] | None) -> torch.Tensor:
+        shown = [torch.from_numpy(inputs).to(device)]
+        if contexts is not None:
+            shown = [state_channels(shown[0]), torch.from_numpy(contexts).to(device)]
+        return net(shown[0].float(), *shown[1:]).cpu()
+
+    def probabilities(
+        inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]:
+        count, views = inputs.shape[:2]
+        contexts = contexts_of(recipe, inputs, contexts)
+        flat = inputs.reshape(count * views, *inputs.shape[2:])
+        repeated = None if contexts is None else np.repeat(contexts, views, axis=0)
+        parts = [slice(start, start + BATCH) for start in range(0, len(flat), BATCH)]
+        with torch.inference_mode():
+            found = [logits(flat[p], None if repeated is None else repeated[p]) for p in parts]
+        mean = torch.cat(found).double().view(count, views, -1).mean(1)
+        # The last output of a network with a class of other things.
+        return (mean[:, :-1] if other else mean).softmax(1).numpy()
+
+    return _Predictor(classes, recipe, 1.0, checkpoint.training, probabilities)
 
 
 def with_margin(predictor: TrainedPredictor, margin: float) -> TrainedPredictor:
@@ -132,7 +154,9 @@ def with_margin(predictor: TrainedPredictor, margin: float) -> TrainedPredictor:
 
 
 class _Function(Protocol):
-    def __call__(self, inputs: NDArray[Any]) -> NDArray[np.float64]: ...
+    def __call__(
+        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float64]: ...
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from circumspect.classification.example_table import network_of
 from circumspect.datasets.fitted_objects import fitted_objects
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.errors import InputError
+from circumspect.export.scan_examples import scanned
 
 
 def example_table(
@@ -32,6 +33,16 @@ def example_table(
     """
     learnt = learnt_objects(classifier.classes, classifier.training, objects)
     rows = []
+    if classifier.recipe.takes_context:
+        # As the network was trained: a scan of each.
+        scans = scanned(learnt, classifier.training, classifier.recipe, progress)
+        if len(scans.labels) != len(learnt):
+            raise InputError("an object of the set can not be scanned")
+        features = classifier.features(scans.inputs, scans.contexts)
+        return ExampleTable(
+            features.astype(np.float32), learnt.labels, learnt.names, classifier.classes,
+            network_of(classifier),
+        )  # fmt: skip
     for index in range(len(learnt)):
         rows.append(classifier.features(classifier.recipe.inputs(learnt.cloud(index)))[0])
         if progress is not None:

@@ -1,0 +1,152 @@
+"""What a classifier answers during simulated scans, at a quarter to all of the coverage.
+
+    python -m benchmarks.scan_answers --gather --snapshots DIR   # scans 140 objects; an hour
+    python -m benchmarks.scan_answers --snapshots DIR            # asks the classifier; a minute
+
+Sixty pieces of furniture and eighty test objects of ModelNet10 are scanned once each. The scans are
+kept, so that every classifier is asked about the same ones.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks import scans
+from benchmarks.report import RESULTS, telling
+from benchmarks.scan_job import ScanJob
+from benchmarks.scan_snapshots import SHARES, SnapshotJob, gather
+from circumspect.classification import Classifier, OnnxClassifier, Prediction
+from circumspect.evaluation.markdown import table
+from circumspect.gathering.job_pool import records, run_all
+from circumspect.geometry import PointCloud
+from circumspect.grid import OccupancyGrid
+from circumspect.storage import atomic_open, write_json
+
+OBJECTS = 8
+"""Test objects a class."""
+PLACES = (*(f"{share:g}" for share in SHARES), "end")
+
+
+def main() -> int:
+    """Gather the scans, or ask a classifier about them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--gather", action="store_true", help="scan what is not there yet")
+    parser.add_argument("--snapshots", type=Path, required=True, help="folder of the scans")
+    parser.add_argument("--model", default="robot", help="name or file of the classifier")
+    parser.add_argument("--data", type=Path, default=scans.DATA, help="folder of the point packs")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    arguments = parser.parse_args()
+    path = arguments.snapshots / "scans.jsonl"
+    if arguments.gather:
+        wanted = [SnapshotJob(job, os.fspath(arguments.snapshots)) for job in jobs(arguments.data)]
+        run_all(wanted, gather, path, arguments.workers, telling())
+    found = answers(Classifier.load(arguments.model), records(path), arguments.snapshots)
+    command = f"python -m benchmarks.scan_answers --snapshots DIR --model {arguments.model}"
+    write(found, command, arguments.out)
+    return 0
+
+
+def jobs(data: Path) -> list[ScanJob]:
+    """The scans: all of the suite `furniture`, and one start of each test object."""
+    every = argparse.Namespace(each=6, objects=OBJECTS, frame_interval=2.0, data=data)
+    furniture = scans.jobs("furniture", every)
+    starts = len(scans.STARTS_DEG)
+    # Each from a start of its own, so that all eight are met.
+    return furniture + [
+        job
+        for number, job in enumerate(scans.jobs("modelnet", every))
+        if number % starts == (number // starts) % starts
+    ]
+
+
+def answers(
+    classifier: OnnxClassifier, found: list[dict[str, Any]], folder: Path
+) -> list[dict[str, Any]]:
+    """A row for each scan and place.
+
+    Args:
+        classifier: Any of grids.
+        found: The records of the scans.
+        folder: Of their snapshots.
+    """
+    rows = []
+    for record in found:
+        path = folder / f"{record['key'].replace('/', '_')}.npz"
+        if record["true_label"] is None or not path.exists():
+            continue
+        with np.load(path, allow_pickle=False) as kept:
+            for place in PLACES:
+                if f"points_{place}" not in kept:
+                    continue
+                coverage = float(kept[f"coverage_{place}"][0])
+                told = asked(
+                    classifier,
+                    PointCloud(
+                        kept[f"points_{place}"].astype(np.float64), areas=kept[f"areas_{place}"]
+                    ),
+                    kept[f"origins_{place}"], kept[f"ends_{place}"], coverage,
+                )  # fmt: skip
+                rows.append(
+                    {
+                        "suite": record["suite"], "object": record["object"], "place": place,
+                        "coverage": coverage, "true_label": record["true_label"],
+                        "label": told.label, "probability": told.probability,
+                        "confident": told.confident, "in_distribution": told.in_distribution,
+                    }
+                )  # fmt: skip
+    return rows
+
+
+def asked(
+    classifier: OnnxClassifier,
+    cloud: PointCloud,
+    origins_xyz: np.ndarray,
+    ends_xyz: np.ndarray,
+    coverage: float,
+) -> Prediction:
+    """The answer to a model, as the pipeline asks."""
+    recipe = classifier.recipe
+    views = []
+    for grid in recipe.all_bounds(recipe.bounds(cloud)):
+        found = grid.hits(cloud.points_xyz)
+        if len(ends_xyz):
+            passed = np.zeros(len(ends_xyz), bool)
+            found = found.merged(grid.trace(origins_xyz, ends_xyz, passed))
+        views.append(OccupancyGrid(grid, found.states))
+    return classifier.classify_grid(*views, metric=True, coverage=coverage)
+
+
+def write(rows: list[dict[str, Any]], command: str, out: Path) -> None:
+    """The table and the rows."""
+    lines = []
+    for suite in ("furniture", "modelnet", "all"):
+        for place in PLACES:
+            of = [
+                row for row in rows
+                if row["place"] == place and suite in (row["suite"], "all")
+            ]  # fmt: skip
+            if not of:
+                continue
+            right = [row["label"] == row["true_label"] for row in of]
+            sure = [ok for ok, row in zip(right, of, strict=True) if row["confident"]]
+            share = "end" if place == "end" else f"{float(place):.0%}"
+            lines.append(
+                [suite, share, len(of), f"{np.mean(right):.3f}", len(sure), sure.count(False)]
+            )
+    head = ["scans", "coverage", "objects", "accuracy", "confident", "of these wrong"]
+    text = f"# Answers during simulated scans\n\n`{command}`\n\n{table(head, lines)}\n"
+    with atomic_open(out / "scan_answers.md") as stream:
+        stream.write(text)
+    write_json(out / "scan_answers.json", {"command": command, "answers": rows})
+    print(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
