@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
@@ -128,7 +129,9 @@ def _details(facts: ModelFacts) -> Table:
         ("size", f"{_megabytes(facts)}, sha256 {facts.sha256[:16]}…"),
     ]
     figures = facts.card.figures if facts.card else ()
-    rows += [(one.text, f"{one.measure}, {one.data}\n$ {one.command}") for one in figures]
+    for command, group in groupby(figures, lambda figure: figure.command):
+        rows += [(one.text, f"{one.measure}, {one.data}") for one in group]
+        rows.append(("", f"$ {command}"))
     if not figures:
         rows.append(("figures", NONE))
     table = Table(box=None, pad_edge=False, show_header=False)
