@@ -14,7 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.report import RESULTS
-from circumspect.classification.model_card import NETWORK_TIME, SHARE, CardFigure, ModelCard, card_path
+from circumspect.classification.model_card import (
+    NETWORK_TIME,
+    SHARE,
+    CardFigure,
+    ModelCard,
+    card_path,
+)
 from circumspect.classification.shipped import MODELNET10, shipped_path
 
 EVALUATION = "circumspect evaluate --data ModelNet10 --split test --yaw-count 64"

@@ -1,7 +1,7 @@
 """How many points an object needs: `python -m benchmarks.few_points ModelNet10`.
 
-The classifier `modelnet10` names the test objects from fewer and fewer of their points, and says how
-many of its answers it takes for those of an object that it knows.
+The classifier `modelnet10` names the test objects from fewer and fewer of their points, and says
+how many of its answers it takes for those of an object that it knows.
 """
 
 from __future__ import annotations

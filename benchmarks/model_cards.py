@@ -28,6 +28,8 @@ PAGES = ROOT / "docs" / "models"
 TEXTS = Path(__file__).parent / "model_texts"
 TO_ROOT = "../.."
 """From the pages."""
+SETTINGS = ("setting", "value")
+"""The columns of tables of settings."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +79,11 @@ def page(facts: ModelFacts, text: ModelText) -> str:
         f"# Model card: `{shipped.name}`\n\n"
         "Made by `python -m benchmarks.model_cards`; the figures come from "
         f"`{shipped.name}.card.json` beside the weights.\n\n"
-        f"{_sentence(shipped.summary)} Load it with `Classifier.load(\"{shipped.name}\")` or "
+        f'{_sentence(shipped.summary)} Load it with `Classifier.load("{shipped.name}")` or '
         f"`--model {shipped.name}`.",
         _section("Intended use", *text.intended_use),
         _section("The network", table(["", ""], _network(facts, text))),
-        _section("Input", table(["setting", "value"], _settings(facts.classifier.recipe.to_dict()))),
+        _section("Input", table(SETTINGS, _settings(facts.classifier.recipe.to_dict()))),
         _section("Training data", *_data(facts, text)),
         _section("Training", *_training(facts, text)),
         _section("Figures", *_figures(facts), *text.figures),
@@ -135,7 +137,7 @@ def _training(facts: ModelFacts, text: ModelText) -> list[str]:
         parts.append(_bullets(text.training))
     if facts.training_settings:
         parts.append("Settings, as the file records them:")
-        parts.append(table(["setting", "value"], _settings(facts.training_settings)))
+        parts.append(table(SETTINGS, _settings(facts.training_settings)))
     return parts
 
 
@@ -191,7 +193,8 @@ def main() -> int:
             with atomic_open(file) as stream:
                 stream.write(text)
         elif not file.is_file() or file.read_text(encoding="utf-8") != text:
-            print(f"{file.relative_to(ROOT)}: run python -m benchmarks.model_cards", file=sys.stderr)
+            place = file.relative_to(ROOT)
+            print(f"{place}: run python -m benchmarks.model_cards", file=sys.stderr)
             code = 1
     return code
 

@@ -15,7 +15,6 @@ from circumspect.geometry.coloured_ply import write_coloured_ply
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
 from circumspect.grid.cell_centres import occupied_centres
 
-
 MODELNET10 = ("--model", "modelnet10")
 """Where a test is about the answers of this network or its training objects."""
 

@@ -45,7 +45,15 @@ class TestModels:
         out, err = capsys.readouterr()
         lines = out.splitlines()
         assert max(map(len, lines)) <= 80
-        assert lines[0].split() == ["name", "classes", "size", "network", "trained", "on", "figures"]
+        assert lines[0].split() == [
+            "name",
+            "classes",
+            "size",
+            "network",
+            "trained",
+            "on",
+            "figures",
+        ]
         assert [name for name in SHIPPED if any(line.startswith(f"{name} ") for line in lines)] == [
             "robot", "modelnet10",
         ]  # fmt: skip

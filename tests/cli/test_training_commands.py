@@ -312,7 +312,10 @@ def test_an_exported_file_is_asked_otherwise(tmp_path, capsys):
     shipped, own = Classifier.load("modelnet10"), tmp_path / "own.onnx"
     grids = np.zeros((1, 1, *shipped.recipe.input_shape), np.uint8)
     grids[..., 3:9, ::5, 2:] = 1
-    assert run("export", shipped_path("modelnet10"), own, "--azimuth-views", 2, "--temperature", 3) == 0
+    assert (
+        run("export", shipped_path("modelnet10"), own, "--azimuth-views", 2, "--temperature", 3)
+        == 0
+    )
     recipe = shipped.recipe.with_views(2)
     assert Classifier.load(own).recipe == recipe
     assert run("export", own, own, "--staggered") == 0

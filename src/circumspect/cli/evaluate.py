@@ -41,7 +41,7 @@ class Evaluate:
     """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made."""
     model: ModelFlag = MODELNET10
     """A shipped classifier (`circumspect models` lists them), an ONNX file, a checkpoint or a run's
-    folder. modelnet10 is that of the paper's protocol; robot expects views of a robot, in metres."""
+    folder. modelnet10 is that of the paper's protocol; robot is for views of a robot."""
     split: Literal["validation", "test", "train"] = "validation"
     """Choices are made on validation; test is for reports."""
     yaw: Annotated[str | None, tyro.conf.arg(metavar="DEG,DEG,...")] = None
