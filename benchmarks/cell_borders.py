@@ -2,7 +2,7 @@
 
 Procedural furniture, each piece several times: turned anyhow, its size and place told wrongly by
 fractions of a cell, as a scan tells them. Grids that are staggered are compared with grids that
-are only turned, by the shipped classifier.
+are only turned, by `modelnet10`.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from benchmarks.report import RESULTS, telling, write_page
 from circumspect.classification import GridRecipe, OnnxClassifier
+from circumspect.classification.shipped import MODELNET10
 from circumspect.evaluation.markdown import table
 from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.grid import CylindricalGrid, Grid, hits_batch
@@ -25,7 +26,7 @@ from circumspect.grid import CylindricalGrid, Grid, hits_batch
 COMMAND = "python -m benchmarks.cell_borders"
 EACH = 10
 """Pieces of a category, of variants that nothing was trained on; by them it was chosen how the
-shipped classifier is asked."""
+classifier `modelnet10` is asked."""
 FIRST_VARIANT = 70_000
 TIMES = 12
 """How often each is shown."""
@@ -41,7 +42,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
-    classifier, tell = OnnxClassifier.load(threads=0), telling()
+    classifier, tell = OnnxClassifier.load(MODELNET10), telling()
     assert isinstance(classifier.recipe, GridRecipe)
     rows = []
     for index, (views, staggered) in enumerate(SCHEMES):

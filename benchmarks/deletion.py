@@ -21,6 +21,7 @@ from circumspect.classification import (
     cell_evidence,
     nearest_examples,
 )
+from circumspect.classification.shipped import MODELNET10
 from circumspect.datasets import open_data_set
 from circumspect.evaluation.markdown import table
 from circumspect.grid import OccupancyGrid
@@ -38,9 +39,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", type=Path, help="ModelNet10")
     objects = open_data_set(parser.parse_args().data, "test")
-    classifier = Classifier.load(threads=1)
+    classifier = Classifier.load(MODELNET10, threads=1)
     recipe = classifier.recipe
-    assert isinstance(recipe, GridRecipe), "the shipped classifier is shown grids"
+    assert isinstance(recipe, GridRecipe), "modelnet10 is shown grids"
     chosen = [
         index
         for label in range(len(objects.classes))

@@ -1,7 +1,7 @@
 """How many points an object needs: `python -m benchmarks.few_points ModelNet10`.
 
-The shipped classifier names the test objects from fewer and fewer of their points, and says how
-many of its answers it takes for those of an object that it knows.
+The classifier `modelnet10` names the test objects from fewer and fewer of their points, and says
+how many of its answers it takes for those of an object that it knows.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from benchmarks.report import RESULTS, telling, write_page
 from circumspect.classification import OnnxClassifier, Prediction
 from circumspect.classification.onnx_classifier import FEWEST_POINTS
+from circumspect.classification.shipped import MODELNET10
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.evaluation.markdown import table
 from circumspect.geometry import PointCloud
@@ -31,9 +32,9 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
     test = open_data_set(given.data, "test")
-    classifier, tell = OnnxClassifier.load(threads=1), telling()
+    classifier, tell = OnnxClassifier.load(MODELNET10, threads=1), telling()
     if classifier.classes != test.classes:
-        sys.exit(f"{given.data}: it has other classes than the shipped classifier")
+        sys.exit(f"{given.data}: it has other classes than {MODELNET10}")
     rows = []
     for index, count in enumerate(COUNTS):
         answers = [classifier.classify(_thinned(test, i, count)) for i in range(len(test))]

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from benchmarks.report import RESULTS, telling, write_page
 from circumspect.classification import Classifier
+from circumspect.classification.shipped import MODELNET10
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.datasets.cell_overlap import ALIKE, occupied_and_beside
 from circumspect.evaluation.markdown import table
@@ -77,7 +78,7 @@ def told(
     mistaken = Counter((classes[labels[i]], classes[answers[i]]) for i in np.flatnonzero(wrong))
     pairs = [[a, b, str(often)] for (a, b), often in mistaken.most_common(PAIRS)]
     text = (
-        f"{count} test objects at 0°, named by the shipped classifier. A like is a training object "
+        f"{count} test objects at 0°, named by `modelnet10`. A like is a training object "
         f"that overlaps by {ALIKE:.0%} or more at some yaw of whole cells: that share of the "
         "occupied cells of either lies on or beside those of the other.\n\n"
         + table(["answer", "objects", "like in the true class", "like in the class given",
@@ -113,7 +114,7 @@ def _turned(cells: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _answers(test: ObjectSet) -> NDArray[np.intp]:
-    classifier = Classifier.load(threads=1)
+    classifier = Classifier.load(MODELNET10, threads=1)
     inputs = (classifier.recipe.inputs(test.cloud(index)) for index in range(len(test)))
     return np.array([classifier.probabilities(given)[0].argmax() for given in inputs])
 

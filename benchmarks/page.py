@@ -24,9 +24,9 @@ HEAD = """# Benchmarks
 Made by `python -m benchmarks.page` from `benchmarks/results/`, whose tables the benchmarks write.
 Each section names the command that measured it, most name the machine. What the scans' figures mean
 is told in [scans](scans.md), how the networks differ in [networks](networks.md). Among rivals, in
-robustness and of unknown things the shipped classifier had four grids, which were not
-[staggered](networks.md#staggered-grids) yet; what scans and RedKitchen are of is told in
-[scans](scans.md) and [real frames](real-frames.md).
+robustness and of unknown things "the shipped classifier" is [`modelnet10`](models/modelnet10.md)
+with four grids, which were not [staggered](networks.md#staggered-grids) yet; what scans and
+RedKitchen are of is told in [scans](scans.md) and [real frames](real-frames.md).
 """
 SECTIONS = (
     "grid_speed", "classifier_speed", "modelnet10_test", "cell_borders", "lookalikes", "few_points",
@@ -48,7 +48,7 @@ def page(results: Path) -> str:
         if found is not None:
             parts.append(_section(found))
         elif (results / name / "metrics.json").is_file():
-            parts.append(_shipped(results / name))
+            parts.append(_evaluated(results / name))
     return "\n".join(parts)
 
 
@@ -65,8 +65,8 @@ def _section(found: Path) -> str:
     return LINK.sub(from_docs, "\n".join(lines).strip()) + "\n"
 
 
-def _shipped(folder: Path) -> str:
-    """What `circumspect evaluate` says of the shipped classifier."""
+def _evaluated(folder: Path) -> str:
+    """What `circumspect evaluate` says of `modelnet10`."""
     found: dict[str, Any] = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
     mean = sum(found["accuracy"]) / len(found["accuracy"])
     row = [
@@ -76,7 +76,7 @@ def _shipped(folder: Path) -> str:
     ]  # fmt: skip
     head = ["objects", "yaws", "mean", "worst", "spread", "flips", "calibration error"]
     return (
-        "## The shipped classifier on ModelNet10's test objects\n\n"
+        "## The classifier `modelnet10` on ModelNet10's test objects\n\n"
         "`circumspect evaluate --data modelnet10 --split test --yaw-count 64`\n\n"
         + table(head, [row])
         + "\n"

@@ -31,7 +31,7 @@ python_maximum_signature_line_length = 88
 suppress_warnings = ["ref.python"]
 
 DOCS = Path(__file__).resolve().parent
-RESULT = re.compile(r"\]\(\.\./(benchmarks/results/(?:\w+/)?\w+\.md)\)")
+RESULT = re.compile(r"\]\((?:\.\./)+(benchmarks/results/(?:\w+/)?\w+\.md)\)")
 MARKUP = re.compile(r"(?<!\\)[*|]")
 GLUED = re.compile(r"^(?=\w)")
 ARRAY = re.compile(
@@ -73,7 +73,7 @@ def to_benchmarks(link: re.Match[str]) -> str:
     """A result of its own on the forge, a section of the benchmark page here."""
     title = (DOCS.parent / link[1]).read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
     anchor = re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
-    return f"](benchmarks.md#{anchor})"
+    return f"](/benchmarks.md#{anchor})"
 
 
 def forge_links(_app, _name, text: list[str]) -> None:

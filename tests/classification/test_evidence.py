@@ -15,7 +15,7 @@ COARSE = (0.5,)
 
 @pytest.fixture(scope="module")
 def classifier():
-    return Classifier.load(threads=1)
+    return Classifier.load("modelnet10", threads=1)
 
 
 @pytest.fixture(scope="module")

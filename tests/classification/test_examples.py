@@ -9,7 +9,8 @@ from circumspect.classification.example_table import (
     network_of,
     shipped_examples,
 )
-from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier, shipped_path
+from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier
+from circumspect.classification.shipped import shipped_path
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.errors import InputError, WeightsError
 from circumspect.export.examples import example_table
@@ -19,7 +20,7 @@ from circumspect.geometry import PointCloud
 
 @pytest.fixture(scope="module")
 def classifier():
-    return Classifier.load(threads=1)
+    return Classifier.load("modelnet10", threads=1)
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +66,9 @@ def test_a_table_survives_its_file(table, tmp_path):
     assert (np.abs(again.features - table.features) <= 0.51 * step + 1e-7).all()
 
 
-def test_shipped_examples_are_the_training_split_and_small(classifier):
-    shipped = shipped_examples()
-    assert examples_path(shipped_path()).stat().st_size < 1_500_000
+def test_examples_of_modelnet10_are_the_training_split_and_small(classifier):
+    shipped = shipped_examples("modelnet10")
+    assert examples_path(shipped_path("modelnet10")).stat().st_size < 1_500_000
     assert len(shipped) == 3991
     assert shipped.classes == classifier.classes
     assert shipped.network == network_of(classifier)
@@ -77,7 +78,7 @@ def test_shipped_examples_are_the_training_split_and_small(classifier):
 def test_shipped_examples_are_what_the_shipped_network_sees(classifier, data_folder):
     objects = open_data_set(data_folder / "modelnet10", "train")
     tested = set(open_data_set(data_folder / "modelnet10", "test").names.tolist())
-    assert not tested & set(shipped_examples().names.tolist())
+    assert not tested & set(shipped_examples("modelnet10").names.tolist())
     for index in range(7, len(objects), 800):
         near = nearest_examples(classifier, objects.cloud(index), 3)
         # The set holds some objects twice.

@@ -48,7 +48,7 @@ def test_hardly_any_real_object_looks_as_if_it_had_one(data_folder) -> None:
 def test_no_answer_about_both_is_a_known_one(tmp_path, capsys) -> None:
     """Nine in ten points of floor are a table top to the network."""
     both = with_floor("chair", 1.5, 0.5)
-    assert not Classifier.load().classify(both).known
+    assert not Classifier.load("modelnet10").classify(both).known
     np.save(tmp_path / "scan.npy", both)
     assert main(["classify", str(tmp_path / "scan.npy")]) == 0
     told = capsys.readouterr()

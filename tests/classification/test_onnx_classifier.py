@@ -17,7 +17,8 @@ from circumspect.classification import (
     Prediction,
     recipe_from_dict,
 )
-from circumspect.classification.onnx_classifier import FEWEST_POINTS, METADATA_KEY, SHIPPED
+from circumspect.classification.onnx_classifier import FEWEST_POINTS, METADATA_KEY
+from circumspect.classification.shipped import shipped_path
 from circumspect.classification.upright import classify_any_way_up
 from circumspect.datasets import open_data_set
 from circumspect.errors import GeometryError, InputError, WeightsError
@@ -28,14 +29,12 @@ from circumspect.grid import CylindricalGrid, OccupancyGrid
 
 @pytest.fixture(scope="module")
 def classifier():
-    return Classifier.load(threads=1)
+    return Classifier.load("modelnet10", threads=1)
 
 
 @pytest.fixture(scope="module")
 def shipped_bytes():
-    from importlib import resources
-
-    return resources.files("circumspect.classification").joinpath(SHIPPED).read_bytes()
+    return shipped_path("modelnet10").read_bytes()
 
 
 def turned(cloud, yaw):
@@ -43,7 +42,7 @@ def turned(cloud, yaw):
     return PointCloud(cloud.points_xyz @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]))
 
 
-def test_shipped_classifier_knows_modelnet10(classifier):
+def test_modelnet10_has_the_classes_of_its_data(classifier):
     assert classifier.classes == (
         "bathtub", "bed", "chair", "desk", "dresser",
         "monitor", "night_stand", "sofa", "table", "toilet",
@@ -199,10 +198,6 @@ class TestLoading:
             Classifier.load(tmp_path / "changed.onnx")
 
 
-def test_shipped_file_is_small(shipped_bytes):
-    assert len(shipped_bytes) <= 8_000_000
-
-
 def test_threads_below_zero():
     with pytest.raises(InputError, match="threads"):
         Classifier.load(threads=-1)
@@ -278,7 +273,7 @@ def test_real_objects_are_named_whatever_their_yaw(classifier, data_folder):
 
 
 def test_load_is_the_same_from_the_interface_and_the_class():
-    assert OnnxClassifier.load().classes == Classifier.load().classes
+    assert OnnxClassifier.load("modelnet10").classes == Classifier.load("modelnet10").classes
 
 
 def test_a_fallen_object_is_stood_up(classifier):
@@ -332,7 +327,7 @@ def test_a_pickled_classifier_is_loaded_again(classifier, shipped_bytes, tmp_pat
 
 def test_a_classifier_from_no_file_can_not_be_pickled(classifier):
     bare = OnnxClassifier(classifier._session, classifier.description)
-    with pytest.raises(TypeError, match=r"Classifier\.load\(path\)"):
+    with pytest.raises(TypeError, match=r"Classifier\.load\(model\)"):
         pickle.dumps(bare)
 
 

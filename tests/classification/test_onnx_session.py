@@ -58,7 +58,7 @@ def test_a_network_that_gives_rows_of_two_widths():
 
 
 def test_many_yaws_and_views_are_named_as_one_by_one():
-    classifier = Classifier.load(threads=1)
+    classifier = Classifier.load("modelnet10", threads=1)
     rng = np.random.default_rng(0)
     grids = (rng.random((20, 4, *classifier.recipe.input_shape)) < 0.05).astype(np.uint8)
     alone = np.concatenate([classifier.probabilities(grid[None]) for grid in grids])

@@ -82,7 +82,7 @@ def test_what_can_not_be_staggered_is_refused(settings, says):
 
 def test_answers_hang_less_on_where_cells_begin():
     """A scan's size and place are known to some millimetres: to a good part of a cell."""
-    classifier = Classifier.load()
+    classifier = Classifier.load("modelnet10")
     apart = {}
     for name, recipe in (("turned", GridRecipe(azimuth_views=8, margin=1.1)), ("all", staggered())):
         spreads = []

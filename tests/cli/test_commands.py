@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import circumspect
-from circumspect.classification import Classifier
+from circumspect.classification import SHIPPED, Classifier
 from circumspect.cli.grid import Grid
 from circumspect.cli.main import COMMANDS, main
 from circumspect.furniture import make_furniture
@@ -70,7 +70,7 @@ class TestClassify:
         assert "at least one file" in capsys.readouterr().err
         assert run("classify", "x" * 300 + ".ply") == 2
         assert run("evaluate", "--data", "y" * 300, "--yaw", "0") == 2
-        assert run("classify", "a.ply", "--weights", "z" * 300) == 2
+        assert run("classify", "a.ply", "--model", "z" * 300) == 2
         assert capsys.readouterr().err.count("\n") == 3
 
     @pytest.mark.parametrize("top", [0, -2])
@@ -82,7 +82,7 @@ class TestClassify:
 
     def test_wrong_weights(self, chair, tmp_path, capsys):
         (tmp_path / "w.onnx").write_bytes(b"no")
-        assert run("classify", chair, "--weights", tmp_path / "w.onnx") == 2
+        assert run("classify", chair, "--model", tmp_path / "w.onnx") == 2
         out, err = capsys.readouterr()
         assert out == ""
         assert err.count("\n") == 1
@@ -97,9 +97,9 @@ class TestGrid:
         record = json.loads(capsys.readouterr().out.splitlines()[-1])
         assert record["label"] == "chair"
 
-    def test_has_the_margin_that_the_shipped_classifier_expects(self, chair, tmp_path):
+    def test_has_the_margin_that_the_shipped_classifiers_expect(self, chair, tmp_path):
         out = tmp_path / "g.npz"
-        assert Grid.margin == Classifier.load().recipe.margin
+        assert {Grid.margin} == {Classifier.load(name).recipe.margin for name in SHIPPED}
         radii = {}
         for flags in ((), ("--margin", 1.1), ("--margin", 1)):
             assert run("grid", chair, "--out", out, *flags) == 0

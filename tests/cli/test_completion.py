@@ -51,6 +51,11 @@ def test_bash_completes_commands_flags_values_and_words(script, tmp_path):
         "circumspect_locate_track_--cal": "--calibration",
         "circumspect_classify_": "",
         "circumspect_classify_x.ply_--js": "--json",
+        "circumspect_classify_x.ply_--model_": "robot modelnet10",
+        "circumspect_classify_--model_mo": "modelnet10",
+        "circumspect_classify_--model_own": "",
+        "circumspect_evaluate_--model_ro": "robot",
+        "circumspect_models_": "robot modelnet10",
     }
     code = BASH.format(script=script("bash"), tries=" ".join(tries))
     done = subprocess.run(["bash", "-c", code], capture_output=True, text=True, timeout=60)
@@ -125,6 +130,7 @@ def test_zsh_by_hand(script, tmp_path, line, completed):
         ("circumspect data f", {"fetch"}),
         ("circumspect classify cha", {"chair.ply"}),
         ("circumspect scan chair --planner c", {"circle", "convinced"}),
+        ("circumspect classify chair.ply --model m", {"modelnet10"}),
     ],
 )
 def test_fish(script, tmp_path, line, completed):

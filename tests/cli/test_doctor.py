@@ -23,7 +23,7 @@ def test_json_holds_packages_machine_and_trials(capsys):
     assert code == 0
     assert found["extras"]["runtime"]["numpy"] == np.__version__
     assert found["cores"] >= 1
-    assert [check["works"] for check in found["checks"]] == [True, True]
+    assert [check["works"] for check in found["checks"]] == [True, True, True]
     assert found["cache"]["folder"].endswith("cache")
 
 

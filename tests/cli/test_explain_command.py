@@ -15,6 +15,9 @@ from circumspect.geometry.coloured_ply import write_coloured_ply
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
 from circumspect.grid.cell_centres import occupied_centres
 
+MODELNET10 = ("--model", "modelnet10")
+"""Where a test is about the answers of this network or its training objects."""
+
 
 def run(*words):
     return main([str(word) for word in words])
@@ -38,7 +41,7 @@ def _coarse_blocks_and_few_points(monkeypatch):
 
 
 def test_one_file_in_an_answer_and_three_files_out(chair, tmp_path, capsys):
-    assert run("explain", chair, "--out", tmp_path / "why", "--json") == 0
+    assert run("explain", chair, "--out", tmp_path / "why", "--json", *MODELNET10) == 0
     out, err = capsys.readouterr()
     record = json.loads(out)
     assert (record["label"], record["explained"], err) == ("chair", "chair", "")
@@ -103,7 +106,8 @@ def test_of_many_near_objects_the_picture_names_a_dozen(chair, tmp_path, capsys,
         return drawn[-1]
 
     monkeypatch.setattr(evidence_picture, "draw_evidence", kept)
-    assert run("explain", chair, "--out", tmp_path, "--json", "--near", 100_000) == 0
+    words = ("explain", chair, "--out", tmp_path, "--json", "--near", 100_000)
+    assert run(*words, *MODELNET10) == 0
     nearest = json.loads(capsys.readouterr().out)["nearest"]
     assert len(nearest) > 1000
     words = drawn[0].findobj(lambda one: "nearest training" in getattr(one, "get_text", str)())
@@ -117,7 +121,7 @@ def test_a_saved_grid_and_another_label(chair, tmp_path, capsys):
     cloud = read_cloud(chair)
     CylindricalGrid.fit(cloud).hits(cloud.points_xyz).save(grid)
     words = ("explain", grid, "--out", tmp_path, "--label", "sofa", "--near", 0)
-    assert run(*words) == 0
+    assert run(*words, *MODELNET10) == 0
     out = capsys.readouterr().out
     assert "evidence for sofa" in out
     assert "chair" in out
@@ -131,7 +135,7 @@ def test_a_saved_grid_and_another_label(chair, tmp_path, capsys):
         (("--label", "stool"), "no class 'stool'"),
         (("--near", "-1"), "--near -1"),
         (("--examples", "none.npz"), "none.npz: does not exist"),
-        (("--weights", "none.onnx"), "no such file"),
+        (("--model", "none.onnx"), "no such file"),
     ],
 )
 def test_mistakes_cost_one_line(chair, tmp_path, capsys, flags, complaint):
@@ -157,10 +161,10 @@ def test_files_that_can_not_be_read(tmp_path, capsys):
 
 
 def test_weights_without_a_table_are_explained_without_examples(chair, tmp_path, capsys):
-    from circumspect.classification.onnx_classifier import shipped_path
+    from circumspect.classification.shipped import shipped_path
 
-    (tmp_path / "own.onnx").write_bytes(shipped_path().read_bytes())
-    assert run("explain", chair, "--out", tmp_path, "--weights", tmp_path / "own.onnx") == 0
+    (tmp_path / "own.onnx").write_bytes(shipped_path("modelnet10").read_bytes())
+    assert run("explain", chair, "--out", tmp_path, "--model", tmp_path / "own.onnx") == 0
     assert "export --examples" in capsys.readouterr().err
 
 
@@ -192,7 +196,7 @@ def test_colours_and_values_belong_to_points(tmp_path):
 
 
 def test_half_of_the_evidence_of_one_cell_is_in_it():
-    classifier = Classifier.load(threads=1)
+    classifier = Classifier.load("modelnet10", threads=1)
     states = np.zeros((32, 32, 32), np.uint8)
     states[4, 3, 2] = 2
     found = explain_grid(classifier, OccupancyGrid(CylindricalGrid(), states))

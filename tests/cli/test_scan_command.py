@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from circumspect.classification.onnx_classifier import shipped_path
+from circumspect.classification.shipped import shipped_path
 from circumspect.cli.main import main
 from circumspect.cli.scan import Scan, _how_to_repeat
 from circumspect.datasets import ObjectSet
@@ -241,8 +241,8 @@ def test_a_mesh_of_ones_own_is_scanned(
 ) -> None:
     words = ["scan", str(chair_obj), "--up", "y", "--height", "0.9", "--seed", "1"]
     more = ["--no-clutter", "--planner", "circle", "--slip", "0", "--frames", "2", "--json"]
-    (tmp_path / "own.onnx").write_bytes(shipped_path().read_bytes())
-    more += ["--weights", str(tmp_path / "own.onnx")]
+    (tmp_path / "own.onnx").write_bytes(shipped_path("modelnet10").read_bytes())
+    more += ["--model", str(tmp_path / "own.onnx")]
     assert main([*words, *more, "--out", str(tmp_path / "run")]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["true_label"] is None
@@ -250,8 +250,8 @@ def test_a_mesh_of_ones_own_is_scanned(
     config = json.loads((tmp_path / "run" / "config.json").read_text())
     assert config["room"]["clutter"] is False
     assert (config["up"], config["height"]) == ("y", 0.9)
-    assert config["weights"]["file"].endswith("own.onnx")
-    assert len(config["weights"]["sha256"]) == 64
+    assert config["classifier"]["model"].endswith("own.onnx")
+    assert len(config["classifier"]["sha256"]) == 64
 
 
 def test_ridges_and_unequal_wheels_mislead_the_wheels_alone(
@@ -321,7 +321,7 @@ def test_a_value_out_of_range_names_its_flag(wrong: dict, flag: str) -> None:
         {"frame_interval": 0.0}, {"slip": 0.9}, {"slip": -0.1}, {"mast_height": -1.0},
         {"mast_height": 0.001}, {"mast_height": float("nan")}, {"mast_height": float("inf")},
         {"bumps": 0.06}, {"bumps": -0.01}, {"wheel_error": 0.5}, {"wheel_error": float("nan")},
-        {"tilt": 95.0}, {"height": 0.5}, {"object": "chiar"}, {"weights": Path("none.onnx")},
+        {"tilt": 95.0}, {"height": 0.5}, {"object": "chiar"}, {"model": "none.onnx"},
     ],
 )  # fmt: skip
 def test_flags_out_of_range_are_told_before_anything_is_written(

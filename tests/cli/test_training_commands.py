@@ -9,7 +9,7 @@ import pytest
 from network_inputs import small_recipe, trained_looking
 
 from circumspect.classification import Classifier, ExampleTable
-from circumspect.classification.onnx_classifier import shipped_path
+from circumspect.classification.shipped import shipped_path
 from circumspect.cli.main import main
 from circumspect.datasets import open_data_set
 from circumspect.datasets.point_pack import write_point_pack
@@ -50,7 +50,7 @@ def test_few_objects_are_shown_more_often(data, tmp_path, capsys):
 
 
 def test_corruption_is_measured_instead(trained, data, tmp_path, capsys):
-    words = ("evaluate", "--weights", trained, "--data", data, "--split", "test", "--corrupt")
+    words = ("evaluate", "--model", trained, "--data", data, "--split", "test", "--corrupt")
     assert run(*words, "--out", tmp_path, "--json") == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((tmp_path / "robustness.json").read_text())
@@ -62,7 +62,7 @@ def test_corruption_is_measured_instead(trained, data, tmp_path, capsys):
 
 
 def test_evaluation_writes_metrics_and_figures(trained, data, tmp_path, capsys):
-    words = ("evaluate", "--weights", trained, "--data", data, "--split", "test")
+    words = ("evaluate", "--model", trained, "--data", data, "--split", "test")
     assert run(*words, "--yaw", "0,45,90,135", "--out", tmp_path, "--json") == 0
     printed = json.loads(capsys.readouterr().out)
     metrics = json.loads((tmp_path / "metrics.json").read_text())
@@ -78,7 +78,7 @@ def test_evaluation_writes_metrics_and_figures(trained, data, tmp_path, capsys):
 
 @pytest.mark.parametrize(("split", "seen"), [("validation", False), ("train", True)])
 def test_figures_on_training_objects_are_marked(trained, data, tmp_path, capsys, split, seen):
-    words = ("evaluate", "--weights", trained, "--data", data, "--split", split)
+    words = ("evaluate", "--model", trained, "--data", data, "--split", split)
     assert run(*words, "--yaw", "0", "--out", tmp_path) == 0
     assert ("do not quote" in capsys.readouterr().out) == seen
     assert json.loads((tmp_path / "metrics.json").read_text())["seen_in_training"] == seen
@@ -112,7 +112,7 @@ def test_yaws_that_are_no_numbers(data, tmp_path, capsys, yaws):
 def test_exported_weights_name_files(trained, tmp_path, capsys):
     assert run("export", trained, tmp_path / "own.onnx", "--azimuth-views", 2) == 0
     np.save(tmp_path / "piece.npy", make_furniture("sofa", 7).sampled(3000, 0).points_xyz)
-    words = ("classify", tmp_path / "piece.npy", "--weights", tmp_path / "own.onnx", "--json")
+    words = ("classify", tmp_path / "piece.npy", "--model", tmp_path / "own.onnx", "--json")
     capsys.readouterr()
     assert run(*words) == 0
     record = json.loads(capsys.readouterr().out)
@@ -127,7 +127,7 @@ def test_a_committee_in_eight_bits_is_evaluated_like_any_weights(
     words = ("export", trained, tmp_path / "fast.onnx", "--committee", trained, "--int8", data)
     assert run(*words) == 0
     assert "same label for" in capsys.readouterr().out
-    words = ("evaluate", "--weights", tmp_path / "fast.onnx", "--data", data, "--split", "train")
+    words = ("evaluate", "--model", tmp_path / "fast.onnx", "--data", data, "--split", "train")
     assert run(*words, "--yaw", "0", "--out", tmp_path / "out", "--json") == 0
     assert json.loads(capsys.readouterr().out)["seen_in_training"]
 
@@ -157,7 +157,7 @@ def test_eight_bits_of_a_network_without_convolutions(tmp_path, capsys):
 
 def test_evaluation_of_a_folder_without_weights(data, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
-    assert run("evaluate", "--weights", tmp_path / "empty", "--data", data) == 2
+    assert run("evaluate", "--model", tmp_path / "empty", "--data", data) == 2
     assert "train first" in capsys.readouterr().err
 
 
@@ -176,7 +176,7 @@ def test_objects_that_were_trained_on_are_known_by_name(trained, data, tmp_path,
     assert 0 < len(known) < len(train)
     write_point_pack(tmp_path / "train.npz", replace(train, points_xyz=moved))
     for split, seen in (("train", True), ("validation", False)):
-        words = ("evaluate", "--weights", trained, "--data", tmp_path, "--split", split)
+        words = ("evaluate", "--model", trained, "--data", tmp_path, "--split", split)
         assert run(*words, "--yaw", "0", "--out", tmp_path / split, "--json") == 0
         metrics = json.loads(capsys.readouterr().out)
         assert metrics["seen_in_training"] == seen
@@ -260,7 +260,7 @@ def test_an_object_far_from_all_examples_is_unknown(trained, data, tmp_path, cap
         assert 0 <= answer.distance < 2
         assert answer.known is (answer.distance <= beyond)
     capsys.readouterr()
-    words = ("evaluate", "--weights", own, "--data", data, "--yaw", "0", "--json")
+    words = ("evaluate", "--model", own, "--data", data, "--yaw", "0", "--json")
     assert run(*words, "--out", tmp_path / "out") == 0
     assert 0 <= json.loads(capsys.readouterr().out)["unknown_beyond"] <= 2
     for flags, says in (
@@ -272,8 +272,8 @@ def test_an_object_far_from_all_examples_is_unknown(trained, data, tmp_path, cap
     assert not (tmp_path / "no.onnx").exists()
 
 
-def test_the_shipped_classifier_knows_what_it_was_fitted_to():
-    names = Classifier.load().training["objects"]
+def test_modelnet10_knows_what_it_was_fitted_to():
+    names = Classifier.load("modelnet10").training["objects"]
     assert len(set(names)) == 3991
     assert "chair_0889" in names
     assert "chair_0890" not in names
@@ -285,7 +285,7 @@ def test_a_temperature_counts_from_none(trained, data, tmp_path, capsys):
     for temperature in (1, 2):
         own = tmp_path / "own.onnx"
         assert run("export", trained, own, "--temperature", temperature) == 0
-        words = ("evaluate", "--weights", own, "--data", data, "--yaw", "0,30", "--json")
+        words = ("evaluate", "--model", own, "--data", data, "--yaw", "0,30", "--json")
         capsys.readouterr()
         assert run(*words, "--out", tmp_path / "out") == 0
         found.append(json.loads(capsys.readouterr().out)["fitted_temperature"])
@@ -295,7 +295,7 @@ def test_a_temperature_counts_from_none(trained, data, tmp_path, capsys):
 def test_a_run_goes_on_after_it_was_evaluated_in_its_own_folder(trained, data, tmp_path):
     words = ("--data", data, "--cache", trained.parent / "grids", *BRIEF)
     shutil.copytree(trained, tmp_path / "run")
-    evaluate = ("evaluate", "--weights", tmp_path / "run", "--data", data, "--split", "test")
+    evaluate = ("evaluate", "--model", tmp_path / "run", "--data", data, "--split", "test")
     assert run(*evaluate, "--yaw", "0", "--out", tmp_path / "run") == 0
     assert run("train", *words, "--out", tmp_path / "run") == 0
 
@@ -303,16 +303,19 @@ def test_a_run_goes_on_after_it_was_evaluated_in_its_own_folder(trained, data, t
 @pytest.mark.parametrize("flag", ["--int8", "--committee"])
 def test_an_exported_file_keeps_its_weights(tmp_path, capsys, flag):
     missing = (flag, tmp_path / "none", "--examples", tmp_path / "none")
-    assert run("export", shipped_path(), tmp_path / "own.onnx", *missing) == 2
+    assert run("export", shipped_path("modelnet10"), tmp_path / "own.onnx", *missing) == 2
     assert f"{flag} goes with checkpoints" in capsys.readouterr().err
     assert not (tmp_path / "own.onnx").exists()
 
 
 def test_an_exported_file_is_asked_otherwise(tmp_path, capsys):
-    shipped, own = Classifier.load(), tmp_path / "own.onnx"
+    shipped, own = Classifier.load("modelnet10"), tmp_path / "own.onnx"
     grids = np.zeros((1, 1, *shipped.recipe.input_shape), np.uint8)
     grids[..., 3:9, ::5, 2:] = 1
-    assert run("export", shipped_path(), own, "--azimuth-views", 2, "--temperature", 3) == 0
+    assert (
+        run("export", shipped_path("modelnet10"), own, "--azimuth-views", 2, "--temperature", 3)
+        == 0
+    )
     recipe = shipped.recipe.with_views(2)
     assert Classifier.load(own).recipe == recipe
     assert run("export", own, own, "--staggered") == 0
@@ -338,7 +341,7 @@ def test_an_exported_file_is_asked_otherwise(tmp_path, capsys):
     ],
 )
 def test_an_exported_file_is_asked_nothing_that_makes_no_sense(tmp_path, capsys, flags, says):
-    assert run("export", shipped_path(), tmp_path / "own.onnx", *flags) == 2
+    assert run("export", shipped_path("modelnet10"), tmp_path / "own.onnx", *flags) == 2
     assert says in capsys.readouterr().err
     assert not (tmp_path / "own.onnx").exists()
 

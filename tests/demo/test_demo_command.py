@@ -92,9 +92,9 @@ def test_flags_out_of_range_are_told_before_anything_is_written(
     assert not (tmp_path / "run").exists()
 
 
-def test_missing_weights_are_told(tmp_path: Path) -> None:
+def test_a_missing_model_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(WeightsError, match=r"none\.onnx"):
-        Demo(weights=tmp_path / "none.onnx", out=tmp_path / "run").run()
+        Demo(model=str(tmp_path / "none.onnx"), out=tmp_path / "run").run()
 
 
 def test_ctrl_c_saves_and_says_where(

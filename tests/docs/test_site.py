@@ -26,9 +26,10 @@ def site(tmp_path_factory):
 
 def test_every_page_is_there_and_can_be_reached(site):
     first = (site / "index.html").read_text()
-    for page in DOCS.glob("*.md"):
-        assert (site / f"{page.stem}.html").is_file()
-        assert page.stem == "index" or f'href="{page.stem}.html"' in first, page.name
+    for page in (*DOCS.glob("*.md"), *DOCS.glob("models/*.md"), *DOCS.glob("development/*.md")):
+        place = page.relative_to(DOCS).with_suffix(".html").as_posix()
+        assert (site / place).is_file()
+        assert page.stem == "index" or f'href="{place}"' in first, page.name
 
 
 def test_nothing_is_fetched_from_elsewhere(site):

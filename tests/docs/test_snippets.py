@@ -20,6 +20,8 @@ PAGES = [
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
         *sorted((ROOT / "docs").glob("*.md")),
+        *sorted((ROOT / "docs").glob("models/*.md")),
+        *sorted((ROOT / "docs").glob("development/*.md")),
     )
     if page.name != "benchmarks.md"
 ]

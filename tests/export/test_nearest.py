@@ -13,15 +13,15 @@ from circumspect.furniture.other_things import make_other_thing
 
 @pytest.mark.parametrize("kind", ["chair", "sofa"])
 def test_the_shipped_file_tells_the_distance_of_its_table(kind):
-    classifier = Classifier.load(threads=1)
+    classifier = Classifier.load("modelnet10", threads=1)
     # Of one view: the file averages distances over views, the table compares their mean.
     inputs = classifier.recipe.inputs(make_furniture(kind, 3).sampled(8000, 0))[:, :1]
-    nearest = shipped_examples().nearest(classifier.features(inputs)[0], 1)
+    nearest = shipped_examples("modelnet10").nearest(classifier.features(inputs)[0], 1)
     assert classifier.distances(inputs)[0] == pytest.approx(nearest[0].distance, abs=2e-3)
 
 
 def test_training_objects_of_the_shipped_file_are_near_and_strangers_far():
-    classifier = Classifier.load(threads=1)
+    classifier = Classifier.load("modelnet10", threads=1)
     known = classifier.classify(make_furniture("chair", 3).sampled(32768, 0))
     assert known.known
     strange = classifier.classify(make_other_thing("bottle", 0).sampled(32768, 0))

@@ -92,7 +92,7 @@ def test_it_ends_by_itself_and_says_what_is_missing(
         (["--mount", "1", "2"], "mount takes 5 numbers"),
         (["--depth", "a b"], "ROS allows no name"),
         (["--name", "9"], "a node can not be called '9'"),
-        (["--weights", "/nowhere.onnx"], "/nowhere.onnx"),
+        (["--model", "/nowhere.onnx"], "/nowhere.onnx"),
         (["--box", *"000000"], "is flat"),
         (["--intrinsics", *"0000"], "focal lengths must be positive"),
         (["--mount", "0", "0", "0", "0", "90"], "give finite values and a tilt within 90"),

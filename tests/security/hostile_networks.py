@@ -39,12 +39,12 @@ def network(nodes: list[onnx.NodeProto], constants=(), opsets=()) -> onnx.ModelP
 
 
 def described(graph: onnx.GraphProto, opsets=()) -> onnx.ModelProto:
-    """With the description of the shipped network."""
+    """With the description of `modelnet10`."""
     made = helper.make_model(
         graph, opset_imports=[helper.make_opsetid("", 18), *opsets], ir_version=10
     )
     entry = made.metadata_props.add()
-    entry.key, entry.value = METADATA_KEY, json.dumps(Classifier.load().description)
+    entry.key, entry.value = METADATA_KEY, json.dumps(Classifier.load("modelnet10").description)
     return made
 
 

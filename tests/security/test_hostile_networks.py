@@ -16,8 +16,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from circumspect.classification import Classifier, recipe_from_dict
-from circumspect.classification.onnx_classifier import METADATA_KEY, shipped_path
+from circumspect.classification.onnx_classifier import METADATA_KEY
 from circumspect.classification.onnx_inspection import MOST_MEMORY, require_plain_network
+from circumspect.classification.shipped import shipped_path
 from circumspect.errors import InputError, WeightsError
 
 NOTHING = np.zeros((1, 1, 1, 32, 32, 32), np.uint8)
@@ -30,7 +31,7 @@ def written(tmp_path: Path, network: onnx.ModelProto) -> Path:
 
 
 def test_plain_networks_are_taken(tmp_path):
-    require_plain_network(shipped_path().read_bytes())
+    require_plain_network(shipped_path("modelnet10").read_bytes())
     classifier = Classifier.load(written(tmp_path, hostile_networks.harmless()))
     np.testing.assert_allclose(classifier.probabilities(NOTHING), 0.1)
 
@@ -72,7 +73,7 @@ def test_stopped_while_it_runs(kind, tmp_path):
 
 
 def described(change) -> bytes:
-    network = onnx.load_from_string(shipped_path().read_bytes())
+    network = onnx.load_from_string(shipped_path("modelnet10").read_bytes())
     (entry,) = network.metadata_props
     entry.value = change if isinstance(change, str) else json.dumps(change(json.loads(entry.value)))
     return network.SerializeToString()
@@ -134,4 +135,4 @@ def test_a_recipe_counts_within_limits():
 
 
 def test_the_description_is_found_under_its_key():
-    assert METADATA_KEY.encode() in shipped_path().read_bytes()
+    assert METADATA_KEY.encode() in shipped_path("modelnet10").read_bytes()

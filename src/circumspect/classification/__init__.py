@@ -9,9 +9,11 @@ from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.classification.points_recipe import PointsRecipe
 from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
+from circumspect.classification.shipped import SHIPPED, ShippedClassifier, shipped_path
 from circumspect.classification.upright import classify_any_way_up
 
 __all__ = [
+    "SHIPPED",
     "CellEvidence",
     "Classifier",
     "ExampleTable",
@@ -21,8 +23,10 @@ __all__ = [
     "OnnxClassifier",
     "PointsRecipe",
     "Prediction",
+    "ShippedClassifier",
     "cell_evidence",
     "classify_any_way_up",
     "nearest_examples",
     "recipe_from_dict",
+    "shipped_path",
 ]

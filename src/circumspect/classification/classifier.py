@@ -71,16 +71,19 @@ class Classifier(ABC):
         """
 
     @staticmethod
-    def load(path: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
+    def load(model: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
         """Load a classifier.
 
         Args:
-            path: An ONNX file that `circumspect export` wrote; None means the shipped one.
+            model: The name of a shipped classifier, "robot" or "modelnet10"; or an ONNX file that
+                `circumspect export` wrote. None means "robot". A name goes before a file of the
+                same name: "./robot" and `Path("robot")` are the file.
             threads: Threads of the network; 0 means as many as there are cores.
 
         Raises:
-            WeightsError: The file is missing, broken, or not a circumspect classifier.
+            WeightsError: No classifier has this name, or the file is missing, broken, or not a
+                circumspect classifier.
         """
         from circumspect.classification.onnx_classifier import OnnxClassifier
 
-        return OnnxClassifier.load(path, threads)
+        return OnnxClassifier.load(model, threads)

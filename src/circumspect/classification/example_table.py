@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier, shipped_path
+from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier
+from circumspect.classification.shipped import SHIPPED, shipped_path
 from circumspect.errors import InputError, WeightsError
 from circumspect.geometry import PointCloud
 from circumspect.geometry.npy_stream import read_arrays
@@ -159,7 +160,7 @@ def nearest_examples(
         classifier: Whose features are compared.
         shown: An object, as `classify` or `classify_grid` takes it.
         count: How many.
-        examples: What was trained on; None means the shipped table, for the shipped classifier.
+        examples: What was trained on; None means the table that ships with the classifier.
         metric: The object is in metres.
 
     Returns:
@@ -170,8 +171,8 @@ def nearest_examples(
         GeometryError: A cloud that spans no shape.
         WeightsError: The weights give no features, or the table is of another network.
     """
-    table = shipped_examples() if examples is None else examples
-    if table.network != network_of(classifier):
+    table = _table_of(classifier) if examples is None else examples
+    if table is None or table.network != network_of(classifier):
         raise WeightsError(
             "the table of training objects is of other weights; make one of these: "
             "circumspect export --examples"
@@ -204,13 +205,23 @@ def examples_path(weights: Path) -> Path:
 
 
 @cache
-def shipped_examples() -> ExampleTable:
-    """Those of the shipped classifier.
+def shipped_examples(name: str) -> ExampleTable:
+    """Those of a shipped classifier.
 
     Raises:
+        WeightsError: No classifier has this name.
         InputError: They are missing or broken.
     """
-    return ExampleTable.load(examples_path(shipped_path()))
+    return ExampleTable.load(examples_path(shipped_path(name)))
+
+
+def _table_of(classifier: OnnxClassifier) -> ExampleTable | None:
+    """The table that ships with a classifier, or with the one that it is a copy of."""
+    network = network_of(classifier)
+    shipped = (
+        shipped_examples(name) for name in SHIPPED if examples_path(shipped_path(name)).is_file()
+    )
+    return next((table for table in shipped if table.network == network), None)
 
 
 def _unpacked(stored: Mapping[str, NDArray[Any]]) -> ExampleTable:

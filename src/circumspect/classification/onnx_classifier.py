@@ -7,7 +7,6 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +29,7 @@ from circumspect.classification.open_set import OpenSetRule
 from circumspect.classification.plausible_size import require_plausible_size
 from circumspect.classification.prediction import Prediction
 from circumspect.classification.recipes import recipe_from_dict
+from circumspect.classification.shipped import shipped_name, shipped_path, unknown_model
 from circumspect.errors import CircumspectError, InputError, WeightsError, reason_of
 from circumspect.geometry import PointCloud
 from circumspect.geometry.given_cloud import as_cloud
@@ -38,7 +38,6 @@ from circumspect.grid import OccupancyGrid
 METADATA_KEY = "circumspect"
 FORMAT = 2
 """Of what a file says of itself: 2 knows visibility, metric size, an open set and confidence."""
-SHIPPED = "weights/modelnet10.onnx"
 OBJECTS = "objects"
 """What a network's record of its training calls the names of those that it was fitted to."""
 MOST_THREADS = 1024
@@ -73,28 +72,30 @@ class OnnxClassifier(Classifier):
         self._open_set = None if open_set is None else OpenSetRule.from_dict(open_set)
         self._rule = ConfidenceRule.from_dict(description.get("confidence"))
         self._outputs = [output.name for output in session.get_outputs()]
-        self._loaded_with: tuple[str | None, int] | None = None
+        self._loaded_with: tuple[str, int] | None = None
 
     @staticmethod
-    def load(path: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
+    def load(model: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
         """See `Classifier.load`."""
-        if path is None:
-            shipped = _open(_shipped(), "the shipped classifier", threads)
-            shipped._loaded_with = (None, threads)
+        name = shipped_name(model)
+        if name is not None:
+            shipped = _open(_shipped(name), f"the classifier '{name}'", threads)
+            shipped._loaded_with = (name, threads)
             return shipped
-        content = _read(Path(path))
+        content = _read(model or "")
         try:
             require_plain_network(content)
         except WeightsError as error:
             raise WeightsError(
-                f"{path}: not an ONNX network that can be run ({error}); make one with "
+                f"{model}: not an ONNX network that can be run ({error}); make one with "
                 "circumspect export"
             ) from error
-        own = _open(content, str(path), threads, foreign=True)
-        own._loaded_with = (str(Path(path).absolute()), threads)
+        own = _open(content, str(model), threads, foreign=True)
+        # Absolute: never a shipped name, and the same file wherever it is loaded again.
+        own._loaded_with = (str(Path(model or "").absolute()), threads)
         return own
 
-    def __reduce__(self) -> tuple[Callable[..., OnnxClassifier], tuple[str | None, int]]:
+    def __reduce__(self) -> tuple[Callable[..., OnnxClassifier], tuple[str, int]]:
         """A copy, in this or in another process, is loaded from the same file again.
 
         Raises:
@@ -103,7 +104,7 @@ class OnnxClassifier(Classifier):
         if self._loaded_with is None:
             raise TypeError(
                 "a classifier that came from no file can not be copied or pickled; make it with "
-                "Classifier.load(path)"
+                "Classifier.load(model)"
             )
         return OnnxClassifier.load, self._loaded_with
 
@@ -411,8 +412,11 @@ def checked_temperature(value: Any) -> float:
     return float(value)
 
 
-def _read(path: Path) -> bytes:
+def _read(model: str | os.PathLike[str]) -> bytes:
+    path = Path(model)
     try:
+        if not os.fspath(model):
+            raise FileNotFoundError
         if path.is_dir():
             raise WeightsError(
                 f"{path}: is a folder; where a network was trained in it, circumspect export "
@@ -424,9 +428,7 @@ def _read(path: Path) -> bytes:
             raise WeightsError(f"{path}: larger than {LARGEST_FILE >> 20} MiB; no network here is")
         return path.read_bytes()
     except FileNotFoundError as error:
-        raise WeightsError(
-            f"{path}: no such file; leave the weights out for those shipped"
-        ) from error
+        raise unknown_model(model) from error
     except OSError as error:
         raise WeightsError(f"{path}: can not be read ({reason_of(error)})") from error
 
@@ -442,16 +444,13 @@ def checked_distance(value: Any) -> float:
     return float(value)
 
 
-def shipped_path() -> Path:
-    """Where the shipped classifier lies."""
-    return Path(str(resources.files("circumspect.classification").joinpath(SHIPPED)))
-
-
-def _shipped() -> bytes:
+def _shipped(name: str) -> bytes:
     try:
-        return shipped_path().read_bytes()
+        return shipped_path(name).read_bytes()
     except OSError as error:
-        raise WeightsError("the shipped classifier is missing; install circumspect anew") from error
+        raise WeightsError(
+            f"the shipped classifier '{name}' is missing; install circumspect again"
+        ) from error
 
 
 def _open(content: bytes, name: str, threads: int, foreign: bool = False) -> OnnxClassifier:

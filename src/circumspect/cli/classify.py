@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.cli.say import say
 from circumspect.errors import CircumspectError, InputError, blamed_on, printable
 
@@ -39,8 +40,9 @@ class Classify:
     answer. Saved grids have their axis already."""
     json: bool = False
     """One JSON object a line on standard output and nothing else there."""
-    weights: Path | None = None
-    """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    model: ModelFlag = ROBOT
+    """A shipped classifier (`circumspect models` lists them), or an ONNX file of your own that
+    `circumspect export` made."""
     samples: int = 32768
     """Points sampled on a mesh."""
     threads: int = 0
@@ -56,7 +58,7 @@ class Classify:
             raise InputError(f"--top {self.top}: give 1 or more")
         if not self.files:
             raise CircumspectError("nothing to classify; give at least one file")
-        classifier = Classifier.load(self.weights, self.threads)
+        classifier = Classifier.load(self.model, self.threads)
         failed = False
         for file in self.files:
             try:

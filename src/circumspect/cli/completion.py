@@ -9,8 +9,11 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import tyro
 
+from circumspect.cli.model_flag import NAMES
+
 # What tyro writes completes commands, flags and their values. Below is what it leaves out: files
-# where a word is no flag, and words of a command's own, such as `data fetch`.
+# where a word is no flag, names of classifiers after --model, and words of a command's own, such as
+# `data fetch`.
 BASH = """
 _circumspect() {
   local cur="${COMP_WORDS[COMP_CWORD]}" own="" reply=() word
@@ -24,6 +27,7 @@ _circumspect() {
     [[ "$cur" == -* || "$word" != -* ]] && reply+=("$word")
   done
   (( COMP_CWORD == 2 )) && reply+=($(compgen -W "$own" -- "$cur"))
+  [[ "${COMP_WORDS[COMP_CWORD-1]}" == --model ]] && reply=($(compgen -W "@MODELS@" -- "$cur"))
   COMPREPLY=("${reply[@]}")
   # Nothing of ours: bash completes files itself, and knows folders from files.
   (( COMP_CWORD > 1 && ${#COMPREPLY[@]} == 0 )) && compopt -o default 2>/dev/null
@@ -32,7 +36,10 @@ _circumspect() {
 complete -F _circumspect circumspect
 """
 ZSH = """
-if (( CURRENT > 2 )) && [[ "$PREFIX" != -* && "${words[CURRENT-1]}" != --* ]]; then
+if [[ "${words[CURRENT-1]}" == --model ]]; then
+  compadd -- @MODELS@
+  _files
+elif (( CURRENT > 2 )) && [[ "$PREFIX" != -* && "${words[CURRENT-1]}" != --* ]]; then
   (( CURRENT == 3 )) && case "${words[2]}" in
 @OWN@
   esac
@@ -48,6 +55,11 @@ function _circumspect_takes_a_file
     and not string match --quiet -- '--*' (commandline -opc)[-1]
 end
 complete --command circumspect --force-files --condition _circumspect_takes_a_file
+function _circumspect_takes_a_model
+    string match --quiet -- --model (commandline -opc)[-1]
+end
+complete --command circumspect --force-files --arguments '@MODELS@' \
+    --condition _circumspect_takes_a_model
 @OWN@
 """
 OWN = {
@@ -99,7 +111,8 @@ def script(shell: str) -> str:
     extra, line = OWN[shell]
     own = [(name, " ".join(_own_words(kind))) for name, (kind, _) in commands.items()]
     lines = "\n".join(line.format(name, words) for name, words in own if words)
-    return told.getvalue().rstrip() + "\n" + extra.replace("@OWN@", lines)
+    extra = extra.replace("@OWN@", lines).replace("@MODELS@", " ".join(NAMES))
+    return told.getvalue().rstrip() + "\n" + extra
 
 
 def _commands() -> dict[str, tuple[Any, str]]:
@@ -111,10 +124,13 @@ def _commands() -> dict[str, tuple[Any, str]]:
 
 def _own_words(kind: Any) -> tuple[str, ...]:
     """What a command's first word can be, where that is one of a few."""
+    from circumspect.cli.models import Models
     from circumspect.cli.scan import Scan
     from circumspect.furniture import CATEGORIES
 
     if kind is Scan:
         return CATEGORIES
+    if kind is Models:
+        return NAMES
     first = get_type_hints(kind)[fields(kind)[0].name]
     return get_args(first) if get_origin(first) is Literal else ()

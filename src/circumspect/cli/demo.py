@@ -9,6 +9,7 @@ from typing import Annotated
 import tyro
 
 from circumspect.cli.dashboard_page import PageFlags
+from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.errors import InputError
 
 FRAME_INTERVAL = 1.0
@@ -38,8 +39,9 @@ class Demo:
     """The run ends after so many frames."""
     out: Path | None = None
     """Folder of the run; runs/demo-DATE-TIME by default."""
-    weights: Path | None = None
-    """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    model: ModelFlag = ROBOT
+    """A shipped classifier (`circumspect models` lists them), or an ONNX file of your own that
+    `circumspect export` made."""
     record: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Record what the robot sees and says into a new MCAP file."""
     viewer: bool = False
@@ -61,7 +63,7 @@ class Demo:
             frame_interval=FRAME_INTERVAL,
             frames=self.frames,
             out=self.out,
-            weights=self.weights,
+            model=self.model,
             record=self.record,
             viewer=self.viewer,
             page=self.page,

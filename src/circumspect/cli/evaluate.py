@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from contextlib import suppress
@@ -13,6 +14,7 @@ import tyro
 
 from circumspect import __version__
 from circumspect.cli.given_flags import given_flags
+from circumspect.cli.model_flag import MODELNET10, ModelFlag
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, printable
 
@@ -31,14 +33,15 @@ class Evaluate:
     """Accuracy at many yaws: the points are turned and gridded anew at each.
 
     $ circumspect evaluate --data ModelNet10 --split test --yaw-count 64 --out eval
-    $ circumspect evaluate --weights runs/train-planes --data ModelNet10 --yaw 0,45
+    $ circumspect evaluate --model runs/train-planes --data ModelNet10 --yaw 0,45
     $ circumspect evaluate --data ModelNet10 --split test --corrupt --out robustness
     """
 
     data: Path
     """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made."""
-    weights: Path | None = None
-    """An ONNX classifier, a checkpoint or a run's folder; without it the shipped classifier."""
+    model: ModelFlag = MODELNET10
+    """A shipped classifier (`circumspect models` lists them), an ONNX file, a checkpoint or a run's
+    folder. modelnet10 is that of the paper's protocol; robot is for views of a robot."""
     split: Literal["validation", "test", "train"] = "validation"
     """Choices are made on validation; test is for reports."""
     yaw: Annotated[str | None, tyro.conf.arg(metavar="DEG,DEG,...")] = None
@@ -50,7 +53,7 @@ class Evaluate:
     """Instead of turning objects, corrupt them in twelve ways and five severities each."""
     margin: float | None = None
     """Show objects in a grid this many times as large as the smallest one, in place of the
-    weights' own margin."""
+    classifier's own margin."""
     out: Path = Path("evaluation")
     """Folder for metrics.json and figures."""
     json: bool = False
@@ -73,7 +76,7 @@ class Evaluate:
             raise InputError("give --yaw or --yaw-count, not both")
         count = YAWS if self.yaw_count is None else self.yaw_count
         yaws = spread_yaws(count) if self.yaw is None else _parsed(self.yaw)
-        predictor = load_predictor(self.weights, self.threads)
+        predictor = load_predictor(self.model, self.threads)
         if self.margin is not None:
             predictor = with_margin(predictor, self.margin)
         with progress_bar("sampling meshes") as progress:
@@ -98,7 +101,7 @@ class Evaluate:
     def _head(self, predictor: Predictor, evaluated: EvaluationSet) -> dict[str, Any]:
         return {
             "circumspect": __version__,
-            "weights": "shipped" if self.weights is None else self.weights.name,
+            **_identity(self.model),
             "split": self.split,
             "data": evaluated.objects.digest,
             "seen_in_training": evaluated.seen,
@@ -125,6 +128,16 @@ class Evaluate:
             draw_all(sweep, objects, self.out)
         except MissingExtraError as error:
             say(f"no figures: {error}")
+
+
+def _identity(model: str) -> dict[str, str]:
+    """Which network was evaluated: its name, but no folder of this machine, and its hash."""
+    from circumspect.classification.shipped import model_path, shipped_name
+    from circumspect.evaluation.predictor import checkpoint_path
+
+    content = checkpoint_path(model_path(model)).read_bytes()
+    name = shipped_name(model) or Path(model).name
+    return {"model": name, "sha256": hashlib.sha256(content).hexdigest()}
 
 
 def _parsed(text: str) -> list[float]:

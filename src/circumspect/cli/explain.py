@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect.cli.classify import prediction_record, saved_grid, told_up, up_of
+from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
@@ -47,11 +48,12 @@ class Explain:
     shows it on the surest. A saved grid has its axis already."""
     json: bool = False
     """One JSON object on standard output and nothing else there."""
-    weights: Path | None = None
-    """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    model: ModelFlag = ROBOT
+    """A shipped classifier (`circumspect models` lists them), or an ONNX file of your own that
+    `circumspect export` made."""
     examples: Path | None = None
-    """Its table of training objects, written by `export --examples`; without it the one that
-    lies beside the weights."""
+    """Its table of training objects, written by `export --examples`; without it the one beside the
+    classifier's file."""
     samples: int = 32768
     """Points sampled on a mesh."""
     threads: int = 0
@@ -64,7 +66,7 @@ class Explain:
         if self.near < 0:
             raise InputError(f"--near {self.near}: give 0 or more")
         start = time.perf_counter()
-        classifier = Classifier.load(self.weights, self.threads)
+        classifier = Classifier.load(self.model, self.threads)
         table = self._table() if self.near else None
         with blamed_on(self.file):
             found, pose = self._explained(classifier)
@@ -102,13 +104,12 @@ class Explain:
     def _table(self) -> ExampleTable | None:
         """What the network was trained on; None where nobody wrote it down."""
         from circumspect.classification import ExampleTable
-        from circumspect.classification.example_table import examples_path, shipped_examples
+        from circumspect.classification.example_table import examples_path
+        from circumspect.classification.shipped import model_path
 
         if self.examples is not None:
             return ExampleTable.load(self.examples)
-        if self.weights is None:
-            return shipped_examples()
-        beside = examples_path(self.weights)
+        beside = examples_path(model_path(self.model))
         if beside.is_file():
             return ExampleTable.load(beside)
         say(

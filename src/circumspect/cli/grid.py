@@ -36,7 +36,7 @@ class Grid:
     """The axis that points up in the file."""
     margin: float = 1.1
     """The grid is this many times as large as the smallest one that holds the object. The shipped
-    classifier expects 1.1; the paper has 1."""
+    classifiers expect 1.1; the paper has 1."""
     turn: tuple[float, ...] = ()
     """Draw both kinds of grid of the object turned by these angles [degrees], too: cylindrical
     ones shift, rectangular ones change."""

@@ -38,7 +38,7 @@ def run_node(
     """
     screen = NodeScreen(as_json)
     try:
-        classifier = Classifier.load(settings.weights or None)
+        classifier = Classifier.load(settings.model)
         observers = (screen,) if watch is None else (screen, watch)
         node = RecognitionNode(middleware, settings, classifier, observers)
     except BaseException:

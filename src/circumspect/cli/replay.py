@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from circumspect.cli.dashboard_page import PageFlags
+from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.cli.recording_flags import RecordingFlags
 
 if TYPE_CHECKING:
@@ -40,8 +41,9 @@ class Replay:
     """How it is read."""
     out: Path | None = None
     """Folder of the run; runs/replay-DATE-TIME by default."""
-    weights: Path | None = None
-    """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    model: ModelFlag = ROBOT
+    """A shipped classifier (`circumspect models` lists them), or an ONNX file of your own that
+    `circumspect export` made."""
     viewer: bool = False
     """Show the replay in the browser, where it can be paused; the page stays when it is over."""
     page: Annotated[PageFlags, tyro.conf.arg(name="")] = field(default_factory=PageFlags)
@@ -72,7 +74,7 @@ class Replay:
         from circumspect.storage import write_json
 
         opened = self.reading.opened(self.recording)
-        pipeline = opened.pipeline(Classifier.load(self.weights))
+        pipeline = opened.pipeline(Classifier.load(self.model))
         # Where no frame can be read no folder is made, and no earlier run replaced.
         given, shown = opened.given(), ()
         config = self._config(opened, pipeline)
@@ -96,7 +98,7 @@ class Replay:
 
     def _config(self, opened: OpenedRecording, pipeline: RecognitionPipeline) -> dict[str, Any]:
         from circumspect import __version__
-        from circumspect.cli.weights_record import weights_record
+        from circumspect.cli.model_record import model_record
 
         reading, box = self.reading, opened.box
         told: dict[str, Any] = {
@@ -109,7 +111,7 @@ class Replay:
             "every": reading.every,
             "model": asdict(pipeline.model.settings),
             "grid": pipeline.classifier.recipe.to_dict(),
-            "weights": weights_record(self.weights),
+            "classifier": model_record(self.model),
         }
         if box is None or reading.box is None:
             return {**told, "segmentation": {"kind": "ground"}}

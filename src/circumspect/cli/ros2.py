@@ -72,7 +72,7 @@ class Ros2:
         from circumspect.classification import Classifier
         from circumspect.cli.watched_node import NodeWatch
 
-        classifier = Classifier.load(self.node.weights or None)
+        classifier = Classifier.load(self.node.model)
         return NodeWatch(pages.enter_context(self.page.opened(classifier)))
 
 

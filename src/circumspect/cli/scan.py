@@ -11,6 +11,7 @@ import tyro
 
 from circumspect.cli.dashboard_page import PageFlags
 from circumspect.cli.given_flags import flags_named
+from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.errors import InputError
 
 if TYPE_CHECKING:
@@ -81,8 +82,9 @@ class Scan:
     """The axis that points up in a mesh file."""
     height: float | None = None
     """Scale a mesh file to this height [m]; without it its unit is taken for a metre."""
-    weights: Path | None = None
-    """A classifier of your own, made by `circumspect export`; without it the shipped one."""
+    model: ModelFlag = ROBOT
+    """A shipped classifier (`circumspect models` lists them), or an ONNX file of your own that
+    `circumspect export` made."""
     out: Path | None = None
     """Folder of the run; runs/scan-DATE-TIME by default. An earlier run there is replaced."""
     record: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
@@ -178,7 +180,7 @@ class Scan:
 
         from circumspect import __version__
         from circumspect.classification import Classifier
-        from circumspect.cli.weights_record import weights_record
+        from circumspect.cli.model_record import model_record
         from circumspect.gathering.scanned_object import scanned_object
         from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
 
@@ -208,8 +210,8 @@ class Scan:
         world = RoomSettings(
             self.slip, self.clutter, self.mast_height, self.tilt, self.wheel_error, self.bumps
         )
-        classifier = Classifier.load(self.weights)
-        config["weights"] = weights_record(self.weights)
+        classifier = Classifier.load(self.model)
+        config["classifier"] = model_record(self.model)
         checked = ("slip", "wheel_error", "bumps", "speed", "frame_interval", "mast_height", "tilt")
         try:
             with flags_named(self, *checked):

@@ -1,10 +1,13 @@
-"""A quick look whether what is installed works: compiled kernels, shipped classifier."""
+"""A quick look whether what is installed works: compiled kernels, shipped classifiers."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+
+from circumspect.cli.model_flag import NAMES
 
 
 @dataclass(frozen=True)
@@ -24,10 +27,8 @@ class Check:
 
 def self_test() -> list[Check]:
     """Try all; whatever goes wrong is told, not raised."""
-    return [
-        _tried("native kernels", _kernels),
-        _tried("shipped classifier", _classifier),
-    ]
+    classifiers = (_tried(f"classifier {name}", partial(_classifier, name)) for name in NAMES)
+    return [_tried("native kernels", _kernels), *classifiers]
 
 
 def _tried(what: str, check: Callable[[], str]) -> Check:
@@ -55,14 +56,14 @@ def _kernels() -> str:
     return f"agree with NumPy; {spent:.1f} ms for 20,000 points"
 
 
-def _classifier() -> str:
+def _classifier(name: str) -> str:
     """It names a chair."""
     from circumspect.classification import Classifier
     from circumspect.furniture import make_furniture
 
     cloud = make_furniture("chair", 3).sampled(20_000, 0)
     began = time.perf_counter()
-    prediction = Classifier.load().classify(cloud)
+    prediction = Classifier.load(name).classify(cloud)
     spent = 1e3 * (time.perf_counter() - began)
     if prediction.label != "chair":
         raise ArithmeticError(f"it calls a chair {prediction.label}; install circumspect anew")

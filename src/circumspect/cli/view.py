@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from circumspect.cli.dashboard_page import PageFlags
+from circumspect.cli.model_flag import ROBOT, ModelFlag
 
 if TYPE_CHECKING:
     from circumspect.viewer import PlayedRun
@@ -26,8 +27,9 @@ class View:
     """Folder of a run, as `circumspect demo`, `scan` and `replay` make it."""
     export: Annotated[Path | None, tyro.conf.arg(metavar="FILE.html")] = None
     """Write one HTML file that plays the run without a network or this program, and end."""
-    weights: Path | None = None
-    """The classifier that names the turned object; without it the shipped one."""
+    model: ModelFlag = ROBOT
+    """The classifier that names the turned object: a shipped one (`circumspect models` lists them),
+    or an ONNX file of your own that `circumspect export` made."""
     page: Annotated[PageFlags, tyro.conf.arg(name="")] = field(default_factory=PageFlags)
     """Where the dashboard is shown."""
 
@@ -47,7 +49,7 @@ class View:
         played = PlayedRun(saved)
         if self.export is not None:
             return self._exported(played, self.export)
-        classifier = Classifier.load(self.weights)
+        classifier = Classifier.load(self.model)
         try:
             with self.page.opened(classifier) as dashboard:
                 player = Player(played, dashboard)

@@ -48,7 +48,7 @@ def watched_replay(replay: Replay) -> int:
     """
     from circumspect.classification import Classifier
 
-    with replay.page.opened(Classifier.load(replay.weights)) as dashboard:
+    with replay.page.opened(Classifier.load(replay.model)) as dashboard:
         code = replay.replay(ReplayWatch(dashboard))
         try:
             # Within: whoever reads the line may press Ctrl-C at once.

@@ -60,7 +60,7 @@ def watched_scans(scan: Scan, command: str) -> int:
     running, parts = scan, scan.prepared(command)
     first = RunRequest(scan.object, float(parts.config["start_deg"]), str(parts.config["planner"]))
     ended = False
-    with scan.page.opened(Classifier.load(scan.weights)) as dashboard:
+    with scan.page.opened(Classifier.load(scan.model)) as dashboard:
         controls = RunControls(dashboard)
         following = NextRun(dashboard, controls, tuple(CATEGORIES), first)
         watch = ScanWatch(dashboard, controls)

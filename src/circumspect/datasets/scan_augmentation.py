@@ -132,7 +132,11 @@ class ScanAugmentation:
         known = {field.name for field in fields(cls)}
         if not isinstance(document, Mapping) or set(document) - known:
             raise InputError(f"a scan's settings must name {', '.join(sorted(known))}")
-        return cls(**{k: tuple(v) if isinstance(v, list) else v for k, v in document.items()})
+        values: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in document.items()
+        }
+        return cls(**values)
 
     def scan(self, caster: ObjectCaster, rng: Chance) -> SimulatedScan:
         """Scan an object once.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from circumspect.classification import Classifier, InputRecipe
 from circumspect.classification.context import contexts_of
+from circumspect.classification.shipped import shipped_name
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.training_objects import OTHER
 from circumspect.errors import MissingExtraError, WeightsError
@@ -84,23 +86,28 @@ def checkpoint_path(weights: Path) -> Path:
     return best
 
 
-def load_predictor(weights: Path | None, threads: int = 0) -> TrainedPredictor:
+def load_predictor(
+    model: str | os.PathLike[str] | None = None, threads: int = 0
+) -> TrainedPredictor:
     """Load an ONNX classifier or a checkpoint of a training run.
 
     A checkpoint runs on the GPU where there is one, as its training did.
 
     Args:
-        weights: A file, or the folder of a run; None means the shipped classifier.
+        model: The name of a shipped classifier or an ONNX file, as `Classifier.load` takes them; a
+            checkpoint; or the folder of a run.
         threads: Of ONNX Runtime; 0 means all cores.
 
     Raises:
-        WeightsError: The file is missing, broken, or of another program.
+        WeightsError: No classifier has this name, or the file is missing, broken, or of another
+            program.
         MissingExtraError: A checkpoint needs torch.
     """
-    if weights is not None:
-        weights = checkpoint_path(weights)
-    if weights is None or weights.suffix != CHECKPOINT_SUFFIX:
-        return Classifier.load(weights, threads)
+    if not model or shipped_name(model) is not None:
+        return Classifier.load(model, threads)
+    weights = checkpoint_path(Path(model))
+    if weights.suffix != CHECKPOINT_SUFFIX:
+        return Classifier.load(model, threads)
     try:
         import torch
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""The networks that are compared: the shipped classifier, and those that are trained for it."""
+"""The networks that are compared: `modelnet10`, which ships, and those that are trained for it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from circumspect.classification.onnx_classifier import shipped_path
+from circumspect.classification.shipped import MODELNET10, shipped_path
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.evaluation.predictor import check_classes, load_predictor
 from circumspect.nets.registry import net_spec
@@ -17,7 +17,7 @@ from circumspect.reproduction.watched import Watched
 from circumspect.reproduction.whole_set import require_modelnet10
 
 OURS = "circumspect"
-"""The shipped classifier."""
+"""The shipped classifier `modelnet10`: the paper's protocol."""
 RIVALS = ("moon2018", "voxnet", "3dshapenets", "deeppano", "mvcnn", "pointnet", "voxelnet")
 
 
@@ -54,7 +54,7 @@ def trained_contenders(
 
     Args:
         train: ModelNet10's training split; part of it is held back to choose the best epoch.
-        test: Its test split, which the shipped classifier must know.
+        test: Its test split, which `modelnet10` must know.
         how: Settings.
         folder: A run of each network goes to `NET/training`.
         watched: Told of the progress.
@@ -64,14 +64,14 @@ def trained_contenders(
         Weights by name, ours first, and records of the trainings.
 
     Raises:
-        WeightsError: The shipped classifier knows other classes than the set.
+        WeightsError: The classifier `modelnet10` knows other classes than the set.
         InputError: The set lacks classes of ModelNet10, or has others; or the folder holds results
             of another experiment.
         OutputError: It can not be written.
     """
     require_modelnet10(train, test)
-    check_classes(load_predictor(shipped_path()), test)
-    weights, records = {OURS: shipped_path()}, {}
+    check_classes(load_predictor(MODELNET10), test)
+    weights, records = {OURS: shipped_path(MODELNET10)}, {}
     for net in how.nets:
         settings = how.settings(net)
         with watched.training(net, settings.epochs) as observer:

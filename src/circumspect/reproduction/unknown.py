@@ -14,7 +14,7 @@ from scipy.stats import mannwhitneyu
 
 from circumspect import __version__
 from circumspect.classification import OnnxClassifier
-from circumspect.classification.onnx_classifier import shipped_path
+from circumspect.classification.shipped import MODELNET10, shipped_path
 from circumspect.datasets import GridCache, ObjectSet, validation_split
 from circumspect.evaluation.calibration import known_within
 from circumspect.evaluation.distances import nearest_distances
@@ -91,13 +91,13 @@ def reproduce_unknown(
         What `unknown.json` holds.
 
     Raises:
-        WeightsError: The shipped classifier knows other classes than the set.
+        WeightsError: The classifier `modelnet10` knows other classes than the set.
         InputError: The set lacks classes of ModelNet10, or has others; or the folder holds results
             of another experiment.
         OutputError: It can not be written.
     """
     require_modelnet10(train, test)
-    check_classes(load_predictor(shipped_path()), test)
+    check_classes(load_predictor(MODELNET10), test)
     settings = how.settings(how.net)
     # Ten sets are augmented: no more variants than epochs that show them.
     settings = replace(settings, replicas=min(settings.replicas, settings.epochs))
@@ -199,12 +199,12 @@ def _remembering(
 def _of_shipped(
     classes: tuple[str, ...], how: Unknown, folder: Path, watched: Watched
 ) -> dict[str, Any]:
-    """Of other things the share that the shipped classifier calls unknown, by kind."""
-    classifier = OnnxClassifier.load(shipped_path())
+    """Of other things the share that `modelnet10` calls unknown, by kind."""
+    classifier = OnnxClassifier.load(MODELNET10)
     beyond = float(classifier.description["unknown_beyond"])
     things = other_things(classes, how.each, SAMPLES)
     made_of = {
-        "weights": file_digest(shipped_path()), "things": things.digest,
+        "weights": file_digest(shipped_path(MODELNET10)), "things": things.digest,
         "yaw_count": how.yaw_count,
     }  # fmt: skip
 

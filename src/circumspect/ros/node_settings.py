@@ -64,7 +64,8 @@ class NodeSettings:
         queue: Frames that may wait; when more come, the oldest give way.
         reliable: Ask for sensor data again that went missing; then publishers must be reliable.
         autostart: Whether to begin at once; otherwise when told to.
-        weights: File of an own classifier; "" for the shipped one.
+        model: Name of a shipped classifier (`circumspect models` lists them), or an ONNX file of
+            your own.
 
     Raises:
         InputError: A value makes no sense.
@@ -93,7 +94,7 @@ class NodeSettings:
     queue: int = 4
     reliable: bool = False
     autostart: bool = field(default=True, metadata={"off": "Wait until told to begin, on ~/start."})
-    weights: str = ""
+    model: str = "robot"
 
     def __post_init__(self) -> None:
         if self.driver not in DRIVERS:

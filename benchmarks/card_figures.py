@@ -1,0 +1,136 @@
+"""The figures of a shipped classifier, from the committed results, for the card beside its weights.
+
+python -m benchmarks.card_figures modelnet10            # writes weights/modelnet10.card.json
+python -m benchmarks.card_figures modelnet10 --check    # says whether it is up to date
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from benchmarks.report import RESULTS
+from circumspect.classification.model_card import (
+    NETWORK_TIME,
+    SHARE,
+    CardFigure,
+    ModelCard,
+    card_path,
+)
+from circumspect.classification.shipped import MODELNET10, shipped_path
+
+EVALUATION = "circumspect evaluate --data ModelNet10 --split test --yaw-count 64"
+THINNED = (128, 256, 1024)
+"""Points of the clouds whose figures are shown."""
+
+
+def modelnet10_card() -> ModelCard:
+    """The figures of `modelnet10`."""
+    _, evaluated = _result("modelnet10_test/metrics.json")
+    figures = (*_evaluated(), *_time(), *_of_few_points(), *_lookalikes(), *_unknown())
+    return ModelCard(evaluated["sha256"], figures)
+
+
+CARDS: dict[str, Callable[[], ModelCard]] = {MODELNET10: modelnet10_card}
+"""Shipped classifiers whose card is made from committed results."""
+
+
+def _evaluated() -> tuple[CardFigure, ...]:
+    source, found = _result("modelnet10_test/metrics.json")
+    accuracy, by_class = found["accuracy"], found["mean_class_accuracy"]
+    data, yaws = f"ModelNet10 test, {found['objects']} objects", f"{len(accuracy)} yaws"
+
+    def figure(measure: str, value: float, unit: str = SHARE, headline: bool = False) -> CardFigure:
+        return CardFigure(measure, value, unit, data, EVALUATION, source, headline)
+
+    return (
+        figure(f"accuracy, mean over {yaws}", _mean(accuracy), headline=True),
+        figure(f"accuracy, worst of {yaws}", min(accuracy)),
+        figure(f"accuracy, best of {yaws}", max(accuracy)),
+        figure(f"mean-class accuracy, mean over {yaws}", _mean(by_class)),
+        figure(f"objects whose label changes over {yaws}", found["flip_rate"]),
+        figure("expected calibration error", found["expected_calibration_error"], ""),
+    )
+
+
+def _time() -> tuple[CardFigure, ...]:
+    source, found = _result("classifier_speed.json")
+    row = next(row for row in found["rows"] if row["name"] == f"{MODELNET10}, 8 views, 1 thread")
+    data = f"8 grids, 1 thread of an {found['machine']['processor']}, median"
+    return (CardFigure(NETWORK_TIME, row["median"], "ms", data, found["command"], source),)
+
+
+def _of_few_points() -> tuple[CardFigure, ...]:
+    source, found = _result("few_points.json")
+    rows = [row for row in found["counts"] if row["points"] in THINNED]
+    return tuple(
+        CardFigure(measure, row[key], SHARE, data, found["command"], source)
+        for row in rows
+        for data in [f"ModelNet10 test at 0°, {row['points']:,} points an object"]
+        for measure, key in (
+            ("accuracy", "accuracy"),
+            ("wrong answers among the objects not called unknown", "wrong_of_near"),
+        )
+    )
+
+
+def _lookalikes() -> tuple[CardFigure, ...]:
+    source, found = _result("lookalikes.json")
+    wrong = found["wrong"]
+    measure = "wrong answers whose class has a training object of 90 % overlap"
+    data = f"ModelNet10 test at 0°, {wrong['objects']} wrong answers"
+    return (CardFigure(measure, wrong["class given"], SHARE, data, found["command"], source),)
+
+
+def _unknown() -> tuple[CardFigure, ...]:
+    source, found = _result("unknown/unknown.json")
+    kinds = found["other_things"]["called_unknown"]
+    left_out = [row["left_out_called_unknown"] for row in found["left_out"].values()]
+    command = found["command"]
+    return (
+        CardFigure(
+            "objects of other kinds called unknown", _mean(list(kinds.values())), SHARE,
+            f"procedural objects of {len(kinds)} kinds, 4 grids each", command, source,
+        ),
+        CardFigure(
+            "objects of a class left out of the training called unknown", _mean(left_out), SHARE,
+            "ModelNet10 test, networks trained without each class", command, source,
+        ),
+    )  # fmt: skip
+
+
+def _mean(values: list[float]) -> float:
+    return sum(values) / len(values)
+
+
+def _result(name: str) -> tuple[str, dict[str, Any]]:
+    """A result's place in the repository, and what it holds."""
+    file = RESULTS / name
+    place = file.relative_to(RESULTS.parents[1]).as_posix()
+    return place, json.loads(file.read_text(encoding="utf-8"))
+
+
+def is_current(name: str, beside: Path) -> bool:
+    """Whether a card says what the results say."""
+    return beside.is_file() and ModelCard.load(beside) == CARDS[name]()
+
+
+def main() -> int:
+    """Write a card, or compare it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("name", choices=sorted(CARDS))
+    parser.add_argument("--check", action="store_true")
+    given = parser.parse_args()
+    beside = card_path(shipped_path(given.name))
+    if given.check:
+        return int(not is_current(given.name, beside))
+    CARDS[given.name]().save(beside)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
