@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier, shipped_path
 from circumspect.errors import InputError, WeightsError
 from circumspect.geometry import PointCloud
@@ -151,6 +152,8 @@ def nearest_examples(
     shown: PointCloud | OccupancyGrid,
     count: int = 5,
     examples: ExampleTable | None = None,
+    *,
+    metric: bool = False,
 ) -> tuple[NearExample, ...]:
     """The training objects that look most alike to the network's last layer.
 
@@ -159,6 +162,7 @@ def nearest_examples(
         shown: An object, as `classify` or `classify_grid` takes it.
         count: How many.
         examples: What was trained on; None means the shipped table, for the shipped classifier.
+        metric: The object is in metres; without it its scale counts as unknown.
 
     Returns:
         The nearest first.
@@ -174,12 +178,16 @@ def nearest_examples(
             "the table of training objects is of other weights; make one of these: "
             "circumspect export --examples"
         )
+    recipe = classifier.recipe
     if isinstance(shown, OccupancyGrid):
-        classifier.recipe.accepts(shown)
-        inputs = shown.occupied.astype(np.uint8)[None, None, None]
+        recipe.accepts(shown)
+        assert isinstance(recipe, GridRecipe)  # Others accept no grid.
+        inputs, bounds = recipe.input_of(shown)[None, None], shown.grid
     else:
-        inputs = classifier.recipe.inputs(shown)
-    return table.nearest(classifier.features(inputs)[0], count)
+        inputs, bounds = recipe.inputs(shown), recipe.bounds(shown)
+    context = recipe.context(inputs[0], bounds if metric else None)
+    contexts = None if context is None else context[None]
+    return table.nearest(classifier.features(inputs, contexts)[0], count)
 
 
 def network_of(classifier: OnnxClassifier) -> str:
