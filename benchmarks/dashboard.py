@@ -47,7 +47,7 @@ def moments(classifier: Classifier) -> Callable[[int], Shown]:
     rows = [
         {
             "frame": i, "stamp": 0.5 * i, "outcome": "classified", "label": "a", "gate": "open",
-            "probability": 0.1, "probabilities": probabilities, "seen": i / FRAMES,
+            "probability": 0.1, "probabilities": probabilities, "coverage": i / FRAMES,
             "points": POINTS, "milliseconds": {"register": 30.0, "fuse": 10.0, "classify": 5.0},
         }
         for i in range(FRAMES)

@@ -197,7 +197,7 @@ def rows(found: list[dict[str, Any]]) -> list[list[str]]:
         if some:
             answered = [record for record in some if record["label"] is not None]
             lines.append([
-                fault, _right(answered), _right([r for r in answered if r.get("conclusive")]),
+                fault, _correct(answered), _correct([r for r in answered if r.get("confident")]),
                 _worst(some, "ate_rmse_m"),
                 _while_certain(some), _mean(some, "trusted"),
                 _worst(some, "worst_sure_m"), _mean(some, "sure"),
@@ -206,9 +206,9 @@ def rows(found: list[dict[str, Any]]) -> list[list[str]]:
     return lines
 
 
-def _right(answered: list[dict[str, Any]]) -> str:
-    right = sum(record["label"] == record.get("true_label") for record in answered)
-    return f"{right} of {len(answered)}"
+def _correct(answered: list[dict[str, Any]]) -> str:
+    correct = sum(record["label"] == record.get("true_label") for record in answered)
+    return f"{correct} of {len(answered)}"
 
 
 def _worst(some: list[dict[str, Any]], name: str) -> str:
@@ -260,7 +260,7 @@ def _parser() -> argparse.ArgumentParser:
 def write(lines: list[list[str]], folder: Path, command: str, made: str) -> None:
     """Write `faults.md`."""
     head = [
-        "fault", "right answers", "of conclusive ones", "ATE [mm], worst",
+        "fault", "correct answers", "of confident ones", "ATE [mm], worst",
         "certain poses, worst error [mm]", "certain poses",
         "sure poses, worst error [mm]", "sure poses", "ended",
     ]  # fmt: skip

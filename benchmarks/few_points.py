@@ -56,16 +56,17 @@ def measured(
         count: Points that each object had.
         answers: To the objects of the set.
         test: The set.
-        farthest: Distance to the nearest training object up to which an object may be known.
+        farthest: Distance to the nearest training object up to which an object is in
+            distribution.
     """
-    right = np.array([test.classes.index(a.label) for a in answers]) == test.labels
+    correct = np.array([test.classes.index(a.label) for a in answers]) == test.labels
     near = np.array([a.distance is not None and a.distance <= farthest for a in answers])
     return {
         "points": count,
-        "accuracy": float(right.mean()),
+        "accuracy": float(correct.mean()),
         "near": float(near.mean()),
-        "wrong_of_near": float((~right)[near].mean()) if near.any() else 0.0,
-        "known": float(np.mean([a.known for a in answers])),
+        "incorrect_of_near": float((~correct)[near].mean()) if near.any() else 0.0,
+        "in_distribution": float(np.mean([a.in_distribution for a in answers])),
     }
 
 
@@ -73,14 +74,14 @@ def told(rows: Sequence[dict[str, float]], objects: int) -> str:
     """The page's text."""
     lines = [
         [str(row["points"]), *(f"{row[name]:.1%}" for name in ("accuracy", "near")),
-         f"{row['wrong_of_near']:.1%}", f"{row['known']:.1%}"]
+         f"{row['incorrect_of_near']:.1%}", f"{row['in_distribution']:.1%}"]
         for row in rows
     ]  # fmt: skip
     return (
         f"{objects} test objects at 0°, drawn points of each. Near: no farther from some training "
-        f"object than nearly all objects of the classes are; from {FEWEST_POINTS} points on that "
-        "makes an answer a known one, unless the cloud seems to hold the floor; below none is.\n\n"
-        + table(["points", "right", "near", "wrong of these", "known"], lines)
+        f"object than nearly all objects of the classes are; from {FEWEST_POINTS} points on these "
+        "are in distribution, unless the cloud seems to hold the floor; below none is.\n\n"
+        + table(["points", "correct", "near", "incorrect of these", "in distribution"], lines)
     )
 
 

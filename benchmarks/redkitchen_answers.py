@@ -16,6 +16,7 @@ from typing import Any
 
 from benchmarks.redkitchen import FOLDER
 from benchmarks.report import RESULTS, telling, write_page
+from circumspect.classification.answer_text import percent
 from circumspect.evaluation.markdown import table
 
 BOXES = {
@@ -23,7 +24,7 @@ BOXES = {
     "table": ("-1.017", "0.819", "1.618", "1.263", "-0.217", "2.222"),
 }
 POSES = ("given", "hidden")
-HEAD = ("object", "poses", "answer", "next", "conclusive", "frames", "seen", "points")
+HEAD = ("object", "poses", "answer", "next", "confident", "frames", "coverage", "points")
 
 
 def main() -> int:
@@ -41,8 +42,8 @@ def main() -> int:
     text = (
         f"The first {runs[0]['frames']} even frames of 7-Scenes' RedKitchen, by\n\n"
         f"```\n{commands}\n```\n\n{table(HEAD, [row(run) for run in runs])}\n\n"
-        "Frames: those that show the object. Seen: share of the directions round it; an answer may "
-        "be conclusive from three quarters on."
+        "Frames: those that show the object. Coverage: share of the azimuth seen; a confident "
+        "answer needs at least 75 %."
     )
     command = "python -m benchmarks.redkitchen_answers"
     title = "Real frames: RedKitchen of 7-Scenes"
@@ -65,7 +66,10 @@ def replayed(folder: Path, name: str, poses: str) -> dict[str, Any]:
         # It has said why.
         sys.exit(done.returncode)
     found = json.loads(done.stdout)
-    kept = ("label", "known", "conclusive", "probabilities", "frames", "outcomes", "seen", "points")
+    kept = (
+        "label", "in_distribution", "confident", "reason", "probabilities", "frames", "outcomes",
+        "coverage", "points",
+    )  # fmt: skip
     return {key: found[key] for key in kept}
 
 
@@ -77,9 +81,9 @@ def row(run: dict[str, Any]) -> list[str]:
         run["poses"],
         f"{first[0]} {first[1]:.2f}",
         f"{second[0]} {second[1]:.2f}",
-        "yes" if run["conclusive"] else "no",
+        "yes" if run["confident"] else "no",
         f"{run['outcomes'].get('classified', 0)} of {run['frames']}",
-        f"{run['seen']:.0%}",
+        percent(run["coverage"]),
         f"{run['points']:,}",
     ]
 

@@ -24,7 +24,7 @@ from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.pipeline.stage_times import stage_lists, stage_times
 from circumspect.planning import (
     CirclePlanner,
-    ConvincedPlanner,
+    ConfidencePlanner,
     SurfaceNormalPlanner,
     ViewPlanner,
 )
@@ -32,10 +32,10 @@ from circumspect.planning import (
 PLANNERS = {
     "normals": SurfaceNormalPlanner,
     "circle": CirclePlanner,
-    "convinced": ConvincedPlanner,
+    "confidence": ConfidencePlanner,
 }
 SHARES = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
-"""Of the directions round the object: where answers on the way are kept."""
+"""Coverages at which answers on the way are kept."""
 SLIP = 0.05
 ROOM = RoomSettings(slip=SLIP)
 
@@ -144,23 +144,23 @@ def told(result: RecognitionResult) -> dict[str, Any]:
     return {
         "label": None if prediction is None else prediction.label,
         "probability": None if prediction is None else prediction.probability,
-        "known": None if prediction is None else prediction.known,
-        "conclusive": result.conclusive,
+        "in_distribution": None if prediction is None else prediction.in_distribution,
+        "confident": result.confident,
         "frames": len(result.steps),
-        "seen": 0.0 if last is None else last.seen,
+        "coverage": 0.0 if last is None else last.coverage,
         "outcomes": dict(Counter(step.outcome for step in result.steps)),
         "gates": dict(gates),
     }
 
 
 def on_the_way(result: RecognitionResult) -> dict[str, tuple[str, float, bool]]:
-    """The first answer by each share of the directions: label, probability, known."""
-    answered = [(step.seen, step.prediction) for step in result.steps]
+    """The first answer from each coverage on: label, probability, in distribution."""
+    answered = [(step.coverage, step.prediction) for step in result.steps]
     found = {}
     for share in SHARES:
-        first = next((told for seen, told in answered if told is not None and seen >= share), None)
-        if first is not None:
-            found[f"{share:g}"] = (first.label, first.probability, first.known)
+        later = (told for coverage, told in answered if told is not None and coverage >= share)
+        if (first := next(later, None)) is not None:
+            found[f"{share:g}"] = (first.label, first.probability, first.in_distribution)
     return found
 
 

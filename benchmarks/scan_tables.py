@@ -22,8 +22,8 @@ Record = dict[str, Any]
 LIMITS = {"ate_mm": 10.0, "yaw_deg": 0.5, "ratio": 0.2, "chamfer_mm": 6.0, "completeness": 0.9}
 """What is wanted; a figure that misses its limit is bold."""
 SPREAD = ("median", "p95", "worst")
-SURE = 0.9
-"""A probability that is called sure."""
+PROBABLE = 0.9
+"""Answers of at least this probability are counted apart."""
 SLOW = 300
 """A frame that takes longer [ms] is one at which the robot waits."""
 
@@ -83,11 +83,11 @@ def trajectory_and_shape(
             f"{f['odometry_mm']['median']:.0f}", _shown(f["ratio"], "ratio", 3),
             _shown(f["chamfer_mm"], "chamfer_mm"), _shown(f["completeness"], "completeness", 3, -1),
             _plain(f["nees"], 1), _while_sure(f),
-            f"{f['right']}/{f['scans']}",
+            f"{f['correct']}/{f['scans']}",
         ])  # fmt: skip
     head = [
         of, "scans", "ATE [mm]", "yaw [°]", "odometry [mm]", "ATE / odometry",
-        "chamfer [mm]", "completeness", "NEES", "worst while certain [mm]", "right",
+        "chamfer [mm]", "completeness", "NEES", "worst while certain [mm]", "correct",
     ]  # fmt: skip
     note = (
         "Median (worst) of the scans; ATE and yaw are root mean squares over a scan's frames. "
@@ -166,35 +166,36 @@ def _errors(some: list[Record]) -> dict[str, Any]:
         "trusted_sigmas": _spread(
             r["worst_trusted_sigmas"] for r in measured if r.get("worst_trusted_sigmas") is not None
         ),
-        "right": sum(r["label"] == r.get("true_label") for r in some),
+        "correct": sum(r["label"] == r.get("true_label") for r in some),
     }
 
 
 def on_the_way(found: list[Record]) -> tuple[str, Any]:
-    """How far answers are to be relied on, by the share of the directions that were seen."""
+    """How often answers are correct, by coverage."""
     rows, figures = [], {}
     for share in map("{:g}".format, SHARES):
         some = [
             (*r["on_the_way"][share], r["true_label"]) for r in found if share in r["on_the_way"]
         ]
-        right = [label == truth for label, _, _, truth in some]
-        sure = [label == truth for label, p, known, truth in some if known and p >= SURE]
+        correct = [label == truth for label, _, _, truth in some]
+        probable = [label == truth for label, p, known, truth in some if known and p >= PROBABLE]
         f = figures[share] = {
             "scans": len(some),
-            "right": float(np.mean(right)) if some else None,
+            "correct": float(np.mean(correct)) if some else None,
             "probability": float(np.mean([p for _, p, _, _ in some])) if some else None,
-            "sure": len(sure),
-            "wrong_of_sure": len(sure) - sum(sure),
+            "probable": len(probable),
+            "incorrect_of_probable": len(probable) - sum(probable),
         }
         if some:
             rows.append([
-                f"{100 * float(share):g}%", str(len(some)), f"{f['right']:.2f}",
-                f"{f['probability']:.2f}", str(len(sure)), str(f["wrong_of_sure"]),
+                f"{100 * float(share):g} %", str(len(some)), f"{f['correct']:.2f}",
+                f"{f['probability']:.2f}", str(len(probable)), str(f["incorrect_of_probable"]),
             ])  # fmt: skip
     head = [
-        "seen", "scans", "right", "mean probability", f"known, at least {SURE:g}", "wrong of these",
+        "coverage", "scans", "correct", "mean probability",
+        f"in distribution, at least {PROBABLE:g}", "incorrect of these",
     ]  # fmt: skip
-    note = "Furniture: the first answer once this share of the directions was seen.\n\n"
+    note = "Furniture: the first answer from this coverage on.\n\n"
     return note + table(head, rows), figures
 
 
@@ -207,19 +208,19 @@ def distances(found: list[Record]) -> tuple[str, Any]:
             "scans": len(some),
             "settled_m": _spread(r["settled_m"] for r in ended),
             "driven_m": _spread(r["distance_m"] for r in ended),
-            "right": sum(r["label"] == r.get("true_label") for r in some),
+            "correct": sum(r["label"] == r.get("true_label") for r in some),
         }
         rows.append([
             name, str(f["scans"]), f"{f['settled_m']['median']:.1f} ({f['settled_m']['p95']:.1f})",
             f"{f['driven_m']['median']:.1f} ({f['driven_m']['p95']:.1f})",
-            f"{f['right']}/{f['scans']}",
+            f"{f['correct']}/{f['scans']}",
         ])  # fmt: skip
-    head = ["planner", "scans", "answer stands after [m]", "driven in all [m]", "right"]
+    head = ["planner", "scans", "answer stands after [m]", "driven in all [m]", "correct"]
     return "Median (95th percentile).\n\n" + table(head, rows), figures
 
 
 def answers(found: list[Record], data: Path) -> tuple[str, Any]:
-    """Right answers per class and start, agreement over starts, loss against complete clouds."""
+    """Correct answers per class and start, agreement over starts, loss against complete clouds."""
     starts = sorted({r["start_deg"] for r in found})
     complete = complete_answers(found, data)
     groups = _grouped(found, "true_label")
@@ -228,25 +229,25 @@ def answers(found: list[Record], data: Path) -> tuple[str, Any]:
     for name, some in groups.items():
         objects = _grouped(some, "object")
         same = [len({r["label"] for r in scans}) == 1 for scans in objects.values()]
-        shares = [_right([r for r in some if r["start_deg"] == start]) for start in starts]
+        shares = [_correct([r for r in some if r["start_deg"] == start]) for start in starts]
         whole = np.mean([complete[key] == scans[0]["true_label"] for key, scans in objects.items()])
         figures[name] = {
             "objects": len(objects),
             "by_start": dict(zip(map(str, starts), shares, strict=True)),
-            "right": _right(some),
+            "correct": _correct(some),
             "same_from_all_starts": float(np.mean(same)),
             "complete_cloud": float(whole),
         }
         cells = [f"{share:.2f}" for share in shares]
-        tail = [f"{_right(some):.3f}", f"{np.mean(same):.2f}", f"{whole:.3f}"]
+        tail = [f"{_correct(some):.3f}", f"{np.mean(same):.2f}", f"{whole:.3f}"]
         rows.append([name.replace("_", " "), str(len(objects)), *cells, *tail])
     head = [
         "class", "objects", *(f"{start:.0f}°" for start in starts), "all starts",
         "same from all starts", "complete cloud",
     ]  # fmt: skip
     note = (
-        "Share of right answers by azimuth of the start; of complete clouds by the classifier that "
-        "made this table.\n\n"
+        "Share of correct answers by azimuth of the start; of complete clouds by the classifier "
+        "that made this table.\n\n"
     )
     return note + table(head, rows), figures
 
@@ -296,7 +297,7 @@ def _while_sure(figures: dict[str, Any]) -> str:
     return f"{millimetres}; {sigmas['median']:.1f} ({sigmas['worst']:.1f}) σ"
 
 
-def _right(some: list[Record]) -> float:
+def _correct(some: list[Record]) -> float:
     return float(np.mean([r["label"] == r.get("true_label") for r in some])) if some else 0.0
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from circumspect.classification import Classifier
+from circumspect.classification.answer_text import percent
 from circumspect.gathering.scanned_object import scanned_object
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.pipeline.journey_log import JourneyLog
@@ -117,7 +118,7 @@ def draw_answer(figure: Figure, step: RecognitionStep, driven_m: float) -> None:
     words = f"{step.prediction.label.replace('_', ' ')}  {step.prediction.probability:.0%}"
     figure.text(0.985, 0.885, words, fontsize=15, fontweight="bold", ha="right", color=LEADING_BAR)
     figure.text(
-        0.985, 0.825, f"after {driven_m:.1f} m, seen from {step.seen:.0%}", fontsize=9.5,
+        0.985, 0.825, f"after {driven_m:.1f} m, {percent(step.coverage)} coverage", fontsize=9.5,
         ha="right", color="0.35",
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""A file in, a name out, whatever the yaw of the object in it.
+"""A file in metres in, a name out, whatever the yaw of the object in it.
 
 python examples/00_classify_a_cloud.py chair.ply    # or without a file: a chair of our own
 """
@@ -20,11 +20,12 @@ def main(arguments: list[str]) -> None:
     cloud = cs.read_cloud(file)
     classifier = cs.Classifier.load()
     for yaw_deg in (0.0, 45.0, 100.0, 222.5):
-        prediction = classifier.classify(cloud.turned(np.radians(yaw_deg)))
+        prediction = classifier.classify(cloud.turned(np.radians(yaw_deg)), metric=True)
         ranked = sorted(prediction.probabilities.items(), key=lambda entry: -entry[1])[:3]
-        told = ", ".join(f"{name} {probability:.3f}" for name, probability in ranked)
-        unknown = "" if prediction.known else "; perhaps of no class that is known"
-        print(f"turned by {yaw_deg:5.1f} deg: {told}{unknown}")
+        shares = ", ".join(f"{name} {probability:.3f}" for name, probability in ranked)
+        print(f"turned by {yaw_deg:5.1f} deg: {prediction.text}; {shares}")
+        if not prediction.confident:
+            print(f"    not confident: {prediction.reason}")
 
 
 if __name__ == "__main__":

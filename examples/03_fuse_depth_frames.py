@@ -26,8 +26,8 @@ def main() -> None:
         step = pipeline.step(frame)
         answer = step.outcome
         if step.prediction is not None:
-            answer = f"{step.prediction.label} {step.prediction.probability:.2f}"
-        print(f"{step.index:2}: {step.object_pixels:5} px, seen {step.seen:4.0%}, {answer}")
+            answer = step.prediction.text
+        print(f"{step.index:2}: {step.object_pixels:5} px, {step.coverage:4.0%} coverage, {answer}")
 
     pipeline.settle()  # all of the classifier's grids are asked once no more frames come
     print(f"in the end: {pipeline.prediction}")

@@ -42,15 +42,28 @@ class PowerClassifier(cs.Classifier):
         likely = np.exp(gaps.min(axis=1, keepdims=True) - gaps)
         return likely / likely.sum(axis=1, keepdims=True)
 
-    def classify(self, cloud: cs.PointCloud | ArrayLike) -> cs.Prediction:
+    def classify(
+        self,
+        cloud: cs.PointCloud | ArrayLike,
+        *,
+        metric: bool = False,
+        coverage: float | None = None,
+    ) -> cs.Prediction:
         cloud = as_cloud(cloud)
-        return self.classify_grid(self.recipe.bounds(cloud).hits(self.recipe.surface(cloud)))
+        grid = self.recipe.bounds(cloud).hits(self.recipe.surface(cloud))
+        return self.classify_grid(grid, metric=metric, coverage=coverage)
 
-    def classify_grid(self, *views: cs.OccupancyGrid) -> cs.Prediction:
+    def classify_grid(
+        self,
+        *views: cs.OccupancyGrid,
+        metric: bool = False,  # noqa: ARG002
+        coverage: float | None = None,
+    ) -> cs.Prediction:
         for grid in views:
             self.recipe.accepts(grid)
         shares = self.probabilities(np.stack([grid.occupied for grid in views])).mean(axis=0)
-        return cs.Prediction.from_probabilities(self.classes, shares)
+        # The size is not used here. The coverage travels with the answer: it decides `confident`.
+        return cs.Prediction.from_probabilities(self.classes, shares, coverage=coverage)
 
 
 if __name__ == "__main__":

@@ -17,15 +17,15 @@ def test_the_page_names_the_same_box(name: str) -> None:
     assert f"{command} # the {name}".split() in lines
 
 
-def test_a_row_tells_the_surest_two() -> None:
+def test_a_row_shows_the_two_most_probable_classes() -> None:
     run = {
-        "object": "table", "poses": "hidden", "conclusive": False, "frames": 250, "seen": 0.5,
+        "object": "table", "poses": "hidden", "confident": False, "frames": 250, "coverage": 0.5,
         "probabilities": {"bed": 0.1, "desk": 0.5, "table": 0.4}, "points": 12345,
         "outcomes": {"classified": 230, "no object in view": 20},
     }  # fmt: skip
     found = dict(zip(HEAD, row(run), strict=True))
     assert (found["answer"], found["next"]) == ("desk 0.50", "table 0.40")
-    assert (found["frames"], found["seen"], found["conclusive"]) == ("230 of 250", "50%", "no")
+    assert (found["frames"], found["coverage"], found["confident"]) == ("230 of 250", "50 %", "no")
 
 
 def test_a_folder_without_frames_ends_it_with_what_replay_says(

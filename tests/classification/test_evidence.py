@@ -3,7 +3,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from circumspect.classification import Classifier, GridRecipe, OnnxClassifier, cell_evidence
+from circumspect.classification import (
+    Classifier,
+    GridRecipe,
+    OnnxClassifier,
+    Prediction,
+    cell_evidence,
+)
+from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.evidence import log_odds
 from circumspect.classification.occlusion_blocks import occupied_blocks
 from circumspect.errors import GeometryError, InputError
@@ -43,6 +50,53 @@ def test_it_explains_the_answer_that_was_given(classifier, grid, explained):
     assert explained.log_odds == pytest.approx(np.log(p / (1 - p)))
     assert explained.cells.shape == grid.grid.shape
     assert not explained.cells.flags.writeable
+
+
+class Recorded:
+    """Takes states, size and visibility; keeps what it is shown."""
+
+    recipe = GridRecipe(visibility=True, metric=True)
+    classes = ("a", "b")
+
+    def __init__(self):
+        self.inputs, self.contexts = [], []
+
+    def classify_grid(self, grid, *, metric):
+        self.metric = metric
+        return Prediction("a", 0.6, {"a": 0.6, "b": 0.4})
+
+    def scores(self, inputs, contexts):
+        self.inputs.append(inputs)
+        self.contexts.append(contexts)
+        filled = (inputs == 2).reshape(len(inputs), -1).sum(axis=1)
+        return np.stack([filled / 100.0, np.zeros(len(inputs))], axis=1)
+
+
+@pytest.mark.parametrize("traced", [True, False])
+def test_emptied_cells_are_free_where_rays_were_traced_and_else_unknown(grid, traced):
+    states = np.where(grid.occupied, 2, 1 if traced else 0).astype(np.uint8)
+    states[0] = 0
+    recorded = Recorded()
+    found = cell_evidence(recorded, OccupancyGrid(grid.grid, states), edges=(1.0,), metric=True)
+    first, *emptied = np.concatenate(recorded.inputs)[:, 0, 0]
+    np.testing.assert_array_equal(first, states)
+    for shown in emptied:
+        changed = shown != states
+        assert changed.any()
+        assert (states[changed] == 2).all()
+        assert (shown[changed] == (1 if traced else 0)).all()
+    assert (found.cells[states == 2] > 0).all()
+
+
+@pytest.mark.parametrize("metric", [True, False])
+def test_the_size_shown_stays_that_of_the_whole_object(grid, metric):
+    recorded = Recorded()
+    cell_evidence(recorded, grid, edges=(1.0,), metric=metric)
+    contexts = np.concatenate(recorded.contexts)
+    assert recorded.metric is metric
+    assert len(np.unique(contexts, axis=0)) == 1
+    assert contexts[0, 1] == metric
+    assert (contexts[0, 2:] != 0).any() == metric
 
 
 def test_empty_cells_have_no_evidence(grid, explained):
@@ -141,14 +195,16 @@ def test_log_odds_do_not_saturate():
 
 def test_a_rectangular_recipe_is_explained_as_well():
     class Counting(OnnxClassifier):
-        """Sure of a chair by the cells it sees in one corner."""
+        """A chair by the cells in one corner."""
 
         def __init__(self):
             self._classes = ("chair", "sofa")
             self._recipe = GridRecipe(kind="rectangular", shape=(8, 8, 8))
             self._temperature, self._outputs = 1.0, ["logits"]
+            self._outputs_classes, self._other = self._classes, None
+            self._open_set, self._unknown_beyond, self._rule = None, np.inf, ConfidenceRule()
 
-        def _means_over_views(self, inputs, *outputs):
+        def _means_over_views(self, inputs, contexts, *outputs):
             corner = inputs[:, 0, 0, :4, :4, :4].sum(axis=(1, 2, 3)).astype(float)
             return [np.stack([corner, np.zeros(len(inputs))], axis=1)]
 

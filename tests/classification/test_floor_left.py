@@ -45,13 +45,13 @@ def test_hardly_any_real_object_looks_as_if_it_had_one(data_folder) -> None:
     assert found <= 0.01 * len(some)
 
 
-def test_no_answer_about_both_is_a_known_one(tmp_path, capsys) -> None:
+def test_an_object_with_its_floor_is_unknown(tmp_path, capsys) -> None:
     """Nine in ten points of floor are a table top to the network."""
     both = with_floor("chair", 1.5, 0.5)
-    assert not Classifier.load("modelnet10").classify(both).known
+    assert not Classifier.load("modelnet10").classify(both).in_distribution
     np.save(tmp_path / "scan.npy", both)
     assert main(["classify", str(tmp_path / "scan.npy")]) == 0
     told = capsys.readouterr()
-    assert "scan.npy: unknown, nearest " in told.out
+    assert "scan.npy: unknown object (nearest: " in told.out
     assert told.err.count("\n") == 1
     assert "scan.npy: seems to hold the floor, too; cut the object out" in told.err

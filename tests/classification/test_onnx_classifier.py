@@ -206,32 +206,34 @@ def test_threads_below_zero():
 def test_a_few_points_are_of_no_class(classifier):
     """The first three are near enough to a training chair to be called one (0.94)."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 1]])
-    assert not classifier.classify(PointCloud(points)).known
+    assert not classifier.classify(PointCloud(points)).in_distribution
     chair = make_furniture("chair", 3).sampled(FEWEST_POINTS, 0).points_xyz
-    assert classifier.classify(PointCloud(chair)).known
-    assert not classifier.classify(PointCloud(chair[1:])).known
+    assert classifier.classify(PointCloud(chair)).in_distribution
+    assert not classifier.classify(PointCloud(chair[1:])).in_distribution
 
 
 def test_repeated_points_are_no_more_points(classifier):
     few = make_furniture("chair", 3).sampled(FEWEST_POINTS - 1, 0).points_xyz
-    assert not classifier.classify(PointCloud(np.tile(few, (50, 1)))).known
+    assert not classifier.classify(PointCloud(np.tile(few, (50, 1)))).in_distribution
     enough = make_furniture("chair", 3).sampled(2_000, 0).points_xyz
-    assert classifier.classify(PointCloud(np.repeat(enough, 50, axis=0))).known
+    assert classifier.classify(PointCloud(np.repeat(enough, 50, axis=0))).in_distribution
 
 
 def test_a_copy_of_the_shipped_file_doubts_as_much(shipped_bytes, tmp_path):
     (tmp_path / "copy.onnx").write_bytes(shipped_bytes)
     copy = Classifier.load(tmp_path / "copy.onnx")
-    assert not copy.classify(PointCloud([[0.0, 0, 0], [1, 0, 0], [0, 1, 1]])).known
+    assert not copy.classify(PointCloud([[0.0, 0, 0], [1, 0, 0], [0, 1, 1]])).in_distribution
 
 
 def test_prediction_from_a_vector():
     prediction = Prediction.from_probabilities(("a", "b"), np.array([0.25, 0.75]))
     assert (prediction.label, prediction.probability) == ("b", 0.75)
-    assert prediction.known
+    assert prediction.in_distribution
     assert prediction.distance is None
-    far = Prediction.from_probabilities(("a", "b"), np.array([0.4, 0.6]), None, False, 0.7)
-    assert not far.known
+    far = Prediction.from_probabilities(
+        ("a", "b"), np.array([0.4, 0.6]), in_distribution=False, distance=0.7
+    )
+    assert not far.in_distribution
     assert far.distance == 0.7
     with pytest.raises(TypeError):
         prediction.probabilities["a"] = 1.0  # type: ignore[index]

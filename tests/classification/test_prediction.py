@@ -49,7 +49,7 @@ def test_the_time_it_took_does_not_tell_answers_apart():
     later = dataclasses.replace(ANSWER, milliseconds={"grid": 9.0})
     assert later == ANSWER
     assert len({later, ANSWER}) == 1
-    assert dataclasses.replace(ANSWER, known=False) != ANSWER
+    assert dataclasses.replace(ANSWER, in_distribution=False) != ANSWER
 
 
 def test_numbers_given_as_a_dict_are_not_shared():
@@ -81,10 +81,15 @@ def test_json_and_plain_dicts():
     told = json.loads(json.dumps(ANSWER.to_dict()))
     assert told == {
         "label": "chair",
-        "known": True,
+        "confident": True,
+        "reason": "",
+        "in_distribution": True,
+        "in_distribution_probability": None,
         "distance": 0.1,
+        "coverage": None,
         "probability": pytest.approx(0.98),
         "probabilities": {"bed": pytest.approx(0.02), "chair": pytest.approx(0.98)},
+        "alternatives": {},
         "milliseconds": {"grid": 1.235},
     }
     assert json.loads(json.dumps(ANSWER.probabilities)) == told["probabilities"]
@@ -96,6 +101,43 @@ def test_its_own_numbers_may_be_numpys():
     assert json.loads(json.dumps(told.to_dict()))["probabilities"] == {"a": 0.5}
 
 
-def test_it_is_told_in_a_few_words():
-    assert repr(ANSWER) == "Prediction(chair 0.98, known)"
-    assert repr(dataclasses.replace(ANSWER, known=False)) == "Prediction(chair 0.98, unknown)"
+def test_repr_names_label_probability_and_confidence():
+    assert repr(ANSWER) == "Prediction(chair 0.98, confident)"
+    unknown = dataclasses.replace(ANSWER, in_distribution=False)
+    assert repr(unknown) == "Prediction(chair 0.98, unknown object)"
+
+
+@pytest.mark.parametrize(
+    ("shares", "how", "text", "reason"),
+    [
+        ([0.02, 0.98, 0.0], {}, "chair (98 %)", ""),
+        ([0.02, 0.98, 0.0], {"coverage": 0.75}, "chair (98 %)", ""),
+        (
+            [0.02, 0.98, 0.0], {"coverage": 0.74}, "chair (98 %)",
+            "at least 75 % coverage is needed",
+        ),
+        (
+            [0.41, 0.55, 0.04], {"coverage": 1.0}, "chair or bed (55 % / 41 %)",
+            "a probability of at least 90 % is needed",
+        ),
+        (
+            [0.3, 0.41, 0.29], {"in_distribution": False}, "unknown object (nearest: chair 41 %)",
+            "the object is unlike the trained classes",
+        ),
+    ],
+)  # fmt: skip
+def test_an_answer_is_confident_if_known_probable_and_seen_enough(shares, how, text, reason):
+    answer = Prediction.from_probabilities(("bed", "chair", "sofa"), np.array(shares), **how)
+    assert (answer.text, answer.reason, answer.confident) == (text, reason, not reason)
+
+
+def test_classes_that_share_the_probability_are_alternatives():
+    names = tuple("abcdefghij")
+    pair = Prediction.from_probabilities(names, np.array([0.55, 0.41, *[0.005] * 8]))
+    assert dict(pair.alternatives) == {"a": 0.55, "b": 0.41}
+    assert pair.to_dict()["alternatives"] == {"a": 0.55, "b": 0.41}
+    scattered = Prediction.from_probabilities(names, np.full(10, 0.1))
+    assert not scattered.alternatives
+    alone = Prediction.from_probabilities(names, np.array([0.91, *[0.01] * 9]))
+    assert not alone.alternatives
+    assert not dataclasses.replace(pair, in_distribution=False).alternatives

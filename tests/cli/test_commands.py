@@ -37,8 +37,9 @@ class TestClassify:
         assert [r["label"] for r in records] == ["chair", "chair"]
         for record in records:
             assert list(record) == [
-                "file", "label", "known", "distance", "probability", "probabilities", "points",
-                "milliseconds",
+                "file", "label", "confident", "reason", "in_distribution",
+                "in_distribution_probability", "distance", "coverage", "probability",
+                "probabilities", "alternatives", "points", "milliseconds",
             ]  # fmt: skip
             assert set(record["milliseconds"]) == {"load", "grid", "classify"}
         assert records[0]["points"] == 20_000

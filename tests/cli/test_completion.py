@@ -45,7 +45,7 @@ def test_bash_completes_commands_flags_values_and_words(script, tmp_path):
         "circumspect_sc": "scan",
         "circumspect_scan_cha": "chair",
         "circumspect_scan_--plan": "--planner",
-        "circumspect_scan_chair_--planner_": "normals circle convinced",
+        "circumspect_scan_chair_--planner_": "normals circle confidence",
         "circumspect_data_": "fetch verify import",
         "circumspect_locate_tr": "track",
         "circumspect_locate_track_--cal": "--calibration",
@@ -129,7 +129,7 @@ def test_zsh_by_hand(script, tmp_path, line, completed):
         ("circumspect sc", {"scan"}),
         ("circumspect data f", {"fetch"}),
         ("circumspect classify cha", {"chair.ply"}),
-        ("circumspect scan chair --planner c", {"circle", "convinced"}),
+        ("circumspect scan chair --planner c", {"circle", "confidence"}),
         ("circumspect classify chair.ply --model m", {"modelnet10"}),
     ],
 )

@@ -36,7 +36,15 @@ def played(live: Path, out: Path, *flags: str) -> dict:
 def test_a_replay_gives_the_live_run_bit_for_bit(live: Path, tmp_path: Path) -> None:
     again = played(live, tmp_path / "again")
     before = json.loads((live / "run" / "result.json").read_text())
-    for name in ("label", "probability", "probabilities", "frames", "outcomes", "seen", "points"):
+    for name in (
+        "label",
+        "probability",
+        "probabilities",
+        "frames",
+        "outcomes",
+        "coverage",
+        "points",
+    ):
         assert again[name] == before[name]
     for name in WRITTEN:
         assert (tmp_path / "again" / name).read_bytes() == (live / "run" / name).read_bytes()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,31 +45,62 @@ def test_what_speaks_against_a_pose_follows_the_answer(
     pose = PoseEstimate(RigidTransform.identity(), gate=gate, doubt=doubt)
     outcome = NO_POSE if doubt else CLASSIFIED
     text = lines(pose, outcome, capsys)
-    assert "frame   1/10  seen  25%" in text
+    assert "frame   1/10  coverage  25 %" in text
     assert text.rstrip().endswith(told or outcome)
 
 
-def step(label: str = "chair", known: bool = True, seen: float = 1.0) -> RecognitionStep:
-    names = (label, "sofa")
-    answer = Prediction.from_probabilities(names, np.array([0.98, 0.02]), known=known)
-    return RecognitionStep(0, 0.0, CLASSIFIED, None, 9, seen, ObjectModel(), None, answer)
+def step(
+    label: str = "chair", known: bool = True, coverage: float = 1.0, probability: float = 0.98
+) -> RecognitionStep:
+    shares = np.array([probability, 1 - probability])
+    answer = Prediction.from_probabilities(
+        (label, "sofa"), shares, in_distribution=known, coverage=coverage
+    )
+    return RecognitionStep(0, 0.0, CLASSIFIED, None, 9, coverage, ObjectModel(), None, answer)
 
 
 @pytest.mark.parametrize(
-    ("known", "seen", "told"),
+    ("known", "coverage", "line"),
     [
-        (True, 1.0, "seen 100%  chair 0.98"),
-        (True, 0.74, "seen  74%  perhaps chair 0.98"),
-        (False, 1.0, "seen 100%  unknown, nearest chair 0.98"),
-        (False, 0.5, "seen  50%  unknown, nearest chair 0.98"),
+        (True, 1.0, "coverage 100 %  chair (98 %)"),
+        (True, 0.74, "coverage  74 %  chair (98 %), not confident"),
+        (False, 1.0, "coverage 100 %  unknown object (nearest: chair 98 %), not confident"),
     ],
 )
-def test_an_answer_that_is_not_conclusive_is_told_as_the_picture_tells_it(
-    known: bool, seen: float, told: str, capsys: pytest.CaptureFixture
+def test_progress_shows_coverage_and_whether_the_answer_is_confident(
+    known: bool, coverage: float, line: str, capsys: pytest.CaptureFixture
 ) -> None:
     with RunScreen("scanning", 10) as screen:
-        screen.on_step(step(known=known, seen=seen))
-    assert capsys.readouterr().err.rstrip().endswith(told)
+        screen.on_step(step(known=known, coverage=coverage))
+    assert capsys.readouterr().err.rstrip().endswith(line)
+
+
+@pytest.mark.parametrize(
+    ("how", "truth", "sentence"),
+    [
+        ({}, None, "Result: chair (98 %), 1 frame, 100 % coverage. Confident."),
+        ({}, "chair", "Result: chair (98 %), 1 frame, 100 % coverage. Confident. Correct."),
+        (
+            {"coverage": 0.33}, "bed",
+            "Result: chair (98 %), 1 frame, 33 % coverage. Not confident: at least 75 % coverage "
+            "is needed. Incorrect: the true class is bed.",
+        ),
+        (
+            {"probability": 0.55}, None,
+            "Result: chair or sofa (55 % / 45 %), 1 frame, 100 % coverage. Not confident: a "
+            "probability of at least 90 % is needed.",
+        ),
+        (
+            {"known": False}, "chair",
+            "Result: unknown object (nearest: chair 98 %), 1 frame, 100 % coverage. Not "
+            "confident: the object is unlike the trained classes. The true class is chair.",
+        ),
+    ],
+)  # fmt: skip
+def test_the_result_is_a_sentence_with_coverage_and_confidence(
+    how: dict[str, Any], truth: str | None, sentence: str
+) -> None:
+    assert answer_sentences(RecognitionResult((step(**how),)), truth) == [sentence]
 
 
 def test_an_answer_that_changed_after_the_last_frame_says_why() -> None:
@@ -78,10 +110,10 @@ def test_an_answer_that_changed_after_the_last_frame_says_why() -> None:
         screen.on_step(replace(step(), prediction=None))
     result = RecognitionResult((step("table"),))
     verdict, why = answer_sentences(result, "table", screen.label)
-    assert verdict.startswith("Right: it is a table")
+    assert verdict == "Result: table (98 %), 1 frame, 100 % coverage. Confident. Correct."
     assert why == (
-        "After the last frame it was still named desk; what is asked in the end is all of the "
-        "model, its loops closed."
+        "After the last frame the answer was desk; the result is that of the whole model, after "
+        "loop closure."
     )
     for same in ("table", None):
         assert answer_sentences(result, "table", same) == [verdict]

@@ -22,15 +22,16 @@ from circumspect.errors import CircumspectError, InputError
 from circumspect.furniture import make_furniture
 from circumspect.gathering.scanned_object import scanned_object
 from circumspect.geometry import TriangleMesh, read_cloud
-from circumspect.planning import ConvincedPlanner
+from circumspect.planning import ConfidencePlanner
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import SimulatedRobot
 
 FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
     "object", "true_label", "start_deg",
-    "label", "known", "conclusive", "probability", "probabilities", "truth", "frames", "outcomes",
-    "lost_from", "seen", "points", "interrupted", "reason", "milliseconds",
+    "label", "in_distribution", "confident", "reason", "probability", "probabilities",
+    "alternatives", "truth", "frames", "outcomes", "lost_from", "coverage", "points", "interrupted",
+    "end_reason", "milliseconds",
     "distance_m", "ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness",
     "run", "ended",
 ]  # fmt: skip
@@ -205,7 +206,7 @@ def test_sentences_fit_narrow_terminals(
     monkeypatch.chdir(tmp_path)
     replace(FEW, frames=8, out=Path("run")).run()
     printed = capsys.readouterr()
-    assert printed.out.startswith(("Right: it is a chair", "Wrong: it is a chair"))
+    assert printed.out.startswith("Result: ")
     assert "the limit of 8 frames is reached" in printed.out
     assert "Its path was known within" in printed.out
     assert "chair-3 from 40°, seed 5, a frame each 10 cm" in printed.err
@@ -227,7 +228,7 @@ def test_a_chair_is_named_from_two_starts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for start in (40.0, 220.0):
-        command = replace(FEW, start=start, frames=30, planner="convinced", json=True)
+        command = replace(FEW, start=start, frames=30, planner="confidence", json=True)
         replace(command, out=tmp_path / f"{start}").run()
     records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [record["label"] for record in records] == ["chair", "chair"]
@@ -351,7 +352,7 @@ def test_ctrl_c_saves_and_says_where(
         replace(FEW, frames=9, out=out).run()
     assert json.loads((out / "result.json").read_text())["interrupted"] is True
     assert json.loads((out / "scan.json").read_text())["ended"] == "interrupted"
-    assert json.loads((out / "result.json").read_text())["reason"] is None
+    assert json.loads((out / "result.json").read_text())["end_reason"] is None
     assert str(out) in capsys.readouterr().err.replace("\n", "")
 
 
@@ -379,7 +380,9 @@ def test_a_run_that_was_chosen_on_the_page_is_told_with_all_that_was_chosen() ->
 
 
 @pytest.mark.parametrize("planner", ["normals", "circle"])
-def test_every_planner_can_stop_when_sure(planner: Literal["normals", "circle"]) -> None:
+def test_every_planner_can_stop_when_the_answer_is_confident(
+    planner: Literal["normals", "circle"],
+) -> None:
     going = replace(FEW, planner=planner)
-    assert not isinstance(going._planner(), ConvincedPlanner)
-    assert isinstance(replace(going, stop_when_sure=True)._planner(), ConvincedPlanner)
+    assert not isinstance(going._planner(), ConfidencePlanner)
+    assert isinstance(replace(going, stop_when_sure=True)._planner(), ConfidencePlanner)

@@ -251,14 +251,14 @@ def test_a_checkpoint_is_not_written_over_by_its_export(trained, capsys):
 def test_an_object_far_from_all_examples_is_unknown(trained, data, tmp_path, capsys):
     own, cloud = tmp_path / "own.onnx", open_data_set(data, "test").cloud(0)
     assert run("export", trained, own) == 0
-    assert Classifier.load(own).classify(cloud).known
+    assert Classifier.load(own).classify(cloud).in_distribution
     for beyond in (0.0, 2.0):
         words = ("export", own, own, "--examples", data, "--unknown-beyond", beyond)
         assert run(*words) == 0
         answer = Classifier.load(own).classify(cloud)
         # Two epochs may leave features that hardly differ: then nothing is far from anything.
         assert 0 <= answer.distance < 2
-        assert answer.known is (answer.distance <= beyond)
+        assert answer.in_distribution is (answer.distance <= beyond)
     capsys.readouterr()
     words = ("evaluate", "--model", own, "--data", data, "--yaw", "0", "--json")
     assert run(*words, "--out", tmp_path / "out") == 0

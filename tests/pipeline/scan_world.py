@@ -63,6 +63,7 @@ def scan(
     fault: Callable[[SimulatedRobot], MobileRobot] | None = None,
     seed: int = 0,
     camera: PinholeCamera = CAMERA,
+    classifier: VolumeClassifier | None = None,
 ) -> ObjectScan:
     robot = SimulatedRobot(
         Scene.with_object(mesh, *others),
@@ -74,7 +75,7 @@ def scan(
     )
     seen = TruePoses(robot, None if fault is None else fault(robot))
     pipeline = RecognitionPipeline(
-        GroundSegmentation(fewest=20), poses or KnownPoses(), VolumeClassifier(),
-        observers=observers,
+        GroundSegmentation(fewest=20), poses or KnownPoses(),
+        classifier or VolumeClassifier(), observers=observers,
     )  # fmt: skip
     return ObjectScan(seen, pipeline, planner or CirclePlanner(), settings)

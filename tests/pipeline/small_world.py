@@ -30,9 +30,11 @@ def frames(count: int, start: float = 0.3) -> Iterator[RgbdFrame]:
     return SimulatedCamera(scene, stations.__next__, CAMERA, DepthNoise(), 0).frames(count)
 
 
-def pipeline(*observers: PipelineObserver) -> RecognitionPipeline:
+def pipeline(
+    *observers: PipelineObserver, classifier: VolumeClassifier | None = None
+) -> RecognitionPipeline:
     return RecognitionPipeline(
-        GroundSegmentation(), KnownPoses(), VolumeClassifier(), observers=observers
+        GroundSegmentation(), KnownPoses(), classifier or VolumeClassifier(), observers=observers
     )
 
 

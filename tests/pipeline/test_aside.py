@@ -136,7 +136,7 @@ def test_beside_or_before_the_rest_all_comes_out_the_same() -> None:
     (one, corrections), (other, also) = results
     assert corrections == also > 0
     for a, b in zip(one.steps, other.steps, strict=True):
-        assert (a.outcome, a.seen, a.prediction) == (b.outcome, b.seen, b.prediction)
+        assert (a.outcome, a.coverage, a.prediction) == (b.outcome, b.coverage, b.prediction)
         places = [step.pose.T_map_camera.as_matrix() for step in (a, b)]
         np.testing.assert_array_equal(*places)
         np.testing.assert_array_equal(a.pose.covariance, b.pose.covariance)

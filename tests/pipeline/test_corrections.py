@@ -62,7 +62,7 @@ class Shares:
         self.told = told
 
     def on_step(self, step: RecognitionStep) -> None:
-        self.told.append(step.seen)
+        self.told.append(step.coverage)
 
     def on_end(self, result: RecognitionResult) -> None:
         pass
@@ -114,11 +114,11 @@ def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> Non
 def test_what_was_seen_is_told_as_it_is_after_a_correction_at_the_end(monkeypatch) -> None:
     monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
     shares = count(0.1, 0.01)
-    monkeypatch.setattr(recognition_pipeline, "share_seen", lambda *_: next(shares))
+    monkeypatch.setattr(recognition_pipeline, "azimuth_coverage", lambda *_: next(shares))
     line, told = corrected_line(3), []
     line.observers = (Shares(told),)
     result = line.run(frames(4))
-    assert result.last.seen == line.seen > max(told)
+    assert result.last.coverage == line.coverage > max(told)
 
 
 class Twice(Corrected):

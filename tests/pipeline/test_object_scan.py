@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from scan_world import NOTHING, QUICK, scan, start, wall
 from small_world import Diary
+from volume_classifier import VolumeClassifier
 
+from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.errors import InputError, OutputError
 from circumspect.geometry import PlanarPose
 from circumspect.mapping import KnownPoses, PoseEstimate
@@ -21,7 +23,7 @@ from circumspect.pipeline.scan import INTERRUPTED, LOST
 from circumspect.pipeline.scan_file import ScanFile
 from circumspect.pipeline.scan_settings import ScanSettings
 from circumspect.pipeline.view_record import BLOCKED, REACHED
-from circumspect.planning import CirclePlanner, Conviction, ConvincedPlanner, SurfaceNormalPlanner
+from circumspect.planning import CirclePlanner, ConfidencePlanner, SurfaceNormalPlanner
 from circumspect.planning.circle_planner import ALL_TRIED
 from circumspect.planning.view_planner import AS_FAR_AS_POSSIBLE, ROUND_COMPLETE
 from circumspect.sensing import RgbdFrame
@@ -40,7 +42,7 @@ def test_a_box_is_gone_round_and_all_of_it_is_written_down(planner, tmp_path: Pa
     result = going.run()
     assert going.ended == ROUND_COMPLETE
     assert result.prediction is not None
-    assert result.last.seen == 1.0
+    assert result.last.coverage == 1.0
     assert all(record.outcome == REACHED for record in going.views)
     # No shorter than the circle that just clears the box, no longer than twice the wanted one.
     assert 2 * np.pi * 0.6 < going.driven_m < 2 * 2 * np.pi * 1.3
@@ -108,12 +110,12 @@ def test_an_object_larger_than_the_room_ends_with_the_reason_and_no_conclusion(
     going.pipeline.observers = (RunFolder(tmp_path, {}), ScanFile(going, tmp_path / "scan.json"))
     result = going.run()
     told = json.loads((tmp_path / "result.json").read_text())
-    assert (told["frames"], told["conclusive"]) == (len(result.steps), False)
+    assert (told["frames"], told["confident"]) == (len(result.steps), False)
     assert json.loads((tmp_path / "scan.json").read_text())["ended"] == going.ended
     assert (tmp_path / "trajectory.txt").exists()
     assert going.ended.startswith((ALL_TRIED, AS_FAR_AS_POSSIBLE, "blocked 3 times"))
     assert len(result.steps) < 200
-    assert result.last.seen < 0.8
+    assert result.last.coverage < 0.8
 
 
 def test_a_side_against_the_wall_is_left_out_and_the_others_are_seen() -> None:
@@ -228,12 +230,14 @@ def test_a_robot_that_finds_itself_again_goes_on() -> None:
     assert going.ended == ROUND_COMPLETE
 
 
-def test_the_convinced_drive_less() -> None:
-    conviction = Conviction(probability=0.5, seen=0.4, over=0.1, change=0.2)
-    going = scan(planner=ConvincedPlanner(conviction=conviction))
+def test_a_scan_ends_as_soon_as_the_answer_is_confident() -> None:
+    likely = ConfidenceRule(coverage=(0.4,), probability=(0.5,))
+    going = scan(planner=ConfidencePlanner(), classifier=VolumeClassifier(likely))
     result = going.run()
-    assert going.ended.startswith("sure of")
-    assert 0.4 <= result.last.seen < 0.8
+    assert going.ended.startswith("the answer is confident: ")
+    assert 0.4 <= result.last.coverage < 0.8
+    assert [step.confident for step in result.steps[-3:]] == [True] * 3
+    assert not result.steps[-4].confident
 
 
 def test_ctrl_c_stops_the_robot_and_saves(ctrl_c_at: Callable[[int], None], tmp_path: Path) -> None:
@@ -277,4 +281,4 @@ def test_what_ended_a_scan_early_is_told_with_its_reason() -> None:
     with pytest.raises(OutputError):
         driven.run()
     assert driven.ended == "interrupted: run/log.jsonl: no space left on device"
-    assert diary.ends[0].reason == "run/log.jsonl: no space left on device"
+    assert diary.ends[0].end_reason == "run/log.jsonl: no space left on device"

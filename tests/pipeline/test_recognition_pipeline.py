@@ -10,6 +10,7 @@ from small_world import Diary, blind, frames, pipeline
 from volume_classifier import VolumeClassifier
 
 from circumspect.classification import GridRecipe, Prediction
+from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.errors import InputError, WeightsError
 from circumspect.grid import OccupancyGrid
 from circumspect.mapping import KnownPoses, PoseEstimate, PoseEstimator, object_model
@@ -69,7 +70,7 @@ def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:
     for step in map(line.step, frames(3)):
         assert step.grid is not None
         assert step.prediction is not None
-        again = line.classifier.classify_grid(step.grid)
+        again = line.classifier.classify_grid(step.grid, metric=True)
         assert step.prediction.probabilities == again.probabilities
         np.testing.assert_array_equal(step.grid.states, step.model.occupancy(step.grid.grid).states)
 
@@ -85,9 +86,9 @@ class ManyViews(VolumeClassifier):
         recipe = super().recipe
         return dataclasses.replace(recipe, azimuth_views=self.count, staggered=True, margin=1.5)
 
-    def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+    def classify_grid(self, *views: OccupancyGrid, **how) -> Prediction:
         self.asked.append(views)
-        return super().classify_grid(*views)
+        return super().classify_grid(*views, **how)
 
 
 def test_a_scan_is_named_over_a_traced_grid_and_others_of_its_points() -> None:
@@ -115,7 +116,10 @@ def test_a_frame_is_named_over_four_grids_at_most_and_the_end_over_all(count: in
     as_a_frame = ManyViews(few).recipe
     for views in classifier.asked[:3]:
         assert [view.grid for view in views] == as_a_frame.all_bounds(views[0].grid)
-    assert last.prediction == VolumeClassifier.classify_grid(classifier, *classifier.asked[-1])
+    asked = classifier.asked[-1]
+    assert last.prediction == VolumeClassifier.classify_grid(
+        classifier, *asked, metric=True, coverage=last.coverage
+    )
     assert not line.settle()
 
 
@@ -143,7 +147,7 @@ def test_a_blind_end_and_an_early_one_are_named_over_all_grids() -> None:
         line.run(interrupted())
     assert [len(views) for views in classifier.asked] == [4, 4, 8]
     assert diary.ends[0].prediction == line.prediction != diary.steps[-1].prediction
-    assert (diary.ends[0].interrupted, diary.ends[0].reason) == (True, "")
+    assert (diary.ends[0].interrupted, diary.ends[0].end_reason) == (True, "")
 
 
 @pytest.mark.parametrize("good", [2, 3])
@@ -151,10 +155,10 @@ def test_a_classifier_that_begins_to_fail_does_not_lose_the_run(good: int) -> No
     """With a frame, or when all grids are asked at the end."""
 
     class Failing(ManyViews):
-        def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+        def classify_grid(self, *views: OccupancyGrid, **how) -> Prediction:
             if len(self.asked) == good:
                 raise WeightsError(f"broken at {len(views)} grids")
-            return super().classify_grid(*views)
+            return super().classify_grid(*views, **how)
 
     diary = Diary()
     line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), Failing(8), observers=[diary])
@@ -162,14 +166,14 @@ def test_a_classifier_that_begins_to_fail_does_not_lose_the_run(good: int) -> No
         line.run(frames(3))
     assert len(diary.ends) == 1
     assert diary.ends[0].interrupted
-    assert diary.ends[0].reason.startswith("broken at")
+    assert diary.ends[0].end_reason.startswith("broken at")
     assert len(diary.ends[0].steps) == good
 
 
 def test_a_frame_that_was_modelled_but_not_named_is_named_once_no_more_come() -> None:
     class FailsOnce(ManyViews):
-        def classify_grid(self, *views: OccupancyGrid) -> Prediction:
-            prediction = super().classify_grid(*views)
+        def classify_grid(self, *views: OccupancyGrid, **how) -> Prediction:
+            prediction = super().classify_grid(*views, **how)
             if len(self.asked) == 3:
                 raise WeightsError("broken for once")
             return prediction
@@ -195,12 +199,26 @@ def test_of_a_run_only_the_last_model_is_kept() -> None:
     assert [step.prediction for step in result.steps] == [step.prediction for step in diary.steps]
 
 
-def test_more_is_seen_with_every_frame_until_all_is() -> None:
+def test_coverage_grows_with_every_frame_and_travels_with_the_answer() -> None:
     steps = pipeline().run(frames(8)).steps
-    seen = [step.seen for step in steps]
-    assert seen[0] == pytest.approx(0.25, abs=0.03)
-    assert (np.diff(seen) >= 0).all()
-    assert seen[-1] == 1.0
+    coverage = [step.coverage for step in steps]
+    assert coverage[0] == pytest.approx(0.25, abs=0.03)
+    assert (np.diff(coverage) >= 0).all()
+    assert coverage[-1] == 1.0
+    assert [step.prediction.coverage for step in steps] == coverage
+
+
+def test_a_step_is_confident_where_the_rule_of_its_answer_says_so() -> None:
+    anything = ConfidenceRule(coverage=(0.5,), probability=(0.0,))
+    steps = pipeline(classifier=VolumeClassifier(anything)).run(frames(8)).steps
+    assert [step.confident for step in steps] == [step.coverage >= 0.5 for step in steps]
+    assert {step.confident for step in steps} == {True, False}
+    first, last = steps[0].summary(), steps[-1].summary()
+    assert (first["confident"], first["reason"]) == (False, "at least 50 % coverage is needed")
+    assert (last["confident"], last["reason"], last["in_distribution"]) == (True, "", True)
+    assert last["coverage"] == 1.0
+    answer = steps[-1].answer
+    assert (answer.coverage, answer.confident, answer.in_distribution) == (1.0, True, True)
 
 
 def test_earlier_steps_are_not_changed_by_later_ones() -> None:
@@ -240,7 +258,7 @@ def test_blind_frames_change_nothing_and_are_told() -> None:
 
 def test_blind_frames_at_the_start_have_no_answer_yet() -> None:
     step = pipeline().step(blind(next(frames(1))))
-    assert (step.prediction, step.grid, step.seen) == (None, None, 0.0)
+    assert (step.prediction, step.grid, step.coverage) == (None, None, 0.0)
 
 
 def test_frames_without_the_object_change_nothing_and_are_told() -> None:
@@ -305,7 +323,7 @@ def test_a_frame_without_a_pose_is_told_and_steps_so_far_are_kept() -> None:
         pipeline(diary).run([shots[0], lost, shots[2]])
     assert len(diary.ends) == 1
     assert diary.ends[0].interrupted
-    assert "no pose" in diary.ends[0].reason
+    assert "no pose" in diary.ends[0].end_reason
     assert len(diary.ends[0].steps) == 1
 
 

@@ -158,7 +158,7 @@ def test_the_bold_line_is_the_answer_of_the_title(result: RecognitionResult) -> 
     panel = axes()
     draw_probabilities(panel, changed, Journey())
     title, _ = captions(changed, {})
-    assert title == "perhaps chair, 55%"
+    assert title == "chair or night stand (55 % / 45 %), not confident"
     assert bold(panel) == ["chair 0.55"]
 
 
@@ -210,31 +210,39 @@ def test_a_camera_that_stands_still_is_drawn_over_frames(tmp_path: Path) -> None
 
 
 def named(
-    result: RecognitionResult, known: bool, seen: float = 1.0, probability: float = 0.55
+    result: RecognitionResult, known: bool, coverage: float = 1.0, probability: float = 0.55
 ) -> RecognitionResult:
     """The same run with the longest name."""
     shares = np.array([probability, 1 - probability])
-    answer = Prediction.from_probabilities(("night_stand", "chair"), shares, known=known)
-    return replace(
-        result, steps=tuple(replace(step, prediction=answer, seen=seen) for step in result.steps)
+    answer = Prediction.from_probabilities(
+        ("night_stand", "chair"), shares, in_distribution=known, coverage=coverage
+    )
+    steps = (replace(step, prediction=answer, coverage=coverage) for step in result.steps)
+    return replace(result, steps=tuple(steps))
+
+
+def test_the_title_says_whether_the_answer_is_confident_and_correct(
+    result: RecognitionResult,
+) -> None:
+    title, _ = captions(named(result, True, probability=0.91), {"truth": "night_stand"})
+    assert title == "night stand (91 %), confident; correct"
+    title, _ = captions(named(result, True, probability=0.55), {"truth": "bathtub"})
+    assert title == (
+        "night stand or chair (55 % / 45 %), not confident; incorrect: the true class is bathtub"
     )
 
 
-def test_an_answer_that_may_be_of_no_class_says_so_in_the_title(result: RecognitionResult) -> None:
-    title, _ = captions(named(result, True, probability=0.9), {"truth": "night_stand"})
-    assert title == "night stand, 90% sure (right)"
-    title, _ = captions(named(result, True, probability=0.89), {"truth": "night_stand"})
-    assert title == "perhaps night stand, 89% (right)"
+def test_the_title_names_the_nearest_class_of_an_unknown_object(result: RecognitionResult) -> None:
     title, _ = captions(named(result, False), {"truth": "bathtub"})
-    assert title == "unknown, nearest night stand, 55% (wrong: it is a bathtub)"
+    assert title == (
+        "unknown object (nearest: night stand 55 %), not confident; the true class is bathtub"
+    )
 
 
-def test_an_answer_by_a_few_sides_is_not_called_sure_in_the_title(
-    result: RecognitionResult,
-) -> None:
-    title, note = captions(named(result, True, seen=0.46), {"truth": "bathtub"})
-    assert title == "perhaps night stand, 55% (wrong: it is a bathtub)"
-    assert "seen from 46% of the directions" in note
+def test_the_title_is_not_confident_at_low_coverage(result: RecognitionResult) -> None:
+    title, note = captions(named(result, True, coverage=0.46, probability=0.95), {})
+    assert title == "night stand (95 %), not confident"
+    assert "46 % coverage" in note
 
 
 def test_the_longest_title_fits(

@@ -129,7 +129,7 @@ def test_a_camera_that_is_lost_between_walls_concludes_nothing(tmp_path: Path) -
     result = in_an_empty_room(RegisteredPoses(), tmp_path)
     assert NO_POSE in {step.outcome for step in result.steps}
     told = json.loads((tmp_path / "result.json").read_text())
-    assert (told["label"], told["conclusive"]) == (None, False)
+    assert (told["label"], told["confident"]) == (None, False)
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -150,7 +150,7 @@ def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
     told = json.loads((tmp_path / "result.json").read_text())
     assert told["frames"] == len(result.steps)
     # Of what it saw of the first side alone nothing is concluded.
-    assert not (told["conclusive"] and fault in ENDS)
+    assert not (told["confident"] and fault in ENDS)
     # The volume of what is known stands for a class here.
     assert (told["label"] is None) == (fault == "millimetres")
     assert (tmp_path / "model.ply").exists() == (fault != "millimetres")

@@ -9,12 +9,14 @@ from dataclasses import replace
 
 import pytest
 from scan_world import QUICK, scan
+from volume_classifier import VolumeClassifier
 
+from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.mapping import KnownPoses
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.view_record import BLOCKED
-from circumspect.planning import CirclePlanner, Conviction, ConvincedPlanner
+from circumspect.planning import CirclePlanner, ConfidencePlanner, StoppingCriterion
 from circumspect.robot import MobileRobot, OperatedRobot, Operator, Velocity, WrappedRobot
 from circumspect.sensing import RgbdFrame
 
@@ -97,12 +99,12 @@ def test_at_the_limit_of_frames() -> None:
     ended_while_driving(going, slow)
 
 
-def test_when_it_is_sure() -> None:
-    conviction = Conviction(probability=0.5, seen=0.35, over=0.1, change=0.2)
-    planner = ConvincedPlanner(CirclePlanner(), conviction)
-    going, slow = watched(scan(poses=Settling(), planner=planner))
+def test_when_the_answer_is_confident() -> None:
+    likely = VolumeClassifier(ConfidenceRule(coverage=(0.35,), probability=(0.5,)))
+    planner = ConfidencePlanner(CirclePlanner(), StoppingCriterion(frames=2))
+    going, slow = watched(scan(poses=Settling(), planner=planner, classifier=likely))
     going.run()
-    assert going.ended.startswith("sure of")
+    assert going.ended.startswith("the answer is confident: ")
     ended_while_driving(going, slow)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from circumspect.classification import Classifier, GridRecipe, Prediction
+from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
 
@@ -12,8 +13,9 @@ from circumspect.grid import OccupancyGrid
 class VolumeClassifier(Classifier):
     """Says "full" with the share of occupied cells as its probability."""
 
-    def __init__(self) -> None:
+    def __init__(self, rule: ConfidenceRule | None = None) -> None:
         self.grids: list[OccupancyGrid] = []
+        self.rule = rule or ConfidenceRule()
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -23,12 +25,21 @@ class VolumeClassifier(Classifier):
     def recipe(self) -> GridRecipe:
         return GridRecipe(shape=(16, 16, 16))
 
-    def classify(self, cloud: PointCloud) -> Prediction:
-        return self.classify_grid(self.recipe.bounds(cloud).hits(cloud))
+    def classify(
+        self, cloud: PointCloud, *, metric: bool = False, coverage: float | None = None
+    ) -> Prediction:
+        grid = self.recipe.bounds(cloud).hits(cloud)
+        return self.classify_grid(grid, metric=metric, coverage=coverage)
 
-    def classify_grid(self, *views: OccupancyGrid) -> Prediction:
+    def classify_grid(
+        self, *views: OccupancyGrid, metric: bool = False, coverage: float | None = None
+    ) -> Prediction:
+        assert metric, "the pipeline works in metres"
         for grid in views:
             self.recipe.accepts(grid)
         self.grids.append(views[0])
         share = float(np.mean([grid.occupied for grid in views]))
-        return Prediction.from_probabilities(self.classes, np.array([1 - share, share]))
+        shares = np.array([1 - share, share])
+        return Prediction.from_probabilities(
+            self.classes, shares, coverage=coverage, rule=self.rule
+        )

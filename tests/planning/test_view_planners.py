@@ -26,8 +26,7 @@ from circumspect.geometry import PlanarPose
 from circumspect.planning import (
     Answer,
     CirclePlanner,
-    Conviction,
-    ConvincedPlanner,
+    ConfidencePlanner,
     Finished,
     NextView,
     SurfaceNormalPlanner,
@@ -129,7 +128,7 @@ def test_views_on_a_circle_look_at_its_centre_and_go_on_by_the_step() -> None:
 
 
 @pytest.mark.parametrize("ahead", [-0.5, 0.3, 0.8])
-@pytest.mark.parametrize("planner", [*PLANNERS.values(), ConvincedPlanner()])
+@pytest.mark.parametrize("planner", [*PLANNERS.values(), ConfidencePlanner()])
 def test_a_camera_ahead_of_the_axle_goes_round_as_well(planner, ahead: float) -> None:
     """Views that lie where it is already, or beside one that was refused, would end nothing."""
     mount = RigidTransform.from_components([ahead, *MOUNT.translation[1:]], MOUNT.rotation)
@@ -165,7 +164,7 @@ def test_a_step_that_is_taken_leads_on(step) -> None:
         assert PathFollower().velocity(base, view.T_map_base.xy[None], view.T_map_base, 0.2)
 
 
-@pytest.mark.parametrize("planner", [*PLANNERS.values(), ConvincedPlanner()])
+@pytest.mark.parametrize("planner", [*PLANNERS.values(), ConfidencePlanner()])
 @pytest.mark.parametrize("count", [0, 1, 2, 5])
 def test_a_nearly_empty_model_gives_a_view_or_a_reason(planner, count) -> None:
     points = np.array([[0.0, 0.0, 0.5], [0.02, 0, 0.5], [0, 0.02, 0.4], [0, 0, 0.3], [0, 0, 0.2]])
@@ -211,16 +210,16 @@ def test_sides_that_were_seen_already_are_not_gone_to_again() -> None:
     assert ((bearings > 10) & (bearings < 245)).all()
 
 
-def test_the_convinced_stop_before_the_round_is_complete_and_the_doubtful_do_not() -> None:
+def test_the_confidence_planner_stops_once_answers_are_confident() -> None:
     known, base = walls(circle(0.3).outline_xy), facing_centre(0.0, 1.1)
-    shares = np.linspace(0.25, 0.7, 20)
-    planner = ConvincedPlanner(conviction=Conviction(probability=0.8, seen=0.5, over=0.2))
-    sure = tuple(Answer({"chair": 0.9, "sofa": 0.1}, seen) for seen in shares)
-    tosses = zip(np.tile([0.9, 0.6], 10), shares, strict=True)
-    wavering = tuple(Answer({"chair": p, "sofa": 1 - p}, seen) for p, seen in tosses)
-    asked = situation(known, base, answers=sure)
-    answer = planner.next_view(asked)
-    assert isinstance(answer, Finished)
-    assert answer.why.startswith("sure of chair")
-    asked = situation(known, base, answers=wavering)
-    assert isinstance(planner.next_view(asked), NextView)
+    planner = ConfidencePlanner()
+    coverages = np.linspace(0.25, 0.7, 20)
+    doubtful = tuple(Answer({"chair": 0.9, "sofa": 0.1}, share) for share in coverages)
+    confident = tuple(replace(answer, confident=True) for answer in doubtful)
+    done = planner.next_view(situation(known, base, answers=confident))
+    assert isinstance(done, Finished)
+    assert done.why.startswith("the answer is confident: chair")
+    assert isinstance(planner.next_view(situation(known, base, answers=doubtful)), NextView)
+    once = (*doubtful[:-1], confident[-1])
+    assert isinstance(planner.next_view(situation(known, base, answers=once)), NextView)
+    assert planner.enough(situation(known, base, answers=once)) is None

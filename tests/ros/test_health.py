@@ -30,10 +30,11 @@ class Clock:
 
 
 def step(
-    outcome: str = CLASSIFIED, known: bool = True, pose: Any = None, seen: float = 0.75
+    outcome: str = CLASSIFIED, known: bool = True, pose: Any = None, coverage: float = 0.75
 ) -> Any:
-    prediction = Prediction("chair", 0.94, {"chair": 0.94, "sofa": 0.06}, known=known)
-    return SimpleNamespace(outcome=outcome, seen=seen, prediction=prediction, pose=pose)
+    shares = {"chair": 0.94, "sofa": 0.06}
+    prediction = Prediction("chair", 0.94, shares, in_distribution=known, coverage=coverage)
+    return SimpleNamespace(outcome=outcome, prediction=prediction, pose=pose)
 
 
 def test_the_worst_is_said_first() -> None:
@@ -54,14 +55,19 @@ def test_the_worst_is_said_first() -> None:
     assert health.status(True, None, 0).level == WELL
     health.step(step(known=False), 20.0)
     status = health.status(True, None, 3)
-    assert "not sure" in status.text
-    assert (status.values["sure"], status.values["messages lost on the wire"]) == ("no", 3)
-    health.step(step(seen=0.74), 20.0)
+    assert status.text.endswith("not confident: the object is unlike the trained classes")
+    values = status.values
+    assert (values["confident"], values["in_distribution"]) == ("no", "no")
+    assert values["messages lost on the wire"] == 3
+    health.step(step(coverage=0.74), 20.0)
     status = health.status(True, None, 0)
-    assert "too little" in status.text
-    assert (status.values["answer"], status.values["sure"]) == ("chair", "no")
+    assert status.text.endswith("not confident: at least 75 % coverage is needed")
+    values = status.values
+    assert (values["answer"], values["confident"], values["coverage"]) == ("chair", "no", "0.74")
+    assert values["reason"] == "at least 75 % coverage is needed"
     health.step(step(), 20.0)
-    assert health.status(True, None, 0).values["sure"] == "yes"
+    values = health.status(True, None, 0).values
+    assert (values["confident"], values["reason"]) == ("yes", "")
     health.forget_answer()
     assert health.status(True, None, 0).values["answer"] == "none yet"
 

@@ -33,11 +33,11 @@ class Faulty(Classifier):
     def classify(self, cloud: Any) -> Any:
         return self._sound.classify(cloud)
 
-    def classify_grid(self, *views: Any) -> Any:
+    def classify_grid(self, *views: Any, **how: Any) -> Any:
         self._count += 1
         if self._count == 2:
             raise ZeroDivisionError("on purpose")
-        return self._sound.classify_grid(*views)
+        return self._sound.classify_grid(*views, **how)
 
 
 def test_a_fault_inside_costs_a_frame_not_the_node(bus: MemoryBus, classifier: Classifier) -> None:
@@ -203,9 +203,9 @@ def test_the_diagnostics_go_on_while_a_frame_takes_long(
     bus: MemoryBus, classifier: Classifier
 ) -> None:
     class Slow(Faulty):
-        def classify_grid(self, *views: Any) -> Any:
+        def classify_grid(self, *views: Any, **how: Any) -> Any:
             time.sleep(2.5)
-            return self._sound.classify_grid(*views)
+            return self._sound.classify_grid(*views, **how)
 
     node = RecognitionNode(bus, SETTINGS, Slow(classifier))
     robot = OrbitingRobot(bus)
@@ -230,7 +230,7 @@ class Watching:
 
     def on_step(self, step: Any) -> None: ...
 
-    def on_settled(self, prediction: Any, seen: float) -> None: ...
+    def on_settled(self, prediction: Any) -> None: ...
 
     def on_status(self, status: Any) -> None: ...
 

@@ -52,9 +52,9 @@ def test_labels_until_it_is_told_to_end(dds: DdsSettings, tmp_path: Path, how: i
     if how == signal.SIGINT:
         answers: list[dict[str, Any]] = [json.loads(line) for line in lines]
         assert answers[-1]["label"] in answers[-1]["probabilities"]
-        assert isinstance(answers[-1]["known"], bool)
+        assert isinstance(answers[-1]["in_distribution"], bool)
     else:
-        assert " seen " in lines[0]
+        assert " coverage " in lines[0]
     assert "circumspect: the answer: " in told
     assert "Traceback" not in told
     assert all(len(line) <= 160 for line in told.splitlines())

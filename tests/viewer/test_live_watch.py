@@ -78,13 +78,13 @@ def test_what_a_pause_settles_is_put(dashboard):
     parts = SHORT.prepared("scan")
     watch = LiveWatch(parts.scan, dashboard)
     dashboard.put = lambda make: put.append(make)
-    watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7])), 0.4)
+    watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7]), coverage=0.4))
     assert put == []  # no frame has come yet
     parts.pipeline.observers = (watch,)
     result = parts.scan.run()
-    watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7])), 0.4)
+    watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7]), coverage=0.4))
     shown = put[-1]()
-    assert (shown.row["label"], shown.row["seen"], shown.count) == ("b", 0.4, 4)
+    assert (shown.row["label"], shown.row["coverage"], shown.count) == ("b", 0.4, 4)
     assert put[-2]().rows[-1]["label"] == result.prediction.label
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -109,8 +111,9 @@ def test_a_folder_of_a_stranger_costs_one_line(copied_run, name, text, words, ca
 def test_odd_entries_of_the_log_are_left_out(copied_run):
     row = {
         "frame": 0, "stamp": 1.0, "probabilities": {"a": "b", "c": float("nan"), "d": 0.5},
-        "seen": "much", "points": None, "milliseconds": [1], "camera_xyz": [1, 2],
-        "label": "<b>" * 1000, "surprise": "x", "known": "no",
+        "coverage": "much", "points": None, "milliseconds": [1], "camera_xyz": [1, 2],
+        "label": "<b>" * 1000, "surprise": "x", "in_distribution": "no",
+        "confident": 1, "alternatives": ["a"],
     }  # fmt: skip
     (copied_run / "log.jsonl").write_text(json.dumps(row) + "\n")
     (copied_run / "result.json").unlink()
@@ -120,43 +123,83 @@ def test_odd_entries_of_the_log_are_left_out(copied_run):
     assert len(told["label"]) <= 300
 
 
+@pytest.mark.parametrize("share", ["coverage", "seen"])
 @pytest.mark.parametrize("number", ["Infinity", "1e308", "1" * 400])
-def test_numbers_that_can_not_be_counted_with_are_left_out(copied_run, number):
+def test_numbers_that_can_not_be_counted_with_are_left_out(copied_run, number, share):
     row = (
-        f'{{"frame": 0, "stamp": 1.0, "points": {number}, "seen": {number}, "camera_xyz": '
-        f'[0, {number}, 0], "probabilities": {{"a": {number}}}, "milliseconds": {{"a": {number}}}}}'
+        f'{{"frame": 0, "stamp": 1.0, "label": "a", "conclusive": false, "points": {number}, '
+        f'"probability": {number}, "{share}": {number}, "camera_xyz": [0, {number}, 0], '
+        f'"probabilities": {{"a": {number}}}, "milliseconds": {{"a": {number}}}}}'
     )
     (copied_run / "log.jsonl").write_text(row + "\n")
     (copied_run / "result.json").unlink()
     (told,) = SavedRun.load(copied_run).rows
-    assert told == {"frame": 0, "stamp": 1.0, "probabilities": {}, "milliseconds": {}}
+    assert isinstance(told.pop("reason", ""), str)
+    assert told == {
+        "label": "a", "frame": 0, "stamp": 1.0, "confident": False, "probabilities": {}, "milliseconds": {},
+    }  # fmt: skip
 
 
-@pytest.mark.parametrize("sure", [True, False])
+def with_answer(run: Path, answer: dict[str, Any], drop: tuple[str, ...] = ()) -> None:
+    """Give every row and the result this answer; leave out keys that a version did not write."""
+    log, ended = run / "log.jsonl", run / "result.json"
+    rows = [json.loads(line) for line in log.read_text().splitlines()]
+    kept = [{k: v for k, v in row.items() if k not in drop} | answer for row in rows]
+    log.write_text("".join(json.dumps(row) + "\n" for row in kept))
+    result = {k: v for k, v in json.loads(ended.read_text()).items() if k not in drop}
+    ended.write_text(json.dumps(result | answer))
+
+
 @pytest.mark.parametrize(
-    ("name", "seen", "told"),
+    ("answer", "told"),
     [
-        ("known", 1.0, "not sure to be of any class"),
-        ("conclusive", 0.7, "too little of it was seen"),
-        ("conclusive", 0.8, "it may well be something else"),
+        ({"confident": True, "reason": ""}, None),
+        (
+            {"confident": False, "reason": "at least 75 % coverage is needed"},
+            "not confident: at least 75 % coverage is needed",
+        ),
+        (
+            {"in_distribution": False, "confident": False, "reason": "unlike"},
+            "not confident: unlike",
+        ),
     ],
 )
-def test_an_answer_that_was_not_sure_is_not_sure_in_the_playback(
-    copied_run, name, seen, told, sure
+def test_the_playback_shows_why_an_answer_is_not_confident(copied_run, answer, told):
+    with_answer(copied_run, answer)
+    shown = answer_html(PlayedRun(SavedRun.load(copied_run)).shown(5).row)
+    assert told is None or told in shown
+    assert ("not confident" in shown) == (told is not None)
+    assert ("unknown object" in shown) == ("in_distribution" in answer)
+
+
+TODAYS = ("in_distribution", "confident", "reason", "alternatives", "coverage", "end_reason")
+
+
+@pytest.mark.parametrize(
+    ("known", "conclusive", "seen", "probability", "reason"),
+    [
+        (True, True, 1.0, 0.95, None),
+        (False, False, 1.0, 0.95, "the object is unlike the trained classes"),
+        (True, False, 0.7, 0.95, "at least 75 % coverage is needed"),
+        (True, False, 0.8, 0.6, "a probability of at least 90 % is needed"),
+    ],
+)
+def test_keys_of_older_versions_are_read_as_those_of_today(
+    copied_run, known, conclusive, seen, probability, reason
 ):
-    log = copied_run / "log.jsonl"
-    rows = [
-        json.loads(line) | {"known": True, "conclusive": True, "seen": seen, name: sure}
-        for line in log.read_text().splitlines()
-    ]
-    log.write_text("".join(json.dumps(row) + "\n" for row in rows))
-    ended = json.loads((copied_run / "result.json").read_text())
-    (copied_run / "result.json").write_text(
-        json.dumps(ended | {"known": True, "conclusive": True, "seen": seen, name: sure})
-    )
-    played = PlayedRun(SavedRun.load(copied_run))
-    shown = answer_html(played.shown(5).row)
-    assert (told in shown) is not sure
+    older = {"known": known, "conclusive": conclusive, "seen": seen, "probability": probability}
+    with_answer(copied_run, older, drop=TODAYS)
+    ended = copied_run / "result.json"
+    ended.write_text(json.dumps(json.loads(ended.read_text()) | {"reason": "the disk is full"}))
+    run = SavedRun.load(copied_run)
+    for row in run.rows:
+        assert (row["in_distribution"], row["confident"]) == (known, conclusive)
+        assert (row["coverage"], row.get("reason")) == (seen, reason)
+        assert not set(row) & {"known", "conclusive", "seen"}
+    assert run.result["end_reason"] == "the disk is full"
+    assert run.result["reason"] == reason
+    shown = answer_html(PlayedRun(run).shown(5).row)
+    assert reason is None or f"not confident: {reason}" in shown
 
 
 def test_what_is_no_run_is_told_with_the_remedy(tmp_path, capsys):

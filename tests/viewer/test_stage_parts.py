@@ -127,7 +127,7 @@ class TestTurned:
 def row(**changes):
     told = {
         "frame": 4, "stamp": 2.0, "outcome": "classified", "label": "chair", "probability": 0.9,
-        "probabilities": {"chair": 0.9, "sofa": 0.1}, "seen": 0.5, "points": 1234, "gate": "open",
+        "probabilities": {"chair": 0.9, "sofa": 0.1}, "coverage": 0.5, "points": 1234, "gate": "open",
         "milliseconds": {"register": 10.0, "fuse": 5.0},
     }  # fmt: skip
     return told | changes
@@ -137,9 +137,23 @@ class TestPanel:
     def test_it_says_label_truth_and_share(self):
         text = answer_html(row(), truth="sofa")
         assert "chair" in text
-        assert "wrong, it is a sofa" in text
-        assert "50%" in text
+        assert "incorrect: the true class is sofa" in text
+        assert "50 % coverage" in text
         assert "no answer yet" in answer_html({})
+
+    def test_an_answer_that_is_not_confident_says_why(self):
+        few = row(confident=False, reason="at least 75 % coverage is needed")
+        assert "not confident: at least 75 % coverage is needed" in answer_html(few)
+        assert "not confident" not in answer_html(row(confident=True, reason=""))
+
+    def test_alternatives_and_unknown_objects_are_named(self):
+        pair = answer_html(row(alternatives={"table": 0.55, "desk": 0.41}))
+        assert "table or desk" in pair
+        assert "55 % / 41 %" in pair
+        unknown = answer_html(row(in_distribution=False, probability=0.41), truth="chair")
+        assert "unknown object" in unknown
+        assert "nearest: chair 41 %" in unknown
+        assert "correct" not in unknown
 
     def test_faults_come_with_the_latest_first(self):
         rows = [
@@ -161,8 +175,9 @@ class TestPanel:
     @pytest.mark.parametrize("bad", ["<script>alert(1)</script>", "<img src=x onerror=alert(1)>"])
     def test_what_comes_from_files_is_text(self, bad):
         told = row(
-            label=bad, outcome=bad, gate=bad, probabilities={bad: 1.0}, milliseconds={bad: 1.0}
-        )
+            label=bad, outcome=bad, gate=bad, probabilities={bad: 1.0}, milliseconds={bad: 1.0},
+            confident=False, reason=bad, alternatives={bad: 0.5, "b": 0.4},
+        )  # fmt: skip
         for text in (
             answer_html(told, truth=bad, news=bad), bars_html(told["probabilities"]),
             times_html(told), faults_html([told], 1),

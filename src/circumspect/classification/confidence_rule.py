@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from circumspect.classification.answer_text import percent
 from circumspect.errors import InputError
 
 
@@ -56,12 +57,12 @@ class ConfidenceRule:
         """Why an answer is not confident; empty where it is."""
         bound = self.bound(coverage)
         if bound is None:
-            return f"at least {self.coverage[0]:.0%} coverage is needed"
+            return f"at least {percent(self.coverage[0])} coverage is needed"
         if probability >= bound:
             return ""
         if bound > 1.0:
             return "more coverage is needed"
-        return f"a probability of at least {bound:.0%} is needed"
+        return f"a probability of at least {percent(bound)} is needed"
 
     def to_dict(self) -> dict[str, Any]:
         """The rule as JSON types; `from_dict` reads it back."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.occlusion_blocks import Block, occupied_blocks
 from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.classification.prediction import Prediction
@@ -15,6 +16,7 @@ from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
 from circumspect.geometry.frozen_array import ReadOnlyArrays
 from circumspect.grid import OccupancyGrid
+from circumspect.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 
 EDGES = (0.5, 0.25)
 """Of the blocks [grid radii]: parts of an object, and parts of those."""
@@ -66,6 +68,8 @@ def cell_evidence(
     label: str | None = None,
     edges: Sequence[float] = EDGES,
     progress: Callable[[int, int], None] | None = None,
+    *,
+    metric: bool = False,
 ) -> CellEvidence:
     """Ask a classifier again and again, each time with another block of cells emptied.
 
@@ -78,20 +82,23 @@ def cell_evidence(
         label: The class to ask about; None means the one that the classifier names.
         edges: Sizes of the blocks, as shares of the grid's radius or half width.
         progress: Called with (done, all) grids.
+        metric: The grid's bounds are in metres; without it the scale counts as unknown. The size
+            that the network is shown stays that of the whole object while cells are emptied.
 
     Raises:
         InputError: A grid of another kind or shape than the classifier takes, an empty one, an
             unknown label, or an edge out of range.
     """
-    prediction = classifier.classify_grid(grid)
+    prediction = classifier.classify_grid(grid, metric=metric)
     column = _column(classifier, prediction.label if label is None else label)
     occupied = grid.occupied
     if not edges:
         raise InputError("give at least one size of blocks")
     blocks = [occupied_blocks(grid, edge) for edge in edges]
     changed, which = _distinct(occupied, [block for sized in blocks for block in sized])
-    before = log_odds(classifier.scores(_inputs(occupied[None])))[0, column]
-    after = _asked(classifier, occupied.shape, changed, column, progress)
+    shown = _ShownGrid.of(classifier, grid, metric)
+    before = shown.log_odds(occupied[None])[0, column]
+    after = _asked(shown, changed, column, progress)
     falls = (before - after)[which]
     cells = np.zeros(occupied.shape)
     start = 0
@@ -105,7 +112,7 @@ def cell_evidence(
 
 
 def log_odds(scores: NDArray[np.float64]) -> NDArray[np.float64]:
-    """ln(p / (1 - p)) of each class: unlike p, it does not saturate where an answer is sure.
+    """ln(p / (1 - p)) of each class: unlike p, it does not saturate at probabilities near 1.
 
     Args:
         scores: (n, c), c at least 2, whose softmax is p.
@@ -141,28 +148,60 @@ def _distinct(
     return changed, which.reshape(-1)
 
 
+@dataclass(frozen=True, eq=False)
+class _ShownGrid:
+    """Shows a classifier a grid of which some cells were emptied.
+
+    Attributes:
+        classifier: Of grids.
+        emptied: uint8 of the grid's shape: the input where every occupied cell is emptied.
+        filled: The input's value for an occupied cell.
+        context: (6,) of the whole object, or None where the network takes none.
+    """
+
+    classifier: OnnxClassifier
+    emptied: NDArray[np.uint8]
+    filled: int
+    context: NDArray[np.float32] | None
+
+    @classmethod
+    def of(cls, classifier: OnnxClassifier, grid: OccupancyGrid, metric: bool) -> _ShownGrid:
+        recipe = classifier.recipe
+        assert isinstance(recipe, GridRecipe)  # Others accept no grid.
+        emptied, filled = np.zeros(grid.states.shape, np.uint8), 1
+        if recipe.visibility:
+            # What was seen by rays is seen to be empty; of a mere cloud nobody knows.
+            nothing = FREE if grid.free.any() else UNKNOWN
+            emptied, filled = np.where(grid.occupied, np.uint8(nothing), grid.states), OCCUPIED
+        bounds = grid.grid if metric else None
+        return cls(classifier, emptied, filled, recipe.context(recipe.input_of(grid)[None], bounds))
+
+    def log_odds(self, occupied: NDArray[np.bool_] | NDArray[np.uint8]) -> NDArray[np.float64]:
+        """(n, c) of (n, *shape) grids of which these cells are left."""
+        inputs = np.where(occupied, np.uint8(self.filled), self.emptied)[:, None, None]
+        contexts = None
+        if self.context is not None:
+            contexts = np.repeat(self.context[None], len(inputs), axis=0)
+        return log_odds(self.classifier.scores(inputs, contexts))
+
+
 def _asked(
-    classifier: OnnxClassifier,
-    shape: tuple[int, ...],
+    shown: _ShownGrid,
     changed: NDArray[np.uint8],
     column: int,
     progress: Callable[[int, int], None] | None,
 ) -> NDArray[np.float64]:
     """(n,) log-odds of a class in n packed grids."""
     found = np.empty(len(changed))
+    shape = shown.emptied.shape
     cells = int(np.prod(shape))
     for start in range(0, len(changed), BATCH):
         part = slice(start, start + BATCH)
         grids = np.unpackbits(changed[part], axis=1, count=cells).reshape(-1, *shape)
-        found[part] = log_odds(classifier.scores(_inputs(grids)))[:, column]
+        found[part] = shown.log_odds(grids)[:, column]
         if progress is not None:
             progress(min(start + BATCH, len(changed)), len(changed))
     return found
-
-
-def _inputs(grids: NDArray[np.bool_] | NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """(n, *shape) as objects of one view and one channel."""
-    return grids.astype(np.uint8, copy=False)[:, None, None]
 
 
 def _mean_fall(

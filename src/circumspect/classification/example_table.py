@@ -152,6 +152,7 @@ def nearest_examples(
     shown: PointCloud | OccupancyGrid,
     count: int = 5,
     examples: ExampleTable | None = None,
+    *,
     metric: bool = False,
 ) -> tuple[NearExample, ...]:
     """The training objects that look most alike to the network's last layer.
@@ -161,7 +162,7 @@ def nearest_examples(
         shown: An object, as `classify` or `classify_grid` takes it.
         count: How many.
         examples: What was trained on; None means the table that ships with the classifier.
-        metric: The object is in metres.
+        metric: The object is in metres; without it its scale counts as unknown.
 
     Returns:
         The nearest first.

@@ -77,6 +77,8 @@ def explain_cloud(
     cloud: PointCloud,
     label: str | None = None,
     progress: Callable[[int, int], None] | None = None,
+    *,
+    metric: bool = False,
 ) -> Explanation:
     """Explain what a classifier says of a cloud.
 
@@ -88,18 +90,22 @@ def explain_cloud(
         cloud: The object's surface, z up.
         label: The class to ask about; None means the one that is named.
         progress: Called with (done, all) grids.
+        metric: The points are in metres; without it their scale counts as unknown.
 
     Raises:
-        InputError: The classifier takes points, or does not know the label.
+        InputError: The classifier takes points, or does not know the label; or an implausible size
+            in metres.
         GeometryError: The points span no shape.
     """
     recipe = classifier.recipe
     if not isinstance(recipe, GridRecipe):
         raise InputError("these weights take points; only those that take grids are explained")
-    prediction = classifier.classify(cloud)
+    prediction = classifier.classify(cloud, metric=metric)
     surface = recipe.surface(cloud)
     grid = recipe.bounds(cloud).hits(surface.points_xyz)
-    found = cell_evidence(classifier, grid, label or prediction.label, progress=progress)
+    found = cell_evidence(
+        classifier, grid, label or prediction.label, progress=progress, metric=metric
+    )
     return Explanation(replace(found, prediction=prediction), surface, cloud)
 
 
@@ -108,13 +114,15 @@ def explain_grid(
     grid: OccupancyGrid,
     label: str | None = None,
     progress: Callable[[int, int], None] | None = None,
+    *,
+    metric: bool = False,
 ) -> Explanation:
     """Explain what a classifier says of a grid; see `explain_cloud`.
 
     Raises:
         InputError: Another kind or shape than the classifier takes, or nothing in it.
     """
-    found = cell_evidence(classifier, grid, label, progress=progress)
+    found = cell_evidence(classifier, grid, label, progress=progress, metric=metric)
     return Explanation(found, PointCloud(occupied_centres(grid)), grid)
 
 

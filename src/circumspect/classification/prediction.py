@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.classification.answer_text import answer_text
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.read_only_table import ReadOnlyTable
 
@@ -16,7 +17,7 @@ INSEPARABLE = 0.9
 """Classes that together have this probability, but not the first alone, are alternatives …"""
 MOST_ALTERNATIVES = 3
 """… if they are no more than this."""
-UNKNOWN_OBJECT = "unknown object: unlike the trained classes"
+UNKNOWN_OBJECT = "the object is unlike the trained classes"
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,11 @@ class Prediction:
         state = "" if self.in_distribution else ", unknown object"
         state += ", confident" if self.confident else ""
         return f"Prediction({self.label} {self.probability:.2f}{state})"
+
+    @property
+    def text(self) -> str:
+        """The answer in words, such as "bathtub (96 %)"; see `answer_parts`."""
+        return answer_text(self.label, self.probability, self.in_distribution, self.alternatives)
 
     @property
     def confident(self) -> bool:

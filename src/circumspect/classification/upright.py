@@ -12,12 +12,15 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-def classify_any_way_up(classifier: Classifier, cloud: PointCloud) -> tuple[Prediction, Rotation]:
-    """Stand an object on each face that it can stand on, and believe the surest answer.
+def classify_any_way_up(
+    classifier: Classifier, cloud: PointCloud, *, metric: bool = False
+) -> tuple[Prediction, Rotation]:
+    """Stand an object on each face that it can stand on, and take the most probable answer.
 
     Args:
         classifier: Names standing objects.
         cloud: The object's surface, any axis up.
+        metric: The points are in metres; without it their scale counts as unknown.
 
     Returns:
         The answer, and the rotation from the cloud's coordinates to those of the standing object.
@@ -28,7 +31,10 @@ def classify_any_way_up(classifier: Classifier, cloud: PointCloud) -> tuple[Pred
     # SciPy's part for space takes as long to load as all else that names a standing object.
     from circumspect.geometry.resting_poses import resting_poses
 
-    answers = [(classifier.classify(stood(cloud, pose)), pose) for pose in resting_poses(cloud)]
+    answers = [
+        (classifier.classify(stood(cloud, pose), metric=metric), pose)
+        for pose in resting_poses(cloud)
+    ]
     return max(answers, key=lambda answer: answer[0].probability)
 
 

@@ -12,6 +12,7 @@ import tyro
 
 from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.cli.say import say
+from circumspect.cli.unit import Unit, cloud_in_metres, grid_in_metres, metres_per_unit
 from circumspect.errors import CircumspectError, InputError, blamed_on, printable
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ class Classify:
 
     $ circumspect classify chair.ply
     $ circumspect classify scans/*.pcd --json
+    $ circumspect classify desk.stl --unit mm
     $ circumspect classify model.glb --up y
     $ circumspect classify fallen.ply --up auto
     """
@@ -36,8 +38,11 @@ class Classify:
     """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, CSV, NPY, NPZ, or a grid saved by `circumspect grid`."""
     up: Literal["x", "y", "z", "auto"] = "z"
     """The axis that points up in the files; glTF/GLB files usually need y; nothing is turned by
-    itself. auto stands each object on every face that it can stand on and believes the surest
+    itself. auto stands each object on every face that it can stand on and takes the most probable
     answer. Saved grids have their axis already."""
+    unit: Unit | None = None
+    """The unit of the coordinates, also of a saved grid's bounds; with it the object's size is
+    used. By default m for glTF/GLB files, and unknown for all others."""
     json: bool = False
     """One JSON object a line on standard output and nothing else there."""
     model: ModelFlag = ROBOT
@@ -63,7 +68,7 @@ class Classify:
         for file in self.files:
             try:
                 with blamed_on(file):
-                    record = _named(file, classifier, self.up, self.samples)
+                    record = self._named(file, classifier)
             except CircumspectError as error:
                 failed = True
                 say(str(error))
@@ -71,30 +76,31 @@ class Classify:
                 self._tell(record)
         return 2 if failed else 0
 
+    def _named(self, file: Path, classifier: Classifier) -> dict[str, Any]:
+        start, unit_m = time.perf_counter(), metres_per_unit(file, self.unit)
+        metric = unit_m is not None
+        if (grid := saved_grid(file, self.up)) is not None:
+            points, loaded = int(grid.occupied.sum()), time.perf_counter()
+            prediction = classifier.classify_grid(grid_in_metres(grid, unit_m), metric=metric)
+            return prediction_record(file, prediction, points, 1e3 * (loaded - start))
+        from circumspect.geometry import read_cloud
+
+        up = "z" if self.up == "auto" else self.up
+        cloud = cloud_in_metres(read_cloud(file, up=up, samples=self.samples), unit_m)
+        points, loaded = len(cloud), time.perf_counter()
+        if self.up == "auto":
+            from circumspect.classification.upright import classify_any_way_up
+
+            prediction, pose = classify_any_way_up(classifier, cloud, metric=metric)
+            record = prediction_record(file, prediction, points, 1e3 * (loaded - start))
+            return {**record, "up_xyz": up_of(pose)}
+        prediction = classifier.classify(cloud, metric=metric)
+        _tell_of_floor(file, cloud)
+        return prediction_record(file, prediction, points, 1e3 * (loaded - start))
+
     def _tell(self, record: dict[str, Any]) -> None:
         line = json.dumps(record) if self.json else _readable(record, self.top)
         print(line, flush=True)  # noqa: T201
-
-
-def _named(file: Path, classifier: Classifier, up: str, samples: int) -> dict[str, Any]:
-    start = time.perf_counter()
-    if (grid := saved_grid(file, up)) is not None:
-        points, loaded = int(grid.occupied.sum()), time.perf_counter()
-        prediction = classifier.classify_grid(grid)
-    else:
-        from circumspect.geometry import read_cloud
-
-        cloud = read_cloud(file, up="z" if up == "auto" else up, samples=samples)
-        points, loaded = len(cloud), time.perf_counter()
-        if up == "auto":
-            from circumspect.classification.upright import classify_any_way_up
-
-            prediction, pose = classify_any_way_up(classifier, cloud)
-            record = prediction_record(file, prediction, points, 1e3 * (loaded - start))
-            return {**record, "up_xyz": up_of(pose)}
-        prediction = classifier.classify(cloud)
-        _tell_of_floor(file, cloud)
-    return prediction_record(file, prediction, points, 1e3 * (loaded - start))
 
 
 def _tell_of_floor(file: Path, cloud: PointCloud) -> None:
@@ -155,7 +161,24 @@ def told_up(record: dict[str, Any]) -> str:
 
 
 def _readable(record: dict[str, Any], top: int) -> str:
+    from circumspect.classification.answer_text import percent
+
     best = sorted(record["probabilities"].items(), key=lambda item: -item[1])[:top]
-    ranked = ", ".join(f"{name} {100 * share:.1f} %" for name, share in best)
-    unknown = "" if record["known"] else "unknown, nearest "
-    return f"{printable(record['file'])}: {unknown}{ranked}{told_up(record)}"
+    named = record["alternatives"] or (record["label"],)
+    others = ", ".join(f"{name} {percent(share)}" for name, share in best if name not in named)
+    then = f", then {others}" if others else ""
+    answer = f"{printable(record['file'])}: {record_text(record)}{then}"
+    return answer + told_up(record) + told_reason(record)
+
+
+def record_text(record: dict[str, Any]) -> str:
+    """The answer of a record in words."""
+    from circumspect.classification.answer_text import answer_text
+
+    keys = ("label", "probability", "in_distribution", "alternatives")
+    return answer_text(**{key: record[key] for key in keys})
+
+
+def told_reason(record: dict[str, Any]) -> str:
+    """Why the answer of a record is not confident; nothing where it is."""
+    return f"; not confident: {record['reason']}" if record["reason"] else ""

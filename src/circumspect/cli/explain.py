@@ -10,9 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.cli.classify import prediction_record, saved_grid, told_up, up_of
+from circumspect.cli.classify import (
+    prediction_record,
+    record_text,
+    saved_grid,
+    told_reason,
+    told_up,
+    up_of,
+)
 from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.cli.say import say
+from circumspect.cli.unit import Unit, cloud_in_metres, grid_in_metres, metres_per_unit
 from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
 if TYPE_CHECKING:
@@ -33,6 +41,7 @@ class Explain:
 
     $ circumspect explain chair.ply
     $ circumspect explain chair.ply --label sofa --out why
+    $ circumspect explain desk.stl --unit mm
     """
 
     file: Annotated[Path, tyro.conf.Positional]
@@ -45,7 +54,11 @@ class Explain:
     """How many of the nearest training objects to name; 0 for none."""
     up: Literal["x", "y", "z", "auto"] = "z"
     """The axis that points up in the file; auto tries every face that the object can stand on, and
-    shows it on the surest. A saved grid has its axis already."""
+    shows it on the most probable one. A saved grid has its axis already."""
+    unit: Unit | None = None
+    """The unit of the coordinates, also of a saved grid's bounds; with it the object's size is
+    used, and what is written is in metres. By default m for glTF/GLB files, and unknown for all
+    others."""
     json: bool = False
     """One JSON object on standard output and nothing else there."""
     model: ModelFlag = ROBOT
@@ -83,23 +96,28 @@ class Explain:
         from circumspect.classification.explanation import explain_cloud, explain_grid
         from circumspect.cli.progress import progress_bar
 
+        unit_m, metric = self._unit_m, self._unit_m is not None
         grid = saved_grid(self.file, self.up)
         if grid is not None:
+            grid = grid_in_metres(grid, unit_m)
             with progress_bar("emptying cells") as progress:
-                return explain_grid(classifier, grid, self.label, progress), None
+                return explain_grid(classifier, grid, self.label, progress, metric=metric), None
         from circumspect.geometry import read_cloud
 
-        cloud = read_cloud(
-            self.file, up="z" if self.up == "auto" else self.up, samples=self.samples
-        )
+        up = "z" if self.up == "auto" else self.up
+        cloud = cloud_in_metres(read_cloud(self.file, up=up, samples=self.samples), unit_m)
         pose = None
         if self.up == "auto":
             from circumspect.classification.upright import classify_any_way_up, stood
 
-            _, pose = classify_any_way_up(classifier, cloud)
+            _, pose = classify_any_way_up(classifier, cloud, metric=metric)
             cloud = stood(cloud, pose)
         with progress_bar("emptying cells") as progress:
-            return explain_cloud(classifier, cloud, self.label, progress), pose
+            return explain_cloud(classifier, cloud, self.label, progress, metric=metric), pose
+
+    @property
+    def _unit_m(self) -> float | None:
+        return metres_per_unit(self.file, self.unit)
 
     def _table(self) -> ExampleTable | None:
         """What the network was trained on; None where nobody wrote it down."""
@@ -125,7 +143,9 @@ class Explain:
 
         if table is None:
             return ()
-        return nearest_examples(classifier, found.shown, self.near, table)
+        return nearest_examples(
+            classifier, found.shown, self.near, table, metric=self._unit_m is not None
+        )
 
     def _record(
         self, found: Explanation, near: tuple[NearExample, ...], spent: float
@@ -171,10 +191,9 @@ def _summary(explained: CellEvidence) -> dict[str, Any]:
 
 
 def _readable(record: dict[str, Any]) -> str:
-    unknown = "" if record["known"] else "unknown, nearest "
     evidence, file = record["evidence"], printable(record["file"])
     lines = [
-        f"{file}: {unknown}{record['label']} {100 * record['probability']:.1f} %{told_up(record)}",
+        f"{file}: {record_text(record)}{told_up(record)}{told_reason(record)}",
         f"evidence for {record['explained']}: {evidence['least']:+.2f} to "
         f"{evidence['most']:+.2f} of log-odds {record['log_odds']:+.2f};",
         f"  {100 * evidence['half_of_it_in']:.0f} % of the cells hold half of what speaks for it",

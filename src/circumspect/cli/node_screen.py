@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from circumspect.classification.answer_text import percent
 from circumspect.cli.say import say
-from circumspect.pipeline.doubt import doubt
 from circumspect.ros.log_throttle import LogThrottle
 
 if TYPE_CHECKING:
@@ -68,16 +68,14 @@ class NodeScreen:
         if told is None:
             self._tell_none(step)
             return
-        before, now = self._answer, (told.label, step.conclusive, told.probability)
+        before, now = self._answer, (told.label, step.confident, told.probability)
         if before is not None and before[:2] == now[:2] and abs(before[2] - now[2]) < CHANGE:
             return
         self._answer = now
         if self._json:
             self._print(json.dumps(step.summary()))
             return
-        self._print(
-            f"{told.label} {told.probability:.2f}  seen {step.seen:4.0%}{doubt(told, step.seen)}"
-        )
+        self._print(f"{told.text}  coverage {percent(step.coverage)}{_not_confident(told)}")
 
     def _tell_none(self, step: RecognitionStep) -> None:
         """Tell once that there is no answer any more."""
@@ -86,10 +84,9 @@ class NodeScreen:
         self._answer = None
         self._print(json.dumps(step.summary()) if self._json else f"no answer: {step.outcome}")
 
-    def on_settled(self, prediction: Prediction, seen: float) -> None:
+    def on_settled(self, prediction: Prediction) -> None:
         """Tell the last answer."""
-        told = f"{prediction.label} {prediction.probability:.2f}"
-        say(f"the answer: {told}{doubt(prediction, seen)}")
+        say(f"the answer: {prediction.text}{_not_confident(prediction)}")
 
     def on_status(self, status: Status) -> None:
         """Tell the state where it changed."""
@@ -106,6 +103,10 @@ class NodeScreen:
     @staticmethod
     def _print(line: str) -> None:
         print(line, flush=True)  # noqa: T201
+
+
+def _not_confident(prediction: Prediction) -> str:
+    return f", not confident: {prediction.reason}" if prediction.reason else ""
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from textwrap import fill
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from circumspect.classification.answer_text import percent, truth_text
 from circumspect.cli.progress import bars
 from circumspect.errors import printable
 from circumspect.storage import make_new_folder
@@ -73,12 +74,12 @@ class RunScreen:
         self._progress.stop()
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Show progress, share of the object seen, running class and probability, doubts."""
+        """Show progress, coverage, the answer so far, and what is wrong with the pose."""
         answer = step.outcome
         if step.prediction is not None:
             self.label = step.prediction.label
-            answer = f"{step.hedge}{self.label} {step.prediction.probability:.2f}"
-        note = f"seen {step.seen:4.0%}  {answer}"
+            answer = step.prediction.text + ("" if step.confident else ", not confident")
+        note = f"coverage {percent(step.coverage):>5}  {answer}"
         remark = short = ""
         if step.pose is not None and (remark := step.pose.remark):
             short = "gate closed" if step.pose.certain else "pose not certain"
@@ -150,22 +151,17 @@ def tell_where(folder: RunFolder) -> None:
 
 
 def verdict(result: RecognitionResult, truth: str | None) -> str:
-    """The answer in a sentence, judged where the truth is known."""
-    from circumspect.pipeline.doubt import doubt
-
+    """The answer in sentences, compared with the ground truth where that is known."""
     prediction, last = result.prediction, result.last
     if prediction is None or last is None:
         reasons = sorted({step.outcome for step in result.steps})
         return f"No answer after {_frames(result)}: {', '.join(reasons) or 'no frames'}."
-    answer = (
-        f"{prediction.label} with probability {prediction.probability:.2f} after "
-        f"{_frames(result)}, seen from {last.seen:.0%} of the directions"
-        f"{doubt(prediction, last.seen)}"
-    )
-    if truth is None:
-        return f"It is named {answer}."
-    verdict = "Right" if truth == prediction.label else "Wrong"
-    return f"{verdict}: it is a {truth} and is named {answer}."
+    told = f"Result: {prediction.text}, {_frames(result)}, {percent(last.coverage)} coverage."
+    told += f" Not confident: {prediction.reason}." if prediction.reason else " Confident."
+    if truth is not None:
+        judged = truth_text(prediction.label, prediction.in_distribution, truth)
+        told += f" {judged[0].upper()}{judged[1:]}."
+    return told
 
 
 def renamed(result: RecognitionResult, on_the_way: str | None) -> str:
@@ -174,8 +170,8 @@ def renamed(result: RecognitionResult, on_the_way: str | None) -> str:
     if prediction is None or on_the_way in (None, prediction.label):
         return ""
     return (
-        f"After the last frame it was still named {on_the_way}; what is asked in the end is all of "
-        "the model, its loops closed."
+        f"After the last frame the answer was {on_the_way}; the result is that of the whole model, "
+        "after loop closure."
     )
 
 
@@ -202,5 +198,5 @@ def _frames(result: RecognitionResult) -> str:
 
 def wrapped(sentence: str) -> str:
     """As wide as the terminal; a number and its unit stay together."""
-    joined = re.sub(r"(?<=\d) (?=m?m\b)", "\u00a0", sentence)
+    joined = re.sub(r"(?<=\d) (?=m?m\b|%)", "\u00a0", sentence)
     return fill(joined, shutil.get_terminal_size().columns).replace("\u00a0", " ")

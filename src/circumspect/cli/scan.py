@@ -32,7 +32,7 @@ class Scan:
     """A simulated robot drives round an object, models it and names it.
 
     $ circumspect scan chair
-    $ circumspect scan sofa-17 --start 135 --slip 0.1 --planner convinced
+    $ circumspect scan sofa-17 --start 135 --slip 0.1 --planner confidence
     $ circumspect scan desk.obj --up y --height 0.75 --stop-when-sure
     $ circumspect scan chair_0890 --data modelnet10 --json
     $ circumspect scan toilet --record toilet.mcap
@@ -47,11 +47,11 @@ class Scan:
     """Azimuth of the start [degrees], counter-clockwise seen from above; without it drawn."""
     seed: int | None = None
     """The same seed gives the same run; without it a new one is drawn."""
-    planner: Literal["normals", "circle", "convinced"] = "normals"
+    planner: Literal["normals", "circle", "confidence"] = "normals"
     """Where to look from next: along the surface's normals as in the paper, on a circle, or on a
-    circle until more views no longer change the answer."""
+    circle until the answer is confident."""
     stop_when_sure: bool = False
-    """End as soon as the answer is sure, whatever the planner."""
+    """End as soon as the answer is confident in three consecutive frames, whatever the planner."""
     slip: float = 0.05
     """Share of the wheels' travel that does not become motion, 0 to 0.5."""
     wheel_error: float = 0.0
@@ -242,12 +242,12 @@ class Scan:
         )
 
     def _planner(self) -> ViewPlanner:
-        from circumspect.planning import CirclePlanner, ConvincedPlanner, SurfaceNormalPlanner
+        from circumspect.planning import CirclePlanner, ConfidencePlanner, SurfaceNormalPlanner
 
-        if self.planner == "convinced":
-            return ConvincedPlanner()
+        if self.planner == "confidence":
+            return ConfidencePlanner()
         planner = CirclePlanner() if self.planner == "circle" else SurfaceNormalPlanner()
-        return ConvincedPlanner(planner) if self.stop_when_sure else planner
+        return ConfidencePlanner(planner) if self.stop_when_sure else planner
 
 
 def _how_to_repeat(config: Mapping[str, Any], chosen_there: bool) -> str:

@@ -41,10 +41,10 @@ class NodeWatch:
         if self._watch is not None:
             self._watch.on_step(step)
 
-    def on_settled(self, prediction: Prediction, seen: float) -> None:
+    def on_settled(self, prediction: Prediction) -> None:
         """Show what all grids say."""
         if self._watch is not None:
-            self._watch.settled(prediction, seen)
+            self._watch.settled(prediction)
 
     def on_status(self, status: Status) -> None:
         """Show the state where it changed: it may be why no frame comes."""

@@ -54,7 +54,7 @@ def told_quality(result: RecognitionResult) -> dict[str, Any]:
     return {
         "frames": len(result.steps),
         "certain": certain,
-        "seen": 0.0 if last is None else last.seen,
+        "coverage": 0.0 if last is None else last.coverage,
         "points": 0 if last is None or last.grid is None else len(last.model.cloud()),
         "answer": None if prediction is None else prediction.label,
         "probability": None if prediction is None else prediction.probability,

@@ -103,6 +103,15 @@ class CylindricalGrid(Grid):
         """See `Grid.recentred`."""
         return replace(self, centre_xyz=checked_centre(centre_xyz))
 
+    def scaled(self, factor: float) -> Self:
+        """See `Grid.scaled`."""
+        return replace(
+            self,
+            radius=factor * self.radius,
+            half_height=factor * self.half_height,
+            centre_xyz=checked_centre(factor * np.asarray(self.centre_xyz)),
+        )
+
     def rotated(self, k_cells: float) -> Self:
         """The grid turned counter-clockwise by azimuth cells, whole or fractions.
 

@@ -28,6 +28,10 @@ class Grid(ABC):
     def recentred(self, centre_xyz: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
         """The same grid about another centre, (3,) [m]."""
 
+    @abstractmethod
+    def scaled(self, factor: float) -> Self:
+        """The same grid in another unit: its bounds and its centre times a factor above 0."""
+
     def indices(self, points_xyz: PointCloud | ArrayLike, threads: int = 1) -> NDArray[np.int32]:
         """The cell of each point.
 

@@ -83,6 +83,14 @@ class RectangularGrid(Grid):
         """See `Grid.recentred`."""
         return replace(self, centre_xyz=checked_centre(centre_xyz))
 
+    def scaled(self, factor: float) -> Self:
+        """See `Grid.scaled`."""
+        return replace(
+            self,
+            half_width=factor * self.half_width,
+            centre_xyz=checked_centre(factor * np.asarray(self.centre_xyz)),
+        )
+
     def rotated(self, quarter_turns: int) -> Self:
         """The grid turned counter-clockwise by quarter turns."""
         turn = checked_number(quarter_turns, "quarter_turns") * (math.pi / 2)

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from circumspect.classification.answer_text import percent, truth_text
 from circumspect.errors import MissingExtraError
 from circumspect.pipeline.journey import Journey
 from circumspect.pipeline.panels import draw_grid, draw_probabilities, draw_side, thinned
@@ -80,7 +81,7 @@ def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str,
     last = result.last
     if last is None:
         return "no answer", ""
-    parts = [f"{len(result.steps)} frames", f"seen from {last.seen:.0%} of the directions"]
+    parts = [f"{len(result.steps)} frames", f"{percent(last.coverage)} coverage"]
     if config.get("start_deg") is not None:
         parts.insert(0, f"started at azimuth {config['start_deg']:.0f}°")
     if result.lost_from is not None:
@@ -94,13 +95,7 @@ def _title(last: RecognitionStep, truth: str | None) -> str:
     prediction = last.prediction
     if prediction is None:
         return "no answer"
-    title = f"{last.hedge}{_words(prediction.label)}, {prediction.probability:.0%}"
-    title += " sure" if last.conclusive else ""
-    if truth is None:
-        return title
-    right = truth == prediction.label
-    return title + (" (right)" if right else f" (wrong: it is a {_words(truth)})")
-
-
-def _words(label: str) -> str:
-    return label.replace("_", " ")
+    title = prediction.text + (", confident" if last.confident else ", not confident")
+    if truth is not None:
+        title += f"; {truth_text(prediction.label, prediction.in_distribution, truth)}"
+    return title.replace("_", " ")

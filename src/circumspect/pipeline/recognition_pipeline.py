@@ -39,7 +39,7 @@ from circumspect.pipeline.records import (
 )
 from circumspect.pipeline.stage_clock import StageClock
 from circumspect.pipeline.step_log import StepLog
-from circumspect.pipeline.views import share_seen
+from circumspect.pipeline.views import azimuth_coverage
 from circumspect.sensing import RgbdFrame, Segmentation
 
 SHORTEST, LONGEST = 0.05, 50.0
@@ -56,7 +56,7 @@ class RecognitionPipeline:
     Attributes:
         prediction: What it was called last: by a few grids after a frame, by all of the
             classifier's once the model is settled; None before it was.
-        seen: Share of the directions around it from which it has been seen, 0 … 1.
+        coverage: Share of the azimuth from which it has been seen, 0 … 1.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class RecognitionPipeline:
         self._count = 0
         self._is_hurried = False
         self._aside = Aside()
-        self.seen = 0.0
+        self.coverage = 0.0
 
     @property
     def model(self) -> ObjectModel:
@@ -113,7 +113,7 @@ class RecognitionPipeline:
 
         Returns:
             Every step with its pose as it is known at the end; the last one holds model, grid,
-            prediction and share seen as they are then.
+            prediction and coverage as they are then.
 
         Raises:
             InputError: A frame has no pose and the pose estimator needs one.
@@ -272,7 +272,7 @@ class RecognitionPipeline:
         return True
 
     def _grid_model(self, model: ObjectModel, most_views: int | None = None) -> str | None:
-        """Grid the object and tell how much of it was seen.
+        """Grid the object and measure its coverage.
 
         Args:
             model: The object's model, or a sketch of it.
@@ -287,7 +287,7 @@ class RecognitionPipeline:
             self._grids, self.prediction = [], None
             self._is_hurried = model is not self.model
         if self.grid is not None:
-            self.seen = share_seen(model.views_xyz, self.grid)
+            self.coverage = azimuth_coverage(model.views_xyz, self.grid)
         return fault
 
     def _fill_grid(self, model: ObjectModel, most_views: int | None) -> str | None:
@@ -316,7 +316,9 @@ class RecognitionPipeline:
         Args:
             model: The object's model, or a sketch of it, that the grids are of.
         """
-        self.prediction = self.classifier.classify_grid(*self._grids)
+        self.prediction = self.classifier.classify_grid(
+            *self._grids, metric=True, coverage=self.coverage
+        )
         asked_all = len(self._grids) >= self.classifier.recipe.azimuth_views
         self._is_hurried = model is not self.model or not asked_all
 
@@ -330,8 +332,9 @@ class RecognitionPipeline:
         for number, T_map_camera in zip(told, poses, strict=True):
             steps[number] = steps[number].at(T_map_camera)
         steps[-1] = replace(
-            steps[-1], model=self.model, grid=self.grid, prediction=self.prediction, seen=self.seen
-        )
+            steps[-1], model=self.model, grid=self.grid, prediction=self.prediction,
+            coverage=self.coverage,
+        )  # fmt: skip
 
     def _told(
         self,
@@ -348,7 +351,7 @@ class RecognitionPipeline:
             outcome=outcome,
             pose=pose,
             object_pixels=object_pixels,
-            seen=self.seen,
+            coverage=self.coverage,
             model=self.model,
             grid=self.grid,
             prediction=self.prediction,

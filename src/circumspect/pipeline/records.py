@@ -14,9 +14,14 @@ from circumspect.classification import Prediction
 from circumspect.errors import CircumspectError
 from circumspect.grid import OccupancyGrid
 from circumspect.mapping import ObjectModel, PoseEstimate
-from circumspect.pipeline.doubt import doubt
+from circumspect.planning import Answer
 from circumspect.robot import RunStopped
 
+ANSWER_KEYS = (
+    "label", "in_distribution", "confident", "reason", "probability", "probabilities",
+    "alternatives",
+)  # fmt: skip
+"""Of an answer in logs and results; see `Prediction.to_dict`."""
 CLASSIFIED = "classified"
 OUT_OF_ORDER = "not later than the frame before"
 WRONG_UNIT = "depths that no camera has; are they in metres?"
@@ -37,7 +42,7 @@ class RecognitionStep:
         outcome: `CLASSIFIED`, or the reason why the frame added nothing.
         pose: Where it was taken from; None where that was not looked into.
         object_pixels: Pixels of the frame that show the object.
-        seen: Share of the directions around the object from which it has been seen, 0 … 1.
+        coverage: Share of the azimuth from which the object has been seen, 0 … 1.
         model: The object so far.
         grid: Its grid, until no more frames come that of the model's sketch; None before the first
             classified frame.
@@ -51,7 +56,7 @@ class RecognitionStep:
     outcome: str
     pose: PoseEstimate | None
     object_pixels: int
-    seen: float
+    coverage: float
     model: ObjectModel
     grid: OccupancyGrid | None
     prediction: Prediction | None
@@ -61,16 +66,17 @@ class RecognitionStep:
         return f"RecognitionStep(frame {self.index}, {self.outcome!r}, {_told(self.prediction)})"
 
     @property
-    def conclusive(self) -> bool:
-        """Whether there is an answer to rely on as far as its probability goes; see `doubt`."""
-        return self.prediction is not None and not doubt(self.prediction, self.seen)
+    def confident(self) -> bool:
+        """Whether there is an answer that may be acted on; see `Prediction.confident`."""
+        return self.prediction is not None and self.prediction.confident
 
     @property
-    def hedge(self) -> str:
-        """What goes before the answer's name; nothing where the answer is conclusive."""
-        if self.prediction is None or self.conclusive:
-            return ""
-        return "perhaps " if self.prediction.known else "unknown, nearest "
+    def answer(self) -> Answer | None:
+        """The answer as planners take it; None where there is none."""
+        told = self.prediction
+        if told is None:
+            return None
+        return Answer(told.probabilities, self.coverage, told.in_distribution, told.confident)
 
     def at(self, T_map_camera: RigidTransform) -> RecognitionStep:
         """The same with a corrected pose; as it is where it has none."""
@@ -86,14 +92,8 @@ class RecognitionStep:
             "frame": self.index,
             "stamp": self.stamp,
             "outcome": self.outcome,
-            "label": None if self.prediction is None else self.prediction.label,
-            "known": None if self.prediction is None else self.prediction.known,
-            "conclusive": self.conclusive,
-            "probability": None if self.prediction is None else self.prediction.probability,
-            "probabilities": None
-            if self.prediction is None
-            else dict(self.prediction.probabilities),
-            "seen": self.seen,
+            **answer_record(self.prediction),
+            "coverage": self.coverage,
             "object_pixels": self.object_pixels,
             "points": len(self.model.sketch.sums),
             "camera_xyz": position,
@@ -118,7 +118,7 @@ class RecognitionResult:
     Attributes:
         steps: One for each frame; only the last one holds model and grid.
         interrupted: The run ended before its frames did …
-        reason: … for this reason, in words; empty where that was Ctrl-C.
+        end_reason: … for this reason, in words; empty where that was Ctrl-C.
 
     The poses of the steps are those that were known when the run ended: where the way round the
     object closed, they are corrected.
@@ -126,7 +126,7 @@ class RecognitionResult:
 
     steps: tuple[RecognitionStep, ...]
     interrupted: bool = False
-    reason: str = ""
+    end_reason: str = ""
 
     def __repr__(self) -> str:
         ended = ", interrupted" if self.interrupted else ""
@@ -167,9 +167,21 @@ class RecognitionResult:
         return self.last.model.cloud().points_xyz
 
     @property
-    def conclusive(self) -> bool:
-        """See `RecognitionStep.conclusive`; of the final answer."""
-        return self.last is not None and self.last.conclusive
+    def confident(self) -> bool:
+        """See `RecognitionStep.confident`; of the final answer."""
+        return self.last is not None and self.last.confident
+
+
+def answer_record(prediction: Prediction | None) -> dict[str, Any]:
+    """The answer as logs and results hold it, in JSON types.
+
+    Args:
+        prediction: The answer; without one its entries are None, and it is not confident.
+    """
+    if prediction is None:
+        return {**dict.fromkeys(ANSWER_KEYS), "confident": False}
+    answer = prediction.to_dict()
+    return {key: answer[key] for key in ANSWER_KEYS}
 
 
 def reason_of_end(cause: BaseException | None) -> str:

@@ -12,7 +12,7 @@ from circumspect.errors import MissingExtraError, OutputError, reason_of
 from circumspect.geometry import write_tum
 from circumspect.pipeline.camera_path import camera_path
 from circumspect.pipeline.journey import Journey
-from circumspect.pipeline.records import RecognitionResult, RecognitionStep
+from circumspect.pipeline.records import RecognitionResult, RecognitionStep, answer_record
 from circumspect.pipeline.stage_times import stage_times
 from circumspect.pipeline.view_record import REACHED
 from circumspect.storage import append_line, atomic_open, require_no_strangers, write_json
@@ -150,23 +150,19 @@ def result_document(
         config: "truth", where given, is told again.
         plan: What planning took after each frame [ms].
     """
-    prediction, last = result.prediction, result.last
+    last = result.last
     outcomes: dict[str, int] = {}
     for step in result.steps:
         outcomes[step.outcome] = outcomes.get(step.outcome, 0) + 1
     return {
-        "label": None if prediction is None else prediction.label,
-        "known": None if prediction is None else prediction.known,
-        "conclusive": result.conclusive,
-        "probability": None if prediction is None else prediction.probability,
-        "probabilities": None if prediction is None else dict(prediction.probabilities),
+        **answer_record(result.prediction),
         "truth": config.get("truth"),
         "frames": len(result.steps),
         "outcomes": outcomes,
         "lost_from": result.lost_from,
-        "seen": 0.0 if last is None else last.seen,
+        "coverage": 0.0 if last is None else last.coverage,
         "points": len(result.points_xyz),
         "interrupted": result.interrupted,
-        "reason": result.reason or None,
+        "end_reason": result.end_reason or None,
         "milliseconds": stage_times(result.steps, plan),
     }

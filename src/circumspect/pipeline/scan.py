@@ -356,4 +356,4 @@ class _Listener:
 
     def on_end(self, result: RecognitionResult) -> None:
         if result.interrupted:
-            self._scan.ended = ": ".join(filter(None, (INTERRUPTED, result.reason)))
+            self._scan.ended = ": ".join(filter(None, (INTERRUPTED, result.end_reason)))

@@ -79,10 +79,9 @@ class ScanKnowledge:
             if self.certain:
                 self._certain_at = self._clock
                 self._obstacles = self._obstacles.with_frame(frame, step.pose.T_map_camera)
-        if self.in_view and step.prediction is not None:
+        if self.in_view and (answer := step.answer) is not None:
             self._visit()
-            told = step.prediction
-            self._answers.append(Answer(told.probabilities, step.seen, told.known))
+            self._answers.append(answer)
 
     def _visit(self) -> None:
         here = self.T_map_base

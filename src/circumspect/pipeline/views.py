@@ -1,4 +1,4 @@
-"""From which directions the object was seen."""
+"""From how much of the azimuth the object was seen."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ FACING = (np.arange(SECTORS)[:, None] + np.arange(1 - HALF_VIEW, 1 + HALF_VIEW))
 where sector k begins."""
 
 
-def share_seen(views_xyz: NDArray[np.floating], grid: OccupancyGrid) -> float:
-    """Share of the directions around the object's axis that are within 45° of some view.
+def azimuth_coverage(views_xyz: NDArray[np.floating], grid: OccupancyGrid) -> float:
+    """Share of the azimuth around the object's axis that is within 45° of some view.
 
     Args:
         views_xyz: (f, 3) [m] where frames were taken from.

@@ -1,10 +1,9 @@
 """Where to look from next, and how to get there."""
 
 from circumspect.planning.alternatives import alternatives
-from circumspect.planning.answer import ENOUGH_SEEN, Answer
+from circumspect.planning.answer import Answer
 from circumspect.planning.circle_planner import CirclePlanner
-from circumspect.planning.conviction import Conviction
-from circumspect.planning.convinced_planner import ConvincedPlanner
+from circumspect.planning.confidence_planner import ConfidencePlanner
 from circumspect.planning.next_view import Finished, NextView
 from circumspect.planning.plan_view import footprint
 from circumspect.planning.rounds import bearing_turned, sectors_visited
@@ -17,22 +16,22 @@ from circumspect.planning.stance import (
     fitting_distance,
     stance,
 )
+from circumspect.planning.stopping_criterion import StoppingCriterion
 from circumspect.planning.surface_normal_planner import SurfaceNormalPlanner
 from circumspect.planning.view_planner import ViewPlanner
 
 __all__ = [
-    "ENOUGH_SEEN",
     "IMAGE_SHARE",
     "SURFACE_DISTANCE",
     "Answer",
     "CirclePlanner",
-    "Conviction",
-    "ConvincedPlanner",
+    "ConfidencePlanner",
     "Finished",
     "NextView",
     "NoWay",
     "Route",
     "Situation",
+    "StoppingCriterion",
     "SurfaceNormalPlanner",
     "ViewPlanner",
     "alternatives",

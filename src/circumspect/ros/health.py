@@ -14,7 +14,6 @@ import numpy as np
 from circumspect.classification import Prediction
 from circumspect.mapping import PoseEstimate
 from circumspect.pipeline import CLASSIFIED, RecognitionStep
-from circumspect.pipeline.doubt import doubt
 
 WELL, WARNING, ERROR = 0, 1, 2
 SILENT = 3.0
@@ -61,7 +60,6 @@ class Health:
         self._milliseconds = 0.0
         self.taken = self.dropped = 0
         self.with_odometry = True
-        self._seen = 0.0
         self._prediction: Prediction | None = None
         self._pose: PoseEstimate | None = None
 
@@ -100,23 +98,21 @@ class Health:
             self._outcomes[step.outcome] += 1
             self._outcome = self._clock(), step.outcome
             self._milliseconds = milliseconds
-            self._seen, self._prediction = step.seen, step.prediction
-            self._pose = step.pose
+            self._prediction, self._pose = step.prediction, step.pose
 
-    def settled(self, prediction: Prediction, seen: float) -> None:
+    def settled(self, prediction: Prediction) -> None:
         """What is known when no more frames come for now.
 
         Args:
             prediction: Over all grids.
-            seen: Share of the directions around the object from which it has been seen.
         """
         with self._lock:
-            self._seen, self._prediction = seen, prediction
+            self._prediction = prediction
 
     def forget_answer(self) -> None:
         """The object is modelled anew."""
         with self._lock:
-            self._seen, self._prediction, self._pose = 0.0, None, None
+            self._prediction, self._pose = None, None
 
     def count(self, what: str) -> int:
         """How many messages of an input came."""
@@ -170,17 +166,28 @@ class Health:
             return WARNING, self._outcome[1]
         if not self.with_odometry:
             return WARNING, "no odometry at the time of the frames: poses by registration alone"
-        if self._prediction is not None and (why := doubt(self._prediction, self._seen)):
-            return WELL, f"the object is in view and named{why}"
+        if self._prediction is not None and (why := self._prediction.reason):
+            return WELL, f"the object is in view and named, not confident: {why}"
         return WELL, "the object is in view and named"
 
     def _answer(self) -> dict[str, str]:
         told = self._prediction
         if told is None:
             return {"answer": "none yet"}
-        sure = "no" if doubt(told, self._seen) else "yes"
-        figures = {"probability": f"{told.probability:.3f}", "seen": f"{self._seen:.2f}"}
-        return {"answer": told.label, "sure": sure, **figures}
+        coverage = "unknown" if told.coverage is None else f"{told.coverage:.2f}"
+        return {
+            "answer": told.label,
+            "confident": _yes_or_no(told.confident),
+            "reason": told.reason,
+            "in_distribution": _yes_or_no(told.in_distribution),
+            "probability": f"{told.probability:.3f}",
+            "alternatives": ", ".join(f"{name} {p:.3f}" for name, p in told.alternatives.items()),
+            "coverage": coverage,
+        }
+
+
+def _yes_or_no(value: bool) -> str:
+    return "yes" if value else "no"
 
 
 def _placed(pose: PoseEstimate | None) -> dict[str, str]:
@@ -189,7 +196,7 @@ def _placed(pose: PoseEstimate | None) -> dict[str, str]:
         return {}
     turn, place = pose.deviations
     return {
-        "pose sure": "yes" if pose.sure else "no",
+        "pose sure": _yes_or_no(pose.sure),
         "pose, standard deviation [mm]": f"{1e3 * place:.0f}",
         "pose, standard deviation [°]": f"{np.degrees(turn):.1f}",
     }

@@ -55,9 +55,8 @@ class NextViews:
             not self._visited or np.linalg.norm(here.xy - self._visited[-1].xy) >= STRIDE
         ):
             self._visited.append(here)
-        if step.prediction is not None:
-            told = step.prediction
-            self._answers.append(Answer(told.probabilities, step.seen, told.known))
+        if (answer := step.answer) is not None:
+            self._answers.append(answer)
 
     def advice(self, step: RecognitionStep, frame: RgbdFrame) -> NextView | Finished | None:
         """The next view; None while the robot's own place is not known.

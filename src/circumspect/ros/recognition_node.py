@@ -42,8 +42,8 @@ class NodeObserver(Protocol):
     def on_step(self, step: RecognitionStep) -> None:
         """A frame went through."""
 
-    def on_settled(self, prediction: Prediction, seen: float) -> None:
-        """No more frames come for now: the answer by all that is known, and by how much."""
+    def on_settled(self, prediction: Prediction) -> None:
+        """No more frames come for now: the answer by all that is known."""
 
     def on_status(self, status: Status) -> None:
         """A status was published."""
@@ -222,9 +222,9 @@ class RecognitionNode:
             self._pipeline.settle()
             self._announcer.settled(self._pipeline)
             if (prediction := self._pipeline.prediction) is not None:
-                self.health.settled(prediction, self._pipeline.seen)
+                self.health.settled(prediction)
                 for observer in self.observers:
-                    observer.on_settled(prediction, self._pipeline.seen)
+                    observer.on_settled(prediction)
         except Exception:  # a fault here must not keep the node from stopping
             _log.exception("the model could not be settled")
             self.health.fault(FAULT)

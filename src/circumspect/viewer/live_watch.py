@@ -104,17 +104,17 @@ class LiveWatch:
         else:
             self._put(news)
 
-    def settled(self, prediction: Prediction, seen: float) -> None:
+    def settled(self, prediction: Prediction) -> None:
         """Show the answer when no more frames come for now.
 
         Args:
             prediction: Over all grids.
-            seen: Share of the directions around the object from which it has been seen.
         """
         if self._last is None:
             return
         step, frame, target, model = self._last
-        step = replace(step, prediction=prediction, seen=seen)
+        coverage = step.coverage if prediction.coverage is None else prediction.coverage
+        step = replace(step, prediction=prediction, coverage=coverage)
         self._last = (step, frame, target, model)
         self._rows = [*self._rows[:-1], step.summary()]
         self._put(self.news)
@@ -128,7 +128,7 @@ class LiveWatch:
         self._last = (result.last, frame, target, result.last.model)
         if self._rows:
             self._rows[-1] = result.last.summary()
-        early = result.reason or "interrupted" if result.interrupted else ""
+        early = result.end_reason or "interrupted" if result.interrupted else ""
         self._put(f"the run is over: {self._run.ended or early or 'no more frames'}")
 
     def _look_round(self, T_map_camera: RigidTransform) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from circumspect.viewer.dashboard import Dashboard
     from circumspect.viewer.run_controls import RunControls
 
-PLANNERS = ("normals", "circle", "convinced")
+PLANNERS = ("normals", "circle", "confidence")
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ class Panel:
                 for name, visible in LAYERS.items()
             }
         with self.tabs.add_tab("Stages"):
-            self._seen = gui.add_progress_bar(0.0)
+            self._coverage = gui.add_progress_bar(0.0)
             self._times = gui.add_html("")
             self._faults = gui.add_html("")
 
@@ -85,7 +85,7 @@ class Panel:
         self._tell("bars", self._bars, bars_html(row.get("probabilities")))
         self._tell("times", self._times, times_html(row))
         self._tell("faults", self._faults, faults_html(shown.rows, shown.count))
-        self._seen.value = 100.0 * float(row.get("seen", 0.0))
+        self._coverage.value = 100.0 * float(row.get("coverage", 0.0))
         self._history.image = probability_picture(shown.rows, shown.count, total)
         if shown.images is not None:
             self._images.image = images_side_by_side(shown.images)
@@ -102,7 +102,12 @@ class Panel:
         else:
             p = turned.prediction
             text = answer_html(
-                {"label": p.label, "probability": p.probability, "known": p.known},
+                {
+                    "label": p.label,
+                    "probability": p.probability,
+                    "in_distribution": p.in_distribution,
+                    "alternatives": p.alternatives,
+                },
                 news=f"turned by {np.degrees(turned.yaw):.0f}°: "
                 + ("the answer stays" if p.label == label else f"it was {label}"),
             ).replace("circumspect-label", "circumspect-turned")

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
+from circumspect.classification.answer_text import answer_parts, percent, truth_text
 from circumspect.pipeline import CLASSIFIED
-from circumspect.pipeline.doubt import FEW_SIDES, OTHERS
-from circumspect.planning import ENOUGH_SEEN
 from circumspect.viewer.colouring import CLASSES
 
 MOST_BARS, MOST_FAULTS = 6, 6
@@ -28,26 +27,24 @@ def answer_html(row: Mapping[str, Any], truth: str | None = None, news: str = ""
     if label is None or probability is None:
         head = f"<b style='font-size:1.5em'>no answer yet</b><br>{_text(row.get('outcome') or '')}"
     else:
+        known = row.get("in_distribution") is not False
+        name, figures = answer_parts(label, probability, known, row.get("alternatives"))
         head = (
-            f"<b id='circumspect-label' style='font-size:1.7em'>{_text(label)}</b> "
-            f"<span style='font-size:1.3em'>{probability:.2f}</span>"
+            f"<b id='circumspect-label' style='font-size:1.7em'>{_text(name)}</b> "
+            f"<span style='font-size:1.3em'>{_text(figures)}</span>"
         )
-        if row.get("known") is False:
-            head += f" <span style='{QUIET}'>not sure to be of any class</span>"
-        elif row.get("conclusive") is False:
-            why = OTHERS if row.get("seen", 0.0) >= ENOUGH_SEEN else FEW_SIDES
-            head += f" <span style='{QUIET}'>{why.removeprefix(', ')}</span>"
+        if row.get("confident") is False:
+            why = f": {_text(row['reason'])}" if row.get("reason") else ""
+            head += f" <span style='{QUIET}'>not confident{why}</span>"
         if truth is not None:
-            right = truth == label
-            head += (
-                f" <span style='color:{'#15803d' if right else '#b91c1c'}'>"
-                f"{'right' if right else f'wrong, it is a {_text(truth)}'}</span>"
-            )
+            colour = "#15803d" if truth == label else "#b91c1c"
+            judged = truth_text(label, known, truth)
+            head += f" <span style='color:{colour if known else '#64748b'}'>{_text(judged)}</span>"
     frame, told = row.get("frame"), ""
     if frame is not None:
         told = (
-            f"frame {frame + 1}, {row.get('stamp', 0.0):.1f} s · seen from "
-            f"{row.get('seen', 0.0):.0%} of the directions · {row.get('points', 0):,} points"
+            f"frame {frame + 1}, {row.get('stamp', 0.0):.1f} s · "
+            f"{percent(row.get('coverage', 0.0))} coverage · {row.get('points', 0):,} points"
         )
     extra = f"<div>{_text(news)}</div>" if news else ""
     return _box(f"{head}<div style='{QUIET}'>{told}</div>{extra}")
@@ -63,7 +60,7 @@ def bars_html(probabilities: Mapping[str, float] | None) -> str:
         f"<tr><td style='padding-right:.6em;white-space:nowrap'>{_text(name)}</td>"
         f"<td style='width:60%'><div style='height:.75em;border-radius:2px;min-width:1px;"
         f"width:{100 * share:.1f}%;background:rgb({','.join(map(str, colours[name]))})'></div></td>"
-        f"<td style='text-align:right'>{share:.3f}</td></tr>"
+        f"<td style='text-align:right'>{percent(share)}</td></tr>"
         for name, share in first
     )
     return _box(f"<table style='width:100%;border-spacing:0;line-height:1.25'>{rows}</table>")

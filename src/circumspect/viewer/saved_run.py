@@ -18,16 +18,18 @@ from circumspect.geometry import Trajectory, read_cloud, read_tum
 from circumspect.geometry.npy_stream import read_arrays
 from circumspect.grid import OccupancyGrid
 from circumspect.pipeline.playback_moment import PlaybackMoment
+from circumspect.pipeline.records import ANSWER_KEYS
 from circumspect.pipeline.run_folder import CONFIG, LOG, PLAYBACK
 from circumspect.pipeline.surroundings import Surroundings
+from circumspect.viewer.older_keys import with_todays_keys
 
 MOST_FRAMES = 100_000
 LARGEST_LOG, LARGEST_JSON, LARGEST_ODOMETRY = 512 << 20, 16 << 20, 16 << 20
 """Bytes."""
 LARGEST_NUMBER = 1e30
 """Sums of larger ones might overflow."""
-LOG_KEYS = ("outcome", "label", "gate", "doubt")
-ANSWER = ("label", "known", "conclusive", "probability", "probabilities", "seen")
+LOG_KEYS = ("outcome", "label", "reason", "gate", "doubt")
+ANSWER = (*ANSWER_KEYS, "coverage")
 """Of a row and of the result: over all grids, and after the last loop was closed."""
 Row = Mapping[str, Any]
 
@@ -83,7 +85,7 @@ class SavedRun:
                 "circumspect scan, demo and replay make such folders"
             )
         ended = folder / "result.json"
-        result = _document(ended) if ended.is_file() else {}
+        result = with_todays_keys(_document(ended)) if ended.is_file() else {}
         run = cls(
             folder,
             _document(folder / CONFIG),
@@ -162,8 +164,7 @@ def _rows(path: Path) -> list[Row]:
             if number >= MOST_FRAMES:
                 raise InputError(f"{path}: more than {MOST_FRAMES} frames can not be shown")
             try:
-                row = json.loads(line)
-                rows.append(_checked(row))
+                rows.append(_checked(json.loads(line)))
             except (ValueError, RecursionError, TypeError, KeyError) as error:
                 if line.endswith("\n"):
                     raise InputError(f"{path}: line {number + 1} is broken") from error
@@ -181,15 +182,19 @@ def _checked(row: Any) -> Row:
     """A row whose entries are what they should be; others are left out."""
     if not isinstance(row, dict):
         raise TypeError("not an object")
+    row = with_todays_keys(row)
     if not (_is_number(row["frame"]) and _is_number(row["stamp"])):
         raise TypeError("frame and stamp are no numbers")
     told: dict[str, Any] = {"frame": int(row["frame"]), "stamp": float(row["stamp"])}
     told |= {name: str(row[name])[:300] for name in LOG_KEYS if row.get(name) is not None}
     told |= {
-        name: row[name] for name in ("probability", "seen", "points") if _is_number(row.get(name))
+        name: row[name]
+        for name in ("probability", "coverage", "points")
+        if _is_number(row.get(name))
     }
-    told |= {name: row[name] for name in ("known", "conclusive") if isinstance(row.get(name), bool)}
-    for name in ("probabilities", "milliseconds"):
+    flags = ("in_distribution", "confident")
+    told |= {name: row[name] for name in flags if isinstance(row.get(name), bool)}
+    for name in ("probabilities", "alternatives", "milliseconds"):
         table = row.get(name)
         if isinstance(table, dict):
             told[name] = {

@@ -44,8 +44,8 @@ def turned_object(thing: ShownObject, yaw: float, classifier: Classifier) -> Tur
     points = Rotation.from_euler("z", yaw).apply(thing.points_xyz - centre) + centre
     grid = bounds.hits(points)
     try:
-        prediction = classifier.classify_grid(grid)
+        prediction = classifier.classify_grid(grid, metric=True)
     except CircumspectError:
         # A classifier of points, or of other grids: it is shown the cloud.
-        prediction = classifier.classify(PointCloud(points))
+        prediction = classifier.classify(PointCloud(points), metric=True)
     return TurnedObject(yaw, grid, prediction)

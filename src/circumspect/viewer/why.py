@@ -123,7 +123,7 @@ class Why:
         try:
             if not isinstance(self._classifier, OnnxClassifier):
                 raise CircumspectError("only ONNX classifiers can be explained")
-            evidence = cell_evidence(self._classifier, question.grid)
+            evidence = cell_evidence(self._classifier, question.grid, metric=True)
             found = Explanation(evidence, self._nearest(self._classifier, question.grid))
         except CircumspectError as error:
             failure = str(error)
@@ -134,7 +134,7 @@ class Why:
 
     def _nearest(self, classifier: OnnxClassifier, grid: OccupancyGrid) -> tuple[NearExample, ...]:
         try:
-            return nearest_examples(classifier, grid, NEAREST)
+            return nearest_examples(classifier, grid, NEAREST, metric=True)
         except CircumspectError:
             return ()  # No table belongs to these weights.
 

@@ -11,7 +11,7 @@ from small_world import blind, frames, pipeline
 
 from circumspect.geometry import wrapped
 from circumspect.grid import CylindricalGrid, OccupancyGrid
-from circumspect.pipeline.views import share_seen
+from circumspect.pipeline.views import azimuth_coverage
 
 GRID = OccupancyGrid(CylindricalGrid(centre_xyz=(1.0, -2.0, 0.5)), np.zeros((32, 32, 32), np.uint8))
 
@@ -31,7 +31,7 @@ def views(*bearings_deg: float) -> np.ndarray:
 def test_a_view_shows_a_quarter_and_views_overlap(
     bearings: tuple[float, ...], share: float
 ) -> None:
-    assert share_seen(views(*bearings), GRID) == pytest.approx(share, abs=0.02)
+    assert azimuth_coverage(views(*bearings), GRID) == pytest.approx(share, abs=0.02)
 
 
 def by_definition(views_xyz: np.ndarray, centre_xy: tuple[float, float]) -> float:
@@ -51,14 +51,14 @@ def test_it_is_the_share_by_definition_wherever_the_axis_is(
     views_xyz: np.ndarray, x: float, y: float
 ) -> None:
     grid = OccupancyGrid(CylindricalGrid(centre_xyz=(x, y, 0.5)), GRID.states)
-    assert share_seen(views_xyz, grid) == by_definition(views_xyz, (x, y))
+    assert azimuth_coverage(views_xyz, grid) == by_definition(views_xyz, (x, y))
 
 
 def test_thousands_of_views_take_no_time() -> None:
     many = np.random.default_rng(0).normal(0, 2, (36_000, 3))
-    grown = [share_seen(many[:40], GRID)]
+    grown = [azimuth_coverage(many[:40], GRID)]
     start = time.process_time()
-    grown.append(share_seen(many, GRID))
+    grown.append(azimuth_coverage(many, GRID))
     assert time.process_time() - start < 0.05, "the table of all views and directions took 0.2 s"
     assert grown[1] == 1.0
 
@@ -71,13 +71,13 @@ def test_what_was_seen_is_told_after_every_frame_and_counts_to_a_stage(
     def slow(views_xyz: np.ndarray, grid: OccupancyGrid) -> float:
         asked.append(len(views_xyz))
         time.sleep(0.02)
-        return share_seen(views_xyz, grid)
+        return azimuth_coverage(views_xyz, grid)
 
-    monkeypatch.setattr("circumspect.pipeline.recognition_pipeline.share_seen", slow)
+    monkeypatch.setattr("circumspect.pipeline.recognition_pipeline.azimuth_coverage", slow)
     shots = list(frames(4))
     line = pipeline()
     steps = [line.step(blind(shot) if number == 2 else shot) for number, shot in enumerate(shots)]
     assert asked == [1, 2, 3], "a frame that changes nothing costs nothing"
     for step in steps:
-        assert step.seen == share_seen(step.model.views_xyz, step.grid)
+        assert step.coverage == azimuth_coverage(step.model.views_xyz, step.grid)
         assert sum(step.milliseconds.values()) >= (0 if step.index == 2 else 20)
