@@ -26,10 +26,10 @@ class Rule:
 
     Attributes:
         answer: A class, "other" or "ambiguous".
-        words: Whole words or phrases, one of which the name must have, with or without a plural
-            s; empty means any name.
-        without: None of which the name may have.
-        categories: One of which the category must be; empty means any.
+        words: Whole words or phrases; the name must have one of them, with or without a plural s.
+            Empty means any name.
+        without: The name must have none of them.
+        categories: The category must be one of them. Empty means any.
         upright: Whether it must be taller than wide and deep, and no lower than a chair.
     """
 
