@@ -19,7 +19,7 @@ TOLD = {
     "03": r"^11: +\d+ px, seen 100%, toilet",
     "04": r"^path known within \d\.\d mm$",
     "05": r"^the limit of 4 frames is reached: \w+$",
-    "06": r"^shipped +accuracy",
+    "06": r"^modelnet10 +accuracy",
 }
 
 

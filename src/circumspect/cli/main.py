@@ -21,6 +21,7 @@ COMMANDS = {
     "scan": ("scan:Scan", "the same for an object of your choice"),
     "classify": ("classify:Classify", "class and probabilities of meshes, clouds and grids"),
     "explain": ("explain:Explain", "why: the cells that carry the answer, what it resembles"),
+    "models": ("models:Models", "the classifiers at hand, with their figures"),
     "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
     "replay": ("replay:Replay", "a recording through the pipeline"),
     "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),
