@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect import __version__
+from circumspect.cli.evaluate_crops import are_crops, evaluate_crops
 from circumspect.cli.given_flags import given_flags
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, printable
@@ -28,15 +29,17 @@ YAWS = 64
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Accuracy at many yaws: the points are turned and gridded anew at each.
+    """Accuracy at many yaws, the points turned and gridded anew at each; or on real objects.
 
     $ circumspect evaluate --data ModelNet10 --split test --yaw-count 64 --out eval
     $ circumspect evaluate --weights runs/train-planes --data ModelNet10 --yaw 0,45
     $ circumspect evaluate --data ModelNet10 --split test --corrupt --out robustness
+    $ circumspect evaluate --data objects.npz --out real
     """
 
-    data: Path
-    """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made."""
+    data: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PATH")]
+    """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made; or
+    files of labelled real objects, which are not turned: docs/real-objects.md has their layout."""
     weights: Path | None = None
     """An ONNX classifier, a checkpoint or a run's folder; without it the shipped classifier."""
     split: Literal["validation", "test", "train"] = "validation"
@@ -51,6 +54,8 @@ class Evaluate:
     margin: float | None = None
     """Show objects in a grid this many times as large as the smallest one, in place of the
     weights' own margin."""
+    scale: Literal["metric", "unknown"] = "metric"
+    """Of real objects: unknown withholds from the classifier that coordinates are metres."""
     out: Path = Path("evaluation")
     """Folder for metrics.json and figures."""
     json: bool = False
@@ -66,6 +71,13 @@ class Evaluate:
         from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
         from circumspect.storage import write_json
 
+        if are_crops(self.data):
+            return self._real_objects()
+        if len(self.data) != 1:
+            raise InputError(f"--data: one set at a time, not {len(self.data)}")
+        if self.scale != "metric":
+            raise InputError("--scale goes with files of labelled real objects")
+        data = self.data[0]
         given = given_flags(self, "yaw", "yaw_count")
         if self.corrupt and given:
             raise InputError(f"--corrupt is measured at 0°; leave {given[0]} out")
@@ -77,11 +89,11 @@ class Evaluate:
         if self.margin is not None:
             predictor = with_margin(predictor, self.margin)
         with progress_bar("sampling meshes") as progress:
-            evaluated = open_evaluation_set(predictor, self.data, self.split, progress)
+            evaluated = open_evaluation_set(predictor, data, self.split, progress)
         # First of all, so that a folder that can not be written is found out before the work.
         how = {"corrupt": True} if self.corrupt else {"yaw_deg": yaws}
         shown = {"margin": predictor.recipe.margin}
-        config = {"data": str(self.data), "split": self.split, **shown, **how}
+        config = {"data": str(data), "split": self.split, **shown, **how}
         write_json(self.out / "evaluation.json", config)
         if self.corrupt:
             return self._corrupt(predictor, evaluated)
@@ -94,6 +106,17 @@ class Evaluate:
         print(json.dumps(metrics) if self.json else _readable(metrics, self.out))  # noqa: T201
         self._draw(sweep, evaluated.objects)
         return 0
+
+    def _real_objects(self) -> int:
+        from circumspect.evaluation.predictor import load_predictor
+
+        if given := given_flags(self, "split", "yaw", "yaw_count", "corrupt", "margin"):
+            raise InputError(f"real objects are classified as they are; leave {given[0]} out")
+        predictor = load_predictor(self.weights, self.threads)
+        model = "shipped" if self.weights is None else self.weights.name
+        return evaluate_crops(
+            predictor, model, self.data, self.out, scale=self.scale, as_json=self.json
+        )
 
     def _head(self, predictor: Predictor, evaluated: EvaluationSet) -> dict[str, Any]:
         return {
