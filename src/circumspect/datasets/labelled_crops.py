@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from circumspect.errors import InputError, printable
 from circumspect.geometry import PointCloud
 from circumspect.geometry.frozen_array import ReadOnlyArrays
-from circumspect.geometry.npy_stream import read_arrays
+from circumspect.geometry.npy_stream import NPZ_FAULTS, read_arrays
 
 KINDS = {"points": "f", "offsets": "iu", "label": "U", "scene": "U", "name": "U"}
 """Arrays of a file to NumPy's letters for what they hold."""
@@ -109,10 +109,10 @@ class LabelledCrops(ReadOnlyArrays):
             )
 
     def _check_coordinates(self) -> None:
-        bad = ~np.isfinite(self.points_xyz).all(axis=1)
-        if bad.any():
-            index = int(np.searchsorted(self.offsets, np.flatnonzero(bad)[0], side="right")) - 1
-            count = int(bad[self.offsets[index] : self.offsets[index + 1]].sum())
+        bad = np.flatnonzero(~np.isfinite(self.points_xyz).all(axis=1))
+        if len(bad):
+            of = np.searchsorted(self.offsets, bad, side="right") - 1
+            index, count = int(of[0]), int((of == of[0]).sum())
             raise InputError(
                 f"{self.title(index)} has {count} points that are NaN or infinite; remove them"
             )
@@ -127,7 +127,8 @@ class LabelledCrops(ReadOnlyArrays):
 
     def cloud(self, index: int) -> PointCloud:
         """The points of one object [m]."""
-        return PointCloud(self.points_xyz[self.offsets[index] : self.offsets[index + 1]])
+        points = self.points_xyz[self.offsets[index] : self.offsets[index + 1]]
+        return PointCloud(points.astype(np.float64))
 
     @cached_property
     def digest(self) -> str:
@@ -151,7 +152,7 @@ def is_labelled_crops(path: Path) -> bool:
     try:
         with zipfile.ZipFile(path) as archive:
             keys = {name.removesuffix(".npy") for name in archive.namelist()}
-    except (OSError, ValueError, zipfile.BadZipFile):
+    except (OSError, *NPZ_FAULTS):
         return False
     return "points_u16" not in keys and not keys.isdisjoint({"offsets", "label", "scene"})
 

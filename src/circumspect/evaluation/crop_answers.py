@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass
 from math import isfinite
 from typing import Any, Literal
 
+import numpy as np
+
 from circumspect.classification import Classifier
 from circumspect.classification.plausible_size import require_plausible_size
 from circumspect.classification.prediction import Prediction
@@ -14,7 +16,7 @@ from circumspect.datasets.label_meaning import LabelUse, meaning_of
 from circumspect.datasets.labelled_crops import LabelledCrops
 from circumspect.errors import InputError, WeightsError, printable
 from circumspect.evaluation.predictor import Predictor
-from circumspect.geometry import PointCloud
+from circumspect.geometry import PointCloud, require_extent
 
 Scale = Literal["metric", "unknown"]
 """Whether a classifier is told that coordinates are metres."""
@@ -140,7 +142,9 @@ def answer_crops(
     for source, crops in sources.items():
         for index in range(len(crops)):
             try:
-                prediction = classified(predictor, crops.cloud(index), scale)
+                cloud = crops.cloud(index)
+                _require_usable(cloud, scale)
+                prediction = classified(predictor, cloud, scale)
             except WeightsError:
                 raise
             except InputError as error:
@@ -160,7 +164,7 @@ def classified(predictor: Predictor, cloud: PointCloud, scale: Scale) -> Predict
 
     Raises:
         GeometryError: The points span no shape.
-        InputError: A size that nothing in a room has, or an unknown scale where one is required.
+        InputError: An unknown scale where one is required.
         WeightsError: A checkpoint of a network that is shown more than a grid.
     """
     if isinstance(predictor, Classifier):
@@ -170,10 +174,22 @@ def classified(predictor: Predictor, cloud: PointCloud, scale: Scale) -> Predict
             "a checkpoint is not shown sizes and visibility; make an ONNX file of it with "
             "circumspect export"
         )
-    if scale == "metric":
-        require_plausible_size(cloud)
     probabilities = predictor.probabilities(predictor.recipe.inputs(cloud))
     return Prediction.from_probabilities(predictor.classes, probabilities[0])
+
+
+def _require_usable(cloud: PointCloud, scale: Scale) -> None:
+    """That an object spans a shape, and is as large as something in a room."""
+    require_extent(cloud)
+    if scale == "unknown":
+        return
+    try:
+        require_plausible_size(cloud)
+    except InputError as error:
+        longest = float(np.ptp(cloud.points_xyz, axis=0).max())
+        raise InputError(
+            f"its longest side is {longest:.3g} m; save points in metres, or give --scale unknown"
+        ) from error
 
 
 def _answer(

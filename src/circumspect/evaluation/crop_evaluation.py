@@ -22,7 +22,7 @@ from circumspect.storage import atomic_open, write_json
 METRICS, REPORT = "metrics.json", "report.md"
 OBJECTS_JSON, OBJECTS_CSV = "objects.jsonl", "objects.csv"
 ERROR_PAGE = re.compile(r"errors(?:-[0-9]+)?\.png")
-COLUMNS = (
+COLUMNS: tuple[str, ...] = (
     "source", "scene", "name", "label", "use", "answer", "probability", "correct", "confident",
     "in_distribution", "in_distribution_probability", "distance", "alternatives",
 )  # fmt: skip
