@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from circumspect import __version__
+from circumspect.cli.evaluate_crops import are_crops, evaluate_crops
 from circumspect.cli.given_flags import given_flags
-from circumspect.cli.model_flag import MODELNET10, ModelFlag
+from circumspect.cli.model_flag import MODELNET10, ROBOT, ModelFlag
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, printable
 
@@ -30,18 +31,20 @@ YAWS = 64
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Accuracy at many yaws: the points are turned and gridded anew at each.
+    """Accuracy at many yaws, the points turned and gridded anew at each; or on real objects.
 
     $ circumspect evaluate --data ModelNet10 --split test --yaw-count 64 --out eval
     $ circumspect evaluate --model runs/train-planes --data ModelNet10 --yaw 0,45
     $ circumspect evaluate --data ModelNet10 --split test --corrupt --out robustness
+    $ circumspect evaluate --data objects.npz --out real
     """
 
-    data: Path
-    """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made."""
-    model: ModelFlag = MODELNET10
+    data: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PATH")]
+    """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made; or
+    files of labelled real objects, which are not turned: docs/real-objects.md has their layout."""
+    model: ModelFlag | None = None
     """A shipped classifier (`circumspect models` lists them), an ONNX file, a checkpoint or a run's
-    folder. modelnet10 is that of the paper's protocol; robot is for views of a robot."""
+    folder; by default modelnet10, that of the paper's protocol, and robot on real objects."""
     split: Literal["validation", "test", "train"] = "validation"
     """Choices are made on validation; test is for reports."""
     yaw: Annotated[str | None, tyro.conf.arg(metavar="DEG,DEG,...")] = None
@@ -54,6 +57,8 @@ class Evaluate:
     margin: float | None = None
     """Show objects in a grid this many times as large as the smallest one, in place of the
     classifier's own margin."""
+    scale: Literal["metric", "unknown"] = "metric"
+    """Of real objects: unknown withholds from the classifier that coordinates are metres."""
     out: Path = Path("evaluation")
     """Folder for metrics.json and figures."""
     json: bool = False
@@ -69,6 +74,13 @@ class Evaluate:
         from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
         from circumspect.storage import write_json
 
+        if are_crops(self.data):
+            return self._real_objects()
+        if len(self.data) != 1:
+            raise InputError(f"--data: one set at a time, not {len(self.data)}")
+        if self.scale != "metric":
+            raise InputError("--scale goes with files of labelled real objects")
+        data, name = self.data[0], self.model or MODELNET10
         given = given_flags(self, "yaw", "yaw_count")
         if self.corrupt and given:
             raise InputError(f"--corrupt is measured at 0°; leave {given[0]} out")
@@ -76,15 +88,15 @@ class Evaluate:
             raise InputError("give --yaw or --yaw-count, not both")
         count = YAWS if self.yaw_count is None else self.yaw_count
         yaws = spread_yaws(count) if self.yaw is None else _parsed(self.yaw)
-        predictor = load_predictor(self.model, self.threads)
+        predictor = load_predictor(name, self.threads)
         if self.margin is not None:
             predictor = with_margin(predictor, self.margin)
         with progress_bar("sampling meshes") as progress:
-            evaluated = open_evaluation_set(predictor, self.data, self.split, progress)
+            evaluated = open_evaluation_set(predictor, data, self.split, progress)
         # First of all, so that a folder that can not be written is found out before the work.
         how = {"corrupt": True} if self.corrupt else {"yaw_deg": yaws}
         shown = {"margin": predictor.recipe.margin}
-        config = {"data": str(self.data), "split": self.split, **shown, **how}
+        config = {"data": str(data), "split": self.split, **shown, **how}
         write_json(self.out / "evaluation.json", config)
         if self.corrupt:
             return self._corrupt(predictor, evaluated)
@@ -98,10 +110,21 @@ class Evaluate:
         self._draw(sweep, evaluated.objects)
         return 0
 
+    def _real_objects(self) -> int:
+        from circumspect.evaluation.predictor import load_predictor
+
+        if given := given_flags(self, "split", "yaw", "yaw_count", "corrupt", "margin"):
+            raise InputError(f"real objects are classified as they are; leave {given[0]} out")
+        name = self.model or ROBOT
+        predictor = load_predictor(name, self.threads)
+        return evaluate_crops(
+            predictor, Path(name).name, self.data, self.out, scale=self.scale, as_json=self.json
+        )
+
     def _head(self, predictor: Predictor, evaluated: EvaluationSet) -> dict[str, Any]:
         return {
             "circumspect": __version__,
-            **_identity(self.model),
+            **_identity(self.model or MODELNET10),
             "split": self.split,
             "data": evaluated.objects.digest,
             "seen_in_training": evaluated.seen,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 import tyro
 
 from circumspect.cli.freed_memory import keep_freed_memory
+from circumspect.cli.given_flags import given_flags
 from circumspect.cli.progress import progress_bar
 from circumspect.errors import InputError, MissingExtraError
 
@@ -40,14 +41,21 @@ class Reproduce:
     $ circumspect reproduce robustness --data ModelNet10 --epochs 24 moon2018=6
     $ circumspect reproduce rivals --data ModelNet10 --nets voxnet pointnet
     $ circumspect reproduce unknown --data ModelNet10 --yaw-count 8
+    $ circumspect reproduce real --crops objects.npz --contenders own=own.onnx
     """
 
-    what: tyro.conf.Positional[Literal["table2", "rivals", "robustness", "unknown"]]
+    what: tyro.conf.Positional[Literal["table2", "rivals", "robustness", "unknown", "real"]]
     """table2: the paper's network on both grids, with both poolings; rivals: it, six others and
     ours, at all yaws and any way up; robustness: the same, on corrupted objects; unknown: ours
-    without each class in turn."""
-    data: Path
-    """Folder with point packs, or ModelNet10's folder of OFF files."""
+    without each class in turn; real: classifiers on labelled real objects."""
+    data: Path | None = None
+    """Folder with point packs, or ModelNet10's folder of OFF files. Required, but for real."""
+    crops: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FILE")] = ()
+    """Of real: files of labelled real objects."""
+    contenders: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=FILE")] = ()
+    """Of real: ONNX classifiers, checkpoints or folders of runs, beside the shipped classifier."""
+    scale: Literal["metric", "unknown"] = "metric"
+    """Of real: unknown withholds from the classifiers that coordinates are metres."""
     robot: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Of table2: a set that `circumspect gather` made; the table's other half, on scans."""
     out: Path | None = None
@@ -72,6 +80,12 @@ class Reproduce:
 
     def run(self) -> int:
         """Do what is not yet done, and print the table."""
+        if self.what == "real":
+            return self._real_objects()
+        if misplaced := given_flags(self, "crops", "contenders", "scale"):
+            raise InputError(f"{misplaced[0]} goes with real")
+        if self.data is None:
+            raise InputError(f"{self.what} needs --data: ModelNet10's folder, or point packs")
         if self.robot is not None and self.what != "table2":
             raise InputError("--robot goes with table2")
         if self.nets and self.what not in COMPARISONS:
@@ -113,6 +127,31 @@ class Reproduce:
         if scans is not None:
             document["robot"] = experiments.reproduce_robot(scans, how, *rest)
             self._show(out / "table2_robot.md")
+        if self.json:
+            print(json.dumps(document))  # noqa: T201
+        return 0
+
+    def _real_objects(self) -> int:
+        """Compare classifiers on real objects."""
+        if misplaced := given_flags(self, "robot", "yaw_count"):
+            raise InputError(f"{misplaced[0]} does not go with real")
+        if not self.crops:
+            raise InputError("real needs --crops: files of labelled real objects")
+        try:
+            from circumspect import reproduction as experiments
+        except ImportError as error:
+            raise MissingExtraError(error.name or "torch", "train") from error
+        from circumspect.datasets import GridCache
+        from circumspect.reproduction.real import named_contenders
+
+        how = experiments.RealObjects(
+            **{"nets": (), **self._flags()}, contenders=named_contenders(self.contenders),
+            scale=self.scale, data=self.data,
+        )  # fmt: skip
+        out = self.out or Path("runs") / self.what
+        cache = GridCache(self.cache)
+        document = experiments.reproduce_real(self.crops, how, out, Shown(), cache)
+        self._show(out / f"{self.what}.md")
         if self.json:
             print(json.dumps(document))  # noqa: T201
         return 0

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import mannwhitneyu
 
 from circumspect import __version__
 from circumspect.classification import OnnxClassifier
 from circumspect.classification.shipped import MODELNET10, shipped_path
 from circumspect.datasets import GridCache, ObjectSet, validation_split
+from circumspect.evaluation.area_under_curve import area_under_curve
 from circumspect.evaluation.calibration import known_within
 from circumspect.evaluation.distances import nearest_distances
 from circumspect.evaluation.markdown import table
@@ -38,7 +37,6 @@ from circumspect.reproduction.stages import (
 from circumspect.reproduction.watched import Watched
 from circumspect.reproduction.whole_set import require_modelnet10
 
-Scores = NDArray[np.float64]
 SAMPLES = 32768
 """Drawn on each other thing, as `classify` draws them on a mesh: the holes between fewer would look
 strange in themselves."""
@@ -220,11 +218,6 @@ def _of_shipped(
         "unknown_beyond": beyond,
         "called_unknown": {kind: float(unknown[:, kinds == kind].mean()) for kind in OTHER_THINGS},
     }
-
-
-def area_under_curve(known: Scores, unknown: Scores) -> float:
-    """Chance that a known object scores higher than an unknown one (area under the ROC curve)."""
-    return float(mannwhitneyu(known, unknown).statistic / (len(known) * len(unknown)))
 
 
 def _markdown(document: dict[str, Any]) -> str:

@@ -1,0 +1,214 @@
+"""What a classifier answers to labelled real objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import Any, Literal
+
+import numpy as np
+
+from circumspect.classification import Classifier
+from circumspect.classification.plausible_size import require_plausible_size
+from circumspect.classification.prediction import Prediction
+from circumspect.datasets.label_meaning import LabelUse, meaning_of
+from circumspect.datasets.labelled_crops import LabelledCrops
+from circumspect.errors import InputError, WeightsError, printable
+from circumspect.evaluation.predictor import Predictor
+from circumspect.geometry import PointCloud, require_extent
+
+Scale = Literal["metric", "unknown"]
+"""Whether a classifier is told that coordinates are metres."""
+
+
+@dataclass(frozen=True)
+class CropAnswer:
+    """The answer to one real object, beside what it is.
+
+    Attributes:
+        source: Name of the file that it comes from.
+        scene: The room in which it stands.
+        name: What tells it apart from others of the file.
+        label: What it is, as the file has it.
+        use: Whether that is a class of the classifier.
+        true_class: The class; empty where the label is none.
+        answer: The most probable class.
+        probabilities: Class to probability, in the classifier's order; they sum to 1.
+        confident: Whether the answer may be acted on, by the classifier's rule.
+        reason: Why not; empty where it may.
+        in_distribution: Whether the object resembles the trained classes.
+        in_distribution_probability: Of being of one of the classes; None where the classifier has
+            no such model.
+        distance: To the nearest training object; None where the classifier does not hold them.
+        alternatives: Classes that the classifier does not separate, with their probabilities.
+    """
+
+    source: str
+    scene: str
+    name: str
+    label: str
+    use: LabelUse
+    true_class: str
+    answer: str
+    probabilities: Mapping[str, float]
+    confident: bool
+    reason: str
+    in_distribution: bool
+    in_distribution_probability: float | None
+    distance: float | None
+    alternatives: Mapping[str, float]
+
+    @property
+    def probability(self) -> float:
+        """Of the answer."""
+        return self.probabilities[self.answer]
+
+    @property
+    def second(self) -> str:
+        """The most probable class beside the answer; the answer itself where it is the only one."""
+        others = {name: p for name, p in self.probabilities.items() if name != self.answer}
+        return max(others, key=lambda name: others[name], default=self.answer)
+
+    @property
+    def correct(self) -> bool:
+        """Whether the answer equals the true class; never of another kind."""
+        return self.use is LabelUse.KNOWN_CLASS and self.answer == self.true_class
+
+    @property
+    def is_error(self) -> bool:
+        """Whether acting on the answer would be a mistake.
+
+        Of known classes every wrong answer is one, of other kinds the confident ones are.
+        """
+        if self.use is LabelUse.KNOWN_CLASS:
+            return not self.correct
+        return self.use is LabelUse.OTHER_KIND and self.confident
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer in JSON types; `from_dict` reads it back."""
+        return {**asdict(self), "use": self.use.value}
+
+    @classmethod
+    def from_dict(cls, document: Any) -> CropAnswer:
+        """Read back what `to_dict` made.
+
+        Raises:
+            InputError: Not such a document.
+        """
+        try:
+            answer = cls(**{**document, "use": LabelUse(document["use"])})
+            texts = (answer.source, answer.scene, answer.name, answer.label, answer.reason)
+            flags = (answer.confident, answer.in_distribution)
+            scores = (answer.in_distribution_probability, answer.distance)
+            numbers = [*answer.probabilities.values(), *(one for one in scores if one is not None)]
+            valid = (
+                all(isinstance(text, str) for text in texts)
+                and all(isinstance(flag, bool) for flag in flags)
+                and isinstance(answer.alternatives, dict)
+                and answer.answer in answer.probabilities
+                and answer.true_class in ("", *answer.probabilities)
+                and all(isfinite(number) for number in numbers)
+            )
+        except (TypeError, ValueError, KeyError, AttributeError) as error:
+            raise InputError("holds no answer to an object") from error
+        if not valid:
+            raise InputError("holds no answer to an object")
+        return answer
+
+
+def answer_crops(
+    predictor: Predictor,
+    sources: Mapping[str, LabelledCrops],
+    scale: Scale = "metric",
+    progress: Callable[[int, int], None] | None = None,
+) -> list[CropAnswer]:
+    """Classify all objects of some files.
+
+    Args:
+        predictor: A classifier, or a checkpoint whose network needs no context.
+        sources: Name of each file to its objects.
+        scale: "unknown" withholds from the classifier that coordinates are metres.
+        progress: Called with (done, all) objects.
+
+    Returns:
+        One answer an object, in the order of the files.
+
+    Raises:
+        InputError: An object spans no shape, or has a size that nothing in a room has.
+        WeightsError: The checkpoint can not be shown sizes, see `classified`.
+    """
+    total, found = sum(map(len, sources.values())), []
+    for source, crops in sources.items():
+        for index in range(len(crops)):
+            try:
+                cloud = crops.cloud(index)
+                _require_usable(cloud, scale)
+                prediction = classified(predictor, cloud, scale)
+            except WeightsError:
+                raise
+            except InputError as error:
+                title = f"{printable(source)}: {crops.title(index)}"
+                raise InputError(f"{title}: {error}") from error
+            found.append(_answer(predictor.classes, source, crops, index, prediction))
+            if progress:
+                progress(len(found), total)
+    return found
+
+
+def classified(predictor: Predictor, cloud: PointCloud, scale: Scale) -> Prediction:
+    """The answer to one object, by a classifier or by a checkpoint.
+
+    A checkpoint has no open-set model and no confidence rule of its own: all objects are in
+    distribution, and the default rule holds.
+
+    Raises:
+        GeometryError: The points span no shape.
+        InputError: An unknown scale where one is required.
+        WeightsError: A checkpoint of a network that is shown more than a grid.
+    """
+    if isinstance(predictor, Classifier):
+        return predictor.classify(cloud, metric=scale == "metric")
+    if predictor.recipe.takes_context:
+        raise WeightsError(
+            "a checkpoint is not shown sizes and visibility; make an ONNX file of it with "
+            "circumspect export"
+        )
+    probabilities = predictor.probabilities(predictor.recipe.inputs(cloud))
+    return Prediction.from_probabilities(predictor.classes, probabilities[0])
+
+
+def _require_usable(cloud: PointCloud, scale: Scale) -> None:
+    """That an object spans a shape, and is as large as something in a room."""
+    require_extent(cloud)
+    if scale == "unknown":
+        return
+    try:
+        require_plausible_size(cloud)
+    except InputError as error:
+        longest = float(np.ptp(cloud.points_xyz, axis=0).max())
+        raise InputError(
+            f"its longest side is {longest:.3g} m; save points in metres, or give --scale unknown"
+        ) from error
+
+
+def _answer(
+    classes: Sequence[str], source: str, crops: LabelledCrops, index: int, prediction: Prediction
+) -> CropAnswer:
+    meaning = meaning_of(str(crops.labels[index]), classes)
+    return CropAnswer(
+        source=source,
+        scene=str(crops.scenes[index]),
+        name=str(crops.names[index]),
+        label=str(crops.labels[index]),
+        use=meaning.use,
+        true_class=meaning.true_class,
+        answer=prediction.label,
+        probabilities={name: float(prediction.probabilities[name]) for name in classes},
+        confident=prediction.confident,
+        reason=prediction.reason,
+        in_distribution=bool(prediction.in_distribution),
+        in_distribution_probability=prediction.in_distribution_probability,
+        distance=prediction.distance,
+        alternatives=dict(prediction.alternatives),
+    )

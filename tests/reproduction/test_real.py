@@ -1,0 +1,249 @@
+"""Classifiers compared on real objects: with any predictor, resumable, and without training."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from experiment_watcher import Watched
+from hypothesis import given
+from hypothesis import strategies as st
+from made_crops import arrays_of, crop, other_crop, write_crops
+from two_kinds import ByHeight
+
+from circumspect.cli.main import main
+from circumspect.datasets.label_meaning import LabelUse
+from circumspect.errors import InputError
+from circumspect.evaluation.crop_answers import CropAnswer
+from circumspect.reproduction import RealObjects, reproduce_real
+from circumspect.reproduction.paired_comparison import compared_to_first, leave_one_room_out
+from circumspect.reproduction.real import named_contenders
+
+
+class Upside(ByHeight):
+    """Always answers the opposite."""
+
+    def probabilities(self, inputs):
+        return super().probabilities(inputs)[:, ::-1]
+
+
+class Others(ByHeight):
+    classes = ("low", "high")
+
+
+PREDICTORS = {"good.onnx": ByHeight(), "bad.onnx": Upside(), "others.onnx": Others()}
+
+
+def rooms(folder, name="rooms.npz"):
+    """Beams and boards in two rooms, and a thing of another kind."""
+    sizes = {"flat": (2.0, 0.3, 0.1), "tall": (0.3, 0.2, 2.0)}
+    rng = np.random.default_rng(0)
+    labels = ["flat", "tall", "flat", "tall"]
+    clouds = [(rng.random((400, 3)) - 0.5) * sizes[label] for label in labels]
+    arrays = arrays_of(
+        [*clouds, other_crop()], [*labels, "lamp"], ["hall", "hall", "attic", "attic", "attic"]
+    )
+    return write_crops(folder / name, arrays)
+
+
+@pytest.fixture
+def loaded(tmp_path, monkeypatch):
+    """Contenders that are loaded from files in name only."""
+    for name in PREDICTORS:
+        (tmp_path / name).write_text(name)
+    monkeypatch.setattr(
+        "circumspect.reproduction.real.load_predictor", lambda path: PREDICTORS[path.name]
+    )
+    return tmp_path
+
+
+def contenders(folder, *names):
+    return {name: folder / f"{name}.onnx" for name in names}
+
+
+def test_contenders_are_compared_object_by_object(loaded):
+    how = RealObjects(contenders=contenders(loaded, "good", "bad"))
+    crops, out = rooms(loaded), loaded / "out"
+    document = reproduce_real([crops], how, out, Watched())
+    good, bad = (document["contenders"][name]["overall"]["accuracy"] for name in ("good", "bad"))
+    assert (good["hits"], good["objects"]) == (4, 4)
+    assert bad["hits"] == 0
+    assert document["paired"] == {"bad": {"gained": 0, "lost": 4, "p": pytest.approx(0.125)}}
+    choice = document["leave_one_room_out"]
+    assert [row["chosen"] for row in choice["rooms"]] == ["good", "good"]
+    assert choice["chosen"]["hits"] == 4
+    text = (out / "real.md").read_text()
+    assert max(map(len, text.splitlines())) <= 80
+    assert json.loads((out / "real.json").read_text()) == document
+    assert document["command"] in text
+    assert str(loaded) not in text
+
+
+def test_answers_that_are_there_are_kept(loaded):
+    crops, out, first, again = rooms(loaded), loaded / "out", Watched(), Watched()
+    how = RealObjects(contenders=contenders(loaded, "good", "bad"))
+    document = reproduce_real([crops], how, out, first)
+    assert first.steps == ["good, rooms", "bad, rooms"]
+    assert reproduce_real([crops], how, out, again) == document
+    assert again.steps == [], "nothing is measured again"
+    more, third = rooms(loaded, "more.npz"), Watched()
+    both = reproduce_real([crops, more], how, out, third)
+    assert third.steps == ["good, more", "bad, more"]
+    assert both["contenders"]["good"]["overall"]["accuracy"]["objects"] == 8
+
+
+def test_an_interrupted_comparison_goes_on(loaded, monkeypatch):
+    crops, out = rooms(loaded), loaded / "out"
+    how = RealObjects(contenders=contenders(loaded, "good", "bad"))
+
+    def interrupted(self, inputs):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Upside, "probabilities", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            reproduce_real([crops], how, out, Watched())
+    rest = Watched()
+    reproduce_real([crops], how, out, rest)
+    assert rest.steps == ["bad, rooms"]
+
+
+@pytest.mark.parametrize("text", ["{", "[]", "[1, 2, 3, 4, 5]", "{}", "null"])
+def test_broken_answers_name_the_folder_to_remove(loaded, text):
+    crops, out = rooms(loaded), loaded / "out"
+    how = RealObjects(contenders=contenders(loaded, "good"))
+    reproduce_real([crops], how, out, Watched())
+    (out / "good" / "rooms" / "result.json").write_text(text)
+    with pytest.raises(InputError, match="remove the folder") as error:
+        reproduce_real([crops], how, out, Watched())
+    assert "\n" not in str(error.value)
+
+
+def test_other_objects_or_weights_are_not_mixed_in(loaded):
+    crops, out = rooms(loaded), loaded / "out"
+    how = RealObjects(contenders=contenders(loaded, "good"))
+    reproduce_real([crops], how, out, Watched())
+    (loaded / "good.onnx").write_text("another training")
+    with pytest.raises(InputError, match="other weights"):
+        reproduce_real([crops], how, out, Watched())
+    (loaded / "good.onnx").write_text("good.onnx")
+    write_crops(crops, arrays_of([crop("chair", 1)], ["flat"], ["hall"]))
+    with pytest.raises(InputError, match="other data"):
+        reproduce_real([crops], how, out, Watched())
+
+
+def test_contenders_of_other_classes_are_refused_before_the_work(loaded):
+    watched = Watched()
+    how = RealObjects(contenders=contenders(loaded, "good", "others"))
+    with pytest.raises(InputError, match="others knows low, high, but good knows flat, tall"):
+        reproduce_real([rooms(loaded)], how, loaded / "out", watched)
+    assert watched.steps == []
+
+
+def test_training_is_refused_with_what_to_do_instead(loaded):
+    how = RealObjects(nets=("planes",), contenders={})
+    with pytest.raises(InputError, match="give --contenders planes=FILE"):
+        reproduce_real([rooms(loaded)], how, loaded / "out", Watched())
+
+
+def test_a_comparison_of_nothing_is_refused():
+    with pytest.raises(InputError, match="nothing to compare"):
+        RealObjects(contenders={})
+    with pytest.raises(InputError, match="is the name of a network"):
+        RealObjects(nets=("planes",), contenders={"planes": "a.onnx"})
+
+
+class TestNamedContenders:
+    def test_names_and_files(self):
+        found = named_contenders(["own=runs/own", "other.onnx"])
+        assert list(found) == ["circumspect", "own", "other"]
+        assert found["own"].name == "own"
+
+    @pytest.mark.parametrize("word", ["=a.onnx", "own=", "", "circumspect=a.onnx"])
+    def test_words_that_name_nothing(self, word):
+        with pytest.raises(InputError, match="--contenders"):
+            named_contenders([word])
+
+    def test_a_name_that_stands_twice(self):
+        with pytest.raises(InputError, match="stands for another classifier already"):
+            named_contenders(["own=a.onnx", "own=b.onnx"])
+
+
+def row(correct, scenes):
+    """Answers that are correct or not, in rooms."""
+    return [
+        CropAnswer(
+            source="file", scene=scene, name="0", label="a", use=LabelUse.KNOWN_CLASS,
+            true_class="a", answer="a" if right else "b", probabilities={"a": 0.5, "b": 0.5},
+            confident=False, reason="", in_distribution=True, in_distribution_probability=None,
+            distance=None, alternatives={},
+        )
+        for right, scene in zip(correct, scenes, strict=True)
+    ]  # fmt: skip
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans(), st.sampled_from("abc")), min_size=1))
+def test_leave_one_room_out_counts_the_choice_of_the_other_rooms(objects):
+    first, second, scenes = (list(column) for column in zip(*objects, strict=True))
+    found = leave_one_room_out({"one": row(first, scenes), "two": row(second, scenes)})
+    names = sorted(set(scenes))
+    if len(names) < 2:
+        assert found["rooms"] == []
+        return
+    correct = 0
+    for name, kept in zip(names, found["rooms"], strict=True):
+        sums = [
+            sum(hit for hit, scene in zip(hits, scenes, strict=True) if scene != name)
+            for hits in (first, second)
+        ]
+        best = (first, second)[int(sums[1] > sums[0])]
+        assert kept["scene"] == name
+        correct += sum(hit for hit, scene in zip(best, scenes, strict=True) if scene == name)
+    assert found["chosen"]["hits"] == correct
+    assert found["chosen"]["objects"] == len(objects)
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1))
+def test_gained_and_lost_explain_the_difference(pairs):
+    first, second = (list(column) for column in zip(*pairs, strict=True))
+    scenes = ["room"] * len(pairs)
+    found = compared_to_first({"one": row(first, scenes), "two": row(second, scenes)})["two"]
+    assert found["gained"] - found["lost"] == sum(second) - sum(first)
+    assert 0 < found["p"] <= 1
+
+
+def test_the_command_compares_the_shipped_classifier_with_a_copy(tmp_path, capsys):
+    from circumspect.classification.onnx_classifier import shipped_path
+
+    (tmp_path / "copy.onnx").write_bytes(shipped_path().read_bytes())
+    clouds = [crop("chair", 1), crop("sofa", 2), other_crop()]
+    crops = write_crops(
+        tmp_path / "rooms.npz", arrays_of(clouds, ["chair", "sofa", "lamp"], ["a", "b", "b"])
+    )
+    words = ("reproduce", "real", "--crops", crops, "--contenders", tmp_path / "copy.onnx")
+    assert main([*map(str, words), "--out", str(tmp_path / "out"), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert list(document["contenders"]) == ["circumspect", "copy"]
+    assert document["paired"]["copy"] == {"gained": 0, "lost": 0, "p": 1.0}
+    assert document["contenders"]["copy"]["open_set"]["measure"] == "distance"
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("real",), "real needs --crops"),
+        (("real", "--crops", "x.npz", "--robot", "y"), "--robot does not go with real"),
+        (("real", "--crops", "x.npz", "--contenders", "own="), "give NAME=FILE"),
+        (("real", "--crops", "none.npz"), "none.npz: does not exist"),
+        (("rivals", "--data", "y", "--crops", "x.npz"), "--crops goes with real"),
+        (("table2",), "table2 needs --data"),
+    ],
+)
+def test_flags_that_do_not_fit_cost_one_line(words, why, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["reproduce", *words]) == 2
+    told = capsys.readouterr().err
+    assert why in told
+    assert told.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
