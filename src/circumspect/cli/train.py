@@ -61,6 +61,10 @@ class Train:
     """Share of the variants that hold only what a scan of a part of the object sees, 0 … 1."""
     damage: float | None = None
     """Share of the variants that miss a large part, lean or have points floating about, 0 … 1."""
+    random_yaw: bool = False
+    """Turn every variant of every object about the vertical by a random angle, as the papers of
+    VoxNet, 3DShapeNets and PointNet do. Off, the network sees 0° alone, like the shipped classifier
+    and every figure that is not labelled otherwise; on, what it knows of a turn is learnt."""
     validation: bool = True
     """Train on all objects and keep the last epoch; without it some are held back, and if they are
     100 or more, the epoch that names them best is kept."""
@@ -85,12 +89,14 @@ class Train:
         from circumspect.cli.say import say
         from circumspect.cli.training_progress import TrainingProgress
         from circumspect.datasets import GridCache, open_data_set
-        from circumspect.nets.registry import require_takes
+        from circumspect.nets.registry import require_takes, require_turnable
 
         net = pooled_net(self.net, self.pool)
         # What is wrong with the flags is told before meshes are sampled.
         settings, recipe = self._settings(net), self._recipe(net)
         require_takes(net, recipe)
+        if settings.random_yaw:
+            require_turnable(net)
         with progress_bar("sampling meshes") as progress:
             objects = open_data_set(self.data, "train", progress)
         if self.passes is None and (passes := passes_for(len(objects))) > 1:
