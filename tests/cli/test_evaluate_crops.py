@@ -126,7 +126,7 @@ def test_a_file_of_other_kinds_alone(tmp_path, capsys):
 def test_an_own_classifier_is_named(rooms, tmp_path, capsys):
     own = tmp_path / "own.onnx"
     own.write_bytes(shipped_path().read_bytes())
-    words = ("evaluate", "--weights", own, "--data", rooms, "--out", tmp_path / "out", "--json")
+    words = ("evaluate", "--model", own, "--data", rooms, "--out", tmp_path / "out", "--json")
     assert run(*words) == 0
     metrics = json.loads(capsys.readouterr().out)
     assert metrics["model"] == "own.onnx"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,10 @@ from circumspect.classification.input_recipe import (
 )
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface
+from circumspect.geometry.farthest_points import farthest_points
 from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid
+
+Points = TypeVar("Points", NDArray[np.float32], NDArray[np.float64])
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,9 @@ class PointsRecipe(InputRecipe):
         azimuth_views: Inputs an object, turned by fractions of a 32nd of a turn.
         kind: "points".
         margin: The cylinder is this many times as large as the smallest one.
+        farthest_first: The first half of the points is a farthest point sample of all of them, in
+            the order of the sampling, so that every shorter prefix is one as well. It begins with
+            the point farthest from the middle. The other half is in no order.
     """
 
     count: int = 1024
@@ -41,6 +47,7 @@ class PointsRecipe(InputRecipe):
     azimuth_views: int = 1
     kind: str = "points"
     margin: float = 1.0
+    farthest_first: bool = False
 
     def __post_init__(self) -> None:
         if self.kind != "points":
@@ -48,6 +55,10 @@ class PointsRecipe(InputRecipe):
         require_counts(self, "count", most=MOST_POINTS)
         require_counts(self, "azimuth_views", most=MOST_VIEWS)
         require_margin(self)
+        if not isinstance(self.farthest_first, bool):
+            raise InputError(
+                f"farthest_first must be true or false, not {self.farthest_first!r:.40}"
+            )
 
     @property
     def input_shape(self) -> tuple[int, ...]:
@@ -60,7 +71,7 @@ class PointsRecipe(InputRecipe):
         if self.surface and len(cloud) < self.count:
             cloud = fill_surface(cloud, self.count - len(cloud))
         points = (cloud.points_xyz - np.asarray(frame.centre_xyz)) / frame.radius
-        points = points[_some(len(points), self.count, np.random.default_rng(0))]
+        points = self._drawn(points, np.random.default_rng(0))
         cell = 2 * np.pi / 32 / self.azimuth_views
         turns = [[yaw + cell * view for view in range(self.azimuth_views)] for yaw in yaws]
         return np.array([[turned(points, t) for t in row] for row in turns], np.float32)
@@ -77,7 +88,12 @@ class PointsRecipe(InputRecipe):
         Returns:
             (count, 3).
         """
-        return samples_xyz[_some(len(samples_xyz), self.count, rng)].astype(np.float32)
+        return self._drawn(samples_xyz, rng).astype(np.float32)
+
+    def _drawn(self, points_xyz: Points, rng: np.random.Generator) -> Points:
+        """(count, 3) of (m, 3) points about the axis, in the order that the network expects."""
+        drawn = points_xyz[_some(len(points_xyz), self.count, rng)]
+        return drawn[_farthest_first(drawn)] if self.farthest_first else drawn
 
     def bounds(self, cloud: PointCloud) -> CylindricalGrid:
         """See `InputRecipe.bounds`."""
@@ -104,6 +120,15 @@ class PointsRecipe(InputRecipe):
     def to_dict(self) -> dict[str, Any]:
         """See `InputRecipe.to_dict`."""
         return asdict(self)
+
+
+def _farthest_first(points_xyz: Points) -> NDArray[np.int64]:
+    """(n,) the order of the points; a turn about the axis does not change it."""
+    outermost = int(np.square(points_xyz).sum(axis=1).argmax())
+    sample = farthest_points(points_xyz, len(points_xyz) // 2, outermost)
+    rest = np.ones(len(points_xyz), bool)
+    rest[sample] = False
+    return np.concatenate([sample, np.flatnonzero(rest)])
 
 
 def _some(there: int, wanted: int, rng: np.random.Generator) -> NDArray[np.int64]:

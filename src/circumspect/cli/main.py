@@ -35,7 +35,6 @@ COMMANDS = {
     "export": ("export:Export", "turn a trained network into one ONNX file"),
     "reproduce": ("reproduce:Reproduce", "the paper's table and comparisons, from data to figures"),
     "data": ("data:Data", "fetch, verify and import data sets"),
-    "models": ("models:Models", "the classifiers at hand, with their figures"),
     "nets": ("nets:Nets", "every network, with its size and work"),
     "doctor": ("doctor:Doctor", "what is installed and what is missing"),
     "completion": ("completion:Completion", "the Tab key completes commands and flags"),

@@ -40,14 +40,16 @@ class Reproduce:
     $ circumspect reproduce rivals --data ModelNet10 --epochs 24 moon2018=6
     $ circumspect reproduce robustness --data ModelNet10 --epochs 24 moon2018=6
     $ circumspect reproduce rivals --data ModelNet10 --nets voxnet pointnet
+    $ circumspect reproduce rivals --data ModelNet10 --only pointmlp pointmlp-random-yaw
     $ circumspect reproduce unknown --data ModelNet10 --yaw-count 8
     $ circumspect reproduce real --crops objects.npz --contenders own=own.onnx
     """
 
     what: tyro.conf.Positional[Literal["table2", "rivals", "robustness", "unknown", "real"]]
-    """table2: the paper's network on both grids, with both poolings; rivals: it, six others and
-    ours, at all yaws and any way up; robustness: the same, on corrupted objects; unknown: ours
-    without each class in turn; real: classifiers on labelled real objects."""
+    """table2: the paper's network on both grids, with both poolings; rivals: it, seven others and
+    ours, at all yaws and any way up, four of them trained at random yaw as well; robustness: the
+    paper's, six others and ours on corrupted objects; unknown: ours without each class in turn;
+    real: classifiers on labelled real objects."""
     data: Path | None = None
     """Folder with point packs, or ModelNet10's folder of OFF files. Required, but for real."""
     crops: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FILE")] = ()
@@ -62,14 +64,17 @@ class Reproduce:
     """Folder for runs, tables and figures; runs/WHAT by default, and of robustness runs/rivals,
     whose trainings it shares."""
     nets: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NET")] = ()
-    """Of rivals and robustness: these networks beside ours; without it the paper's and its six
-    rivals."""
+    """Of rivals and robustness: these rows beside ours, NET or NET-random-yaw for one that is
+    trained on objects turned at random about the vertical; without it those of WHAT."""
+    only: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NET")] = ()
+    """Of rivals and robustness: train and measure these rows now (circumspect is ours); the table
+    holds them and every other row that is finished."""
     epochs: Annotated[tuple[str, ...], tyro.conf.arg(metavar="INT|NET=INT")] = ()
-    """Of every network, of one by its name, or both; without it those that each is meant for."""
+    """Of every row, of one by its name, or both; without it those that each is meant for."""
     yaw_count: int = 64
     """Yaws over the turn, each at another fraction of a cell."""
     precision: Annotated[tuple[str, ...], tyro.conf.arg(metavar="fp32|bf16|NET=…")] = ()
-    """Of every network, of one by its name, or both; fp32 by default. bf16 is automatic mixed
+    """Of every row, of one by its name, or both; fp32 by default. bf16 is automatic mixed
     precision, for CPUs and GPUs that have it."""
     seed: int = 0
     """Of all chance."""
@@ -88,8 +93,9 @@ class Reproduce:
             raise InputError(f"{self.what} needs --data: ModelNet10's folder, or point packs")
         if self.robot is not None and self.what != "table2":
             raise InputError("--robot goes with table2")
-        if self.nets and self.what not in COMPARISONS:
-            raise InputError(f"--nets goes with {' and '.join(COMPARISONS)}")
+        for flag in ("nets", "only"):
+            if getattr(self, flag) and self.what not in COMPARISONS:
+                raise InputError(f"--{flag} goes with {' and '.join(COMPARISONS)}")
         try:
             from circumspect import reproduction as experiments
         except ImportError as error:
@@ -158,15 +164,19 @@ class Reproduce:
 
     def _flags(self) -> dict[str, Any]:
         """What the experiment is made of."""
-        from circumspect.nets.registry import net_spec
+        from circumspect.reproduction.contenders import RIVALS
 
         flags: dict[str, Any] = {"yaw_count": self.yaw_count, "seed": self.seed}
         flags["epochs"], flags["epochs_of"] = _of_networks("epochs", self.epochs, _epochs)
         every, flags["precision_of"] = _of_networks("precision", self.precision, _precision)
         flags["precision"] = every or "fp32"
-        if self.nets:
-            # Twice the same name is the same network.
-            flags["nets"] = tuple(dict.fromkeys(net_spec(name).name for name in self.nets))
+        if self.what in COMPARISONS:
+            flags["only"] = self.only
+            # Twice the same name is the same row.
+            if nets := tuple(dict.fromkeys(self.nets)):
+                flags["nets"] = nets
+            elif self.what == "robustness":
+                flags["nets"] = RIVALS
         return flags
 
     def _show(self, table: Path) -> None:
@@ -178,8 +188,8 @@ class Reproduce:
 def _of_networks(
     flag: str, words: tuple[str, ...], read: Callable[[str], T | None]
 ) -> tuple[T | None, dict[str, T]]:
-    """What a flag says of every network, and of single ones."""
-    from circumspect.nets.registry import net_spec
+    """What a flag says of every row, and of single ones."""
+    from circumspect.reproduction.contender import Contender
 
     every, single = None, {}
     for word in words:
@@ -188,7 +198,7 @@ def _of_networks(
         if value is None:
             raise InputError(f"--{flag} {word}: not {MEANT[flag]}")
         if equals:
-            single[net_spec(net).name] = value
+            single[Contender.from_name(net).name] = value
         else:
             every = value
     return every, single

@@ -1,4 +1,7 @@
-"""Other objects from one: mirrored, stretched, shifted, seen in part, with holes; never turned."""
+"""Other objects from one: mirrored, stretched, shifted, seen in part, with holes.
+
+`AugmentedClouds` turns them where a training asks for a random yaw.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,8 @@ FEWEST = 100
 class Augmentation:
     """Ranges of the random changes; lengths are in units of the object's scale.
 
-    Rotation about the vertical is left out on purpose: networks are trained at 0° only.
+    Rotation about the vertical is left out on purpose: networks are trained at 0° only, except the
+    rows of a comparison that are labelled otherwise (`TrainingSettings.random_yaw`).
 
     Attributes:
         mirror: Chance to swap left and right (x to -x).

@@ -73,6 +73,9 @@ def _cached(
         "seed": clouds.seed,
         "replica": replica,
     }
+    if clouds.random_yaw:
+        # Only then: grids that were made before there was this setting keep their names.
+        key["random_yaw"] = True
     return cache.get(key, len(clouds), recipe.shape, lambda: _made(clouds, recipe, replica))
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import TriangleMesh
+from circumspect.geometry.farthest_points import farthest_points
 
 POINTS = 1024
 CANDIDATES = 8 * POINTS
@@ -28,22 +29,3 @@ def evenly_sampled(mesh: TriangleMesh, seed: int = 0) -> NDArray[np.float32]:
     candidates = candidates - candidates.mean(axis=0)
     candidates /= np.ptp(candidates, axis=0).max()
     return candidates[farthest_points(candidates, POINTS)].astype(np.float32)
-
-
-def farthest_points(points_xyz: NDArray[np.float64], count: int) -> NDArray[np.int64]:
-    """Indices of points chosen one by one, each the farthest from those before it.
-
-    Args:
-        points_xyz: (n, 3), n >= count.
-        count: How many to choose.
-
-    Returns:
-        (count,) indices.
-    """
-    chosen = np.zeros(count, np.int64)
-    nearest = np.full(len(points_xyz), np.inf)
-    for i in range(1, count):
-        offset = points_xyz - points_xyz[chosen[i - 1]]
-        np.minimum(nearest, np.einsum("ij,ij->i", offset, offset), out=nearest)
-        chosen[i] = nearest.argmax()
-    return chosen

@@ -15,11 +15,22 @@ if TYPE_CHECKING:
 
 COLOURS = ("#b8402a", "#e0a030", "#5a9bb0", "#14506a", "#6a8f3c", "#8a5a9a", "#777777", "#202020")
 STYLES = ("-", "--")
+LEGEND_COLUMNS = 2
+LEGEND_ROW = 0.22
+"""Height of a row beyond the fourth [inch]."""
 
 
-def draw_accuracies_over_yaw(sweeps: Mapping[str, YawSweep]) -> Figure:
-    """Accuracy over the yaw of the object, a line a network."""
-    figure = new_figure((9, 5))
+def draw_accuracies_over_yaw(
+    sweeps: Mapping[str, YawSweep], trained_at: str = "trained at 0° alone"
+) -> Figure:
+    """Accuracy over the yaw of the object, a line a network.
+
+    Args:
+        sweeps: By the name in the legend.
+        trained_at: The title.
+    """
+    further = max(0, -(-len(sweeps) // LEGEND_COLUMNS) - 4)
+    figure = new_figure((9, 5 + LEGEND_ROW * further))
     axes = figure.add_subplot()
     for number, (name, sweep) in enumerate(sweeps.items()):
         order = np.argsort(sweep.yaw_deg)
@@ -37,6 +48,8 @@ def draw_accuracies_over_yaw(sweeps: Mapping[str, YawSweep]) -> Figure:
     axes.set_xticks(range(0, 361, 45))
     axes.set_ylim(0, 100)
     axes.grid(alpha=0.3)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2, frameon=False)
-    axes.set_title("Trained at 0° alone", fontsize=11)
+    axes.legend(
+        loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=LEGEND_COLUMNS, frameon=False
+    )
+    axes.set_title(trained_at.capitalize(), fontsize=11)
     return figure

@@ -55,10 +55,14 @@ class Experiment(ABC):
 
     def settings(self, net: str) -> TrainingSettings:
         """As a network is meant to be trained, but for what the experiment asks for."""
-        meant = TrainingSettings(**{**net_spec(net).training, "net": net})
+        meant = self.meant(net)
         epochs = self.epochs_of.get(net) or self.epochs or meant.epochs
         precision = self.precision_of.get(net, self.precision)
         return replace(meant, epochs=epochs, precision=precision, seed=self.seed)
+
+    def meant(self, net: str) -> TrainingSettings:
+        """As a network is meant to be trained."""
+        return TrainingSettings(**{**net_spec(net).training, "net": net})
 
     @property
     def precisions(self) -> str:

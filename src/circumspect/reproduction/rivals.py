@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +25,18 @@ from circumspect.geometry.resting_poses import resting_poses
 from circumspect.nets import Checkpoint, build_net, cost_of
 from circumspect.nets.registry import net_spec
 from circumspect.reproduction.comparison_figures import draw_accuracies_over_yaw
-from circumspect.reproduction.contenders import OURS, Comparison, trained_contenders
+from circumspect.reproduction.contender import Contender
+from circumspect.reproduction.contenders import (
+    OURS,
+    Comparison,
+    label_of,
+    trained_contenders,
+)
 from circumspect.reproduction.stages import (
     done_once,
     file_digest,
+    is_measured,
+    is_stored,
     measured,
     write_report,
 )
@@ -38,6 +47,15 @@ WHOLE_DEG = (45.0, 90.0, 135.0)
 """Whole cells of a 32nd of a turn: to what wraps all of them look the same."""
 ROUNDS = 15
 WAYS = ("tumbled", "stood_up")
+TUMBLED = "any_way_up"
+"""Folder of that measurement."""
+RANDOM_YAW = (
+    "Rows `trained at random yaw` saw every training object turned about the vertical at random, "
+    "as in the papers of VoxNet, 3DShapeNets and PointNet; the others saw 0° alone. What the first "
+    "keep over a turn is learnt; what the others keep is built in.\n\n"
+)
+LONGEST_NAME = 200
+"""Of a folder [characters]."""
 
 
 def reproduce_rivals(
@@ -48,9 +66,11 @@ def reproduce_rivals(
     watched: Watched,
     cache: GridCache | None = None,
 ) -> dict[str, Any]:
-    """Train the rivals at 0° and measure them and ours at all yaws, and any way up.
+    """Train the rivals, and measure them and ours at all yaws, and any way up.
 
-    Every stage whose result is in the folder is left as it is.
+    They train at 0° alone, but for the rows that say "trained at random yaw". Every stage whose
+    result is in the folder is left as it is. Where `how` asks for some rows only, the table holds
+    these and every other one that is finished.
 
     Args:
         train: ModelNet10's training split; part of it is held back to choose the best epoch.
@@ -69,16 +89,23 @@ def reproduce_rivals(
         OutputError: It can not be written.
     """
     weights, records = trained_contenders(train, test, how, folder, watched, cache)
+    weights = {
+        net: path
+        for net, path in weights.items()
+        if how.asks_for(net) or _is_measured(path, test, how, folder / net)
+    }
     rows, around = {}, {}
     for net, path in weights.items():
-        row, around[net] = _measured(net, path, test, how, folder / net, watched)
+        row, around[label_of(net)] = _measured(net, path, test, how, folder / net, watched)
         rows[net] = row
     times = _timed(weights, test, folder)
     for net, row in rows.items():
         row["milliseconds"] = times[net]
         if net in records:
             row["training"] = records[net]
-    save_figure(draw_accuracies_over_yaw(around), folder / "rivals_over_yaw.png")
+    figure = draw_accuracies_over_yaw(around, _trained_at(rows))
+    save_figure(figure, folder / "rivals_over_yaw.png")
+    how = how.of_rows(rows)
     document = {
         "circumspect": __version__, "command": how.command("rivals --data modelnet10"),
         "objects": len(test), "yaws": how.yaw_count, "precision": how.precisions,
@@ -93,10 +120,10 @@ def _measured(
 ) -> tuple[dict[str, Any], YawSweep]:
     """The row of a network, without its time."""
     sweeps = {}
-    for name, yaws in {"around": spread_yaws(how.yaw_count), "whole": WHOLE_DEG}.items():
+    for name, yaws in _sweeps(how).items():
         with watched.measuring(f"{net}, {name}") as progress:
-            sweeps[name] = measured(weights, test, list(yaws), folder / name, progress)
-    made_of = {"weights": file_digest(weights), "data": test.digest, "seed": how.seed}
+            sweeps[name] = measured(weights, test, yaws, folder / name, progress)
+    made_of = _tumbled_made_of(weights, test, how)
 
     def tumbled() -> dict[str, Any]:
         with watched.measuring(f"{net}, any way up") as progress:
@@ -112,14 +139,30 @@ def _measured(
         "flip_rate": around.flip_rate,
         "whole_cells": float(sweeps["whole"].accuracy.mean()),
         "whole_cells_flip_rate": sweeps["whole"].flip_rate,
-        **done_once(folder / "any_way_up", made_of, tumbled, dict.fromkeys(WAYS, float)),
+        **done_once(folder / TUMBLED, made_of, tumbled, dict.fromkeys(WAYS, float)),
     }
     return row, around
 
 
+def _is_measured(weights: Path, test: ObjectSet, how: Comparison, folder: Path) -> bool:
+    """Whether all results of a row are there."""
+    return is_stored(folder / TUMBLED, _tumbled_made_of(weights, test, how)) and all(
+        is_measured(weights, test, yaws, folder / name) for name, yaws in _sweeps(how).items()
+    )
+
+
+def _sweeps(how: Comparison) -> dict[str, list[float]]:
+    """The yaws [°] of each sweep by its name."""
+    return {"around": list(spread_yaws(how.yaw_count)), "whole": list(WHOLE_DEG)}
+
+
+def _tumbled_made_of(weights: Path, test: ObjectSet, how: Comparison) -> dict[str, Any]:
+    return {"weights": file_digest(weights), "data": test.digest, "seed": how.seed}
+
+
 def _cost(net: str, weights: Path, test: ObjectSet) -> dict[str, int]:
     """Of the shipped classifier that of the network which it was exported from."""
-    spec = net_spec("planes" if net == OURS else net)
+    spec = net_spec("planes") if net == OURS else Contender.from_name(net).spec
     cost = cost_of(build_net(spec.name, len(test.classes), spec.recipe), spec.recipe.input_shape)
     views = load_predictor(weights).recipe.azimuth_views
     return {"parameters": cost.parameters, "multiply_adds": cost.multiply_adds * views}
@@ -156,8 +199,15 @@ def _timed(weights: dict[str, Path], test: ObjectSet, folder: Path) -> dict[str,
         return _raced(networks, test)
 
     # Other networks make another race.
-    at = folder / "times" / "+".join(weights)
+    at = folder / "times" / _file_name("+".join(weights))
     return done_once(at, made_of, run, dict.fromkeys(weights, float))
+
+
+def _file_name(text: str) -> str:
+    """The text, or a digest of it where it is longer than file names may be."""
+    if len(text) <= LONGEST_NAME:
+        return text
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _in_onnx(net: str, weights: Path, folder: Path) -> OnnxClassifier:
@@ -182,6 +232,16 @@ def _raced(networks: dict[str, OnnxClassifier], test: ObjectSet) -> dict[str, fl
     return {net: float(np.median(times[1:])) for net, times in spent.items()}
 
 
+def _has_random_yaw(rows: Iterable[str]) -> bool:
+    return any(net != OURS and Contender.from_name(net).random_yaw for net in rows)
+
+
+def _trained_at(rows: Iterable[str]) -> str:
+    """At which yaws the networks of a table were trained."""
+    others = ", but for rows that say otherwise" if _has_random_yaw(rows) else " alone"
+    return f"trained at 0°{others}"
+
+
 def _markdown(document: dict[str, Any]) -> str:
     head = [
         "network", "weights", "mult-adds", "ms", "at 0°", "mean", "worst", "spread", "flips",
@@ -189,7 +249,7 @@ def _markdown(document: dict[str, Any]) -> str:
     ]  # fmt: skip
     rows = [
         [
-            net,
+            label_of(net),
             f"{row['parameters'] / 1e6:.2f} M",
             f"{row['multiply_adds'] / 1e6:,.0f} M",
             f"{row['milliseconds']:.1f}",
@@ -201,11 +261,14 @@ def _markdown(document: dict[str, Any]) -> str:
         ]
         for net, row in document["nets"].items()
     ]
-    records = {net: row["training"] for net, row in document["nets"].items() if "training" in row}
+    nets = document["nets"]
+    records = {label_of(net): row["training"] for net, row in nets.items() if "training" in row}
+    random_yaw = _has_random_yaw(nets)
     return (
-        "# Networks on ModelNet10, trained at 0° alone\n\n"
+        f"# Networks on ModelNet10, {_trained_at(nets)}\n\n"
         f"`{document['command']}`\n\n"
-        f"{document['objects']} test objects; mean, worst, spread and the share of objects whose "
+        + (RANDOM_YAW if random_yaw else "")
+        + f"{document['objects']} test objects; mean, worst, spread and the share of objects whose "
         f"label changes are over {document['yaws']} yaws, each at another fraction of a cell. "
         "Whole cells: 45°, 90° and 135°, with the share of objects whose label changes between "
         "these. Tumbled: turned at random about all axes; stood up: the same, `--up auto`. "
@@ -214,6 +277,6 @@ def _markdown(document: dict[str, Any]) -> str:
         "bits.\n\n"
         + table(head, rows)
         + "\n\n"
-        + training_table(list(records), list(records.values()))
+        + training_table(list(records), list(records.values()), random_yaw)
         + "\n![Accuracy over all yaws](rivals_over_yaw.png)\n"
     )

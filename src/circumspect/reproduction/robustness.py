@@ -12,8 +12,13 @@ from circumspect.datasets.corruption import CORRUPTIONS, SEVERITIES
 from circumspect.evaluation.markdown import table
 from circumspect.evaluation.predictor import load_predictor
 from circumspect.evaluation.robustness import PASSES, measure_robustness
-from circumspect.reproduction.contenders import OURS, Comparison, trained_contenders
-from circumspect.reproduction.stages import done_once, file_digest, write_report
+from circumspect.reproduction.contenders import (
+    OURS,
+    Comparison,
+    label_of,
+    trained_contenders,
+)
+from circumspect.reproduction.stages import done_once, file_digest, is_stored, write_report
 from circumspect.reproduction.watched import Watched
 
 
@@ -28,7 +33,8 @@ def reproduce_robustness(
     """Name test objects at 0° after each corruption in each severity, with every network.
 
     Every stage whose result is in the folder is left as it is, a corruption of a network being
-    one; the trainings are those of `reproduce_rivals`.
+    one; the trainings are those of `reproduce_rivals`. Where `how` asks for some rows only, the
+    table holds these and every other one that is finished.
 
     Args:
         train: ModelNet10's training split; part of it is held back to choose the best epoch.
@@ -49,12 +55,16 @@ def reproduce_robustness(
     weights, records = trained_contenders(train, test, how, folder, watched, cache)
     rows = {}
     for net, path in weights.items():
+        at = folder / net / "corrupted"
+        if not how.asks_for(net) and not _is_measured(path, test, how.seed, at):
+            continue
         with watched.measuring(f"{net}, corrupted", "corruptions") as progress:
-            rows[net] = _measured(path, test, how.seed, folder / net / "corrupted", progress)
+            rows[net] = _measured(path, test, how.seed, at, progress)
+    how = how.of_rows(rows)
     document = {
         "circumspect": __version__, "command": how.command("robustness --data modelnet10"),
         "objects": len(test), "precision": how.precisions, "seed": how.seed, "nets": rows,
-        "training": records,
+        "training": {net: record for net, record in records.items() if net in rows},
     }  # fmt: skip
     write_report(document, _markdown(document), folder, "robustness")
     return document
@@ -63,7 +73,7 @@ def reproduce_robustness(
 def _measured(
     weights: Path, test: ObjectSet, seed: int, folder: Path, progress: Callable[[int, int], None]
 ) -> dict[str, Any]:
-    made_of = {"weights": file_digest(weights), "data": test.digest, "seed": seed}
+    made_of = _made_of(weights, test, seed)
 
     def keep(kind: str, measure: Callable[[], list[float]]) -> list[float]:
         form = [float] * len(PASSES[kind])
@@ -72,17 +82,25 @@ def _measured(
     return measure_robustness(load_predictor(weights), test, seed, progress, keep).to_dict()
 
 
+def _is_measured(weights: Path, test: ObjectSet, seed: int, folder: Path) -> bool:
+    """Whether all corruptions of a row are there."""
+    made_of = _made_of(weights, test, seed)
+    return all(is_stored(folder / kind, {**made_of, "corruption": kind}) for kind in PASSES)
+
+
+def _made_of(weights: Path, test: ObjectSet, seed: int) -> dict[str, Any]:
+    return {"weights": file_digest(weights), "data": test.digest, "seed": seed}
+
+
 def _markdown(document: dict[str, Any]) -> str:
     nets = document["nets"]
-    head = ["corruption", *nets]
+    head = ["corruption", *map(label_of, nets)]
     over = {kind: [_mean(row["accuracy"][kind]) for row in nets.values()] for kind in CORRUPTIONS}
     rows = [
         ["none", *(f"{row['clean']:.3f}" for row in nets.values())],
         *([kind, *(f"{value:.3f}" for value in values)] for kind, values in over.items()),
         ["mean of all", *(f"{row['mean']:.3f}" for row in nets.values())],
     ]
-    ours = nets[OURS]["accuracy"]
-    by_severity = [[kind, *(f"{value:.3f}" for value in ours[kind])] for kind in CORRUPTIONS]
     return (
         "# Networks on corrupted objects\n\n"
         f"`{document['command']}`\n\n"
@@ -90,8 +108,16 @@ def _markdown(document: dict[str, Any]) -> str:
         "networks meet the same clouds. The docs' page on networks tells what each corruption does."
         "\n\n"
         + table(head, rows)
-        + f"\n\n`{OURS}`, the shipped classifier, by severity:\n\n"
-        + table(["corruption", *(str(severity) for severity in SEVERITIES)], by_severity)
+        + "\n"
+        + (_by_severity(nets[OURS]["accuracy"]) if OURS in nets else "")
+    )
+
+
+def _by_severity(accuracy: dict[str, list[float]]) -> str:
+    rows = [[kind, *(f"{value:.3f}" for value in accuracy[kind])] for kind in CORRUPTIONS]
+    return (
+        f"\n`{OURS}`, the shipped classifier, by severity:\n\n"
+        + table(["corruption", *(str(severity) for severity in SEVERITIES)], rows)
         + "\n"
     )
 

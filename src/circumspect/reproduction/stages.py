@@ -49,7 +49,7 @@ def trained(
         OutputError: It can not be written.
         WeightsError: An unfinished run's state is broken.
     """
-    made_of = {VERSION: __version__, **run_config(settings, recipe, objects)}
+    made_of = _training_made_of(objects, settings, recipe)
     if not is_done(folder, made_of):
         _require_own_state(folder)
         train(objects, settings, folder, observer, cache, recipe)
@@ -59,6 +59,23 @@ def trained(
     # Hundreds of megabytes that only an unfinished run needs.
     (folder / STATE).unlink(missing_ok=True)
     return folder / BEST
+
+
+def is_trained(
+    objects: ObjectSet, settings: TrainingSettings, recipe: InputRecipe, folder: Path
+) -> bool:
+    """Whether `trained` would leave the network as it is.
+
+    Raises:
+        InputError: The folder holds another network.
+    """
+    return is_done(folder, _training_made_of(objects, settings, recipe))
+
+
+def _training_made_of(
+    objects: ObjectSet, settings: TrainingSettings, recipe: InputRecipe
+) -> dict[str, Any]:
+    return {VERSION: __version__, **run_config(settings, recipe, objects)}
 
 
 def measured(
@@ -75,18 +92,31 @@ def measured(
             that is broken.
         OutputError: It can not be written.
     """
-    made_of = {
-        VERSION: __version__,
-        "weights": file_digest(weights),
-        "data": objects.digest,
-        "yaw_deg": list(yaw_deg),
-    }
+    made_of = _sweep_made_of(weights, objects, yaw_deg)
     if not is_done(folder, made_of):
         sweep = sweep_yaw(load_predictor(weights), objects, yaw_deg, progress)
         sweep.save(folder / SWEEP)
         write_json(folder / "metrics.json", sweep.metrics())
         write_json(folder / MADE_OF, made_of)
     return _stored_sweep(folder, objects, yaw_deg)
+
+
+def is_measured(weights: Path, objects: ObjectSet, yaw_deg: list[float], folder: Path) -> bool:
+    """Whether `measured` would read what was found before.
+
+    Raises:
+        InputError: The folder holds what was found with other weights, objects or yaws.
+    """
+    return is_done(folder, _sweep_made_of(weights, objects, yaw_deg))
+
+
+def _sweep_made_of(weights: Path, objects: ObjectSet, yaw_deg: list[float]) -> dict[str, Any]:
+    return {
+        VERSION: __version__,
+        "weights": file_digest(weights),
+        "data": objects.digest,
+        "yaw_deg": list(yaw_deg),
+    }
 
 
 def _stored_sweep(folder: Path, objects: ObjectSet, yaw_deg: list[float]) -> YawSweep:
@@ -123,10 +153,9 @@ def done_once(folder: Path, made_of: dict[str, Any], make: Callable[[], Any], fo
         InputError: The folder holds a result that was made of something else, or that is broken.
         OutputError: It can not be written.
     """
-    made_of = {VERSION: __version__, **made_of}
-    if not is_done(folder, made_of):
+    if not is_stored(folder, made_of):
         write_json(folder / RESULT, make())
-        write_json(folder / MADE_OF, made_of)
+        write_json(folder / MADE_OF, {VERSION: __version__, **made_of})
     try:
         found = json.loads((folder / RESULT).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
@@ -134,6 +163,15 @@ def done_once(folder: Path, made_of: dict[str, Any], make: Callable[[], Any], fo
     if not fits(found, form):
         raise InputError(f"{folder / RESULT}: holds no result of this stage; {_made_anew(folder)}")
     return found
+
+
+def is_stored(folder: Path, made_of: dict[str, Any]) -> bool:
+    """Whether `done_once` would read what was made before.
+
+    Raises:
+        InputError: The folder holds a result that was made of something else.
+    """
+    return is_done(folder, {VERSION: __version__, **made_of})
 
 
 def _made_anew(folder: Path) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from circumspect.errors import InputError
 from circumspect.evaluation.markdown import table
 from circumspect.nets import Checkpoint
-from circumspect.training.examiner import YAWS
+from circumspect.training.examiner import YAWS, YAWS_AROUND
 from circumspect.training.run_log import LOG
 from circumspect.training.train import FEWEST_TO_CHOOSE
 
@@ -63,12 +63,15 @@ def _broken(file: Path, why: str) -> InputError:
     return InputError(f"{file}: {why}; remove the folder {file.parent}, and it is trained anew")
 
 
-def training_table(names: Sequence[str], records: Sequence[dict[str, Any]]) -> str:
+def training_table(
+    names: Sequence[str], records: Sequence[dict[str, Any]], random_yaw: bool = False
+) -> str:
     """The records in Markdown, and in words how an epoch is chosen.
 
     Args:
         names: Of the networks.
         records: From `training_record`.
+        random_yaw: Some of them are trained at random yaw.
     """
     rows = [
         [
@@ -79,11 +82,17 @@ def training_table(names: Sequence[str], records: Sequence[dict[str, Any]]) -> s
         ]
         for name, r in zip(names, records, strict=True)
     ]
-    *yaws, last = (f"{yaw:.0f}°" for yaw in np.rad2deg(YAWS))
+    around = f" (trained at random yaw: at {_listed(YAWS_AROUND)})" if random_yaw else ""
     return (
         "The epoch that was kept, and its mean-class accuracy on held-back training objects, at "
-        f"{', '.join(yaws)} and {last}; where {FEWEST_TO_CHOOSE} or more are held back it is the "
+        f"{_listed(YAWS)}{around}; where {FEWEST_TO_CHOOSE} or more are held back it is the "
         "best one by that, else the last:\n\n"
         + table(["network", "epoch", "accuracy on held-back", "minutes"], rows)
         + "\n"
     )
+
+
+def _listed(yaws: Sequence[float]) -> str:
+    """Angles [rad] in degrees, as a sentence lists them."""
+    *most, last = (f"{yaw:.0f}°" for yaw in np.rad2deg(yaws))
+    return f"{', '.join(most)} and {last}"

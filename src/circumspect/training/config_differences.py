@@ -11,7 +11,7 @@ from circumspect.training.settings import TrainingSettings
 
 LONGEST = 24
 """Longer values are not told [characters]."""
-LATER = ("margin", "staggered", "visibility", "metric", "scale_required")
+LATER = ("margin", "staggered", "visibility", "metric", "scale_required", "farthest_first")
 """Of a recipe: what came after the first runs were stored."""
 MOST = 4
 """More differences are counted, not named."""

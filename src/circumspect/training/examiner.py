@@ -17,6 +17,17 @@ from circumspect.evaluation.yaw_sweep import inputs_of
 
 YAWS: list[float] = np.deg2rad([0.0, 3.0, 7.0]).tolist()
 """[rad], on and off the cells; hardly a turn, so that networks that mind one are chosen fairly."""
+YAWS_AROUND: list[float] = np.deg2rad([0.0, 123.0, 247.0]).tolist()
+"""[rad], as many over the whole turn, for networks that are trained at random yaw."""
+
+
+def examined_yaws(random_yaw: bool) -> list[float]:
+    """The yaws [rad] at which held-back objects are shown.
+
+    Args:
+        random_yaw: The network is trained at random yaw.
+    """
+    return YAWS_AROUND if random_yaw else YAWS
 
 
 class Examiner(Protocol):
@@ -34,15 +45,23 @@ class ObjectExaminer:
         objects: Held back, at least one.
         recipe: What the network is shown.
         device: Where the network runs.
+        random_yaw: The network is trained at random yaw.
 
     Raises:
         InputError: An object spans no shape.
     """
 
-    def __init__(self, objects: ObjectSet, recipe: InputRecipe, device: torch.device) -> None:
+    def __init__(
+        self,
+        objects: ObjectSet,
+        recipe: InputRecipe,
+        device: torch.device,
+        random_yaw: bool = False,
+    ) -> None:
         self._labels, self._classes = objects.labels, len(objects.classes)
         self._device = device
-        inputs = [inputs_of(recipe, objects, i, YAWS) for i in range(len(objects))]
+        yaws = examined_yaws(random_yaw)
+        inputs = [inputs_of(recipe, objects, i, yaws) for i in range(len(objects))]
         self._inputs = np.stack(inputs, axis=1)
 
     def examine(self, net: nn.Module) -> dict[str, float]:

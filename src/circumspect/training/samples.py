@@ -84,7 +84,8 @@ def _augmented(
     progress: Callable[[int, int], None],
 ) -> AugmentedGrids | AugmentedPoints:
     filled = not isinstance(recipe, PointsRecipe) or recipe.surface
-    clouds = AugmentedClouds(source, settings.changes(recipe.margin), settings.seed, filled)
+    changes = settings.changes(recipe.margin)
+    clouds = AugmentedClouds(source, changes, settings.seed, filled, settings.random_yaw)
     if isinstance(recipe, PointsRecipe):
         return AugmentedPoints(clouds, recipe)
     assert isinstance(recipe, GridRecipe)

@@ -52,6 +52,8 @@ class TrainingSettings:
         augmented: Objects are changed at random; without it they are shown as they are, with the
             recipe's margin.
         augmentation: The random changes.
+        random_yaw: Every variant of an object is turned about the vertical by a random angle, as
+            the papers of several rivals do. No headline number comes from such a training.
     """
 
     # Stored settings that lack a field are taken to have its default: that of a new one must mean
@@ -88,11 +90,17 @@ class TrainingSettings:
     seed: int = 0
     augmented: bool = True
     augmentation: Augmentation = field(default_factory=Augmentation)
+    random_yaw: bool = False
 
     def __post_init__(self) -> None:
         for name in ("epochs", "passes", "batch_size", "replicas", "catalogue_replicas"):
             if getattr(self, name) < 1:
                 raise CircumspectError(f"{name} must be at least 1, not {getattr(self, name)}")
+        if self.random_yaw and self.replicas == 1:
+            raise InputError(
+                "--random-yaw turns each variant of an object by one angle: give --replicas 2 or "
+                "more, not 1"
+            )
         if not 0 <= self.seed < 2**32:
             raise CircumspectError(f"the seed must lie in 0 … 2³² - 1, not {self.seed}")
         for name in ("learning_rate", "gradient_norm"):

@@ -23,7 +23,7 @@ from circumspect.datasets.training_objects import TrainingObjects
 from circumspect.errors import InputError
 from circumspect.nets import Checkpoint, build_net
 from circumspect.nets.headed_planes import Headed
-from circumspect.nets.registry import net_spec
+from circumspect.nets.registry import net_spec, require_turnable
 from circumspect.nets.state_channels import state_channels
 from circumspect.training.draws import draw_epoch, learning_rate_at
 from circumspect.training.held_back import fitted_and_held_back
@@ -94,13 +94,16 @@ def train(
 
     Raises:
         InputError: The folder holds a run with other settings, or one that is finished and has no
-            state to go on from; the recipe's margin is none of the sizes that are trained on; or
-            the loss or the weights are no longer finite.
+            state to go on from; the recipe's margin is none of the sizes that are trained on; the
+            network can not be trained at random yaw; or the loss or the weights are no longer
+            finite.
         OutputError: The folder can not be written, or holds files of something else.
     """
     recipe = recipe or recipe_for(settings)
     if not settings.scans:
         settings.require_margin(recipe.margin)
+    if settings.random_yaw:
+        require_turnable(settings.net)
     claim_folder(folder, run_config(settings, recipe, objects, catalogues))
     run = _prepare(objects, catalogues, settings, recipe, cache or GridCache(), observer)
     examiner = run.data.examiner
@@ -205,7 +208,7 @@ def _judged(
         logits.float(), targets, label_smoothing=settings.label_smoothing
     )
     if isinstance(answer, Headed):
-        # Training objects are never turned: the 0° of all of them lies in cell 0.
+        # `require_turnable` has refused a random yaw: the 0° of all objects lies in cell 0.
         ahead = torch.zeros(len(targets), dtype=torch.long, device=targets.device)
         loss = loss + settings.heading * functional.cross_entropy(answer.heading.float(), ahead)
     return logits, loss

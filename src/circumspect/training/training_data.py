@@ -85,5 +85,5 @@ def object_data(
     return TrainingData(
         objects.classes, objects.digest, fit.names.tolist(), len(held_back),
         TrainingSamples(fit, settings, recipe, cache, progress),
-        ObjectExaminer(held_back, recipe, device) if len(held_back) else None,
+        ObjectExaminer(held_back, recipe, device, settings.random_yaw) if len(held_back) else None,
     )  # fmt: skip

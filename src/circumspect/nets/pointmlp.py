@@ -1,0 +1,195 @@
+"""PointMLP in its small form, PointMLP-elite: X. Ma, C. Qin, H. You, H. Ran, Y. Fu, "Rethinking
+Network Design and Local Geometry in Point Cloud: A Simple Residual MLP Framework", ICLR 2022.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+NEIGHBOURS = 24
+"""Of each anchor, itself included."""
+EMBEDDED = 32
+STAGES = ((64, 1), (128, 1), (256, 2), (256, 1))
+"""Of each stage the features and the residual blocks, before the pooling and again after it."""
+BOTTLENECK = 4
+"""Within a residual block there are this many times fewer features."""
+SMALLEST_SPREAD = 1e-5
+
+
+class PointMLP(nn.Module):
+    """Anchors gather the features of their neighbours; each of four stages halves the points.
+
+    The anchors of a stage are the first half of its points. The paper takes a farthest point sample
+    of them, and so does this network where the points come farthest first: then every prefix is
+    such a sample.
+
+    Args:
+        classes: How many.
+    """
+
+    def __init__(self, classes: int) -> None:
+        super().__init__()
+        self.embedding = _hidden(3, EMBEDDED)
+        stages: list[nn.Module] = []
+        inputs = EMBEDDED
+        for width, blocks in STAGES:
+            stages.append(Stage(inputs, width, blocks))
+            inputs = width
+        self.stages = nn.ModuleList(stages)
+        self.head = nn.Sequential(
+            _hidden(inputs, 512, bias=True),
+            nn.Dropout(0.5),
+            _hidden(512, 256, bias=True),
+            nn.Dropout(0.5),
+            nn.Linear(256, classes),
+        )
+
+    def forward(self, points: Tensor) -> Tensor:
+        """Logits.
+
+        Args:
+            points: (n, m, 3), the first half farthest first; m at least 8 times `NEIGHBOURS`.
+
+        Returns:
+            (n, classes).
+        """
+        n, m, _ = points.shape
+        features = self.embedding(points.reshape(n * m, 3)).view(n, m, -1)
+        for stage in self.stages:
+            features = stage(points, features)
+            points = points[:, : features.shape[1]]
+        return self.head(features.max(1).values)
+
+
+class Stage(nn.Module):
+    """Geometric affine module, residual blocks, pooling over neighbours, residual blocks.
+
+    Args:
+        inputs: Features of a point.
+        width: Features of an anchor.
+        blocks: Residual blocks before the pooling, and again after it.
+    """
+
+    def __init__(self, inputs: int, width: int, blocks: int) -> None:
+        super().__init__()
+        self.alpha = nn.Parameter(torch.ones(inputs))
+        self.beta = nn.Parameter(torch.zeros(inputs))
+        self.of_neighbour = nn.Linear(inputs, width, bias=False)
+        self.of_anchor = nn.Linear(inputs, width, bias=False)
+        self.norm = nn.BatchNorm1d(width)
+        self.before = nn.Sequential(*(Residual(width) for _ in range(blocks)))
+        self.after = nn.Sequential(*(Residual(width) for _ in range(blocks)))
+
+    def forward(self, points: Tensor, features: Tensor) -> Tensor:
+        """Features of the anchors.
+
+        Args:
+            points: (n, m, 3), the anchors first; m at least `NEIGHBOURS`.
+            features: (n, m, inputs).
+
+        Returns:
+            (n, m // 2, width).
+        """
+        n, m, _ = points.shape
+        anchors = m // 2
+        near = nearest(points, anchors)
+        grouped = self.first_layer(features, near).reshape(n * anchors * NEIGHBOURS, -1)
+        grouped = self.before(functional.relu(self.norm(grouped), inplace=True))
+        pooled = grouped.view(n * anchors, NEIGHBOURS, -1).max(1).values
+        return self.after(pooled).view(n, anchors, -1)
+
+    def first_layer(self, features: Tensor, near: Tensor) -> Tensor:
+        """The geometric affine module and the first layer behind it.
+
+        For neighbour j of anchor i that is W1 (α (f_j - f_i) / σ + β) + W2 f_i, α and β by features
+        and σ from `spread`. It is linear in f_j, so W1 is applied to every point once and not to
+        every neighbour of every anchor.
+
+        Args:
+            features: (n, m, inputs).
+            near: (n, anchors, NEIGHBOURS) indices of points.
+
+        Returns:
+            (n, anchors, NEIGHBOURS, width).
+        """
+        anchors = features[:, : near.shape[1]]
+        scale = self.alpha / spread(features, near)[:, None, None]
+        own = self.of_anchor(anchors) + self.of_neighbour(self.beta - scale * anchors)
+        return chosen(self.of_neighbour(scale * features), near) + own.unsqueeze(2)
+
+
+class Residual(nn.Module):
+    """Two layers with few features between them, beside what enters.
+
+    Args:
+        width: Features.
+    """
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.narrow = _hidden(width, width // BOTTLENECK)
+        self.wide = nn.Sequential(
+            nn.Linear(width // BOTTLENECK, width, bias=False), nn.BatchNorm1d(width)
+        )
+
+    def forward(self, features: Tensor) -> Tensor:
+        """(n, width) to (n, width)."""
+        # In place: these are the largest arrays, and memory is what limits a CPU here.
+        return functional.relu(self.wide(self.narrow(features)).add_(features), inplace=True)
+
+
+def nearest(points: Tensor, anchors: int) -> Tensor:
+    """The nearest points of each of the first ones.
+
+    Args:
+        points: (n, m, 3), m at least `NEIGHBOURS`.
+        anchors: How many points have neighbours.
+
+    Returns:
+        (n, anchors, NEIGHBOURS) indices, in no order.
+    """
+    # Not a matrix product: mixed precision would choose other neighbours.
+    x, y, z = (axis.unsqueeze(1) - axis[:, :anchors, None] for axis in points.unbind(2))
+    away = x.square() + y.square() + z.square()
+    return away.topk(NEIGHBOURS, largest=False, sorted=False).indices
+
+
+def spread(features: Tensor, near: Tensor) -> Tensor:
+    """How far the features of neighbours lie from those of their anchors (σ in the paper).
+
+    Args:
+        features: (n, m, c), the anchors first.
+        near: (n, anchors, NEIGHBOURS) indices of points.
+
+    Returns:
+        (n,) root of the mean square over anchors, neighbours and features; never 0.
+    """
+    anchors = features[:, : near.shape[1]]
+    beside = chosen(features, near) - anchors.unsqueeze(2)
+    # Where all points are the same it is 0, at which a root has no gradient.
+    return (beside.square().mean((1, 2, 3)) + SMALLEST_SPREAD**2).sqrt()
+
+
+def chosen(features: Tensor, near: Tensor) -> Tensor:
+    """The features of the points that are named.
+
+    Args:
+        features: (n, m, c).
+        near: (n, a, k) indices of points.
+
+    Returns:
+        (n, a, k, c).
+    """
+    n, m, width = features.shape
+    first = m * torch.arange(n, device=near.device)
+    rows = (near + first[:, None, None]).flatten()
+    return features.reshape(n * m, width).index_select(0, rows).view(*near.shape, width)
+
+
+def _hidden(inputs: int, outputs: int, bias: bool = False) -> nn.Sequential:
+    """A layer on rows of features; a batch norm makes a bias needless, the paper's head has one."""
+    return nn.Sequential(
+        nn.Linear(inputs, outputs, bias=bias), nn.BatchNorm1d(outputs), nn.ReLU(inplace=True)
+    )
