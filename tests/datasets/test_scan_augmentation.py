@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from circumspect.classification import GridRecipe, PointsRecipe
 from circumspect.classification.context import LOG_HEIGHT, SCALE_KNOWN, VISIBILITY_KNOWN
 from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation
+from circumspect.datasets.scan_encoding import drawn_cylinder, traced
 from circumspect.datasets.scan_sources import of_point_set, procedural
-from circumspect.datasets.scanned_grids import azimuth_coverage, gridded, scanned_grids
+from circumspect.datasets.scanned_inputs import azimuth_coverage, scanned_inputs
 from circumspect.datasets.training_objects import OTHER
 from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
@@ -19,6 +21,8 @@ CLEAN = ScanAugmentation(
     mirror=0.0, stretch=0.0, resize=0.0, complete=0.0, occluded=0.0, beside=0.0, walled=0.0,
     leak=0.0, boxed=0.0, cut=0.0, strays=0.0, registration=0.0, floor_cut=(0.02, 0.02),
 )  # fmt: skip
+
+SEEING = GridRecipe(margin=1.1, visibility=True, metric=True)
 
 
 def scan_of(category="chair", settings=CLEAN, seed=0):
@@ -72,28 +76,28 @@ def test_chances_out_of_range_are_refused(name):
 
 def test_coverage_is_that_of_the_pipeline():
     _, scan = scan_of(seed=2)
-    grid = gridded(scan, (32, 32, 32), np.random.default_rng(0))
+    grid = traced(scan, drawn_cylinder(scan, np.random.default_rng(0)))
     expected = share_seen(scan.views_xyz, grid)
     assert azimuth_coverage(scan.views_xyz, grid.grid.centre_xyz) == pytest.approx(
         expected, abs=0.03
     )
 
 
-def test_scanned_grids_are_cached_and_hold_three_states(tmp_path):
+def test_scanned_inputs_are_cached_and_hold_three_states(tmp_path):
     objects = procedural(1, 1, held_back=True)
     objects = objects.subset(np.isin(objects.labels, ["chair", OTHER]) & (np.arange(23) < 14))
     calls = []
 
     def made():
-        return scanned_grids(
-            objects, ScanAugmentation(), 2, 0, folder=tmp_path, workers=1,
+        return scanned_inputs(
+            objects, ScanAugmentation(), 2, 0, SEEING, folder=tmp_path, workers=1,
             progress=lambda done, total: calls.append((done, total)),
         )  # fmt: skip
 
     first, again = made(), made()
     assert calls == [(len(objects), len(objects))]  # The second time nothing is made.
-    np.testing.assert_array_equal(first.grids, again.grids)
-    states = first.states(np.zeros(2, int), np.arange(2))
+    np.testing.assert_array_equal(first.packed, again.packed)
+    states = first.inputs(np.zeros(2, int), np.arange(2))
     assert set(np.unique(states)) <= {UNKNOWN, FREE, OCCUPIED}
     assert (first.context[..., SCALE_KNOWN] == 1).all()
     scans = first.context[..., VISIBILITY_KNOWN] == 1
@@ -105,11 +109,11 @@ def test_scanned_grids_are_cached_and_hold_three_states(tmp_path):
 def test_a_broken_part_of_the_cache_is_made_again(tmp_path):
     objects = procedural(1, 0, held_back=True)
     objects = objects.subset(objects.labels == "chair")
-    first = scanned_grids(objects, ScanAugmentation(), 1, 0, folder=tmp_path, workers=1)
+    first = scanned_inputs(objects, ScanAugmentation(), 1, 0, SEEING, folder=tmp_path, workers=1)
     for path in tmp_path.iterdir():
         path.write_bytes(path.read_bytes()[:100])
-    again = scanned_grids(objects, ScanAugmentation(), 1, 0, folder=tmp_path, workers=1)
-    np.testing.assert_array_equal(first.grids, again.grids)
+    again = scanned_inputs(objects, ScanAugmentation(), 1, 0, SEEING, folder=tmp_path, workers=1)
+    np.testing.assert_array_equal(first.packed, again.packed)
 
 
 def test_classes_without_a_known_size_are_refused():
@@ -117,3 +121,15 @@ def test_classes_without_a_known_size_are_refused():
 
     with pytest.raises(InputError, match="no sizes are known for plate, post"):
         of_point_set(two_kinds())
+
+
+@pytest.mark.parametrize("recipe", [PointsRecipe(64), GridRecipe("rectangular", (8, 8, 8))])
+def test_networks_without_a_context_are_shown_points_or_occupied_cells(tmp_path, recipe):
+    objects = procedural(1, 0, held_back=True)
+    objects = objects.subset(objects.labels == "chair")
+    found = scanned_inputs(objects, CLEAN, 2, 0, recipe, folder=tmp_path, workers=1)
+    shown = found.inputs(np.zeros(2, int), np.arange(2))
+    assert shown.shape == (2, *recipe.input_shape)
+    assert np.isfinite(shown).all()
+    assert (np.abs(shown) <= 1.2).all()
+    assert len(np.unique(shown)) > 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from quick_run import Silent
 
-from circumspect.classification import Classifier
+from circumspect.classification import Classifier, GridRecipe
 from circumspect.classification.context import SCALE_KNOWN, VISIBILITY_KNOWN
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.farthest_points import evenly_sampled
@@ -138,14 +138,14 @@ def test_a_grid_with_rays_is_answered_otherwise_than_one_without(trained, tmp_pa
 class Fixed:
     """Scans of one cell each."""
 
-    shape = (2, 4, 2)
+    recipe = GridRecipe(shape=(2, 4, 2), visibility=True, metric=True)
+    scans = 2
 
-    def __init__(self, count, scans):
-        self.grids = np.zeros((count, scans, 4), np.uint8)
-        self.context = np.ones((count, scans, 6), np.float32)
+    def __init__(self, count):
+        self.context = np.ones((count, self.scans, 6), np.float32)
 
-    def states(self, objects, scans):
-        states = np.ones((len(objects), *self.shape), np.uint8)
+    def inputs(self, objects, scans):
+        states = np.ones((len(objects), 1, *self.recipe.shape), np.uint8)
         states[:, 0, 0, 0] = 2
         return states
 
@@ -154,7 +154,7 @@ def samples(**changes):
     objects = procedural(1, 1)
     settings = replace(SETTINGS, **changes)
     return ScanSamples(
-        [(Fixed(len(objects), 2), objects, 1.0)], (*sorted(set(objects.labels) - {OTHER}), OTHER),
+        [(Fixed(len(objects)), objects, 1.0)], (*sorted(set(objects.labels) - {OTHER}), OTHER),
         settings,
     )  # fmt: skip
 
@@ -184,11 +184,12 @@ def test_classes_that_the_set_lacks_are_refused(tmp_path):
         )  # fmt: skip
 
 
-def test_networks_that_take_points_are_not_trained_on_scans(tmp_path):
-    with pytest.raises(InputError, match="takes points"):
-        train(few_objects(), replace(SETTINGS, net="pointnet"), tmp_path / "run", Silent())
-
-
-def test_networks_without_a_context_are_refused(tmp_path):
-    with pytest.raises(InputError, match="neither visibility nor size"):
-        train(few_objects(), replace(SETTINGS, net="voxnet"), tmp_path / "run", Silent())
+@pytest.mark.parametrize("net", ["pointnet", "voxnet"])
+def test_networks_without_a_context_are_trained_on_the_same_scans(tmp_path, net):
+    settings = replace(SETTINGS, net=net, epochs=1, draws=8, furniture=0.0)
+    checkpoint = train(
+        few_objects(), settings, tmp_path / "run", Silent(), GridCache(tmp_path / "cache"),
+        catalogues=[only_of_classes(procedural(1, 1, held_back=True))],
+    )  # fmt: skip
+    assert checkpoint.classes == (*CLASSES, OTHER)
+    assert not checkpoint.recipe.takes_context

@@ -56,6 +56,8 @@ class Reproduce:
     """Of real: files of labelled real objects."""
     contenders: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=FILE")] = ()
     """Of real: ONNX classifiers, checkpoints or folders of runs, beside the shipped classifier."""
+    catalogue: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="FILE")] = ()
+    """Of real with --nets: packs of meshes in metres to train on beside --data."""
     scale: Literal["metric", "unknown"] = "metric"
     """Of real: unknown withholds from the classifiers that coordinates are metres."""
     robot: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
@@ -87,7 +89,7 @@ class Reproduce:
         """Do what is not yet done, and print the table."""
         if self.what == "real":
             return self._real_objects()
-        if misplaced := given_flags(self, "crops", "contenders", "scale"):
+        if misplaced := given_flags(self, "crops", "contenders", "catalogue", "scale"):
             raise InputError(f"{misplaced[0]} goes with real")
         if self.data is None:
             raise InputError(f"{self.what} needs --data: ModelNet10's folder, or point packs")
@@ -152,7 +154,7 @@ class Reproduce:
 
         how = experiments.RealObjects(
             **{"nets": (), **self._flags()}, contenders=named_contenders(self.contenders),
-            scale=self.scale, data=self.data,
+            scale=self.scale, data=self.data, catalogues=self.catalogue,
         )  # fmt: skip
         out = self.out or Path("runs") / self.what
         cache = GridCache(self.cache)

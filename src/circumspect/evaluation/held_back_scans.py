@@ -13,7 +13,7 @@ from circumspect.classification import GridRecipe
 from circumspect.classification.context import VISIBILITY_KNOWN
 from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation
-from circumspect.datasets.scanned_grids import azimuth_coverage, chance_of
+from circumspect.datasets.scanned_inputs import azimuth_coverage, chance_of
 from circumspect.datasets.training_objects import TrainingObjects
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid

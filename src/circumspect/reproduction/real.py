@@ -13,20 +13,21 @@ from pathlib import Path
 from typing import Any
 
 from circumspect import __version__
-from circumspect.classification.onnx_classifier import shipped_path
-from circumspect.datasets import GridCache
+from circumspect.classification.shipped import ROBOT, SHIPPED, shipped_path
+from circumspect.datasets import GridCache, open_data_set
+from circumspect.datasets.catalogue import read_catalogue
 from circumspect.datasets.crop_sources import read_crop_sources
 from circumspect.datasets.labelled_crops import LabelledCrops
 from circumspect.errors import InputError, printable
 from circumspect.evaluation.crop_answers import CropAnswer, Scale, answer_crops
 from circumspect.evaluation.crop_metrics import crop_metrics
 from circumspect.evaluation.predictor import Predictor, checkpoint_path, load_predictor
-from circumspect.reproduction.contenders import OURS
 from circumspect.reproduction.experiment import Experiment
 from circumspect.reproduction.paired_comparison import compared_to_first, leave_one_room_out
 from circumspect.reproduction.real_report import real_markdown
 from circumspect.reproduction.stages import RESULT, done_once, file_digest, write_report
 from circumspect.reproduction.watched import Watched
+from circumspect.training import train
 
 NAME = "real"
 """Of the experiment and of its files."""
@@ -40,12 +41,14 @@ class RealObjects(Experiment):
         nets: Networks to train.
         contenders: Name to file of classifiers that are trained already, ONNX files, checkpoints or
             folders of runs. The first contender of all is the one that others are compared with.
+        catalogues: Packs of meshes in metres that `nets` are trained on beside `data`.
         scale: "unknown" withholds from all of them that coordinates are metres.
         data: The CAD data that `nets` are trained on.
     """
 
     nets: tuple[str, ...] = ()
-    contenders: Mapping[str, Path] = field(default_factory=lambda: {OURS: shipped_path()})
+    contenders: Mapping[str, Path] = field(default_factory=lambda: {ROBOT: shipped_path(ROBOT)})
+    catalogues: tuple[Path, ...] = ()
     scale: Scale = "metric"
     data: Path | None = None
 
@@ -64,7 +67,7 @@ class RealObjects(Experiment):
     def command_on(self, crops: Sequence[Path]) -> str:
         """What does the same again, without folders of this machine."""
         words = ["circumspect", "reproduce", NAME, "--crops", *(path.name for path in crops)]
-        named = [f"{name}={path.name}" for name, path in self.contenders.items() if name != OURS]
+        named = [f"{name}={path.name}" for name, path in self.contenders.items() if name != ROBOT]
         words += [*(["--contenders", *named] if named else [])]
         words += [*(["--nets", *self.nets] if self.nets else [])]
         words += ["--scale", self.scale] if self.scale != "metric" else []
@@ -75,15 +78,17 @@ def named_contenders(words: Sequence[str]) -> dict[str, Path]:
     """The shipped classifier, and those that a user names.
 
     Args:
-        words: NAME=FILE, or FILE, which is then named after itself.
+        words: NAME=FILE, or FILE, which is then named after itself; a shipped classifier's name
+            stands for its file.
 
     Raises:
         InputError: A name without a file, or one that stands twice.
     """
-    found = {OURS: shipped_path()}
+    found = {ROBOT: shipped_path(ROBOT)}
     for word in words:
         name, equals, file = word.partition("=")
-        path = Path(file if equals else word)
+        file = file if equals else word
+        path = shipped_path(file) if file in SHIPPED else Path(file)
         name = name if equals else path.stem
         if not name or not str(path) or (equals and not file):
             raise InputError(f"--contenders {word}: give NAME=FILE")
@@ -112,17 +117,21 @@ def trained_contender(
         cache: Where grids are kept.
 
     Returns:
-        The checkpoint, or an ONNX file of it.
+        The checkpoint.
 
     Raises:
-        InputError: This version can not train contenders.
+        InputError: No CAD data are given, or the folder holds another training.
+        OutputError: The folder can not be written.
     """
-    # To be filled with the training on `datasets.scanned_grids`; what follows takes any predictor.
-    del how, folder, watched, cache
-    raise InputError(
-        f"--nets {net}: training on partial views is not part of this version; train it elsewhere "
-        f"and give --contenders {net}=FILE"
-    )
+    if how.data is None:
+        raise InputError(f"--nets {net}: needs --data, the CAD data to train on")
+    objects = open_data_set(how.data, "train")
+    settings = replace(how.settings(net), scans=True)
+    packs = [read_catalogue(path) for path in how.catalogues]
+    at = folder / _as_folder(net) / "training"
+    with watched.training(net, settings.epochs) as observer:
+        train(objects, settings, at, observer, cache, catalogues=packs)
+    return at
 
 
 def reproduce_real(

@@ -10,11 +10,11 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import InputRecipe
 from circumspect.classification.context import SCALE_KNOWN, VISIBILITY_KNOWN
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.scan_sources import of_point_set, procedural
-from circumspect.datasets.scanned_grids import ScannedGrids, scanned_grids
+from circumspect.datasets.scanned_inputs import ScannedInputs, scanned_inputs
 from circumspect.datasets.training_objects import OTHER, TrainingObjects, digest_of
 from circumspect.errors import InputError
 from circumspect.grid.occupancy_grid import OCCUPIED
@@ -41,7 +41,7 @@ class ScanSamples:
 
     def __init__(
         self,
-        sources: Sequence[tuple[ScannedGrids, TrainingObjects, float]],
+        sources: Sequence[tuple[ScannedInputs, TrainingObjects, float]],
         classes: Sequence[str],
         settings: TrainingSettings,
     ) -> None:
@@ -64,29 +64,35 @@ class ScanSamples:
     def inputs(
         self, chosen: NDArray[np.int64], replicas: NDArray[np.int64], rng: np.random.Generator
     ) -> tuple[NDArray[Any], ...]:
-        """States (b, 1, *shape) and contexts (b, 6); some hide what is free, or the scale."""
+        """Inputs, and contexts where the network takes them; some hide free cells or the scale."""
         part = np.searchsorted(self._starts, chosen, side="right") - 1
-        shape = self._sources[0].shape
-        states = np.empty((len(chosen), *shape), np.uint8)
+        recipe = self._sources[0].recipe
+        made: NDArray[Any] | None = None
         contexts = np.empty((len(chosen), self._sources[0].context.shape[-1]), np.float32)
         for number in np.unique(part):
-            of, grids = part == number, self._sources[number]
+            of, source = part == number, self._sources[number]
             local = chosen[of] - self._starts[number]
-            scan = replicas[of] % grids.grids.shape[1]
-            states[of] = grids.states(local, scan)
-            contexts[of] = grids.context[local, scan]
+            scan = replicas[of] % source.scans
+            found = source.inputs(local, scan)
+            if made is None:
+                made = np.empty((len(chosen), *found.shape[1:]), found.dtype)
+            made[of] = found
+            contexts[of] = source.context[local, scan]
+        assert made is not None
+        if not recipe.takes_context:
+            return (made,)
         hidden = rng.random(len(chosen)) < self._settings.hide_visibility
-        states[hidden] &= np.uint8(OCCUPIED)
+        made[hidden] &= np.uint8(OCCUPIED)
         contexts[hidden, VISIBILITY_KNOWN] = 0.0
         contexts[rng.random(len(chosen)) < self._settings.hide_scale, SCALE_KNOWN:] = 0.0
-        return states[:, None], contexts
+        return made, contexts
 
 
 def scan_data(
     objects: ObjectSet,
     catalogues: Sequence[TrainingObjects],
     settings: TrainingSettings,
-    recipe: GridRecipe,
+    recipe: InputRecipe,
     device: torch.device,
     progress: Progress,
     cache: Path | None = None,
@@ -125,12 +131,12 @@ def scan_data(
 
     def scanned(
         of: TrainingObjects, scans: int, seed: int, at: int = 0, total: int = 1
-    ) -> ScannedGrids:
+    ) -> ScannedInputs:
         # One bar for all sources.
         def shown(done: int, count: int) -> None:
             progress(at * count + done, total * count)
 
-        return scanned_grids(of, settings.scan, scans, seed, recipe.shape, cache, shown)
+        return scanned_inputs(of, settings.scan, scans, seed, recipe, cache, shown)
 
     sources = [
         (scanned(of, scans, settings.seed, at, len(training)), of, share)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from circumspect.datasets.scanned_grids import ScannedGrids
+from circumspect.datasets.scanned_inputs import ScannedInputs
 from circumspect.datasets.training_objects import OTHER, TrainingObjects
 from circumspect.evaluation.accuracy import mean_class_accuracy
 from circumspect.nets.state_channels import state_channels
@@ -29,14 +29,14 @@ class ScanExaminer:
 
     def __init__(
         self,
-        sources: Sequence[tuple[ScannedGrids, TrainingObjects]],
+        sources: Sequence[tuple[ScannedInputs, TrainingObjects]],
         classes: Sequence[str],
         device: torch.device,
     ) -> None:
         self._device, self._known = device, len(classes) - (OTHER in classes)
         rows, contexts, labels = [], [], []
         for grids, objects in sources:
-            count, scans = grids.grids.shape[:2]
+            count, scans = grids.packed.shape[:2]
             of, scan = np.repeat(np.arange(count), scans), np.tile(np.arange(scans), count)
             rows.append((of, scan))
             contexts.append(grids.context[of, scan])
@@ -68,14 +68,16 @@ class ScanExaminer:
     def _logits(
         self,
         net: nn.Module,
-        grids: ScannedGrids,
+        grids: ScannedInputs,
         rows: tuple[NDArray[np.int64], NDArray[np.int64]],
         contexts: NDArray[np.float32],
     ) -> Tensor:
         found = []
         for start in range(0, len(contexts), BATCH):
             part = slice(start, start + BATCH)
-            states = torch.from_numpy(grids.states(rows[0][part], rows[1][part])[:, None])
-            context = torch.from_numpy(contexts[part]).to(self._device)
-            found.append(net(state_channels(states).to(self._device), context).float().cpu())
+            inputs = torch.from_numpy(grids.inputs(rows[0][part], rows[1][part]))
+            shown = [inputs.float()]
+            if grids.recipe.takes_context:
+                shown = [state_channels(inputs), torch.from_numpy(contexts[part])]
+            found.append(net(*(one.to(self._device) for one in shown)).float().cpu())
         return torch.cat(found)

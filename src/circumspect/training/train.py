@@ -251,15 +251,16 @@ def _require_a_batch(objects: int, settings: TrainingSettings, fewest: int) -> N
 def recipe_for(settings: TrainingSettings) -> InputRecipe:
     """What a network is meant to be shown; of simulated scans also visibility and size.
 
+    A network that takes neither is shown scans as it is shown complete objects.
+
     Raises:
-        InputError: No network of that name, or scans for one that takes no grids.
+        InputError: No network of that name.
     """
-    recipe = net_spec(settings.net).recipe
-    if not settings.scans:
-        return recipe
-    if not isinstance(recipe, GridRecipe):
-        raise InputError(f"{settings.net} takes points; simulated scans are for grids")
-    return replace(recipe, visibility=True, metric=True)
+    spec = net_spec(settings.net)
+    if not settings.scans or not spec.takes_context:
+        return spec.recipe
+    assert isinstance(spec.recipe, GridRecipe)
+    return replace(spec.recipe, visibility=True, metric=True)
 
 
 def _prepare(
@@ -279,7 +280,6 @@ def _prepare(
     net = build_net(settings.net, classes, recipe)
     with accelerator.main_process_first():
         if settings.scans:
-            assert isinstance(recipe, GridRecipe)
             data = scan_data(
                 objects, catalogues, settings, recipe, accelerator.device, observer.preparing,
                 cache.folder / "scans",
