@@ -1,6 +1,7 @@
 """From a grid to a name: all that a robot needs of a network, without torch."""
 
 from circumspect.classification.classifier import Classifier
+from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.evidence import CellEvidence, cell_evidence
 from circumspect.classification.example_table import ExampleTable, NearExample, nearest_examples
 from circumspect.classification.grid_recipe import GridRecipe
@@ -14,6 +15,7 @@ from circumspect.classification.upright import classify_any_way_up
 __all__ = [
     "CellEvidence",
     "Classifier",
+    "ConfidenceRule",
     "ExampleTable",
     "GridRecipe",
     "InputRecipe",
