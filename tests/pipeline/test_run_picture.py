@@ -221,22 +221,21 @@ def named(
     return replace(result, steps=tuple(steps))
 
 
-def test_the_title_says_whether_the_answer_is_confident_and_correct(
+def test_the_captions_say_whether_the_answer_is_confident_and_correct(
     result: RecognitionResult,
 ) -> None:
-    title, _ = captions(named(result, True, probability=0.91), {"truth": "night_stand"})
-    assert title == "night stand (91 %), confident; correct"
-    title, _ = captions(named(result, True, probability=0.55), {"truth": "bathtub"})
-    assert title == (
-        "night stand or chair (55 % / 45 %), not confident; incorrect: the true class is bathtub"
-    )
+    title, note = captions(named(result, True, probability=0.91), {"truth": "night_stand"})
+    assert title == "night stand (91 %), confident"
+    assert note.startswith("correct, ")
+    title, note = captions(named(result, True, probability=0.55), {"truth": "night_bath"})
+    assert title == "night stand or chair (55 % / 45 %), not confident"
+    assert note.startswith("incorrect: the true class is night bath, ")
 
 
 def test_the_title_names_the_nearest_class_of_an_unknown_object(result: RecognitionResult) -> None:
-    title, _ = captions(named(result, False), {"truth": "bathtub"})
-    assert title == (
-        "unknown object (nearest: night stand 55 %), not confident; the true class is bathtub"
-    )
+    title, note = captions(named(result, False), {"truth": "bathtub"})
+    assert title == "unknown object (nearest: night stand 55 %), not confident"
+    assert note.startswith("the true class is bathtub, ")
 
 
 def test_the_title_is_not_confident_at_low_coverage(result: RecognitionResult) -> None:
@@ -257,5 +256,5 @@ def test_the_longest_title_fits(
     monkeypatch.setattr(Figure, "savefig", kept)
     draw_run(tmp_path / "unknown.png", named(result, False), {"truth": "bathtub"})
     title = drawn[0].texts[0]
-    assert title.get_text().endswith("(wrong: it is a bathtub)")
+    assert title.get_text().startswith("unknown object (nearest: night stand 55 %)")
     assert title.get_window_extent().x1 < drawn[0].bbox.x1

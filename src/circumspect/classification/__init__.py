@@ -1,6 +1,7 @@
 """From a grid to a name: all that a robot needs of a network, without torch."""
 
 from circumspect.classification.classifier import Classifier
+from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.evidence import CellEvidence, cell_evidence
 from circumspect.classification.example_table import ExampleTable, NearExample, nearest_examples
 from circumspect.classification.grid_recipe import GridRecipe
@@ -16,6 +17,7 @@ __all__ = [
     "SHIPPED",
     "CellEvidence",
     "Classifier",
+    "ConfidenceRule",
     "ExampleTable",
     "GridRecipe",
     "InputRecipe",

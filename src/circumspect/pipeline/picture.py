@@ -33,7 +33,7 @@ def draw_run(
     Args:
         path: The PNG to write.
         result: A run with a grid of the object; it may have been interrupted before it was named.
-        config: "truth" and "start_deg", where given, go into the title.
+        config: "truth" and "start_deg", where given, go into the line below the title.
         journey: Where the robot went.
         why_missed: Of each view that it missed; none where nobody knows.
 
@@ -84,18 +84,20 @@ def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str,
     parts = [f"{len(result.steps)} frames", f"{percent(last.coverage)} coverage"]
     if config.get("start_deg") is not None:
         parts.insert(0, f"started at azimuth {config['start_deg']:.0f}°")
+    prediction, truth = last.prediction, config.get("truth")
+    if prediction is not None and truth is not None:
+        judged = truth_text(prediction.label, prediction.in_distribution, truth)
+        parts.insert(0, judged.replace("_", " "))
     if result.lost_from is not None:
         parts.append(f"lost from frame {result.lost_from} on")
     if result.interrupted:
         parts.append("interrupted")
-    return _title(last, config.get("truth")), ", ".join(parts)
+    return _title(last), ", ".join(parts)
 
 
-def _title(last: RecognitionStep, truth: str | None) -> str:
+def _title(last: RecognitionStep) -> str:
     prediction = last.prediction
     if prediction is None:
         return "no answer"
-    title = prediction.text + (", confident" if last.confident else ", not confident")
-    if truth is not None:
-        title += f"; {truth_text(prediction.label, prediction.in_distribution, truth)}"
-    return title.replace("_", " ")
+    state = "confident" if last.confident else "not confident"
+    return f"{prediction.text}, {state}".replace("_", " ")
