@@ -26,7 +26,6 @@ from circumspect.nets.headed_planes import Headed
 from circumspect.nets.registry import net_spec, require_turnable
 from circumspect.nets.state_channels import state_channels
 from circumspect.training.draws import draw_epoch, learning_rate_at
-from circumspect.training.held_back import fitted_and_held_back
 from circumspect.training.mixing import mixed
 from circumspect.training.optimisation import forgetful_average, optimizer_for
 from circumspect.training.resume import load_state, save_state
@@ -272,8 +271,8 @@ def _prepare(
     observer: TrainingObserver,
 ) -> _Run:
     accelerator = Accelerator(mixed_precision="no")  # `precision` is ours to apply.
-    fit, _ = fitted_and_held_back(objects, settings)
-    _require_a_batch(len(fit), settings, 2 * accelerator.num_processes)
+    fewest = 2 * accelerator.num_processes
+    _require_a_batch(len(objects), settings, fewest)
     # Before the grids, which take long: a network may not be made for their cells.
     torch.manual_seed(settings.seed)
     classes = len(objects.classes) + settings.scans
@@ -288,6 +287,7 @@ def _prepare(
             data = object_data(
                 objects, settings, recipe, cache, accelerator.device, observer.preparing
             )
+    _require_a_batch(len(data.fitted), settings, fewest)
     optimizer = optimizer_for(net, settings)
     net, optimizer = accelerator.prepare(net, optimizer)
     averaged = AveragedModel(
