@@ -18,8 +18,9 @@ from circumspect.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 from circumspect.pipeline.views import share_seen
 
 CLEAN = ScanAugmentation(
-    mirror=0.0, stretch=0.0, resize=0.0, complete=0.0, occluded=0.0, beside=0.0, walled=0.0,
-    leak=0.0, boxed=0.0, cut=0.0, strays=0.0, registration=0.0, floor_cut=(0.02, 0.02),
+    mirror=0.0, stretch=0.0, resize=0.0, complete=0.0, occluded=0.0, beside=0.0, cluttered=0.0,
+    walled=0.0,
+    leak=0.0, boxed=0.0, cut=0.0, lowered=0.0, strays=0.0, registration=0.0, floor_cut=(0.02, 0.02),
 )  # fmt: skip
 
 SEEING = GridRecipe(margin=1.1, visibility=True, metric=True)
@@ -53,7 +54,9 @@ def test_a_single_view_misses_the_far_side():
 
 
 def test_more_trouble_still_gives_scans():
-    rough = ScanAugmentation(occluded=1.0, walled=1.0, beside=1.0, cut=1.0, strays=1.0)
+    rough = ScanAugmentation(
+        occluded=1.0, walled=1.0, beside=1.0, cluttered=1.0, cut=1.0, strays=1.0
+    )
     for seed in range(6):
         _, scan = scan_of("sofa", rough, seed)
         assert np.isfinite(scan.points_xyz).all()

@@ -17,7 +17,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from circumspect.datasets.object_caster import ObjectCaster
-from circumspect.datasets.surroundings import NOTHING, OBJECT, Box, Surroundings, Wall
+from circumspect.datasets.surroundings import (
+    CLUTTER,
+    NOTHING,
+    OBJECT,
+    Box,
+    Surroundings,
+    Wall,
+)
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
 from circumspect.sensing import DepthNoise
@@ -32,13 +39,15 @@ ACROSS = 80
 AROUND = 1.3
 """The rendered window is so many times as large as the object."""
 CHANCES = (
-    "mirror", "complete", "single", "occluded", "beside", "walled", "leak", "boxed", "cut",
-    "lowered", "strays",
+    "mirror", "complete", "single", "occluded", "beside", "cluttered", "walled", "leak", "boxed",
+    "cut", "lowered", "strays",
 )  # fmt: skip
 FEWEST = 60
 """Voxels; a view that shows less is no scan, and another one is drawn."""
 HIDDEN_BELOW = (0.1, 0.55)
 """Share of the object's height below which it is hidden, as of a chair at a table."""
+LEAK_STEP = 0.1
+"""A segmentation leaks to a neighbouring pixel whose depth differs by less [m]."""
 VOXELS = 96.0
 """Voxels along the longest side of what is seen."""
 SAMPLES = 12_000
@@ -83,6 +92,8 @@ class ScanAugmentation:
         farthest: And at most so far [m].
         occluded: Chance of one or two boxes before the object.
         beside: Chance of a box that stands next to the object.
+        cluttered: Chance of one to three things on the object or against it that a segmentation
+            takes for a part of it.
         walled: Chance of a wall behind the object.
         leak: Chance that a segmentation takes in what is next to the object's pixels.
         boxed: Chance that a segmentation is a box, with everything in it.
@@ -106,6 +117,7 @@ class ScanAugmentation:
     farthest: float = 5.0
     occluded: float = 0.4
     beside: float = 0.25
+    cluttered: float = 0.35
     walled: float = 0.3
     leak: float = 0.3
     boxed: float = 0.2
@@ -234,6 +246,8 @@ class ScanAugmentation:
             boxes += [placed.occluder(bearing, rng) for _ in range(rng.integers(1, 3))]
         if rng.random() < self.beside:
             boxes.append(placed.neighbour(rng))
+        if rng.random() < self.cluttered:
+            boxes += [placed.clutter(rng) for _ in range(rng.integers(1, 4))]
         free = tuple(box for box in boxes if all(_clear_of(box, view) for view in views_xyz))
         return Surroundings(tuple(walls), free)
 
@@ -308,6 +322,22 @@ class _Placed:
         away = self.along(direction) + np.abs(direction * half[:2]).sum() + rng.uniform(0.0, 0.2)
         return Box(np.append(self.middle[:2] + away * direction, half[2]), half, 0.0)
 
+    def clutter(self, rng: Chance) -> Box:
+        """Something on the object, or a sheet that stands against it."""
+        if rng.random() < 0.6:
+            half = np.minimum(rng.uniform(0.03, 0.2, 3), 0.5 * self.half)
+            x, y = self.middle[:2] + rng.uniform(-0.9, 0.9, 2) * self.half[:2]
+            bottom = self.high[2] * (1.0 if rng.random() < 0.5 else rng.uniform(0.3, 1.0))
+            centre = np.array([x, y, bottom + half[2]])
+            return Box(centre, half, float(rng.uniform(0, pi)), CLUTTER)
+        heading = rng.uniform(0, 2 * pi)
+        direction = np.array([np.cos(heading), np.sin(heading)])
+        half = np.array([rng.uniform(0.01, 0.08), *rng.uniform(0.1, 0.7, 2) * self.half[1:]])
+        away = self.along(direction) + half[0] + rng.uniform(-0.05, 0.1)
+        z = max(half[2], float(rng.uniform(0.2, 1.0) * self.high[2]))
+        # The thin side towards the object.
+        return Box(np.append(self.middle[:2] + away * direction, z), half, heading, CLUTTER)
+
 
 @dataclass(frozen=True)
 class _Segmentation:
@@ -342,7 +372,7 @@ class _Segmentation:
         self, kind: NDArray[np.uint8], depth: NDArray[np.float32], points: NDArray[np.float32]
     ) -> NDArray[np.bool_]:
         """(h, w) which pixels are taken for the object."""
-        mask = kind == OBJECT
+        mask = (kind == OBJECT) | (kind == CLUTTER)
         if self.box is not None:
             mask = kind != NOTHING
             for axis, (low, high) in enumerate(zip(*self.box, strict=True)):
@@ -392,7 +422,10 @@ class _View:
         origin = (view_xyz + rng.normal(0, 1.0, 3) * noise_m).astype(np.float32)
         believed = rays @ turn.as_matrix().T.astype(np.float32)
         measured = (believed * depth.reshape(-1, 1) + origin).reshape(*size, 3)
-        mask = segmentation.mask(hits.kind.reshape(size), depth, measured)
+        # A pixel at an edge that measured what is behind belongs to that.
+        with np.errstate(invalid="ignore"):
+            kind = np.where(np.abs(depth - true) < LEAK_STEP, hits.kind.reshape(size), NOTHING)
+        mask = segmentation.mask(kind, depth, measured)
         valid = np.flatnonzero(np.isfinite(depth))
         step = max(1, len(valid) // RAYS_A_VIEW)
         ends = measured.reshape(-1, 3)[valid[rng.integers(step) :: step]]
@@ -426,17 +459,18 @@ def _window(
 
 
 def _grown(mask: NDArray[np.bool_], depth: NDArray[np.float32], by: int) -> NDArray[np.bool_]:
-    """A mask with the pixels next to it at about its depth."""
-    grown = mask.copy()
-    for _ in range(by):
-        around = np.pad(grown, 1)
-        grown = around[:-2, 1:-1] | around[2:, 1:-1] | around[1:-1, :-2] | around[1:-1, 2:] | grown
-    if not mask.any():
-        return mask
-    known = depth[mask & np.isfinite(depth)]
-    if not len(known):
-        return mask
-    return grown & (depth < known.max() + 0.15) & (depth > known.min() - 0.15)
+    """A mask with the pixels next to it at about the depth of their neighbour."""
+    rows, columns = depth.shape
+    padded = np.pad(depth, 1, constant_values=np.nan)
+    grown = np.pad(mask, 1)
+    with np.errstate(invalid="ignore"):
+        for _ in range(by):
+            more = grown[1:-1, 1:-1].copy()
+            for down, right in ((0, 1), (2, 1), (1, 0), (1, 2)):
+                beside = slice(down, down + rows), slice(right, right + columns)
+                more |= grown[beside] & (np.abs(padded[beside] - depth) < LEAK_STEP)
+            grown[1:-1, 1:-1] = more
+    return grown[1:-1, 1:-1]
 
 
 def _voxelised(points: NDArray[np.floating]) -> NDArray[np.floating]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-OBJECT, FLOOR, WALL, BOX, NOTHING = 0, 1, 2, 3, 255
+OBJECT, FLOOR, WALL, BOX, CLUTTER, NOTHING = 0, 1, 2, 3, 4, 255
 """What a ray met first."""
 FAR = np.float32(1e6)
 """Rays that meet nothing end here [m]."""
@@ -23,7 +23,7 @@ class Hits:
     Attributes:
         depth: (n,) float32 [m] in lengths of the rays.
         incidence: (n,) float32 [rad] between ray and surface normal, 0 … π/2.
-        kind: (n,) uint8 `OBJECT`, `FLOOR`, `WALL`, `BOX` or `NOTHING`.
+        kind: (n,) uint8 `OBJECT`, `FLOOR`, `WALL`, `BOX`, `CLUTTER` or `NOTHING`.
     """
 
     depth: NDArray[np.float32]
@@ -71,11 +71,13 @@ class Box:
         centre_xyz: (3,) [m].
         half_xyz: (3,) [m] half of its edges.
         yaw: [rad].
+        kind: `BOX`, or `CLUTTER` for what a segmentation takes for a part of the object.
     """
 
     centre_xyz: NDArray[np.float64]
     half_xyz: NDArray[np.float64]
     yaw: float
+    kind: int = BOX
 
     def hits(self, origin_xyz: NDArray[np.float64], rays_xyz: NDArray[np.float32]) -> Hits:
         """Where rays from outside enter it (the slab method)."""
@@ -94,7 +96,7 @@ class Box:
             entry = np.maximum(entry, middle - reach)
             leave = np.minimum(leave, middle + reach)
         hit = (entry < leave) & (entry > 0)
-        return _hits(np.where(hit, entry, FAR), facing, rays_xyz, BOX)
+        return _hits(np.where(hit, entry, FAR), facing, rays_xyz, self.kind)
 
 
 @dataclass(frozen=True)
