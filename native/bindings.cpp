@@ -2,7 +2,6 @@
 // a kernel read or write outside its arrays; the messages users see are made in Python.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
-#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
@@ -17,6 +16,7 @@
 #include "box.hpp"
 #include "box_beams.hpp"
 #include "coaxial.hpp"
+#include "coaxial_trace.hpp"
 #include "cylinder.hpp"
 #include "cylinder_beams.hpp"
 #include "fit.hpp"
@@ -156,6 +156,17 @@ int64_t passed(const Grid& grid, Points<T> origins_xyz, Points<T> ends_xyz, Stat
                              states.data(), threads);
 }
 
+template <typename T>
+int64_t passed_coaxial(const std::vector<const Cylinder*>& grids, Points<T> origins_xyz,
+                       Points<T> ends_xyz, Batch states, uint8_t value, std::size_t threads) {
+  require_coaxial(grids, states);
+  const std::size_t origins = origins_xyz.shape(0), ends = ends_xyz.shape(0);
+  require(origins == 1 || origins == ends, "one origin, or as many as ends");
+  nb::gil_scoped_release release;
+  return mark_coaxial_passed(grids, origins_xyz.data(), origins, ends_xyz.data(), ends, value,
+                             states.data(), threads);
+}
+
 template <typename Tracer, typename Grid>
 void bind_methods(nb::module_& m, nb::class_<Grid>& grid) {
   using namespace nb::literals;
@@ -176,7 +187,9 @@ void bind_methods(nb::module_& m, nb::class_<Grid>& grid) {
 }
 
 using Weights = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Axes = std::array<double, 3>;
+using Axes = std::tuple<double, double, double>;
+
+Axes axes_of(const std::array<double, 3>& values) { return {values[0], values[1], values[2]}; }
 
 std::tuple<Axes, Axes, Axes> weighted_centre_of(Points<double> points_xyz, std::optional<Weights> weights) {
   const std::size_t count = points_xyz.shape(0);
@@ -184,13 +197,14 @@ std::tuple<Axes, Axes, Axes> weighted_centre_of(Points<double> points_xyz, std::
   require(!weights || weights->shape(0) == count, "as many weights as points");
   nb::gil_scoped_release release;
   const WeightedCentre found = weighted_centre(points_xyz.data(), weights ? weights->data() : nullptr, count);
-  return {found.centre, found.low, found.high};
+  return {axes_of(found.centre), axes_of(found.low), axes_of(found.high)};
 }
 
 std::tuple<double, double, double, double> reach_of(Points<double> points_xyz, Axes centre_xyz,
                                                     double yaw) {
+  const auto [x, y, z] = centre_xyz;
   nb::gil_scoped_release release;
-  const Reach found = reach(points_xyz.data(), points_xyz.shape(0), centre_xyz, std::cos(yaw),
+  const Reach found = reach(points_xyz.data(), points_xyz.shape(0), {x, y, z}, std::cos(yaw),
                             std::sin(yaw));
   return {found.radius, found.x, found.y, found.z};
 }
@@ -213,6 +227,10 @@ NB_MODULE(_native, m) {
   m.def("hits_coaxial", &hits_coaxial<double>, "grids"_a, "points_xyz"_a, "yaw"_a, states,
         "value"_a, "threads"_a);
   m.def("hits_coaxial", &hits_coaxial<float>, "grids"_a, "points_xyz"_a, "yaw"_a, states,
+        "value"_a, "threads"_a);
+  m.def("passed_coaxial", &passed_coaxial<double>, "grids"_a, "origins_xyz"_a, "ends_xyz"_a, states,
+        "value"_a, "threads"_a);
+  m.def("passed_coaxial", &passed_coaxial<float>, "grids"_a, "origins_xyz"_a, "ends_xyz"_a, states,
         "value"_a, "threads"_a);
   auto box = nb::class_<Box>(m, "Box");
   box.def(nb::new_(&make_box), "shape"_a, "half_width"_a, "centre_xyz"_a, "yaw"_a);

@@ -39,4 +39,8 @@ inline double cells_from_side(double at, double per_half, double half_cells) {
 int64_t load(const double* rows, int count, Block& block);
 int64_t load(const float* rows, int count, Block& block);
 
+// How many of (n, 3) points are NaN, infinite or too large.
+int64_t unusable(const double* rows, std::size_t count);
+int64_t unusable(const float* rows, std::size_t count);
+
 }  // namespace circumspect

@@ -15,6 +15,7 @@ constexpr int32_t kOutside = -1, kDoubtful = -2;
 // What is beyond the outer boundary by more is outside, in parts of an axis: less than `kDoubt`, so
 // that nothing between is sure to be in a cell, and more than rounding.
 constexpr float kBeyond = 1.2e-6f;
+static_assert(kBeyond < 0.9f * kDoubt, "cells would lie outside of the array");
 
 // Sizes that differ by more, or more cells, have no room in single precision.
 constexpr double kMostAlike = 1e3;
