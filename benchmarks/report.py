@@ -58,13 +58,28 @@ def telling() -> Callable[[int, int, str], None]:
 
 def timed(name: str, work: Callable[[], object], seconds: float = 1.0) -> Row:
     """Repeat `work` for so long, 8 to 200 times, after a warm-up."""
-    work()
-    times: list[float] = []
-    until = time.perf_counter() + seconds
-    while len(times) < 8 or (len(times) < 200 and time.perf_counter() < until):
-        start = time.perf_counter()
+    return timed_in_turn({name: work}, seconds)[0]
+
+
+def timed_in_turn(works: Mapping[str, Callable[[], object]], seconds: float = 1.0) -> list[Row]:
+    """Like `timed`, for works that are compared: each repetition runs all of them, one by one.
+
+    What else the machine does then slows all of them alike.
+    """
+    for work in works.values():
         work()
-        times.append(1e3 * (time.perf_counter() - start))
+    times: dict[str, list[float]] = {name: [] for name in works}
+    until, rounds = time.perf_counter() + seconds * len(works), 0
+    while rounds < 8 or (rounds < 200 and time.perf_counter() < until):
+        for name, work in works.items():
+            start = time.perf_counter()
+            work()
+            times[name].append(1e3 * (time.perf_counter() - start))
+        rounds += 1
+    return [_row(name, of_work) for name, of_work in times.items()]
+
+
+def _row(name: str, times: Sequence[float]) -> Row:
     median, p95 = np.percentile(times, [50, 95])
     return Row(name, float(median), float(p95), min(times), len(times))
 

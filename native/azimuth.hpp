@@ -30,18 +30,29 @@ inline Real clamped(Real value, Real most) {
   return up < most ? up : most;
 }
 
-// The azimuth of a point about the axis, in sectors from the first: 0 … sectors.
+// The azimuth of a point about the axis [rad]: 0 … 2 pi.
 template <typename Real>
-inline Real azimuth_of(Real x, Real y, Real per_angle, Real offset, Real sectors) {
+inline Real azimuth_of(Real x, Real y) {
   const Real ax = std::fabs(x), ay = std::fabs(y);
   const Real large = ax > ay ? ax : ay, small = ax > ay ? ay : ax;
   constexpr Real kTiny = std::numeric_limits<Real>::min();
   const Real octant = arc_tangent(small / (large > kTiny ? large : kTiny));
   const Real quadrant = ay > ax ? Real(0.5 * kPi) - octant : octant;
   const Real half = x < Real(0) ? Real(kPi) - quadrant : quadrant;
-  const Real angle = y < Real(0) ? Real(2.0 * kPi) - half : half;
-  const Real turned = angle * per_angle - offset;
+  return y < Real(0) ? Real(2.0 * kPi) - half : half;
+}
+
+// An azimuth in sectors from the first: 0 … sectors.
+template <typename Real>
+inline Real sectors_from(Real azimuth, Real per_angle, Real offset, Real sectors) {
+  const Real turned = azimuth * per_angle - offset;
   return clamped(turned + (turned < Real(0) ? sectors : Real(0)), sectors);
+}
+
+// The same of a point about the axis.
+template <typename Real>
+inline Real sector_at(Real x, Real y, Real per_angle, Real offset, Real sectors) {
+  return sectors_from(azimuth_of(x, y), per_angle, offset, sectors);
 }
 
 // Distance of a place, in cells and not negative, to the nearest boundary.

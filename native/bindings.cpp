@@ -2,18 +2,24 @@
 // a kernel read or write outside its arrays; the messages users see are made in Python.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <array>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <tuple>
 #include <vector>
 
 #include "box.hpp"
 #include "box_beams.hpp"
+#include "coaxial.hpp"
+#include "coaxial_trace.hpp"
 #include "cylinder.hpp"
 #include "cylinder_beams.hpp"
+#include "fit.hpp"
 #include "hits.hpp"
 #include "trace.hpp"
 
@@ -119,6 +125,26 @@ int64_t hits_batch(const std::vector<const Grid*>& grids, const std::vector<Poin
   return first_bad == int64_t(clouds.size()) ? -1 : first_bad.load();
 }
 
+// All grids must be of one shape about one axis.
+void require_coaxial(const std::vector<const Cylinder*>& grids, const Batch& states) {
+  require(!grids.empty() && states.shape(0) == grids.size(), "one output a grid");
+  for (const Cylinder* grid : grids) {
+    require(grid != nullptr, "a grid");
+    require_cells(states, 1, grid->shape);
+    require(grid->x == grids[0]->x && grid->y == grids[0]->y, "grids about one axis");
+  }
+}
+
+template <typename T>
+int64_t hits_coaxial(const std::vector<const Cylinder*>& grids, Points<T> points_xyz, double yaw,
+                     Batch states, uint8_t value, std::size_t threads) {
+  require_coaxial(grids, states);
+  require(std::isfinite(yaw), "yaw");
+  nb::gil_scoped_release release;
+  return mark_coaxial_hits(Coaxial(grids, yaw), points_xyz.data(), points_xyz.shape(0), value,
+                           states.data(), threads);
+}
+
 template <typename Tracer, typename Grid, typename T>
 int64_t passed(const Grid& grid, Points<T> origins_xyz, Points<T> ends_xyz, States states,
                uint8_t value, std::size_t threads) {
@@ -127,6 +153,17 @@ int64_t passed(const Grid& grid, Points<T> origins_xyz, Points<T> ends_xyz, Stat
   require(origins == 1 || origins == ends, "one origin, or as many as ends");
   nb::gil_scoped_release release;
   return mark_passed<Tracer>(grid, origins_xyz.data(), origins, ends_xyz.data(), ends, value,
+                             states.data(), threads);
+}
+
+template <typename T>
+int64_t passed_coaxial(const std::vector<const Cylinder*>& grids, Points<T> origins_xyz,
+                       Points<T> ends_xyz, Batch states, uint8_t value, std::size_t threads) {
+  require_coaxial(grids, states);
+  const std::size_t origins = origins_xyz.shape(0), ends = ends_xyz.shape(0);
+  require(origins == 1 || origins == ends, "one origin, or as many as ends");
+  nb::gil_scoped_release release;
+  return mark_coaxial_passed(grids, origins_xyz.data(), origins, ends_xyz.data(), ends, value,
                              states.data(), threads);
 }
 
@@ -149,6 +186,29 @@ void bind_methods(nb::module_& m, nb::class_<Grid>& grid) {
         "threads"_a);
 }
 
+using Weights = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Axes = std::tuple<double, double, double>;
+
+Axes axes_of(const std::array<double, 3>& values) { return {values[0], values[1], values[2]}; }
+
+std::tuple<Axes, Axes, Axes> weighted_centre_of(Points<double> points_xyz, std::optional<Weights> weights) {
+  const std::size_t count = points_xyz.shape(0);
+  require(count >= 1, "a point");
+  require(!weights || weights->shape(0) == count, "as many weights as points");
+  nb::gil_scoped_release release;
+  const WeightedCentre found = weighted_centre(points_xyz.data(), weights ? weights->data() : nullptr, count);
+  return {axes_of(found.centre), axes_of(found.low), axes_of(found.high)};
+}
+
+std::tuple<double, double, double, double> reach_of(Points<double> points_xyz, Axes centre_xyz,
+                                                    double yaw) {
+  const auto [x, y, z] = centre_xyz;
+  nb::gil_scoped_release release;
+  const Reach found = reach(points_xyz.data(), points_xyz.shape(0), {x, y, z}, std::cos(yaw),
+                            std::sin(yaw));
+  return {found.radius, found.x, found.y, found.z};
+}
+
 }  // namespace
 
 NB_MODULE(_native, m) {
@@ -157,10 +217,21 @@ NB_MODULE(_native, m) {
   m.attr("MOST_CELLS_ALONG") = kMostCellsAlong;
   m.attr("MOST_CELLS") = kMostCells;
 
+  m.def("weighted_centre", &weighted_centre_of, "points_xyz"_a, "weights"_a.none());
+  m.def("reach", &reach_of, "points_xyz"_a, "centre_xyz"_a, "yaw"_a);
   auto cylinder = nb::class_<Cylinder>(m, "Cylinder");
   cylinder.def(nb::new_(&make_cylinder), "shape"_a, "radius"_a, "half_height"_a, "centre_xyz"_a,
                "azimuth_offset"_a);
   bind_methods<CylinderTracer>(m, cylinder);
+  const auto states = "states"_a.noconvert();
+  m.def("hits_coaxial", &hits_coaxial<double>, "grids"_a, "points_xyz"_a, "yaw"_a, states,
+        "value"_a, "threads"_a);
+  m.def("hits_coaxial", &hits_coaxial<float>, "grids"_a, "points_xyz"_a, "yaw"_a, states,
+        "value"_a, "threads"_a);
+  m.def("passed_coaxial", &passed_coaxial<double>, "grids"_a, "origins_xyz"_a, "ends_xyz"_a, states,
+        "value"_a, "threads"_a);
+  m.def("passed_coaxial", &passed_coaxial<float>, "grids"_a, "origins_xyz"_a, "ends_xyz"_a, states,
+        "value"_a, "threads"_a);
   auto box = nb::class_<Box>(m, "Box");
   box.def(nb::new_(&make_box), "shape"_a, "half_width"_a, "centre_xyz"_a, "yaw"_a);
   bind_methods<BoxTracer>(m, box);

@@ -34,6 +34,22 @@ int64_t unusable_rows(const T* rows, int count) {
 }
 
 CIRCUMSPECT_MULTIVERSION
+bool all_rows_usable(const double* rows, int count) { return all_usable(rows, 3 * count); }
+
+CIRCUMSPECT_MULTIVERSION
+bool all_rows_usable(const float* rows, int count) { return all_usable(rows, 3 * count); }
+
+template <typename T>
+int64_t unusable_of_all(const T* rows, std::size_t count) {
+  int64_t bad = 0;
+  for (std::size_t at = 0; at < count; at += kBlock) {
+    const int here = int(std::min<std::size_t>(kBlock, count - at));
+    if (!all_rows_usable(rows + 3 * at, here)) bad += unusable_rows(rows + 3 * at, here);
+  }
+  return bad;
+}
+
+CIRCUMSPECT_MULTIVERSION
 bool split_rows(const double* rows, int count, Block& block) {
   split(rows, count, block.x, block.y, block.z);
   return all_usable(rows, 3 * count);
@@ -54,5 +70,9 @@ int64_t load(const double* rows, int count, Block& block) {
 int64_t load(const float* rows, int count, Block& block) {
   return split_rows(rows, count, block) ? 0 : unusable_rows(rows, count);
 }
+
+int64_t unusable(const double* rows, std::size_t count) { return unusable_of_all(rows, count); }
+
+int64_t unusable(const float* rows, std::size_t count) { return unusable_of_all(rows, count); }
 
 }  // namespace circumspect

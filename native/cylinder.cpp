@@ -50,7 +50,7 @@ bool locate_roughly(const Scales& s, const Scaled& scaled, Block& block,
     const float x = scaled.x[n], y = scaled.y[n], z = scaled.z[n];
     const float r = std::sqrt(x * x + y * y), height = std::fabs(z);
     const float i = clamped(r * s.radii, s.radii);
-    const float j = azimuth_of(x, y, s.per_angle, s.offset, s.sectors);
+    const float j = sector_at(x, y, s.per_angle, s.offset, s.sectors);
     const float k = clamped((z + 1.0f) * 0.5f * s.layers, s.layers);
 
     const int32_t outside = (r > 1.00001f) | (height > 1.00001f);
@@ -95,7 +95,7 @@ Cell Cylinder::cell_of(double x_about, double y_about, double z_about) const {
 
 int32_t Cylinder::sector_of(double x_about, double y_about) const {
   const double per_angle = shape.j / (2.0 * kPi);
-  const double j = azimuth_of(x_about, y_about, per_angle, azimuth_offset * per_angle,
+  const double j = sector_at(x_about, y_about, per_angle, azimuth_offset * per_angle,
                               double(shape.j));
   const int32_t nearest = int32_t(j + 0.5);
   if (std::fabs(j - nearest) > 2.0 * kArcTangentError * per_angle) return int32_t(j);

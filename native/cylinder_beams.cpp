@@ -88,7 +88,7 @@ void find_sectors(float per_angle, float offset, float sectors, const float* __r
   const float doubt = kDoubt * sectors;
   for (int n = 0; n < count; ++n) {
     const float x = xs[n], y = ys[n];
-    const float j = azimuth_of(x, y, per_angle, offset, sectors);
+    const float j = sector_at(x, y, per_angle, offset, sectors);
     const int32_t sure = (from_boundary(j) > doubt) & (x * x + y * y > 1e-10f);
     found[n] = (int32_t(j) + 1) * sure - 1;
   }

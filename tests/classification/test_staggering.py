@@ -1,5 +1,7 @@
 """Grids whose cells begin elsewhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -63,6 +65,23 @@ def test_clouds_are_turned_as_grids_are(yaw):
     about = PointCloud(cloud.points_xyz - recipe.bounds(cloud).centre_xyz)
     expected = recipe.grids(PointCloud(turned(about.points_xyz, yaw)))[0]
     assert (recipe.grids(about, [yaw])[0] != expected).mean() < 1e-3
+
+
+@given(st.integers(1, 8), st.booleans(), st.lists(st.floats(-7, 7), min_size=1, max_size=3))
+def test_grids_of_a_recipe_equal_those_filled_one_by_one(views, moved, yaws):
+    cloud = make_furniture("chair", 2).sampled(3000, 0)
+    recipe = replace(staggered(views=views), staggered=moved, fill_below=1)
+    bounds = recipe.bounds(cloud)
+    axis = np.array([*bounds.centre_xyz[:2], 0.0])
+    for yaw, occupied in zip(yaws, recipe.grids(cloud, yaws), strict=True):
+        points = turned(cloud.points_xyz - axis, yaw)
+        for view, grid in zip(occupied, recipe.all_bounds(bounds), strict=True):
+            about = grid.recentred((0.0, 0.0, grid.centre_xyz[2]))
+            # Matrix products round otherwise than the kernel.
+            assert (about.hits(points).occupied != view).sum() <= 2
+    still = recipe.grids(cloud)[0]
+    for view, grid in zip(still, recipe.all_bounds(bounds), strict=True):
+        assert np.array_equal(grid.hits(cloud).occupied, view)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,15 @@ from circumspect.classification.input_recipe import (
 from circumspect.classification.staggering import require_room, stagger
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface
-from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid, RectangularGrid, hits_batch
+from circumspect.grid import (
+    OCCUPIED,
+    CylindricalGrid,
+    Grid,
+    OccupancyGrid,
+    RectangularGrid,
+    hits_batch,
+    hits_views,
+)
 from circumspect.grid.grid_arguments import checked_shape
 from circumspect.grid.occupancy_grid import FREE, OCCUPIED
 
@@ -131,8 +139,8 @@ class GridRecipe(InputRecipe):
     def grids(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.uint8]:
         """Grid a cloud, turned about the vertical by each of `yaws`.
 
-        The points themselves are turned and gridded anew, so an angle may be any fraction of
-        a cell.
+        The points themselves are turned and gridded again for each angle, so an angle may be any
+        fraction of a cell.
 
         Args:
             cloud: (n, 3) points of the object.
@@ -145,11 +153,18 @@ class GridRecipe(InputRecipe):
             GeometryError: The points span no shape.
         """
         frame = self.bounds(cloud)
-        points = self.surface(cloud).points_xyz - np.asarray(frame.centre_xyz)
-        views = self.all_bounds(replace(frame, centre_xyz=(0.0, 0.0, 0.0)))
-        clouds = [cloud for yaw in yaws for cloud in [turned(points, yaw)] * len(views)]
-        occupied = hits_batch(views * len(yaws), clouds)
-        return occupied.reshape(len(yaws), self.azimuth_views, *self.shape)
+        points = self.surface(cloud).points_xyz
+        occupied = np.empty((len(yaws), self.azimuth_views, *self.shape), np.uint8)
+        if isinstance(frame, CylindricalGrid):
+            views = self.all_bounds(frame)
+            for grids, yaw in zip(occupied, yaws, strict=True):
+                grids[:] = hits_views(views, points, yaw) == OCCUPIED
+            return occupied
+        points = points - np.asarray(frame.centre_xyz)
+        views = self.all_bounds(frame.recentred())
+        for grids, yaw in zip(occupied, yaws, strict=True):
+            grids[:] = hits_batch(views, [turned(points, yaw)] * len(views))
+        return occupied
 
     def inputs(self, cloud: PointCloud, yaws: Sequence[float] = (0.0,)) -> NDArray[np.uint8]:
         """See `InputRecipe.inputs`; of a cloud without rays empty cells are `UNKNOWN`."""

@@ -11,6 +11,7 @@ from circumspect.grid.hits_batch import hits_batch
 from circumspect.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from circumspect.grid.rectangular_grid import RectangularGrid
 from circumspect.grid.spectrum import angular_spectrum, rotate_spectrum, spectrum_orders
+from circumspect.grid.view_grids import hits_views, trace_views
 
 __all__ = [
     "AZIMUTH_AXIS",
@@ -25,6 +26,8 @@ __all__ = [
     "RectangularGrid",
     "angular_spectrum",
     "hits_batch",
+    "hits_views",
     "rotate_spectrum",
     "spectrum_orders",
+    "trace_views",
 ]

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 MOST_CELLS_ALONG: int
 MOST_CELLS: int
 
+_Axes = tuple[float, float, float]
+
 class _Kernels:
     def hits(
         self, points_xyz: NDArray[Any], states: NDArray[Any], value: int, threads: int
@@ -48,3 +50,25 @@ def hits_batch(
     value: int,
     threads: int,
 ) -> int: ...
+def hits_coaxial(
+    grids: Sequence[Cylinder],
+    points_xyz: NDArray[Any],
+    yaw: float,
+    states: NDArray[Any],
+    value: int,
+    threads: int,
+) -> int: ...
+def passed_coaxial(
+    grids: Sequence[Cylinder],
+    origins_xyz: NDArray[Any],
+    ends_xyz: NDArray[Any],
+    states: NDArray[Any],
+    value: int,
+    threads: int,
+) -> int: ...
+def weighted_centre(
+    points_xyz: NDArray[Any], weights: NDArray[Any] | None
+) -> tuple[_Axes, _Axes, _Axes]: ...
+def reach(
+    points_xyz: NDArray[Any], centre_xyz: _Axes, yaw: float
+) -> tuple[float, float, float, float]: ...

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from circumspect.geometry import PointCloud
 from circumspect.geometry.given_cloud import as_cloud
 from circumspect.grid import _native
-from circumspect.grid.bounds_fit import about_centre, require_size
+from circumspect.grid.bounds_fit import reach_of, require_size
 from circumspect.grid.grid import Grid
 from circumspect.grid.grid_arguments import (
     checked_centre,
@@ -83,15 +82,13 @@ class CylindricalGrid(Grid):
         """
         proportion = checked_length(half_height_per_radius, "half_height_per_radius")
         cloud = as_cloud(cloud)
-        centre, (x, y, z) = about_centre(cloud)
-        reach, height = float(np.sqrt(x * x + y * y).max()), float(np.abs(z).max())
-        radius = max(reach, height / proportion)
-        require_size(cloud, radius)
+        reach = reach_of(cloud)
+        height = reach.along_xyz[2]
+        radius = max(reach.radius, height / proportion)
+        require_size(cloud, reach, radius)
         # A product may round below the height it stands for.
         half_height = max(height, radius * proportion)
-        return cls(
-            checked_shape(shape), radius, half_height, checked_centre(centre), azimuth_offset
-        )
+        return cls(checked_shape(shape), radius, half_height, reach.centre_xyz, azimuth_offset)
 
     def kernels(self) -> _native.Cylinder:
         """See `Grid.kernels`."""

@@ -10,7 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
-from circumspect.grid.grid_arguments import checked_points, checked_threads, require_usable
+from circumspect.grid.grid_arguments import (
+    checked_beams,
+    checked_points,
+    checked_threads,
+    require_usable,
+)
 from circumspect.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 
 
@@ -93,12 +98,7 @@ class Grid(ABC):
             InputError: Wrong shapes.
             GeometryError: NaN or infinite coordinates.
         """
-        ends = checked_points(ends_xyz, "ends")
-        origins = checked_points(np.atleast_2d(np.asarray(origins_xyz)), "origins")
-        if len(origins) not in (1, len(ends)):
-            raise InputError(f"{len(origins)} origins for {len(ends)} ends; give one, or one each")
-        if origins.dtype != ends.dtype:
-            origins, ends = origins.astype(np.float64), ends.astype(np.float64)
+        origins, ends = checked_beams(origins_xyz, ends_xyz)
         hit = ends if returned is None else ends[_checked_mask(returned, len(ends))]
         states = np.zeros(self.shape, np.uint8)
         kernels, cores = self.kernels(), checked_threads(threads)

@@ -6,7 +6,7 @@ import math
 import operator
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -73,6 +73,8 @@ def checked_centre(centre_xyz: ArrayLike) -> tuple[float, float, float]:
     Raises:
         InputError: Not three finite numbers below 1e50.
     """
+    if _is_centre(centre_xyz):
+        return centre_xyz
     try:
         centre = np.asarray(centre_xyz, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -81,6 +83,15 @@ def checked_centre(centre_xyz: ArrayLike) -> tuple[float, float, float]:
         raise InputError(f"a grid's centre is three numbers within ±1e50 m, not {centre_xyz!r}")
     x, y, z = centre.tolist()
     return (x, y, z)
+
+
+def _is_centre(given: object) -> TypeGuard[tuple[float, float, float]]:
+    """Whether it is what `checked_centre` returns, as it is in copies of a grid."""
+    return (
+        type(given) is tuple
+        and len(given) == 3
+        and all(type(c) is float and -LARGEST_LENGTH <= c <= LARGEST_LENGTH for c in given)
+    )
 
 
 def checked_points(points_xyz: PointCloud | ArrayLike, name: str = "points") -> NDArray[Any]:
@@ -104,6 +115,24 @@ def checked_points(points_xyz: PointCloud | ArrayLike, name: str = "points") -> 
     if not points.dtype.isnative:
         points = points.astype(points.dtype.newbyteorder("="))
     return np.require(points, requirements=["C", "A"])
+
+
+def checked_beams(
+    origins_xyz: ArrayLike, ends_xyz: PointCloud | ArrayLike
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Origins and ends of beams, (1, 3) or (n, 3), and (n, 3), of one dtype.
+
+    Raises:
+        InputError: Wrong shapes, not numbers, or neither one origin nor one for each end.
+        GeometryError: Some are masked.
+    """
+    ends = checked_points(ends_xyz, "ends")
+    origins = checked_points(np.atleast_2d(np.asarray(origins_xyz)), "origins")
+    if len(origins) not in (1, len(ends)):
+        raise InputError(f"{len(origins)} origins for {len(ends)} ends; give one, or one each")
+    if origins.dtype != ends.dtype:
+        origins, ends = origins.astype(np.float64), ends.astype(np.float64)
+    return origins, ends
 
 
 def require_usable(bad: int, count: int, name: str = "points") -> None:

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from circumspect.geometry import PointCloud
 from circumspect.geometry.given_cloud import as_cloud
 from circumspect.grid import _native
-from circumspect.grid.bounds_fit import about_centre, require_size
+from circumspect.grid.bounds_fit import reach_of, require_size
 from circumspect.grid.grid import Grid
 from circumspect.grid.grid_arguments import (
     checked_centre,
@@ -68,12 +67,10 @@ class RectangularGrid(Grid):
         """
         angle = checked_number(yaw, "yaw")
         cloud = as_cloud(cloud)
-        centre, (x, y, z) = about_centre(cloud)
-        cosine, sine = math.cos(angle), math.sin(angle)
-        along = (cosine * x + sine * y, cosine * y - sine * x, z)
-        half_width = max(float(np.abs(values).max()) for values in along)
-        require_size(cloud, half_width)
-        return cls(checked_shape(shape), half_width, checked_centre(centre), angle)
+        reach = reach_of(cloud, angle)
+        half_width = max(reach.along_xyz)
+        require_size(cloud, reach, half_width)
+        return cls(checked_shape(shape), half_width, reach.centre_xyz, angle)
 
     def kernels(self) -> _native.Box:
         """See `Grid.kernels`."""

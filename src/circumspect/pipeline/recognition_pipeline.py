@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import GeometryError
-from circumspect.grid import OccupancyGrid
+from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid, hits_views
 from circumspect.mapping import (
     FrameSurface,
     ModelSettings,
@@ -307,7 +307,7 @@ class RecognitionPipeline:
         # The answer must not hang on where cells begin.
         recipe = self.classifier.recipe
         further = recipe.all_bounds(bounds, most_views)[1:]
-        self._grids = [grid, *(other.hits(cloud.points_xyz, threads=0) for other in further)]
+        self._grids = [grid, *_filled(further, cloud.points_xyz)]
         return None
 
     def _name(self, model: ObjectModel) -> None:
@@ -357,3 +357,11 @@ class RecognitionPipeline:
             prediction=self.prediction,
             milliseconds=dict(clock.milliseconds),
         )
+
+
+def _filled(grids: Sequence[Grid], points_xyz: NDArray[np.float64]) -> list[OccupancyGrid]:
+    """Occupancy of further views of an object by hits; cylindrical ones in one pass."""
+    if not (grids and isinstance(grids[0], CylindricalGrid)):
+        return [grid.hits(points_xyz, threads=0) for grid in grids]
+    states = hits_views(grids, points_xyz)
+    return [OccupancyGrid(*view) for view in zip(grids, states, strict=True)]
