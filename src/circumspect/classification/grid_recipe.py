@@ -68,7 +68,7 @@ class GridRecipe(InputRecipe):
     fill_samples: int = 16_384
     margin: float = 1.0
     staggered: bool = False
-    visibility: bool = False
+    visibility: bool = False  # pyright: ignore[reportIncompatibleMethodOverride]
     metric: bool = False  # pyright: ignore[reportIncompatibleMethodOverride]
     scale_required: bool = False
 

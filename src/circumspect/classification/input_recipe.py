@@ -42,6 +42,11 @@ class InputRecipe(ABC):
         return False
 
     @property
+    def visibility(self) -> bool:
+        """Whether it is shown which cells are free and which were never seen."""
+        return False
+
+    @property
     def metric(self) -> bool:
         """Whether it is shown the object's size in metres."""
         return False

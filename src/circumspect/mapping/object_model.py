@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -16,7 +17,7 @@ from circumspect.grid import Grid, OccupancyGrid
 from circumspect.mapping import _native, surface_area
 from circumspect.mapping.frame_share import COLUMNS, FRAMES, FrameShare, coarser
 from circumspect.mapping.frame_surface import FrameSurface
-from circumspect.mapping.occupancy import occupancy
+from circumspect.mapping.occupancy import occupancies, occupancy
 from circumspect.mapping.sight_rays import SightRays
 from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 from circumspect.sensing import RgbdFrame
@@ -211,6 +212,15 @@ class ObjectModel:
             GeometryError: Nothing is fused yet.
         """
         return occupancy(grid, self.cloud().points_xyz, self.rays)
+
+    def occupancies(self, grids: Sequence[Grid]) -> list[OccupancyGrid]:
+        """The same of several cylindrical grids about one axis, in one pass.
+
+        Raises:
+            GeometryError: Nothing is fused yet.
+            InputError: The grids are of another kind, or do not share their axis.
+        """
+        return occupancies(grids, self.cloud().points_xyz, self.rays)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the cloud as PLY, with the number of frames that showed each point ("frames").

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.grid import Grid, OccupancyGrid
+from circumspect.grid import Grid, OccupancyGrid, hits_views, trace_views
 from circumspect.mapping.sight_rays import SightRays
 
 
@@ -26,3 +28,22 @@ def occupancy(grid: Grid, points_xyz: NDArray[np.floating], rays: SightRays) -> 
         return surface
     nothing_hit = np.zeros(len(rays), bool)
     return surface.merged(grid.trace(rays.origins_xyz, rays.ends_xyz, nothing_hit, threads=0))
+
+
+def occupancies(
+    grids: Sequence[Grid], points_xyz: NDArray[np.floating], rays: SightRays
+) -> list[OccupancyGrid]:
+    """Ray trace what was seen into several grids about one axis, in one pass; see `occupancy`.
+
+    Args:
+        grids: Cylindrical grids, the views of an object.
+        points_xyz: (n, 3) [m] the object's surface.
+        rays: The thinned rays.
+
+    Returns:
+        One for each grid.
+    """
+    states = hits_views(grids, points_xyz)
+    if len(rays):
+        np.maximum(states, trace_views(grids, rays.origins_xyz, rays.ends_xyz), out=states)
+    return [OccupancyGrid(grid, of) for grid, of in zip(grids, states, strict=True)]

@@ -307,7 +307,10 @@ class RecognitionPipeline:
         # The answer must not hang on where cells begin.
         recipe = self.classifier.recipe
         further = recipe.all_bounds(bounds, most_views)[1:]
-        self._grids = [grid, *_filled(further, cloud.points_xyz)]
+        if recipe.visibility and further:
+            self._grids = [grid, *model.occupancies(further)]
+        else:
+            self._grids = [grid, *_filled(further, cloud.points_xyz)]
         return None
 
     def _name(self, model: ObjectModel) -> None:
