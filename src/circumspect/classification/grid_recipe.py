@@ -24,6 +24,7 @@ from circumspect.classification.staggering import require_room, stagger
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud, fill_surface
 from circumspect.grid import (
+    FREE,
     OCCUPIED,
     CylindricalGrid,
     Grid,
@@ -33,7 +34,6 @@ from circumspect.grid import (
     hits_views,
 )
 from circumspect.grid.grid_arguments import checked_shape
-from circumspect.grid.occupancy_grid import FREE, OCCUPIED
 
 
 @dataclass(frozen=True)

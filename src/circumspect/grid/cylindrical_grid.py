@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from circumspect.geometry import PointCloud
