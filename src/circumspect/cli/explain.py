@@ -83,6 +83,11 @@ class Explain:
         table = self._table() if self.near else None
         with blamed_on(self.file):
             found, pose = self._explained(classifier)
+        if self.near and table is None:
+            say(
+                f"no nearest training objects: {self.model} has no table of them; circumspect "
+                "export --examples writes one"
+            )
         near = self._nearest(classifier, found, table)
         record = self._record(found, near, 1e3 * (time.perf_counter() - start))
         if pose is not None:
@@ -128,13 +133,7 @@ class Explain:
         if self.examples is not None:
             return ExampleTable.load(self.examples)
         beside = examples_path(model_path(self.model))
-        if beside.is_file():
-            return ExampleTable.load(beside)
-        say(
-            f"no nearest training objects: {beside} is missing; write it with circumspect export "
-            "--examples"
-        )
-        return None
+        return ExampleTable.load(beside) if beside.is_file() else None
 
     def _nearest(
         self, classifier: OnnxClassifier, found: Explanation, table: ExampleTable | None
