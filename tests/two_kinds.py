@@ -30,6 +30,6 @@ class ByHeight:
     classes = ("flat", "tall")
     recipe = GridRecipe(azimuth_views=2)
 
-    def probabilities(self, inputs):
+    def probabilities(self, inputs, contexts=None):
         tall = inputs.any(axis=(1, 2, 3, 4)).mean(axis=1)
         return np.stack([1 - tall, tall], axis=1)

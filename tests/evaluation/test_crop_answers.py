@@ -8,10 +8,11 @@ from made_crops import arrays_of, crop, write_crops
 from two_kinds import ByHeight
 
 from circumspect.classification import Classifier, GridRecipe
+from circumspect.classification.context import SCALE_KNOWN
 from circumspect.datasets import read_labelled_crops
 from circumspect.datasets.crop_sources import read_crop_sources
 from circumspect.datasets.label_meaning import LabelUse
-from circumspect.errors import InputError, WeightsError
+from circumspect.errors import InputError
 from circumspect.evaluation.crop_answers import answer_crops, classified
 from circumspect.evaluation.crop_metrics import crop_metrics
 from circumspect.geometry import PointCloud
@@ -66,12 +67,20 @@ def test_a_checkpoint_answers_without_an_open_set_model(rooms):
     assert crop_metrics(answers, ByHeight.classes)["objects"]["known_classes"] == 0
 
 
-def test_a_checkpoint_that_needs_sizes_says_what_to_do(rooms):
-    class Metric(ByHeight):
-        recipe = GridRecipe(metric=True)
+def test_a_checkpoint_that_takes_sizes_is_shown_them(rooms):
+    given = []
 
-    with pytest.raises(WeightsError, match="circumspect export"):
-        answer_crops(Metric(), rooms)
+    class Metric(ByHeight):
+        recipe = GridRecipe(azimuth_views=2, metric=True)
+
+        def probabilities(self, inputs, contexts=None):
+            given.append(contexts)
+            return super().probabilities(inputs)
+
+    answer_crops(Metric(), rooms)
+    answer_crops(Metric(), rooms, "unknown")
+    known = [bool(contexts[0, SCALE_KNOWN]) for contexts in given]
+    assert known == [True] * 7 + [False] * 7
 
 
 @pytest.mark.parametrize(

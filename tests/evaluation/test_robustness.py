@@ -26,7 +26,7 @@ def test_every_corruption_is_measured_and_clear_shapes_survive_most():
 
 def test_a_predictor_that_always_says_the_same_is_right_half_of_the_time():
     class Stubborn(ByHeight):
-        def probabilities(self, inputs):
+        def probabilities(self, inputs, contexts=None):
             return np.tile([0.9, 0.1], (len(inputs), 1))
 
     assert measure_robustness(Stubborn(), flat_and_tall(8)).mean == 0.5
@@ -60,7 +60,7 @@ def test_what_was_measured_before_is_not_measured_again():
         return kept[kind] if kind in kept else kept.setdefault(kind, measure())
 
     class Tired(ByHeight):
-        def probabilities(self, inputs):
+        def probabilities(self, inputs, contexts=None):
             raise AssertionError("asked again")
 
     objects = flat_and_tall(6)

@@ -24,7 +24,7 @@ from circumspect.reproduction.real import named_contenders
 class Upside(ByHeight):
     """Always answers the opposite."""
 
-    def probabilities(self, inputs):
+    def probabilities(self, inputs, contexts=None):
         return super().probabilities(inputs)[:, ::-1]
 
 
@@ -143,7 +143,7 @@ def test_contenders_of_other_classes_are_refused_before_the_work(loaded):
 
 def test_training_is_refused_with_what_to_do_instead(loaded):
     how = RealObjects(nets=("planes",), contenders={})
-    with pytest.raises(InputError, match="give --contenders planes=FILE"):
+    with pytest.raises(InputError, match="--nets planes: needs --data"):
         reproduce_real([rooms(loaded)], how, loaded / "out", Watched())
 
 
@@ -157,13 +157,17 @@ def test_a_comparison_of_nothing_is_refused():
 class TestNamedContenders:
     def test_names_and_files(self):
         found = named_contenders(["own=runs/own", "other.onnx"])
-        assert list(found) == ["circumspect", "own", "other"]
+        assert list(found) == ["robot", "own", "other"]
         assert found["own"].name == "own"
 
-    @pytest.mark.parametrize("word", ["=a.onnx", "own=", "", "circumspect=a.onnx"])
+    @pytest.mark.parametrize("word", ["=a.onnx", "own=", "", "robot=a.onnx"])
     def test_words_that_name_nothing(self, word):
         with pytest.raises(InputError, match="--contenders"):
             named_contenders([word])
+
+    def test_a_shipped_name_stands_for_its_file(self):
+        found = named_contenders(["modelnet10"])
+        assert found["modelnet10"].name == "modelnet10.onnx"
 
     def test_a_name_that_stands_twice(self):
         with pytest.raises(InputError, match="stands for another classifier already"):
@@ -214,9 +218,9 @@ def test_gained_and_lost_explain_the_difference(pairs):
 
 
 def test_the_command_compares_the_shipped_classifier_with_a_copy(tmp_path, capsys):
-    from circumspect.classification.onnx_classifier import shipped_path
+    from circumspect.classification.shipped import shipped_path
 
-    (tmp_path / "copy.onnx").write_bytes(shipped_path().read_bytes())
+    (tmp_path / "copy.onnx").write_bytes(shipped_path("robot").read_bytes())
     clouds = [crop("chair", 1), crop("sofa", 2), other_crop()]
     crops = write_crops(
         tmp_path / "rooms.npz", arrays_of(clouds, ["chair", "sofa", "lamp"], ["a", "b", "b"])
@@ -224,9 +228,9 @@ def test_the_command_compares_the_shipped_classifier_with_a_copy(tmp_path, capsy
     words = ("reproduce", "real", "--crops", crops, "--contenders", tmp_path / "copy.onnx")
     assert main([*map(str, words), "--out", str(tmp_path / "out"), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert list(document["contenders"]) == ["circumspect", "copy"]
+    assert list(document["contenders"]) == ["robot", "copy"]
     assert document["paired"]["copy"] == {"gained": 0, "lost": 0, "p": 1.0}
-    assert document["contenders"]["copy"]["open_set"]["measure"] == "distance"
+    assert document["contenders"]["copy"]["open_set"]["measure"] == "in_distribution_probability"
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from circumspect.classification.plausible_size import require_plausible_size
 from circumspect.classification.prediction import Prediction
 from circumspect.datasets.label_meaning import LabelUse, meaning_of
 from circumspect.datasets.labelled_crops import LabelledCrops
-from circumspect.errors import InputError, WeightsError, printable
+from circumspect.errors import InputError, printable
 from circumspect.evaluation.predictor import Predictor
 from circumspect.geometry import PointCloud, require_extent
 
@@ -126,7 +126,7 @@ def answer_crops(
     """Classify all objects of some files.
 
     Args:
-        predictor: A classifier, or a checkpoint whose network needs no context.
+        predictor: A classifier, or a checkpoint.
         sources: Name of each file to its objects.
         scale: "unknown" withholds from the classifier that coordinates are metres.
         progress: Called with (done, all) objects.
@@ -136,7 +136,6 @@ def answer_crops(
 
     Raises:
         InputError: An object spans no shape, or has a size that nothing in a room has.
-        WeightsError: The checkpoint can not be shown sizes, see `classified`.
     """
     total, found = sum(map(len, sources.values())), []
     for source, crops in sources.items():
@@ -145,8 +144,6 @@ def answer_crops(
                 cloud = crops.cloud(index)
                 _require_usable(cloud, scale)
                 prediction = classified(predictor, cloud, scale)
-            except WeightsError:
-                raise
             except InputError as error:
                 title = f"{printable(source)}: {crops.title(index)}"
                 raise InputError(f"{title}: {error}") from error
@@ -165,16 +162,13 @@ def classified(predictor: Predictor, cloud: PointCloud, scale: Scale) -> Predict
     Raises:
         GeometryError: The points span no shape.
         InputError: An unknown scale where one is required.
-        WeightsError: A checkpoint of a network that is shown more than a grid.
     """
     if isinstance(predictor, Classifier):
         return predictor.classify(cloud, metric=scale == "metric")
-    if predictor.recipe.takes_context:
-        raise WeightsError(
-            "a checkpoint is not shown sizes and visibility; make an ONNX file of it with "
-            "circumspect export"
-        )
-    probabilities = predictor.probabilities(predictor.recipe.inputs(cloud))
+    recipe = predictor.recipe
+    inputs = recipe.inputs(cloud)
+    context = recipe.context(inputs[0], recipe.bounds(cloud) if scale == "metric" else None)
+    probabilities = predictor.probabilities(inputs, None if context is None else context[None])
     return Prediction.from_probabilities(predictor.classes, probabilities[0])
 
 
