@@ -9,7 +9,7 @@ import pytest
 from made_crops import arrays_of, crop, little_rooms, write_crops
 from PIL import Image
 
-from circumspect.classification.onnx_classifier import shipped_path
+from circumspect.classification.shipped import shipped_path
 from circumspect.cli.main import main
 
 PICTURES = ("confusion.png", "reliability.png")
@@ -125,7 +125,7 @@ def test_a_file_of_other_kinds_alone(tmp_path, capsys):
 
 def test_an_own_classifier_is_named(rooms, tmp_path, capsys):
     own = tmp_path / "own.onnx"
-    own.write_bytes(shipped_path().read_bytes())
+    own.write_bytes(shipped_path("robot").read_bytes())
     words = ("evaluate", "--model", own, "--data", rooms, "--out", tmp_path / "out", "--json")
     assert run(*words) == 0
     metrics = json.loads(capsys.readouterr().out)

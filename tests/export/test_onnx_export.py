@@ -14,6 +14,7 @@ from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.export import export_onnx, onnx_export
 from circumspect.export.eight_bit import require_convolutions
 from circumspect.export.features import write_with_features
+from circumspect.export.shown import Shown
 from circumspect.furniture import make_furniture
 from circumspect.nets import NETS, Checkpoint
 
@@ -131,7 +132,7 @@ def in_eight_bits(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         # A net that has learnt nothing is unsure of everything.
         patch.setattr(onnx_export, "AGREEMENT", 0.8)
-        fidelity = export_onnx([original], path, 2, 1.5, calibration=some_grids(128))
+        fidelity = export_onnx([original], path, 2, 1.5, calibration=Shown(some_grids(128)))
     return original, path, fidelity
 
 
@@ -192,9 +193,9 @@ def test_what_has_convolutions_is_known_before_the_conversion(exported):
 def test_eight_bits_that_change_labels_are_not_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(onnx_export, "AGREEMENT", 1.1)
     with pytest.raises(CircumspectError, match="keep their label"):
-        export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=some_grids(8))
+        export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=Shown(some_grids(8)))
     with pytest.raises(InputError, match="two grids"):
-        export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=some_grids(1))
+        export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=Shown(some_grids(1)))
     assert list(tmp_path.iterdir()) == []
 
 

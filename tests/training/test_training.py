@@ -150,7 +150,8 @@ def test_objects_as_they_are_are_shown_with_the_recipes_margin(tmp_path, recipe)
 
     def shown(asked):
         samples = TrainingSamples(objects, settings, asked, cache, Silent().preparing)
-        return samples.inputs(np.arange(4), np.zeros(4, int))
+        (inputs,) = samples.inputs(np.arange(4), np.zeros(4, int))
+        return inputs
 
     wide, tight = shown(recipe), shown(replace(recipe, margin=1.0))
     if isinstance(recipe, GridRecipe):
