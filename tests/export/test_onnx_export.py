@@ -166,7 +166,7 @@ def test_eight_bits_keep_the_circle_closed(in_eight_bits):
 def test_networks_of_points_go_into_eight_bits_too(tmp_path, monkeypatch):
     monkeypatch.setattr(onnx_export, "AGREEMENT", 0.0)
     original, path = checkpoint("deeppano"), tmp_path / "fast.onnx"
-    export_onnx([original], path, calibration=some_inputs(original.recipe, 8).numpy())
+    export_onnx([original], path, calibration=Shown(some_inputs(original.recipe, 8).numpy()))
     kinds = {node.op_type for node in onnx.load(path).graph.node}
     assert {"QuantizeLinear", "DequantizeLinear", "Conv"} <= kinds
     shares = Classifier.load(path).probabilities(some_inputs(original.recipe, 2).numpy()[:, None])
@@ -175,7 +175,7 @@ def test_networks_of_points_go_into_eight_bits_too(tmp_path, monkeypatch):
 
 def test_eight_bits_are_refused_where_there_is_nothing_to_quantise(tmp_path):
     original = checkpoint("pointnet")
-    calibration = some_inputs(original.recipe, 8).numpy()
+    calibration = Shown(some_inputs(original.recipe, 8).numpy())
     with pytest.raises(InputError, match="pointnet has no convolutions to quantise; leave out"):
         export_onnx([original], tmp_path / "net.onnx", calibration=calibration)
     assert list(tmp_path.iterdir()) == []
