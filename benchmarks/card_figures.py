@@ -73,7 +73,7 @@ def _of_few_points() -> tuple[CardFigure, ...]:
         for data in [f"ModelNet10 test at 0°, {row['points']:,} points an object"]
         for measure, key in (
             ("accuracy", "accuracy"),
-            ("wrong answers among the objects not called unknown", "wrong_of_near"),
+            ("wrong answers among the objects not called unknown", "incorrect_of_near"),
         )
     )
 

@@ -28,8 +28,8 @@ def test_an_answer_has_a_reason_exactly_where_it_is_not_confident(probability, c
 
 
 def test_reasons_name_what_is_missing():
-    assert RULE.reason(1.0, 0.1) == "at least 20% coverage is needed"
-    assert RULE.reason(0.5, 0.6) == "a probability of at least 90% is needed"
+    assert RULE.reason(1.0, 0.1) == "at least 20 % coverage is needed"
+    assert RULE.reason(0.5, 0.6) == "a probability of at least 90 % is needed"
     assert ConfidenceRule((0.0,), (1.5,)).reason(1.0, 0.5) == "more coverage is needed"
 
 
