@@ -1,6 +1,7 @@
 """What networks are shown of a cloud."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from circumspect.classification.input_recipe import MOST_MARGIN
 from circumspect.errors import GeometryError, InputError
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud
+from circumspect.geometry.farthest_points import farthest_points
 from circumspect.grid import CylindricalGrid
 
 
@@ -19,9 +21,11 @@ def chair(points=3000):
     return make_furniture("chair", 1).sampled(points, 0)
 
 
-@given(st.integers(1, 4), st.integers(1, 5000), st.booleans(), st.floats(1, MOST_MARGIN))
-def test_points_recipes_survive_json(views, count, surface, margin):
-    recipe = PointsRecipe(count, surface, views, margin=margin)
+@given(
+    st.integers(1, 4), st.integers(1, 5000), st.booleans(), st.floats(1, MOST_MARGIN), st.booleans()
+)
+def test_points_recipes_survive_json(views, count, surface, margin, farthest_first):
+    recipe = PointsRecipe(count, surface, views, margin=margin, farthest_first=farthest_first)
     assert recipe_from_dict(json.loads(json.dumps(recipe.to_dict()))) == recipe
     assert recipe.with_views(7).azimuth_views == 7
 
@@ -40,6 +44,9 @@ def test_a_rectangular_grid_has_one_view():
         {"kind": "points", "shape": 3},
         {"kind": "points", "count": 0},
         {"kind": "points", "margin": 0.99},
+        {"kind": "points", "farthest_first": 1},
+        {"kind": "points", "count": 20_000, "farthest_first": True},
+        {"farthest_first": True},
         {"margin": 4.01},
         {"margin": float("nan")},
         {"margin": "1.1"},
@@ -90,6 +97,7 @@ def test_what_was_stored_before_there_was_a_margin_has_none():
     for recipe in (GridRecipe(), PointsRecipe()):
         document = recipe.to_dict()
         del document["margin"]
+        document.pop("farthest_first", None)
         assert recipe_from_dict(document) == recipe
 
 
@@ -100,6 +108,31 @@ def test_a_small_cloud_gives_as_many_points_as_a_large_one(surface):
     assert points.shape == (1000, 3)
     distinct = len(np.unique(points, axis=0))
     assert distinct == (1000 if surface else 300)
+
+
+@given(yaw=st.floats(-7, 7), count=st.integers(2, 60), margin=st.floats(1, MOST_MARGIN))
+def test_farthest_first_points_are_the_same_points_in_another_order(yaw, count, margin):
+    recipe, cloud = PointsRecipe(count, margin=margin), chair(300)
+    plain = recipe.inputs(cloud, [0.0, yaw])[:, 0]
+    ordered = replace(recipe, farthest_first=True).inputs(cloud, [0.0, yaw])[:, 0]
+    for points, given_order in zip(ordered, plain, strict=True):
+        np.testing.assert_array_equal(np.sort(points, axis=0), np.sort(given_order, axis=0))
+    still = ordered[0].astype(np.float64)
+    assert np.linalg.norm(still[0]) == pytest.approx(np.linalg.norm(still, axis=1).max())
+    gaps = np.linalg.norm(still[:, None] - still, axis=2)
+    for i in range(1, count // 2):
+        # Of points that are equally far to the last digit either may come first.
+        nearest = gaps[:, :i].min(axis=1)
+        assert nearest[i] == pytest.approx(nearest.max(), abs=1e-5)
+
+
+def test_training_points_come_farthest_first_too():
+    samples = chair(400).points_xyz.astype(np.float32)
+    recipe = PointsRecipe(100, farthest_first=True)
+    points = recipe.of_samples(samples, np.random.default_rng(3))
+    plain = PointsRecipe(100).of_samples(samples, np.random.default_rng(3))
+    np.testing.assert_array_equal(np.sort(points, axis=0), np.sort(plain, axis=0))
+    np.testing.assert_array_equal(farthest_points(points, 50), np.arange(50))
 
 
 def test_points_can_not_be_had_from_a_grid():

@@ -19,6 +19,8 @@ def run(*words):
         (("--net", "3dshapenets", "--cells", 25, 25, 25), "3dshapenets needs 26 cells"),
         (("--net", "planes", "--cells", 20, 32, 20), "multiples of 8"),
         (("--net", "moon2018", "--damage", 0.5), "leave out --damage"),
+        (("--net", "moon2018", "--random-yaw"), "give --replicas 2 or more, not 1"),
+        (("--net", "headed-planes", "--random-yaw"), "learns which way objects face"),
         (("--net", "moon2018", "--pool", "max", "--stretch", 0.1, "--partial", 0.5),
          "moon2018-max is shown objects as they are; leave out --stretch, --partial"),
     ],

@@ -41,7 +41,12 @@ def test_experiments_on_other_classes_are_refused_before_the_training(data, tmp_
     ("words", "why"),
     [
         (("rivals", "--nets", "voxne"), "did you mean voxnet?"),
+        (("rivals", "--nets", "voxne-random-yaw"), "did you mean voxnet?"),
+        (("rivals", "--only", "voxne"), "--only voxne: this comparison has circumspect, moon2018"),
+        (("robustness", "--only", "pointmlp"), "--only pointmlp: this comparison has circumspect"),
+        (("rivals", "--epochs", "headed-planes-random-yaw=3"), "learns which way objects face"),
         (("table2", "--nets", "voxnet"), "--nets goes with rivals and robustness"),
+        (("unknown", "--only", "planes"), "--only goes with rivals and robustness"),
     ],
 )
 def test_experiments_with_networks_that_are_none(data, tmp_path, capsys, words, why):

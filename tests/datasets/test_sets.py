@@ -9,7 +9,6 @@ from small_set import small_set
 
 from circumspect.classification.onnx_classifier import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet, open_data_set, validation_split
-from circumspect.datasets.farthest_points import farthest_points
 from circumspect.datasets.fitted_objects import fitted_objects
 from circumspect.datasets.near_duplicates import near_duplicates
 from circumspect.datasets.off_folder import object_name
@@ -263,13 +262,6 @@ class TestOffFolder:
         assert objects.names.tolist() == ["bed_0001", strange.stem]
         again = open_data_set(tmp_path, "train", lambda *_: pytest.fail("sampled twice"))
         assert again.digest == objects.digest
-
-    def test_farthest_points_are_spread_evenly(self):
-        rng = np.random.default_rng(0)
-        cloud = rng.random((3000, 3)) * [1, 1, 0]
-        chosen = cloud[farthest_points(cloud, 100)]
-        gaps = np.linalg.norm(chosen[:, None] - chosen, axis=2) + 9 * np.eye(100)
-        assert gaps.min() > 0.07
 
 
 class TestGridCache:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import replace
 
@@ -17,8 +18,9 @@ from circumspect.errors import InputError
 from circumspect.evaluation.yaw_sweep import spread_yaws
 from circumspect.nets import NETS
 from circumspect.reproduction import Comparison, reproduce_rivals, reproduce_robustness
-from circumspect.reproduction.contenders import RIVALS
-from circumspect.reproduction.rivals import WHOLE_DEG
+from circumspect.reproduction.contender import Contender
+from circumspect.reproduction.contenders import ALL_ROWS, RIVALS
+from circumspect.reproduction.rivals import WHOLE_DEG, _file_name
 from circumspect.reproduction.stages import done_once
 
 QUICK = Comparison(nets=("voxnet", "pointnet"), epochs=1, yaw_count=3)
@@ -63,6 +65,51 @@ def test_rivals_and_ours_in_one_table(tmp_path):
         run(tmp_path, how=Comparison(nets=("voxnet",), epochs=2, yaw_count=3))
 
 
+def test_single_rows_are_run_and_the_table_holds_what_is_finished(tmp_path):
+    """Row by row: each command trains and measures its own row alone."""
+    how = Comparison(nets=("voxnet", "voxnet-random-yaw", "pointmlp"), epochs=1, yaw_count=2)
+    out = tmp_path / "out"
+    first = run(tmp_path, how=replace(how, only=("voxnet",)))
+    assert list(first["nets"]) == ["voxnet"]
+    assert " rivals --data modelnet10 --nets voxnet --epochs 1 " in first["command"]
+    text = (out / "rivals.md").read_text()
+    assert text.startswith("# Networks on ModelNet10, trained at 0° alone\n")
+    assert "random yaw" not in text
+
+    watched = Watched()
+    second = run(tmp_path, watched, replace(how, only=("voxnet-random-yaw",)))
+    assert list(second["nets"]) == ["voxnet", "voxnet-random-yaw"]
+    assert second["nets"]["voxnet"]["training"] == first["nets"]["voxnet"]["training"]
+    assert {step.split(",")[0] for step in watched.steps} == {"voxnet", "voxnet-random-yaw"}
+    assert "voxnet, any way up" not in watched.steps, "a finished row is not measured again"
+    text = (out / "rivals.md").read_text()
+    assert text.startswith(
+        "# Networks on ModelNet10, trained at 0°, but for rows that say otherwise\n"
+    )
+    assert text.count("| voxnet, trained at random yaw | ") == 2
+    assert "at 0°, 3° and 7° (trained at random yaw: at 0°, 123° and 247°)" in text
+    config = json.loads((out / "voxnet-random-yaw" / "training" / "config.json").read_text())
+    assert config["settings"]["random_yaw"] is True
+    assert config["settings"]["net"] == "voxnet"
+    assert np.ptp(imread(out / "rivals_over_yaw.png")[..., :3]) > 0.5
+
+    # Trained, but not measured: this row is not shown until it is asked for.
+    shutil.rmtree(out / "voxnet" / "around")
+    third = run(tmp_path, how=replace(how, only=("voxnet-random-yaw",)))
+    assert list(third["nets"]) == ["voxnet-random-yaw"]
+    with pytest.raises(InputError, match=r"voxnet-random-yaw/training: .* other settings\.epochs"):
+        run(tmp_path, how=replace(how, only=("voxnet",), epochs=2))
+
+
+def test_a_modern_network_of_points_in_the_table(tmp_path):
+    how = Comparison(nets=("pointmlp-random-yaw",), only=("pointmlp-random-yaw",), epochs=1,
+                     yaw_count=2)  # fmt: skip
+    (row,) = run(tmp_path, how=how)["nets"].values()
+    assert row["parameters"] == 708_522
+    assert row["training"]["epochs"] == 1
+    assert row["milliseconds"] > 0
+
+
 def check_robustness(out):
     """Networks that are there already are not trained again."""
     watched = Watched()
@@ -77,6 +124,11 @@ def check_robustness(out):
     assert text.count("\n| ") == 2 + 1 + len(CORRUPTIONS) + 1 + 1 + 1 + len(CORRUPTIONS)
     command = "circumspect reproduce robustness --data modelnet10 --nets voxnet --epochs 1"
     assert f"`{command} " in text
+    # Only ours: the other row is there already.
+    both = reproduce_robustness(
+        furniture(9, 0), furniture(1, 500), replace(how, only=("circumspect",)), out, Watched()
+    )
+    assert both == document
     # A corruption of a network is a stage of its own: an interruption costs one at most.
     corrupted = out / "voxnet" / "corrupted"
     kept = {kind: (corrupted / kind / "made_of.json").stat().st_mtime_ns for kind in CORRUPTIONS}
@@ -100,11 +152,63 @@ def test_whole_cells_are_whole_and_yaws_over_the_turn_are_not():
 
 
 def test_every_rival_says_where_it_is_from():
-    assert set(RIVALS) <= set(NETS)
-    for name in RIVALS[1:]:
+    assert set(RIVALS) <= set(ALL_ROWS)
+    for name in {Contender.from_name(row).net for row in ALL_ROWS[1:]}:
         assert NETS[name].source[-4:].isdigit()
         assert NETS[name].departures
     assert Comparison().settings("moon2018").optimizer == "sgd"
+
+
+def test_rows_at_random_yaw_stand_beside_those_at_zero():
+    rows = [Contender.from_name(name) for name in ALL_ROWS]
+    assert [row.name for row in rows] == list(ALL_ROWS)
+    turned = [row for row in rows if row.random_yaw]
+    assert [row.net for row in turned] == ["voxnet", "3dshapenets", "pointnet", "pointmlp"]
+    for row in turned:
+        settings, plain = Comparison().settings(row.name), Comparison().settings(row.net)
+        assert settings == replace(plain, random_yaw=True)
+        assert row.label == f"{row.net}, trained at random yaw"
+        assert rows.index(row) == rows.index(Contender(row.net)) + 1
+    assert not any(Comparison().settings(row.name).random_yaw for row in rows if row not in turned)
+    # Its objects are shown as they are, one variant of each, unless they are turned.
+    assert Comparison(nets=("moon2018",)).settings("moon2018").replicas == 1
+    how = Comparison(nets=("moon2018-random-yaw",))
+    assert how.settings("moon2018-random-yaw").replicas == 24
+
+
+@pytest.mark.parametrize(
+    ("flags", "why"),
+    [
+        ({"nets": ("voxne-random-yaw",)}, "did you mean voxnet?"),
+        ({"nets": ("headed-planes-random-yaw",)}, "headed-planes learns which way objects face"),
+        ({"only": ("planes",)}, "--only planes: this comparison has circumspect, moon2018, voxnet"),
+        ({"nets": ("voxnet",), "only": ("pointnet",)}, "this comparison has circumspect, voxnet$"),
+        ({"nets": ("voxnet",), "epochs_of": {"voxnet-random-yaw": 2}}, "trains voxnet$"),
+    ],
+)
+def test_rows_that_can_not_be_compared(flags, why):
+    with pytest.raises(InputError, match=why):
+        Comparison(**flags)
+
+
+def test_the_command_of_a_part_of_a_table_makes_that_part():
+    how = Comparison(
+        only=("pointmlp",),
+        epochs_of={"voxnet": 2, "pointmlp": 5},
+        precision_of={"pointmlp-random-yaw": "bf16"},
+    )
+    assert " --nets voxnet pointmlp --epochs voxnet=2 pointmlp=5 --yaw-count 64 " in how.of_rows(
+        ["pointmlp", "circumspect", "voxnet"]
+    ).command("rivals")
+    whole = how.of_rows(ALL_ROWS).command("rivals")
+    assert "--nets" not in whole
+    assert "--precision fp32 pointmlp-random-yaw=bf16 " in whole
+
+
+def test_times_of_many_networks_have_a_folder():
+    assert _file_name("circumspect+voxnet") == "circumspect+voxnet"
+    assert len(_file_name("+".join(ALL_ROWS))) < 255
+    assert len(_file_name("+".join([*ALL_ROWS, *ALL_ROWS]))) == 64
 
 
 def test_epochs_of_all_and_of_one():

@@ -23,6 +23,8 @@ from circumspect.geometry import PointCloud, fill_surface
 from circumspect.geometry.farthest_points import farthest_points
 from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid
 
+MAX_SAMPLED = 16_384
+"""Points of an object in farthest-first order: the time grows with their square."""
 Points = TypeVar("Points", NDArray[np.float32], NDArray[np.float64])
 
 
@@ -52,13 +54,13 @@ class PointsRecipe(InputRecipe):
     def __post_init__(self) -> None:
         if self.kind != "points":
             raise InputError(f"points are of the kind 'points', not {self.kind!r}")
-        require_counts(self, "count", most=MOST_POINTS)
-        require_counts(self, "azimuth_views", most=MOST_VIEWS)
-        require_margin(self)
         if not isinstance(self.farthest_first, bool):
             raise InputError(
                 f"farthest_first must be true or false, not {self.farthest_first!r:.40}"
             )
+        require_counts(self, "count", most=MAX_SAMPLED if self.farthest_first else MOST_POINTS)
+        require_counts(self, "azimuth_views", most=MOST_VIEWS)
+        require_margin(self)
 
     @property
     def input_shape(self) -> tuple[int, ...]:
