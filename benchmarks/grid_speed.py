@@ -115,8 +115,8 @@ def ratio(found: Sequence[Row]) -> str:
     """How many times as fast one pass over all views is."""
     one, old = (next(row for row in found if row.name == name) for name in (ONE_PASS, ONE_BY_ONE))
     return (
-        f"\nOne pass over all views is {old.minimum / one.minimum:.1f} times as fast as one by one by "
-        f"the least times, {old.median / one.median:.1f} times by the medians.\n"
+        f"\nOne pass over all views is {old.minimum / one.minimum:.1f} times as fast as one by one "
+        f"by the least times, {old.median / one.median:.1f} times by the medians.\n"
     )
 
 
