@@ -10,17 +10,18 @@
 namespace circumspect {
 namespace {
 
-constexpr int32_t kOutside = -1, kDoubtful = -2;
+constexpr int32_t kDoubtful = -2;  // -1 is outside
 
 // What is beyond the outer boundary by more is outside, in parts of an axis: less than `kDoubt`, so
 // that nothing between is sure to be in a cell, and more than rounding.
 constexpr float kBeyond = 1.2e-6f;
 static_assert(kBeyond < 0.9f * kDoubt, "cells would lie outside of the array");
 
-// Sizes that differ by more, or more cells, have no room in single precision.
-constexpr double kMostAlike = 1e3;
-constexpr float kMostRadius = 2.0f;
+// Single precision has no room for sizes whose ratio is larger, nor for more cells.
+constexpr double kMostRatio = 1e3;
 constexpr std::size_t kMostCells = std::size_t(1) << 24;
+
+constexpr float kMostRadius = 2.0f;  // in units of the largest radius
 
 PolarScales scales_of(const Cylinder& grid, double unit, double above) {
   const Shape& shape = grid.shape;
@@ -77,11 +78,11 @@ void to_polar(double z, double per_unit, float most_height, const Block& block, 
 CIRCUMSPECT_MULTIVERSION
 void locate_roughly(const PolarScales& s, const Polar& polar, int32_t* __restrict cells,
                     int count) {
-  const float turn = s.sectors;  // read in any case, so that no branch is needed
+  const float all_sectors = s.sectors;  // read in any case: with a branch it is no vector code
   for (int n = 0; n < count; ++n) {
     const float i = polar.radius[n] * s.per_radius;
     const float turned = polar.azimuth[n] * s.per_azimuth - s.offset;
-    const float j = turned + (turned < 0.0f ? turn : 0.0f);
+    const float j = turned + (turned < 0.0f ? all_sectors : 0.0f);
     const float k = polar.height[n] * s.per_height + s.middle;
     const float ring = float(int32_t(i)), sector = float(int32_t(j)), layer = float(int32_t(k));
     const int32_t outside = (i > s.past_rings) | (k < s.below_layers) | (k > s.past_layers);
@@ -109,8 +110,8 @@ Coaxial::Coaxial(const std::vector<const Cylinder*>& grids, double yaw)
   per_unit_ = 1.0 / unit;
   most_height_ = float(4.0 * height * per_unit_);
   const auto fits = [&](const Cylinder& grid) {
-    return grid.radius * kMostAlike >= unit && grid.half_height * kMostAlike >= unit &&
-           grid.half_height <= unit * kMostAlike && grid.shape.cells() <= kMostCells &&
+    return grid.radius * kMostRatio >= unit && grid.half_height * kMostRatio >= unit &&
+           grid.half_height <= unit * kMostRatio && grid.shape.cells() <= kMostCells &&
            std::fabs(grid.z - z_) <= grid.half_height;
   };
   if (!std::all_of(grids_.begin(), grids_.end(), fits)) return;

@@ -15,12 +15,12 @@ namespace circumspect {
 
 // Coordinates about the axis, in single precision.
 struct Polar {
-  alignas(64) float radius[kBlock];   // in units of `Coaxial::unit`
+  alignas(64) float radius[kBlock];   // in units of the largest radius of all grids
   alignas(64) float azimuth[kBlock];  // [rad], 0 … 2 pi
-  alignas(64) float height[kBlock];   // in the same units, above the middle of the first grid
+  alignas(64) float height[kBlock];   // in the same units, above the centre of the first grid
 };
 
-// A point of `Polar` into cells of one grid.
+// From `Polar` to the cells of one grid.
 struct PolarScales {
   float per_radius, rings, past_rings;
   float per_azimuth, offset, sectors;
@@ -29,6 +29,8 @@ struct PolarScales {
   float cells_of_sector, cells_of_ring;
 };
 
+// Points get the same cells as from `Cylinder::locate`: those near a border are located in double
+// precision, as there.
 class Coaxial {
  public:
   // Grids of one shape whose centres differ in height only. Points are turned about the axis by
@@ -44,7 +46,7 @@ class Coaxial {
                 uint8_t* states) const;
 
   std::vector<Cylinder> grids_;  // about x = y = 0
-  std::vector<PolarScales> scales_;  // none where single precision has no room for all grids
+  std::vector<PolarScales> scales_;  // empty where the grids differ too much for single precision
   double x_, y_, z_, cosine_, sine_, per_unit_;
   float most_height_;
 };

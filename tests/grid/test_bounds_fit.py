@@ -64,7 +64,7 @@ def test_the_centre_is_within_the_points_despite_rounding():
 
 def test_points_too_far_out_are_refused():
     with pytest.raises(GeometryError, match="beyond 1e49 m"):
-        reach_of(PointCloud([[0, 0, 0], [0, -1e99, 0]]))
+        reach_of(PointCloud(np.array([[0, 0, 0], [0, -1e99, 0]])))
 
 
 def test_the_kernels_refuse_sizes_that_do_not_fit():
