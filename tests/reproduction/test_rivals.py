@@ -200,6 +200,7 @@ def test_the_command_of_a_part_of_a_table_makes_that_part():
     assert " --nets voxnet pointmlp --epochs voxnet=2 pointmlp=5 --yaw-count 64 " in how.of_rows(
         ["pointmlp", "circumspect", "voxnet"]
     ).command("rivals")
+    assert " rivals --only circumspect --yaw-count 64 " in how.of_rows([]).command("rivals")
     whole = how.of_rows(ALL_ROWS).command("rivals")
     assert "--nets" not in whole
     assert "--precision fp32 pointmlp-random-yaw=bf16 " in whole

@@ -68,7 +68,7 @@ class Comparison(Experiment):
         return not self.only or row in self.only
 
     def of_rows(self, rows: Iterable[str]) -> Comparison:
-        """The comparison whose table holds these rows and no others."""
+        """The comparison of these rows and no others beside ours."""
         nets = tuple(name for name in self.nets if name in set(rows))
         return replace(
             self,
@@ -81,6 +81,9 @@ class Comparison(Experiment):
     def command(self, what: str) -> str:
         """See `Experiment.command`."""
         some = [] if self.nets == ALL_ROWS else ["--nets", *self.nets]
+        if not self.nets:
+            # `--nets` without names would be all of them.
+            some = ["--only", OURS]
         return super().command(" ".join([what, *some]))
 
 
