@@ -21,7 +21,7 @@ from circumspect.classification.model_card import (
     ModelCard,
     card_path,
 )
-from circumspect.classification.shipped import MODELNET10, shipped_path
+from circumspect.classification.shipped import MODELNET10, ROBOT, shipped_path
 
 EVALUATION = "circumspect evaluate --data ModelNet10 --split test --yaw-count 64"
 THINNED = (128, 256, 1024)
@@ -35,7 +35,13 @@ def modelnet10_card() -> ModelCard:
     return ModelCard(evaluated["sha256"], figures)
 
 
-CARDS: dict[str, Callable[[], ModelCard]] = {MODELNET10: modelnet10_card}
+def robot_card() -> ModelCard:
+    """The figures of `robot`."""
+    _, found = _result("real_objects/metrics.json")
+    return ModelCard(found["sha256"], (*_real_objects(), *_turned(found["sha256"])))
+
+
+CARDS: dict[str, Callable[[], ModelCard]] = {MODELNET10: modelnet10_card, ROBOT: robot_card}
 """Shipped classifiers whose card is made from committed results."""
 
 
@@ -54,6 +60,57 @@ def _evaluated() -> tuple[CardFigure, ...]:
         figure(f"mean-class accuracy, mean over {yaws}", _mean(by_class)),
         figure(f"objects whose label changes over {yaws}", found["flip_rate"]),
         figure("expected calibration error", found["expected_calibration_error"], ""),
+    )
+
+
+def _real_objects() -> tuple[CardFigure, ...]:
+    """On labelled real objects, of development sets that are not part of the repository."""
+    source, found = _result("real_objects/metrics.json")
+    command, known = found["command"], found["objects"]["known_classes"]
+    names = {"objects": "SUN3D, single Xtion views", "sunrgbd": "SUN RGB-D, single views"}
+    names["scannet"] = "ScanNet, fused scans"
+    every = f"real objects of the ten classes, {known}"
+
+    def figure(
+        measure: str, value: float, data: str, unit: str = SHARE, headline: bool = False
+    ) -> CardFigure:
+        return CardFigure(measure, value, unit, data, command, source, headline)
+
+    confident = found["confident"]["known_classes"]
+    open_set = found["open_set"]
+    others = found["objects"]["other_kinds"]
+    figures = [figure("accuracy", found["overall"]["accuracy"]["share"], every, headline=True)]
+    figures += [
+        figure("accuracy", one["share"], f"{names[name]}, {one['objects']}")
+        for name, one in found["per_source"].items()
+    ]
+    figures += [
+        figure("class among best 2", found["overall"]["top_2"]["share"], every),
+        figure("mean accuracy per class", found["overall"]["mean_class_accuracy"], every),
+        figure("confident answers", confident["confident"]["share"], every),
+        figure("accuracy of confident answers", confident["correct"]["share"], every),
+        figure("expected calibration error", found["expected_calibration_error"], every, ""),
+        figure(
+            "open set, area under the ROC curve", open_set["auroc"],
+            f"the same and {others} of other kinds", "",
+        ),
+    ]  # fmt: skip
+    return tuple(figures)
+
+
+def _turned(sha256: str) -> tuple[CardFigure, ...]:
+    """On complete objects, where that was measured of the same file."""
+    if not (RESULTS / "robot_modelnet10_test/metrics.json").is_file():
+        return ()
+    source, found = _result("robot_modelnet10_test/metrics.json")
+    if found["sha256"] != sha256:
+        return ()
+    accuracy = found["accuracy"]
+    data = f"ModelNet10 test, {found['objects']} objects, unknown scale"
+    command = EVALUATION.replace("evaluate", "evaluate --model robot")
+    return tuple(
+        CardFigure(f"accuracy, {name} of {len(accuracy)} yaws", value, SHARE, data, command, source)
+        for name, value in (("mean", _mean(accuracy)), ("worst", min(accuracy)))
     )
 
 

@@ -118,7 +118,7 @@ class Evaluate:
         name = self.model or ROBOT
         predictor = load_predictor(name, self.threads)
         return evaluate_crops(
-            predictor, Path(name).name, self.data, self.out, scale=self.scale, as_json=self.json
+            predictor, _identity(name), self.data, self.out, scale=self.scale, as_json=self.json
         )
 
     def _head(self, predictor: Predictor, evaluated: EvaluationSet) -> dict[str, Any]:

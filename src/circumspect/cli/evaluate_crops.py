@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -36,7 +36,7 @@ def are_crops(paths: Sequence[Path]) -> bool:
 
 def evaluate_crops(
     predictor: Predictor,
-    model: str,
+    identity: Mapping[str, str],
     paths: Sequence[Path],
     out: Path,
     *,
@@ -47,7 +47,7 @@ def evaluate_crops(
 
     Args:
         predictor: Classifies the objects.
-        model: What the report calls it.
+        identity: What the report calls it, "model", and the hash of its file, "sha256".
         paths: Files of labelled crops.
         out: Folder of the results.
         scale: Whether the classifier is told that coordinates are metres.
@@ -69,9 +69,9 @@ def evaluate_crops(
     sources = read_crop_sources(paths)
     head = {
         "circumspect": __version__,
-        "model": model,
+        **identity,
         "scale": scale,
-        "command": _command(model, paths, scale),
+        "command": _command(identity["model"], paths, scale),
         "data": {name: crops.digest for name, crops in sources.items()},
     }
     # Before the work, so that a folder that can not be written is found at once.
