@@ -37,7 +37,7 @@ def test_metrics_count_every_object(evaluated):
         "all": 7, "known_classes": 5, "other_kinds": 1, "left_out": 1
     }  # fmt: skip
     assert metrics["scale"] == "metric"
-    assert metrics["command"] == "circumspect evaluate --data rooms.npz"
+    assert metrics["command"] == "circumspect evaluate --model robot --data rooms.npz"
     assert {row["scene"] for row in metrics["per_scene"]} == {"kitchen", "office"}
     assert metrics["open_set"]["measure"] == "distance"
     assert 0 <= metrics["open_set"]["auroc"] <= 1
@@ -81,7 +81,9 @@ def test_pictures_are_not_empty(evaluated):
 def test_the_report_is_printed_and_json_alone_where_asked_for(rooms, tmp_path, capsys):
     assert run("evaluate", "--data", rooms, "--out", tmp_path, "--scale", "unknown") == 0
     printed = capsys.readouterr().out
-    assert printed.startswith("# Real objects\n\n`circumspect evaluate --data rooms.npz --scale un")
+    assert printed.startswith(
+        "# Real objects\n\n`circumspect evaluate --model robot --data rooms.npz --scale un"
+    )
     assert run("evaluate", "--data", rooms, "--out", tmp_path, "--json") == 0
     printed = capsys.readouterr().out
     assert json.loads(printed) == json.loads((tmp_path / "metrics.json").read_text())
@@ -130,7 +132,7 @@ def test_an_own_classifier_is_named(rooms, tmp_path, capsys):
     assert run(*words) == 0
     metrics = json.loads(capsys.readouterr().out)
     assert metrics["model"] == "own.onnx"
-    assert metrics["command"] == "circumspect evaluate --weights own.onnx --data rooms.npz"
+    assert metrics["command"] == "circumspect evaluate --model own.onnx --data rooms.npz"
 
 
 @pytest.mark.parametrize(

@@ -83,7 +83,7 @@ def test_every_second_frame(recording: Path, tmp_path: Path) -> None:
 def test_the_answer_fits_the_terminal(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for every, told in ((1, "after 8 frames,"), (1000, "after 1 frame,")):
+    for every, told in ((1, ", 8 frames,"), (1000, ", 1 frame,")):
         reading = RecordingFlags(corners("world"), poses="hidden", every=every)
         assert Replay(recording, reading, out=tmp_path / "run").run() == 0
         lines = capsys.readouterr().out.splitlines()

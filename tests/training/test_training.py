@@ -32,6 +32,7 @@ from circumspect.training.draws import (
     learning_rate_at,
     passes_for,
 )
+from circumspect.training.examiner import ObjectExaminer
 from circumspect.training.samples import TrainingSamples
 from circumspect.training.train import _is_best
 
@@ -77,7 +78,7 @@ def test_a_few_held_back_objects_do_not_choose_the_epoch(tmp_path, monkeypatch, 
     module = sys.modules[train.__module__]
     monkeypatch.setattr(module, "FEWEST_TO_CHOOSE", fewest)
     monkeypatch.setattr(
-        module.Examiner,
+        ObjectExaminer,
         "examine",
         lambda *_: {"validation_accuracy": next(told), "validation_loss": 1.0},
     )

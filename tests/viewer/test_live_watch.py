@@ -162,10 +162,10 @@ def test_evidence_of_one_run_is_not_shown_in_the_next(dashboard):
 def test_evidence_that_is_found_after_its_run_is_dropped(monkeypatch):
     asked, go_on, told = threading.Event(), threading.Event(), threading.Event()
 
-    def slow(classifier, grid):
+    def slow(classifier, grid, metric):
         asked.set()
         go_on.wait(60)
-        return cell_evidence(classifier, grid)
+        return cell_evidence(classifier, grid, metric=metric)
 
     monkeypatch.setattr("circumspect.viewer.why.cell_evidence", slow)
     classifier = Classifier.load()

@@ -23,14 +23,10 @@ PROCEDURAL = 12
 
 @dataclass(frozen=True)
 class Calibrate:
-    """Fit when a classifier may be relied on: temperature, unknown objects, confidence.
+    """Fit temperature, open set and confidence to objects that were held back.
 
-    Objects that were held back in its training are scanned in simulation. An answer is confident
-    from the probability on at which at most 2 % of such answers are wrong; the bound depends on
-    the coverage.
-
-    $ circumspect calibrate robot.onnx robot.onnx --data ModelNet10 --catalogue sweethome3d.npz
-    $ circumspect calibrate robot.onnx robot.onnx --data ModelNet10 --real objects.npz
+    $ circumspect calibrate robot.onnx robot.onnx --data ModelNet10
+    $ circumspect calibrate robot.onnx out.onnx --data ModelNet10 --real objects.npz
     """
 
     model: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="MODEL.onnx")]
@@ -46,7 +42,8 @@ class Calibrate:
     scans: int = 4
     """Simulated scans of each object."""
     most_wrong: float = 0.02
-    """Share of the confident answers that may be wrong."""
+    """Share of the confident answers that may be wrong; the bound on the probability follows from
+    it, for each range of coverage."""
 
     def run(self) -> int:
         """Fit, write, and say what was found."""

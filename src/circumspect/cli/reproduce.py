@@ -40,7 +40,7 @@ class Reproduce:
     $ circumspect reproduce rivals --data ModelNet10 --epochs 24 moon2018=6
     $ circumspect reproduce robustness --data ModelNet10 --epochs 24 moon2018=6
     $ circumspect reproduce rivals --data ModelNet10 --nets voxnet pointnet
-    $ circumspect reproduce rivals --data ModelNet10 --only pointmlp pointmlp-random-yaw
+    $ circumspect reproduce rivals --data ModelNet10 --only pointmlp
     $ circumspect reproduce unknown --data ModelNet10 --yaw-count 8
     $ circumspect reproduce real --crops objects.npz --contenders own=own.onnx
     """

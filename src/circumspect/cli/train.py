@@ -28,7 +28,7 @@ class Train:
 
     $ circumspect train --net planes --data ModelNet10
     $ circumspect train --net moon2018 --grid rectangular --data ModelNet10
-    $ circumspect train --scans --data ModelNet10 --catalogue sweethome3d.npz --furniture 0.1
+    $ circumspect train --scans --data ModelNet10 --catalogue sweethome3d.npz
     $ torchrun --nproc-per-node 2 -m circumspect train --data ModelNet10
     """
 
