@@ -105,8 +105,8 @@ def _network(facts: ModelFacts, text: ModelText) -> list[list[str]]:
     rows.append(["file", f"`{path.name}`, {facts.size / 1e6:.1f} MB, sha256 `{facts.sha256}`"])
     if (beside := examples_path(path)).is_file():
         size = beside.stat().st_size / 1e6
-        told = f"`{beside.name}`, {size:.1f} MB: names and features of the training objects"
-        rows.append(["beside it", f"{told}, for [explain](../explain.md)"])
+        content = "names and features of the training objects, for [explain](../explain.md)"
+        rows.append(["beside it", f"`{beside.name}`, {size:.1f} MB: {content}"])
     return rows
 
 
@@ -127,7 +127,7 @@ def _data(facts: ModelFacts, text: ModelText) -> list[str]:
     parts = [_sentence(f"{facts.shipped.training_data}{count}")]
     if text.training_data:
         head = ["name", "used", "licence", "source"]
-        parts.append(table(head, [[row[name] for name in head] for row in text.training_data]))
+        parts.append(table(head, _cells(text.training_data, head)))
     return parts
 
 
@@ -157,8 +157,13 @@ def _attributions(text: ModelText) -> list[str]:
     if not text.attributions:
         return []
     head = ["work", "creator", "licence", "source"]
-    rows = [[row[name] for name in head] for row in text.attributions]
-    return ["The training data contains these works of others.", table(head, rows)]
+    rows = table(head, _cells(text.attributions, head))
+    return ["The training data contains these works of others.", rows]
+
+
+def _cells(rows: Sequence[dict[str, str]], head: Sequence[str]) -> list[list[str]]:
+    """The cells of a table; names of works and creators may hold its own sign."""
+    return [[row[name].replace("|", r"\|") for name in head] for row in rows]
 
 
 def _section(title: str, *parts: str) -> str:

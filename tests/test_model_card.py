@@ -94,10 +94,10 @@ def test_the_size_of_the_network_is_that_of_its_file() -> None:
 def test_a_card_names_the_creators_of_what_it_was_trained_on() -> None:
     facts = ModelFacts.load("modelnet10")
     assert "## Attributions" not in page(facts, ModelText())
-    work = {"work": "Sofa", "creator": "A. Smith", "licence": "CC BY 4.0", "source": "a page"}
+    work = {"work": "Sofa | bed", "creator": "A. Smith", "licence": "CC BY 4.0", "source": "a page"}
     card = page(facts, ModelText(attributions=[work]))
     assert "## Attributions" in card
-    assert "| Sofa | A. Smith | CC BY 4.0 | a page |" in card
+    assert "| Sofa \\| bed | A. Smith | CC BY 4.0 | a page |" in card
 
 
 def test_a_card_without_figures_shows_a_dash(tmp_path: Path) -> None:
