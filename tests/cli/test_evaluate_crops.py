@@ -39,7 +39,7 @@ def test_metrics_count_every_object(evaluated):
     assert metrics["scale"] == "metric"
     assert metrics["command"] == "circumspect evaluate --model robot --data rooms.npz"
     assert {row["scene"] for row in metrics["per_scene"]} == {"kitchen", "office"}
-    assert metrics["open_set"]["measure"] == "distance"
+    assert metrics["open_set"]["measure"] == "in_distribution_probability"
     assert 0 <= metrics["open_set"]["auroc"] <= 1
 
 
