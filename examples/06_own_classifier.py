@@ -37,7 +37,7 @@ class PowerClassifier(cs.Classifier):
         power = np.abs(cs.angular_spectrum(grids, range(9)))
         return np.log(power + 0.01).reshape(len(grids), -1)
 
-    def probabilities(self, inputs: np.ndarray) -> np.ndarray:
+    def probabilities(self, inputs: np.ndarray, contexts: object = None) -> np.ndarray:  # noqa: ARG002
         gaps = np.linalg.norm(self._fingerprints(inputs)[:, None] - self.means, axis=2)
         likely = np.exp(gaps.min(axis=1, keepdims=True) - gaps)
         return likely / likely.sum(axis=1, keepdims=True)

@@ -97,7 +97,9 @@ def test_single_rows_are_run_and_the_table_holds_what_is_finished(tmp_path):
     shutil.rmtree(out / "voxnet" / "around")
     third = run(tmp_path, how=replace(how, only=("voxnet-random-yaw",)))
     assert list(third["nets"]) == ["voxnet-random-yaw"]
-    with pytest.raises(InputError, match=r"voxnet(-random-yaw)?/training: .* other settings\.epochs"):
+    with pytest.raises(
+        InputError, match=r"voxnet(-random-yaw)?/training: .* other settings\.epochs"
+    ):
         run(tmp_path, how=replace(how, only=("voxnet",), epochs=2))
 
 
