@@ -141,3 +141,11 @@ def test_classes_that_share_the_probability_are_alternatives():
     alone = Prediction.from_probabilities(names, np.array([0.91, *[0.01] * 9]))
     assert not alone.alternatives
     assert not dataclasses.replace(pair, in_distribution=False).alternatives
+
+
+def test_a_class_of_hardly_any_probability_is_no_alternative():
+    shares = np.array([0.85, 0.04, 0.04, 0.07])
+    assert Prediction.from_probabilities(("a", "b", "c", "d"), shares).alternatives == {}
+    shares = np.array([0.55, 0.32, 0.08, 0.05])
+    found = Prediction.from_probabilities(("a", "b", "c", "d"), shares).alternatives
+    assert list(found) == ["a", "b"]

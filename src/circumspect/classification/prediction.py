@@ -16,7 +16,9 @@ from circumspect.classification.read_only_table import ReadOnlyTable
 INSEPARABLE = 0.9
 """Classes that together have this probability, but not the first alone, are alternatives …"""
 MOST_ALTERNATIVES = 3
-"""… if they are no more than this."""
+"""… if they are no more than this …"""
+LEAST_SHARE = 0.1
+"""… and each has at least this probability."""
 UNKNOWN_OBJECT = "the object is unlike the trained classes"
 
 
@@ -80,14 +82,16 @@ class Prediction:
         """Classes that shape and size do not separate, such as table and desk, most likely first.
 
         They include the label. Empty where the label alone has `INSEPARABLE` probability, where
-        more than `MOST_ALTERNATIVES` classes would be needed, or for an unknown object.
+        more than `MOST_ALTERNATIVES` classes would be needed, or for an unknown object. Classes of
+        less than `LEAST_SHARE` are left out.
         """
         ranked = sorted(self.probabilities.items(), key=lambda item: -item[1])
         held = np.cumsum([share for _, share in ranked])
         count = int(np.searchsorted(held, INSEPARABLE)) + 1
         if not self.in_distribution or not 1 < count <= MOST_ALTERNATIVES:
             return ReadOnlyTable({})
-        return ReadOnlyTable(dict(ranked[:count]))
+        likely = {name: share for name, share in ranked[:count] if share >= LEAST_SHARE}
+        return ReadOnlyTable(likely if len(likely) > 1 else {})
 
     def to_dict(self) -> dict[str, Any]:
         """The answer in JSON types, as `circumspect classify --json` prints it."""
