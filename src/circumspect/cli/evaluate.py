@@ -29,7 +29,7 @@ YAWS = 64
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Accuracy at many yaws, the points turned and gridded anew at each; or on real objects.
+    """Accuracy over many yaws, or on labelled real objects.
 
     $ circumspect evaluate --data ModelNet10 --split test --yaw-count 64 --out eval
     $ circumspect evaluate --weights runs/train-planes --data ModelNet10 --yaw 0,45
