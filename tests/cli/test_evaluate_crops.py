@@ -81,9 +81,8 @@ def test_pictures_are_not_empty(evaluated):
 def test_the_report_is_printed_and_json_alone_where_asked_for(rooms, tmp_path, capsys):
     assert run("evaluate", "--data", rooms, "--out", tmp_path, "--scale", "unknown") == 0
     printed = capsys.readouterr().out
-    assert printed.startswith(
-        "# Real objects\n\n`circumspect evaluate --model robot --data rooms.npz --scale un"
-    )
+    command = "circumspect evaluate --model robot --data rooms.npz --scale unknown"
+    assert printed.startswith(f"# Real objects\n\n```sh\n{command}\n```\n")
     assert run("evaluate", "--data", rooms, "--out", tmp_path, "--json") == 0
     printed = capsys.readouterr().out
     assert json.loads(printed) == json.loads((tmp_path / "metrics.json").read_text())

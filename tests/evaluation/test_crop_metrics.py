@@ -16,7 +16,7 @@ from circumspect.evaluation.area_under_curve import area_under_curve
 from circumspect.evaluation.calibration import reliability
 from circumspect.evaluation.crop_answers import CropAnswer
 from circumspect.evaluation.crop_metrics import BIN_EDGES, crop_metrics, open_set_scores
-from circumspect.evaluation.crop_report import report_of, shortened
+from circumspect.evaluation.crop_report import command_block, report_of, shortened
 
 CLASSES = ("bed", "chair", "sofa")
 
@@ -85,7 +85,10 @@ def test_parts_add_up_to_the_whole(answers):
 
 @given(some_answers())
 def test_measures_are_json_and_the_report_fits_80_columns(answers):
-    metrics = {**crop_metrics(answers, CLASSES), "command": "circumspect evaluate"}
+    metrics = {
+        **crop_metrics(answers, CLASSES),
+        "command": "circumspect evaluate " + 9 * "--data rooms.npz ",
+    }
     json.dumps(metrics, allow_nan=False)
     text = report_of(metrics, ["errors.png"])
     assert max(map(len, text.splitlines())) <= 80
@@ -181,6 +184,14 @@ def test_what_counts_as_an_error():
     assert not answer("lamp", confident=False).is_error
     assert answer("lamp", confident=True).is_error
     assert not answer("armchair", use=LabelUse.LEFT_OUT, confident=True).is_error
+
+
+def test_long_commands_can_be_copied():
+    command = "circumspect evaluate --data " + " ".join(f"room-{k}.npz" for k in range(20))
+    block = command_block(command)
+    assert max(map(len, block.splitlines())) <= 80
+    joined = block.removeprefix("```sh\n").removesuffix("\n```").replace("\\\n  ", "")
+    assert joined == command
 
 
 def test_many_classes_are_listed_in_place_of_a_table():

@@ -31,7 +31,7 @@ YAWS = 64
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Accuracy at many yaws, each with grids of its own; or on real objects.
+    """Accuracy over many yaws, or on labelled real objects.
 
     $ circumspect evaluate --data ModelNet10 --split test --yaw-count 64 --out eval
     $ circumspect evaluate --model runs/train-planes --data ModelNet10 --yaw 0,45

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from circumspect import __version__
-from circumspect.cli.progress import progress_bar
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, printable
 
@@ -60,6 +59,7 @@ def evaluate_crops(
         InputError: A file is broken, or an object can not be classified.
         OutputError: The results can not be written.
     """
+    from circumspect.cli.progress import progress_bar
     from circumspect.datasets.crop_sources import read_crop_sources
     from circumspect.evaluation.crop_answers import answer_crops
     from circumspect.evaluation.crop_evaluation import draw_crop_results, write_crop_results

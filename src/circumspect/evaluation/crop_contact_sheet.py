@@ -65,11 +65,9 @@ def _page(
     page = f", page {number} of {pages}" if pages > 1 else ""
     noun = "object" if count == 1 else "objects"
     figure.suptitle(
-        f"{count} wrongly named real {noun}{page}: above from the side, below from above; "
-        "colour is height"
-        if columns > 3
-        else f"{count} wrongly named real {noun}{page}",
-        fontsize=12,
+        f"{count} wrongly named real {noun}{page}:{' ' if columns > 3 else chr(10)}"
+        "above from the side, below from above; colour is height",
+        fontsize=12 if columns > 3 else 10,
     )
     for cell, (answer, crops, index) in enumerate(shown, start=1):
         axes = figure.add_subplot(rows, columns, cell)
@@ -109,7 +107,7 @@ def _draw_views(axes: Axes, points_xyz: NDArray[np.float64]) -> tuple[float, flo
     x = np.concatenate([along[side], along[top]])
     y = np.concatenate([up[side] - up.min() + gap / 2, across[top] - across.max() - gap / 2])
     colours = np.concatenate([up[side], up[top]])
-    axes.scatter(x, y, c=colours, s=np.clip(6000 / len(up), 1.6, 8.0), cmap="viridis", linewidths=0)
+    axes.scatter(x, y, c=colours, s=np.clip(4000 / len(up), 1.6, 6.0), cmap="viridis", linewidths=0)
     axes.axhline(0.0, color="#999999", linewidth=0.6)
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.06)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from circumspect.evaluation.crop_report import percent, shortened
 from circumspect.evaluation.figure_canvas import new_figure
@@ -19,7 +20,9 @@ CELL = 0.45
 
 
 def draw_crop_confusion(metrics: Mapping[str, Any]) -> Figure:
-    """Counts of answers by label; a cell's colour is its share of the row.
+    """Counts of answers by label; the darker a cell, the larger its share of the row.
+
+    Correct answers are blue, wrong ones red, and answers to other kinds grey.
 
     Args:
         metrics: From `crop_metrics`.
@@ -40,7 +43,7 @@ def draw_crop_confusion(metrics: Mapping[str, Any]) -> Figure:
     figure = new_figure((max(size[0], 5.0), size[1]))
     axes = figure.add_subplot()
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="equal")
+    axes.imshow(_colours(shares, [name for name, _ in known], classes), aspect="equal")
     names = [shortened(name).replace("_", " ") for name in classes]
     axes.set_xticks(range(len(classes)), names, rotation=40, ha="right")
     labels = [shortened(label).replace("_", " ") for label, _ in rows]
@@ -50,8 +53,7 @@ def draw_crop_confusion(metrics: Mapping[str, Any]) -> Figure:
     )
     for (row, column), value in np.ndenumerate(counts):
         if value:
-            correct = row < len(known) and classes[column] == known[row][0]
-            colour = "white" if shares[row, column] > 0.4 else "black" if correct else WRONG
+            colour = "white" if shares[row, column] > 0.6 else "black"
             axes.text(column, row, str(value), ha="center", va="center", fontsize=10, color=colour)
     if known and others:
         axes.axhline(len(known) - 0.5, color="black", linewidth=1.5)
@@ -60,6 +62,23 @@ def draw_crop_confusion(metrics: Mapping[str, Any]) -> Figure:
     below = "; below the line: other kinds" if known and others else ""
     axes.set_title(f"Answers to real objects{below}", fontsize=11)
     return figure
+
+
+def _colours(
+    shares: NDArray[np.float64], known: Sequence[str], classes: Sequence[str]
+) -> NDArray[np.float64]:
+    """(r, c, 4) colours of the cells; rows are the known classes, then other kinds."""
+    from matplotlib import colormaps
+
+    correct = np.array([[name == column for column in classes] for name in known])
+    others = np.zeros((len(shares) - len(known), len(classes)), bool)
+    correct = np.concatenate([correct.reshape(len(known), len(classes)), others])
+    colours = np.where(
+        correct[..., None], colormaps["Blues"](0.8 * shares), colormaps["Reds"](0.8 * shares)
+    )
+    colours[len(known) :] = colormaps["Greys"](0.6 * shares[len(known) :])
+    colours[shares == 0] = 1.0
+    return colours
 
 
 def draw_crop_reliability(metrics: Mapping[str, Any]) -> Figure:
@@ -96,7 +115,7 @@ def draw_crop_reliability(metrics: Mapping[str, Any]) -> Figure:
         fontsize=11,
     )
     upper.set_ylabel("accuracy [%]")
-    upper.set_ylim(0, 105)
+    upper.set_ylim(-3, 105)
     lower.set_ylabel("answers")
     lower.set_ylim(0, 1.25 * max(1, *(row["objects"] for row in bins)))
     lower.set_xlabel("probability of the answer [%]")

@@ -39,7 +39,7 @@ def report_of(metrics: Mapping[str, Any], pictures: Sequence[str] = ()) -> str:
         pictures: Names of picture files beside the report.
     """
     parts = [
-        f"# Real objects\n\n`{metrics['command']}`",
+        f"# Real objects\n\n{command_block(metrics['command'])}",
         _counts(metrics),
         f"## Accuracy\n\n{wrapped(INTERVALS)}\n\n{_accuracy(metrics)}",
         f"## By room\n\n{_rooms(metrics)}",
@@ -75,6 +75,13 @@ def shortened(text: str, width: int = NAME_WIDTH) -> str:
 def wrapped(text: str) -> str:
     """A paragraph in lines of at most 80 columns."""
     return textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+
+
+def command_block(command: str) -> str:
+    """A command to copy, its lines continued where it is longer than the terminal is wide."""
+    lines = textwrap.wrap(command, WIDTH - 2, break_long_words=False, break_on_hyphens=False,
+                          subsequent_indent="  ")  # fmt: skip
+    return "```sh\n" + " \\\n".join(lines) + "\n```"
 
 
 def _share_cells(row: Mapping[str, Any]) -> list[str]:

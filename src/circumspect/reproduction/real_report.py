@@ -9,6 +9,7 @@ from typing import Any
 from circumspect.evaluation.crop_report import (
     INTERVALS,
     WIDTH,
+    command_block,
     percent,
     percent_interval,
     shortened,
@@ -35,7 +36,7 @@ def real_markdown(document: Mapping[str, Any]) -> str:
         f"left out. {INTERVALS}"
     )
     parts = [
-        f"# Classifiers on real objects\n\n`{document['command']}`\n\n{wrapped(text)}",
+        f"# Classifiers on real objects\n\n{command_block(document['command'])}\n\n{wrapped(text)}",
         _accuracy(document),
         _sources(document),
         *([_paired(document)] if document["paired"] else []),
