@@ -25,7 +25,7 @@ SHORT = Scan(object="chair-3", start=40.0, seed=5, frames=4, frame_interval=2.0)
 
 @pytest.fixture(scope="module")
 def dashboard():
-    with Dashboard(Classifier.load(), port=0, always=True) as opened:
+    with Dashboard(Classifier.load("modelnet10"), port=0, always=True) as opened:
         yield opened
 
 
