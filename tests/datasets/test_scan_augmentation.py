@@ -19,7 +19,7 @@ from circumspect.pipeline import views
 
 CLEAN = ScanAugmentation(
     mirror=0.0, stretch=0.0, resize=0.0, complete=0.0, occluded=0.0, beside=0.0, cluttered=0.0,
-    walled=0.0,
+    walled=0.0, furnished=0.0, merged=0.0, thinned=0.0,
     leak=0.0, boxed=0.0, cut=0.0, lowered=0.0, strays=0.0, registration=0.0, floor_cut=(0.02, 0.02),
 )  # fmt: skip
 
@@ -55,8 +55,9 @@ def test_a_single_view_misses_the_far_side():
 
 def test_more_trouble_still_gives_scans():
     rough = ScanAugmentation(
-        occluded=1.0, walled=1.0, beside=1.0, cluttered=1.0, cut=1.0, strays=1.0
-    )
+        occluded=1.0, walled=1.0, beside=1.0, cluttered=1.0, cut=1.0, strays=1.0,
+        furnished=1.0, merged=1.0, thinned=1.0,
+    )  # fmt: skip
     for seed in range(6):
         _, scan = scan_of("sofa", rough, seed)
         assert np.isfinite(scan.points_xyz).all()

@@ -16,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from circumspect.datasets.neighbour import Neighbour
 from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.surroundings import (
     CLUTTER,
+    FURNITURE,
     NOTHING,
     OBJECT,
     Box,
@@ -39,13 +41,17 @@ ACROSS = 80
 AROUND = 1.3
 """The rendered window is so many times as large as the object."""
 CHANCES = (
-    "mirror", "complete", "single", "occluded", "beside", "cluttered", "walled", "leak", "boxed",
-    "cut", "lowered", "strays",
+    "mirror", "complete", "single", "occluded", "beside", "furnished", "merged", "cluttered",
+    "walled", "leak", "boxed", "cut", "lowered", "thinned", "strays",
 )  # fmt: skip
 FEWEST = 60
 """Voxels; a view that shows less is no scan, and another one is drawn."""
 HIDDEN_BELOW = (0.1, 0.55)
 """Share of the object's height below which it is hidden, as of a chair at a table."""
+MERGED_WITHIN = 0.3
+"""Most by which a piece of furniture taken for a part of the object reaches out of its box [m]."""
+THINNED = (0.02, 0.6)
+"""Share of the points that is left of a thinned scan, drawn log-uniformly."""
 LEAK_STEP = 0.1
 """A segmentation leaks to a neighbouring pixel whose depth differs by less [m]."""
 VOXELS = 96.0
@@ -92,6 +98,8 @@ class ScanAugmentation:
         farthest: And at most so far [m].
         occluded: Chance of one or two boxes before the object.
         beside: Chance of a box that stands next to the object.
+        furnished: Chance of another piece of furniture next to the object, under or over it.
+        merged: Chance that a segmentation takes what is near of such a piece for the object.
         cluttered: Chance of one to three things on the object or against it that a segmentation
             takes for a part of it.
         walled: Chance of a wall behind the object.
@@ -99,6 +107,7 @@ class ScanAugmentation:
         boxed: Chance that a segmentation is a box, with everything in it.
         cut: Chance that a segmentation loses what lies beyond a plane.
         lowered: Chance that something that stands all round hides the lower part.
+        thinned: Chance that few of the points are left.
         floor_cut: Range of the height below which nothing is the object [m].
         registration: Largest standard deviation of a view's pose: [m], and [deg] about the
             vertical in hundredths of that.
@@ -117,12 +126,15 @@ class ScanAugmentation:
     farthest: float = 5.0
     occluded: float = 0.4
     beside: float = 0.25
+    furnished: float = 0.35
+    merged: float = 0.5
     cluttered: float = 0.35
     walled: float = 0.3
     leak: float = 0.3
     boxed: float = 0.2
     cut: float = 0.25
     lowered: float = 0.15
+    thinned: float = 0.15
     floor_cut: tuple[float, float] = (-0.01, 0.07)
     registration: float = 0.012
     strays: float = 0.2
@@ -249,7 +261,11 @@ class ScanAugmentation:
         if rng.random() < self.cluttered:
             boxes += [placed.clutter(rng) for _ in range(rng.integers(1, 4))]
         free = tuple(box for box in boxes if all(_clear_of(box, view) for view in views_xyz))
-        return Surroundings(tuple(walls), free)
+        furniture: tuple[Neighbour, ...] = ()
+        if rng.random() < self.furnished:
+            piece = Neighbour.drawn(placed.low, placed.high, rng)
+            furniture = (piece,) if all(map(piece.is_clear_of, views_xyz)) else ()
+        return Surroundings(tuple(walls), free, furniture)
 
 
 def _complete(caster: ObjectCaster, stretch: NDArray[np.float64], rng: Chance) -> SimulatedScan:
@@ -347,6 +363,8 @@ class _Segmentation:
     leak_px: int
     box: tuple[NDArray[np.float64], NDArray[np.float64]] | None
     plane: tuple[NDArray[np.float64], float] | None
+    merged: tuple[NDArray[np.float64], NDArray[np.float64]] | None
+    left: float
     strays: int
 
     @classmethod
@@ -354,7 +372,7 @@ class _Segmentation:
         floor_cut = float(rng.uniform(*settings.floor_cut))
         if rng.random() < settings.lowered:
             floor_cut = float(placed.high[2] * rng.uniform(*HIDDEN_BELOW))
-        leak, box, plane, strays = 0, None, None, 0
+        leak, box, plane, merged, left, strays = 0, None, None, None, 1.0, 0
         if rng.random() < settings.leak:
             leak = int(rng.integers(1, 5))
         if rng.random() < settings.boxed:
@@ -364,19 +382,24 @@ class _Segmentation:
         if rng.random() < settings.cut:
             normal = rng.normal(size=3) * (1.0, 1.0, 0.5)
             plane = normal / np.linalg.norm(normal), float(rng.uniform(0.5, 0.95))
+        if rng.random() < settings.merged:
+            margin = rng.uniform(0.0, MERGED_WITHIN, 3)
+            merged = placed.low - margin, placed.high + margin
+        if rng.random() < settings.thinned:
+            left = float(np.exp(rng.uniform(*np.log(THINNED))))
         if rng.random() < settings.strays:
             strays = int(rng.integers(1, 25))
-        return cls(floor_cut, leak, box, plane, strays)
+        return cls(floor_cut, leak, box, plane, merged, left, strays)
 
     def mask(
         self, kind: NDArray[np.uint8], depth: NDArray[np.float32], points: NDArray[np.float32]
     ) -> NDArray[np.bool_]:
         """(h, w) which pixels are taken for the object."""
         mask = (kind == OBJECT) | (kind == CLUTTER)
+        if self.merged is not None:
+            mask |= (kind == FURNITURE) & _within(points, self.merged)
         if self.box is not None:
-            mask = kind != NOTHING
-            for axis, (low, high) in enumerate(zip(*self.box, strict=True)):
-                mask &= (points[..., axis] >= low) & (points[..., axis] <= high)
+            mask = (kind != NOTHING) & _within(points, self.box)
         elif self.leak_px:
             mask = _grown(mask, depth, self.leak_px)
         return mask & np.isfinite(depth) & (points[..., 2] > self.floor_cut)
@@ -386,6 +409,9 @@ class _Segmentation:
         if self.plane is not None:
             along = points @ self.plane[0]
             points = points[along <= np.quantile(along, self.plane[1])]
+        if self.left < 1.0:
+            kept = rng.random(len(points)) < self.left
+            points = points[kept] if kept.any() else points[:1]
         if self.strays:
             low, high = points.min(axis=0), points.max(axis=0)
             spread = rng.uniform(low - 0.05, high + 0.05, (self.strays, 3))
@@ -456,6 +482,16 @@ def _window(
         int(width), int(height), focal, focal, float(-low[0] * focal), float(-low[1] * focal)
     )
     return camera, R_map_camera
+
+
+def _within(
+    points: NDArray[np.float32], box: tuple[NDArray[np.float64], NDArray[np.float64]]
+) -> NDArray[np.bool_]:
+    """Which points lie in a box; an axis at a time, for NumPy reduces rows of three slowly."""
+    inside = np.ones(points.shape[:-1], bool)
+    for axis, (low, high) in enumerate(zip(*box, strict=True)):
+        inside &= (points[..., axis] >= low) & (points[..., axis] <= high)
+    return inside
 
 
 def _grown(mask: NDArray[np.bool_], depth: NDArray[np.float32], by: int) -> NDArray[np.bool_]:

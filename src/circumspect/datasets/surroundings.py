@@ -1,16 +1,17 @@
-"""What stands round a training object: floor, walls and boxes, seen by the same rays.
+"""What stands round a training object: floor, walls, boxes and furniture, seen by the same rays.
 
 Planes and boxes are intersected in closed form, so that a scene needs no search tree of its own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-OBJECT, FLOOR, WALL, BOX, CLUTTER, NOTHING = 0, 1, 2, 3, 4, 255
+OBJECT, FLOOR, WALL, BOX, CLUTTER, FURNITURE, NOTHING = 0, 1, 2, 3, 4, 5, 255
 """What a ray met first."""
 FAR = np.float32(1e6)
 """Rays that meet nothing end here [m]."""
@@ -23,7 +24,7 @@ class Hits:
     Attributes:
         depth: (n,) float32 [m] in lengths of the rays.
         incidence: (n,) float32 [rad] between ray and surface normal, 0 … π/2.
-        kind: (n,) uint8 `OBJECT`, `FLOOR`, `WALL`, `BOX`, `CLUTTER` or `NOTHING`.
+        kind: (n,) uint8 `OBJECT`, `FLOOR`, `WALL`, `BOX`, `CLUTTER`, `FURNITURE` or `NOTHING`.
     """
 
     depth: NDArray[np.float32]
@@ -99,6 +100,14 @@ class Box:
         return _hits(np.where(hit, entry, FAR), facing, rays_xyz, self.kind)
 
 
+class Thing(Protocol):
+    """Something that rays meet."""
+
+    def hits(self, origin_xyz: NDArray[np.float64], rays_xyz: NDArray[np.float32]) -> Hits:
+        """First hits of rays, see `Surroundings.hits`."""
+        ...
+
+
 @dataclass(frozen=True)
 class Surroundings:
     """All that is not the object; the floor is z = 0.
@@ -106,20 +115,22 @@ class Surroundings:
     Attributes:
         walls: See `Wall`.
         boxes: See `Box`.
+        furniture: See `Neighbour`.
     """
 
     walls: tuple[Wall, ...] = ()
-    boxes: tuple[Box, ...] = field(default_factory=tuple)
+    boxes: tuple[Box, ...] = ()
+    furniture: tuple[Thing, ...] = ()
 
     def hits(self, origin_xyz: NDArray[np.float64], rays_xyz: NDArray[np.float32]) -> Hits:
-        """First hits of rays on floor, walls and boxes.
+        """First hits of rays on floor, walls, boxes and furniture.
 
         Args:
             origin_xyz: (3,) [m] where the rays begin.
             rays_xyz: (n, 3) directions of any length.
         """
         found = _plane_hits(-origin_xyz[2], rays_xyz, np.array([0.0, 0.0, 1.0]), FLOOR)
-        for thing in (*self.walls, *self.boxes):
+        for thing in (*self.walls, *self.boxes, *self.furniture):
             found = found.nearer(thing.hits(origin_xyz, rays_xyz))
         return found
 
