@@ -41,6 +41,19 @@ def test_equal_probabilities_are_taken_together():
     assert least_probability(probability, correct, 0.11) == 0.9
 
 
+def test_answers_count_by_their_weight():
+    probability = np.concatenate([np.full(100, 0.9), np.full(100, 0.8)])
+    correct = np.ones(200, bool)
+    correct[[0, 110, 120, 130, 140]] = False
+    assert least_probability(probability, correct, 0.02) == 0.9
+    heavy = np.where(probability == 0.9, 4.0, 1.0)
+    assert least_probability(probability, correct, 0.02, heavy) == 0.8
+    np.testing.assert_allclose(
+        least_probability(probability, correct, 0.02, np.full(200, 7.0)),
+        least_probability(probability, correct, 0.02),
+    )
+
+
 def test_bounds_do_not_rise_with_the_coverage():
     probability, correct, rng = answers(4000, 3, sharpness=8.0)
     coverage = rng.random(4000)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from circumspect.classification import OnnxClassifier
     from circumspect.datasets.scan_augmentation import ScanAugmentation
     from circumspect.datasets.training_objects import TrainingObjects
-    from circumspect.evaluation.classifier_calibration import Answers
 
 PROCEDURAL = 12
 """Pieces of each category, and things of each other kind, that are scanned to calibrate by."""
@@ -38,7 +38,8 @@ class Calibrate:
     catalogue: tuple[Path, ...] = ()
     """The packs of meshes that it was trained on; likewise."""
     real: tuple[Path, ...] = ()
-    """Labelled real objects, see docs/real-objects.md."""
+    """Labelled real objects, see docs/real-objects.md. Where coverage is unknown, all of them
+    together count as much as all simulated scans."""
     scans: int = 4
     """Simulated scans of each object."""
     most_wrong: float = 0.02
@@ -50,8 +51,10 @@ class Calibrate:
         from circumspect.classification import Classifier, GridRecipe
         from circumspect.classification.onnx_classifier import OnnxClassifier
         from circumspect.cli.progress import progress_bar
+        from circumspect.datasets.labelled_crops import read_labelled_crops
         from circumspect.evaluation.classifier_calibration import Answers, calibrate
         from circumspect.evaluation.held_back_scans import held_back_scans
+        from circumspect.evaluation.real_answers import real_answers
 
         try:
             from circumspect.export.description import write_calibrated
@@ -64,15 +67,18 @@ class Calibrate:
         assert isinstance(classifier, OnnxClassifier)
         if not isinstance(recipe, GridRecipe) or not recipe.takes_context:
             raise InputError(f"{self.model}: was not trained with --scans; there is nothing to fit")
-        sources = self._held_back(classifier)
+        sources = held_back_objects(classifier, self.data, self.catalogue)
         with progress_bar("simulated scans") as progress:
             augmentation = scan_augmentation(classifier)
             scans = held_back_scans(sources, augmentation, recipe, self.scans, progress=progress)
         seen = scans.with_rays()
-        files = [Answers.of(classifier, scans.without_rays())]
-        files += [real_answers(classifier, path) for path in self.real]
+        real = [real_answers(classifier, read_labelled_crops(path))[0] for path in self.real]
         found = calibrate(
-            classifier, Answers.of(classifier, seen), Answers.joined(files), self.most_wrong
+            classifier,
+            Answers.of(classifier, seen),
+            Answers.of(classifier, scans.without_rays()),
+            Answers.joined(real) if real else None,
+            self.most_wrong,
         )
         with draft_of(self.out) as draft:
             write_calibrated(self.model, draft, found.to_dict())
@@ -85,31 +91,42 @@ class Calibrate:
         print(f"  confident with unknown coverage: {shown}")  # noqa: T201
         return 0
 
-    def _held_back(self, classifier: OnnxClassifier) -> list[TrainingObjects]:
-        """What the network was not fitted to."""
-        import numpy as np
 
-        from circumspect.classification.onnx_classifier import OBJECTS
-        from circumspect.cli.progress import progress_bar
-        from circumspect.datasets import open_data_set
-        from circumspect.datasets.catalogue import read_catalogue
-        from circumspect.datasets.scan_sources import of_point_set, procedural
+def held_back_objects(
+    classifier: OnnxClassifier, data: Path, catalogues: Sequence[Path]
+) -> list[TrainingObjects]:
+    """What a network was not fitted to, and procedural objects.
 
-        with progress_bar("sampling meshes") as progress:
-            objects = open_data_set(self.data, "train", progress)
-        fitted = set(classifier.training.get(OBJECTS, ()))
-        sources = [of_point_set(objects), *map(read_catalogue, self.catalogue)]
-        found = []
-        for source in sources:
-            held_back = np.array([name not in fitted for name in source.names.tolist()], bool)
-            if held_back.any():
-                found.append(source.subset(held_back))
-        if not found:
-            raise InputError(
-                f"{self.model}: was fitted to all of these objects; calibrate a network that was "
-                "trained with validation"
-            )
-        return [*found, procedural(PROCEDURAL, PROCEDURAL, held_back=True)]
+    Args:
+        classifier: Its file names what it was fitted to.
+        data: The labelled set that it was trained on.
+        catalogues: The packs of meshes that it was trained on.
+
+    Raises:
+        InputError: It was fitted to all of them.
+    """
+    import numpy as np
+
+    from circumspect.classification.onnx_classifier import OBJECTS
+    from circumspect.cli.progress import progress_bar
+    from circumspect.datasets import open_data_set
+    from circumspect.datasets.catalogue import read_catalogue
+    from circumspect.datasets.scan_sources import of_point_set, procedural
+
+    with progress_bar("sampling meshes") as progress:
+        objects = open_data_set(data, "train", progress)
+    fitted = set(classifier.training.get(OBJECTS, ()))
+    found = []
+    for source in (of_point_set(objects), *map(read_catalogue, catalogues)):
+        held_back = np.array([name not in fitted for name in source.names.tolist()], bool)
+        if held_back.any():
+            found.append(source.subset(held_back))
+    if not found:
+        raise InputError(
+            "the classifier was fitted to all of these objects; calibrate a network that was "
+            "trained with validation"
+        )
+    return [*found, procedural(PROCEDURAL, PROCEDURAL, held_back=True)]
 
 
 def scan_augmentation(classifier: OnnxClassifier) -> ScanAugmentation:
@@ -122,32 +139,3 @@ def scan_augmentation(classifier: OnnxClassifier) -> ScanAugmentation:
 
     document = classifier.training.get("settings", {}).get("scan")
     return ScanAugmentation.from_dict(document)
-
-
-def real_answers(classifier: OnnxClassifier, path: Path) -> Answers:
-    """What a classifier says of labelled real objects; ambiguous labels are left out."""
-    import numpy as np
-
-    from circumspect.classification import GridRecipe
-    from circumspect.datasets.label_meaning import LabelUse, meaning_of
-    from circumspect.datasets.labelled_crops import read_labelled_crops
-    from circumspect.datasets.training_objects import OTHER
-    from circumspect.evaluation.classifier_calibration import Answers
-    from circumspect.evaluation.held_back_scans import HeldBackScans
-
-    crops, recipe = read_labelled_crops(path), classifier.recipe
-    assert isinstance(recipe, GridRecipe)
-    inputs, contexts, labels = [], [], []
-    for index, label in enumerate(crops.labels.tolist()):
-        meaning = meaning_of(label, classifier.classes)
-        if meaning.use is LabelUse.LEFT_OUT:
-            continue
-        cloud = crops.cloud(index)
-        inputs.append(recipe.inputs(cloud)[0])
-        contexts.append(recipe.context(inputs[-1], recipe.bounds(cloud)))
-        labels.append(meaning.true_class or OTHER)
-    unknown = np.full(len(labels), np.nan)
-    return Answers.of(
-        classifier,
-        HeldBackScans(np.stack(inputs), np.array(contexts), np.array(labels), unknown),
-    )

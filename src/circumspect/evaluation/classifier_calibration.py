@@ -59,6 +59,16 @@ class Answers:
             np.concatenate([part.coverage for part in parts]),
         )
 
+    def subset(self, chosen: NDArray[np.bool_]) -> Answers:
+        """Those that a mask marks."""
+        return Answers(
+            self.probabilities[chosen],
+            self.other[chosen],
+            None if self.distance is None else self.distance[chosen],
+            self.labels[chosen],
+            self.coverage[chosen],
+        )
+
     def correct(self, classes: Sequence[str]) -> NDArray[np.bool_]:
         """(n,) whether the most probable class is the label."""
         return np.array(classes)[self.probabilities.argmax(axis=1)] == self.labels
@@ -91,37 +101,51 @@ def calibrate(
     classifier: OnnxClassifier,
     seen: Answers,
     files: Answers,
+    real: Answers | None = None,
     most_wrong: float = MOST_WRONG,
 ) -> Calibration:
     """Fit all that turns a network's outputs into an answer that may be acted on.
 
+    For the bound without coverage all real objects together count as much as all simulated clouds.
+
     Args:
         classifier: Whose answers these are.
         seen: To scans with rays, whose coverage is known.
-        files: To clouds without rays: the same scans, complete surfaces, real objects.
+        files: To clouds without rays: the same scans, and complete surfaces.
+        real: To real objects, without rays.
         most_wrong: Share of the confident answers that may be wrong.
 
     Raises:
         InputError: No object of a class, or none of another kind though the network has a class of
             other things.
     """
-    both = Answers.joined([seen, files])
-    known = np.isin(both.labels, classifier.classes)
-    labels = np.array([classifier.classes.index(name) for name in both.labels[known].tolist()])
-    factor = fitted_temperature(both.probabilities[known], labels)
+    clouds = [files] if real is None else [files, real]
+    every = Answers.joined([seen, *clouds])
+    known = np.isin(every.labels, classifier.classes)
+    labels = np.array([classifier.classes.index(name) for name in every.labels[known].tolist()])
+    factor = fitted_temperature(every.probabilities[known], labels)
     open_set = None
     if classifier.other is not None:
-        open_set = fitted_open_set(both.other, both.distance, known)
+        open_set = fitted_open_set(every.other, every.distance, known)
 
-    def judged(answers: Answers) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Probabilities of the answers that are in distribution; zero for the others."""
-        probability = tempered(answers.probabilities, factor).max(axis=1)
-        if open_set is not None:
-            belongs = open_set.probability(answers.other, answers.distance)
-            probability = np.where(belongs >= open_set.threshold, probability, 0.0)
-        return probability, answers.correct(classifier.classes)
-
-    without = least_probability(*judged(files), most_wrong)
-    probability, correct = judged(seen)
-    rule = fitted_confidence(probability, correct, seen.coverage, round(without, 4), most_wrong)
+    weight = np.concatenate([np.full(len(part.labels), 1 / len(part.labels)) for part in clouds])
+    clouded = Answers.joined(clouds)
+    without = least_probability(
+        judged(clouded, factor, open_set), clouded.correct(classifier.classes), most_wrong, weight
+    )
+    rule = fitted_confidence(
+        judged(seen, factor, open_set), seen.correct(classifier.classes), seen.coverage,
+        round(without, 4), most_wrong,
+    )  # fmt: skip
     return Calibration(classifier.temperature * factor, open_set, rule)
+
+
+def judged(
+    answers: Answers, temperature: float, open_set: OpenSetRule | None
+) -> NDArray[np.float64]:
+    """(n,) probabilities of the answers; zero where an object is not in distribution."""
+    probability = tempered(answers.probabilities, temperature).max(axis=1)
+    if open_set is None:
+        return probability
+    belongs = open_set.probability(answers.other, answers.distance)
+    return np.where(belongs >= open_set.threshold, probability, 0.0)

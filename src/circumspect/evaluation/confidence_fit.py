@@ -26,7 +26,10 @@ RECALL = 0.95
 
 
 def least_probability(
-    probability: NDArray[np.float64], correct: NDArray[np.bool_], most_wrong: float = MOST_WRONG
+    probability: NDArray[np.float64],
+    correct: NDArray[np.bool_],
+    most_wrong: float = MOST_WRONG,
+    weight: NDArray[np.float64] | None = None,
 ) -> float:
     """The smallest bound above which at most a given share of the answers is wrong.
 
@@ -34,13 +37,15 @@ def least_probability(
         probability: (n,) of the answers.
         correct: (n,) whether they are.
         most_wrong: The share, 0 … 1.
+        weight: (n,) how much each answer counts, above 0; all the same by default.
 
     Returns:
         A probability, or `NEVER` where no bound does, or fewer than `FEWEST` answers reach it.
     """
     order = np.argsort(-probability, kind="stable")
     ranked = probability[order]
-    wrong = np.cumsum(~correct[order]) / np.arange(1, len(order) + 1)
+    counted = np.ones(len(order)) if weight is None else weight[order]
+    wrong = np.cumsum(counted * ~correct[order]) / np.cumsum(counted)
     # Of answers with the same probability a bound takes all or none.
     last = np.append(ranked[1:] < ranked[:-1], True)
     good = np.flatnonzero((wrong <= most_wrong) & last)
