@@ -1,4 +1,4 @@
-"""Convolutions in eight bits, which a robot's CPU computes faster."""
+"""Convolutions, and what lies between them, in eight bits, which a robot's CPU computes faster."""
 
 from __future__ import annotations
 
@@ -26,6 +26,9 @@ from circumspect.nets import Checkpoint
 
 BATCH = 16
 CONVOLUTIONS = (nn.Conv1d, nn.Conv2d, nn.Conv3d)
+STEPS = ["Conv", "Relu", "Add", "Concat", "Slice", "Transpose", "Reshape"]
+"""What is computed in eight bits: between convolutions numbers do not become floats and bytes
+again, which takes longer than many a convolution."""
 
 
 def require_convolutions(members: Sequence[Checkpoint]) -> None:
@@ -44,7 +47,7 @@ def require_convolutions(members: Sequence[Checkpoint]) -> None:
 
 
 def in_eight_bits(network: onnx.ModelProto, inputs: Sequence[NDArray[Any]]) -> onnx.ModelProto:
-    """Quantise the convolutions of a network.
+    """Quantise the convolutions of a network, and the steps that join them.
 
     Weights get seven bits, each output channel a scale of its own, so that CPUs without VNNI do
     not saturate; activations get eight, over the range that the given inputs lead to.
@@ -66,7 +69,7 @@ def in_eight_bits(network: onnx.ModelProto, inputs: Sequence[NDArray[Any]]) -> o
             quantised,
             _Batches([given.name for given in network.graph.input], inputs),
             quant_format=QuantFormat.QDQ,
-            op_types_to_quantize=["Conv"],
+            op_types_to_quantize=STEPS,
             per_channel=True,
             reduce_range=True,
             activation_type=QuantType.QUInt8,

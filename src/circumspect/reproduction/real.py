@@ -31,6 +31,10 @@ from circumspect.training import train
 
 NAME = "real"
 """Of the experiment and of its files."""
+REPLICAS = 6
+"""Simulated scans of each labelled object that networks are trained on …"""
+CATALOGUE_REPLICAS = 12
+"""… and of each object of a catalogue; every kind of input takes minutes to make."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,7 +130,9 @@ def trained_contender(
     if how.data is None:
         raise InputError(f"--nets {net}: needs --data, the CAD data to train on")
     objects = open_data_set(how.data, "train")
-    settings = replace(how.settings(net), scans=True)
+    settings = replace(
+        how.settings(net), scans=True, replicas=REPLICAS, catalogue_replicas=CATALOGUE_REPLICAS
+    )
     packs = [read_catalogue(path) for path in how.catalogues]
     at = folder / _as_folder(net) / "training"
     with watched.training(net, settings.epochs) as observer:
