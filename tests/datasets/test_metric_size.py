@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.datasets.metric_size import INCH, SIZES, metres_per_unit
+from circumspect.datasets.metric_size import INCH, SIZES, metres_per_unit, size_factors
 
 length = st.floats(0.01, 1e4)
 
@@ -26,3 +26,19 @@ def test_sizes_lie_in_the_class_range_where_proportions_allow_it(label, extent, 
     if max(low / height, short / side) <= min(high / height, long / side):
         assert low * 0.999 <= scale * height <= high * 1.001
         assert short * 0.999 <= scale * side <= long * 1.001
+
+
+@given(
+    label=st.sampled_from(sorted(SIZES)),
+    extent=st.tuples(*[st.floats(0.05, 5.0)] * 3),
+    share=st.floats(0.0, 1.0),
+)
+def test_other_sizes_lie_in_the_class_range_too(label, extent, share):
+    low, high = size_factors(label, np.array(extent))
+    assert 0 < low <= 1 <= high
+    (shortest, tallest), (narrowest, widest) = SIZES[label]
+    side, height = max(extent[:2]), extent[2]
+    if shortest <= height <= tallest and narrowest <= side <= widest:
+        factor = low ** (1 - share) * high**share
+        assert shortest * 0.999 <= factor * height <= tallest * 1.001
+        assert narrowest * 0.999 <= factor * side <= widest * 1.001

@@ -19,7 +19,7 @@ from circumspect.pipeline import views
 
 CLEAN = ScanAugmentation(
     mirror=0.0, stretch=0.0, resize=0.0, complete=0.0, occluded=0.0, beside=0.0, cluttered=0.0,
-    walled=0.0, furnished=0.0, merged=0.0, thinned=0.0,
+    walled=0.0, rescale=0.0, furnished=0.0, merged=0.0, thinned=0.0,
     leak=0.0, boxed=0.0, cut=0.0, lowered=0.0, strays=0.0, registration=0.0, floor_cut=(0.02, 0.02),
 )  # fmt: skip
 
@@ -51,6 +51,21 @@ def test_a_single_view_misses_the_far_side():
     whole = mesh.vertices_xyz[:, :2] @ forward
     upright = scan.points_xyz[:, 2] < 0.8 * mesh.vertices_xyz[:, 2].max()
     assert depth[upright].max() < whole.max() - 0.05
+
+
+def test_objects_of_unknown_unit_take_other_sizes_of_their_class():
+    caster = ObjectCaster(make_furniture("table", 3))
+    settings = ScanAugmentation(**{**vars(CLEAN), "complete": 1.0, "rescale": 1.0})
+    height = np.ptp(caster.corners_xyz, axis=0)[2]
+    factors = [
+        np.ptp(settings.scan(caster, np.random.default_rng(seed), (0.5, 2.0)).points_xyz[:, 2])
+        / height
+        for seed in range(30)
+    ]
+    assert 0.45 < min(factors) < 0.7
+    assert 1.5 < max(factors) < 2.1
+    fixed = settings.scan(caster, np.random.default_rng(0)).points_xyz
+    assert np.ptp(fixed[:, 2]) == pytest.approx(height, rel=0.1)
 
 
 def test_more_trouble_still_gives_scans():

@@ -53,3 +53,20 @@ def metres_per_unit(
     if least > most:  # Odd proportions: as near to both ranges as can be.
         return float(np.sqrt(least * most))
     return float(np.exp(rng.uniform(np.log(least), np.log(most))))
+
+
+def size_factors(label: str, extent_xyz: NDArray[np.floating]) -> tuple[float, float]:
+    """By how much an object may shrink and grow and still have a size of its class.
+
+    Args:
+        label: Its class; one of `SIZES`.
+        extent_xyz: (3,) its sides [m], z up.
+
+    Returns:
+        The smallest factor, at most 1, and the largest, at least 1.
+    """
+    heights, sides = SIZES[label]
+    height, side = float(extent_xyz[2]), float(max(extent_xyz[:2]))
+    least = max(heights[0] / height, sides[0] / side)
+    most = min(heights[1] / height, sides[1] / side)
+    return min(least, 1.0), max(most, 1.0)

@@ -41,8 +41,8 @@ ACROSS = 80
 AROUND = 1.3
 """The rendered window is so many times as large as the object."""
 CHANCES = (
-    "mirror", "complete", "single", "occluded", "beside", "furnished", "merged", "cluttered",
-    "walled", "leak", "boxed", "cut", "lowered", "thinned", "strays",
+    "mirror", "rescale", "complete", "single", "occluded", "beside", "furnished", "merged",
+    "cluttered", "walled", "leak", "boxed", "cut", "lowered", "thinned", "strays",
 )  # fmt: skip
 FEWEST = 60
 """Voxels; a view that shows less is no scan, and another one is drawn."""
@@ -87,6 +87,7 @@ class ScanAugmentation:
         mirror: Chance to swap left and right (x to -x).
         stretch: Each axis is scaled by e^u, u uniform in ± this.
         resize: So is the whole object.
+        rescale: Chance that an object of unknown unit takes another size of its class.
         complete: Chance that the whole surface is taken, inner faces and all, as a file holds it;
             no rays then, but noise and holes.
         single: Chance of a scan of one view; the others have an arc.
@@ -117,6 +118,7 @@ class ScanAugmentation:
     mirror: float = 0.5
     stretch: float = 0.12
     resize: float = 0.15
+    rescale: float = 0.5
     complete: float = 0.35
     single: float = 0.4
     most_views: int = 10
@@ -162,17 +164,20 @@ class ScanAugmentation:
         }
         return cls(**values)
 
-    def scan(self, caster: ObjectCaster, rng: Chance) -> SimulatedScan:
+    def scan(
+        self, caster: ObjectCaster, rng: Chance, sizes: tuple[float, float] = (1.0, 1.0)
+    ) -> SimulatedScan:
         """Scan an object once.
 
         Args:
             caster: The object [m], z up.
             rng: Source of all chance.
+            sizes: By how much it may shrink and grow, see `TrainingObjects.size_factors`.
 
         Returns:
             A scan of at least `FEWEST` points, as far as a few tries find one.
         """
-        stretch = self._stretch(rng)
+        stretch = self._stretch(rng, sizes)
         if rng.random() < self.complete:
             return _complete(caster, stretch, rng)
         found = None
@@ -183,8 +188,10 @@ class ScanAugmentation:
         assert found is not None
         return found
 
-    def _stretch(self, rng: Chance) -> NDArray[np.float64]:
+    def _stretch(self, rng: Chance, sizes: tuple[float, float]) -> NDArray[np.float64]:
         factors = np.exp(rng.uniform(-self.stretch, self.stretch, 3))
+        if rng.random() < self.rescale:
+            factors *= np.exp(rng.uniform(*np.log(sizes)))
         factors *= np.exp(rng.uniform(-self.resize, self.resize))
         if rng.random() < self.mirror:
             factors[0] = -factors[0]

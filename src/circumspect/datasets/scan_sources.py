@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.datasets.metric_size import SIZES, metres_per_unit
+from circumspect.datasets.metric_size import SIZES, metres_per_unit, size_factors
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.training_objects import OTHER, TrainingObjects, digest_of
 from circumspect.errors import InputError
@@ -36,14 +36,25 @@ class PointSurfaces:
 
     def mesh(self, index: int) -> TriangleMesh:
         """See `MeshSource.mesh`."""
+        return short_edge_triangles(_standing(self._in_metres(index)))
+
+    def size_factors(self) -> NDArray[np.float64]:
+        """(n, 2) by how much each object may shrink and grow, see `metric_size.size_factors`."""
+        return np.array(
+            [
+                size_factors(self.objects.classes[label], np.ptp(self._in_metres(index), axis=0))
+                for index, label in enumerate(self.objects.labels)
+            ]
+        ).reshape(-1, 2)
+
+    def _in_metres(self, index: int) -> NDArray[np.float64]:
         points = self.objects.points_xyz[index].astype(np.float64)
         if self.objects.sides is not None:
             points = points / np.ptp(points, axis=0).max() * self.objects.sides[index]
         label = self.objects.classes[self.objects.labels[index]]
-        points = points * metres_per_unit(
+        return points * metres_per_unit(
             label, np.ptp(points, axis=0), _chance(str(self.objects.names[index]))
         )
-        return short_edge_triangles(_standing(points))
 
 
 @dataclass(frozen=True)
@@ -78,9 +89,10 @@ def of_point_set(objects: ObjectSet) -> TrainingObjects:
     labels = np.array([objects.classes[label] for label in objects.labels])
     if unknown := sorted(set(labels.tolist()) - set(SIZES)):
         raise InputError(f"no sizes are known for {', '.join(unknown)}; known: {', '.join(SIZES)}")
+    source = PointSurfaces(objects)
     return TrainingObjects(
-        PointSurfaces(objects), np.arange(len(objects)), labels, objects.names,
-        digest_of(["points 1", objects.digest]),
+        source, np.arange(len(objects)), labels, objects.names,
+        digest_of(["points 2", objects.digest]), source.size_factors(),
     )  # fmt: skip
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-import multiprocessing
 import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.scan_augmentation import ScanAugmentation
 from circumspect.datasets.scan_encoding import SHIFT, SIZES, decoded, encoded, width_of
 from circumspect.datasets.training_objects import TrainingObjects
+from circumspect.datasets.worker_pool import worker_pool
 from circumspect.errors import InputError
 from circumspect.geometry.npy_stream import read_arrays
 from circumspect.storage import atomic_open
@@ -98,12 +98,8 @@ def scanned_inputs(
     parts = [_read(path, (*size, wide)) for path, size in zip(paths, sizes, strict=True)]
     missing = [number for number, part in enumerate(parts) if part is None]
     done = sum(size[0] for size, part in zip(sizes, parts, strict=True) if part is not None)
-    # Spawned: a fork would share the locks of threads that it does not have.
-    context = multiprocessing.get_context("spawn")
     if missing:
-        with ProcessPoolExecutor(
-            workers or os.cpu_count(), context, _begin_worker, (objects,)
-        ) as pool:
+        with worker_pool(workers or os.cpu_count() or 1, _begin_worker, objects) as pool:
             jobs = {
                 pool.submit(
                     _scanned_chunk, starts[number], augmentation, scans, seed, recipe
@@ -145,7 +141,7 @@ def _scanned_chunk(
         caster, name = ObjectCaster(objects.mesh(index)), str(objects.names[index])
         for scan in range(scans):
             rng = chance_of(seed, name, scan)
-            found = augmentation.scan(caster, rng)
+            found = augmentation.scan(caster, rng, objects.size_factors(index))
             if not len(found.points_xyz):
                 continue  # Nothing of it was seen: an empty grid.
             packed[row, scan], context[row, scan], cylinder = encoded(found, recipe, rng)

@@ -36,6 +36,8 @@ class TrainingObjects:
         labels: (n,) text, the class of each; "other" for what is of no class.
         names: (n,) text.
         digest: A hash of all that determines the surfaces.
+        factors: (n, 2) by how much each may shrink and grow, for objects whose unit is unknown;
+            None where sizes are known.
     """
 
     source: MeshSource
@@ -43,6 +45,7 @@ class TrainingObjects:
     labels: NDArray[np.str_]
     names: NDArray[np.str_]
     digest: str
+    factors: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
         return len(self.indices)
@@ -51,12 +54,20 @@ class TrainingObjects:
         """The surface of one object [m]."""
         return self.source.mesh(int(self.indices[index]))
 
+    def size_factors(self, index: int) -> tuple[float, float]:
+        """By how much an object may shrink and grow; 1 and 1 where its size is known."""
+        if self.factors is None:
+            return 1.0, 1.0
+        low, high = self.factors[index]
+        return float(low), float(high)
+
     def subset(self, chosen: NDArray[np.bool_]) -> TrainingObjects:
         """The objects that a mask marks."""
         names = self.names[chosen]
         return TrainingObjects(
             self.source, self.indices[chosen], self.labels[chosen], names,
             digest_of([self.digest, *names.tolist()]),
+            None if self.factors is None else self.factors[chosen],
         )  # fmt: skip
 
     def held_back(self, salt: str = "") -> NDArray[np.bool_]:

@@ -79,7 +79,8 @@ def held_back_scans(
         for index in range(len(objects)):
             caster, name = ObjectCaster(objects.mesh(index)), str(objects.names[index])
             for number in range(scans):
-                scan = augmentation.scan(caster, chance_of(seed, name, number))
+                chance = chance_of(seed, name, number)
+                scan = augmentation.scan(caster, chance, objects.size_factors(index))
                 if len(scan.points_xyz) < (3 if keep_all else FEWEST):
                     continue
                 cloud = PointCloud(scan.points_xyz.astype(np.float64))

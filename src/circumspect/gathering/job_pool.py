@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import json
 import logging
-import multiprocessing
 import os
-import signal
-import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from circumspect.datasets.worker_pool import worker_pool
 from circumspect.storage import append_line
 
 Record = dict[str, Any]
@@ -106,33 +104,7 @@ def _of_one_pool(
     """Processes are renewed from call to call; `max_tasks_per_child` can wait forever (CPython
     issue 115634).
     """
-    context = multiprocessing.get_context("spawn")
-    others = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_follow_parent) as pool:
+    with worker_pool(workers) as pool:
         pending = {pool.submit(work, job): job for job in jobs}
-        try:
-            for future in as_completed(pending):
-                yield pending[future], future.exception() or future.result()
-        except BaseException:
-            # Ctrl-C: else all that waits in the pool would still be done.
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in set(multiprocessing.active_children()) - others:
-                process.terminate()
-            raise
-
-
-def _follow_parent() -> None:
-    """A worker whose parent was killed would otherwise go on with its job.
-
-    Ctrl-C is the parent's to obey: a worker that took it for a fault of its job would begin the
-    next one.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def wait() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=wait, daemon=True).start()
+        for future in as_completed(pending):
+            yield pending[future], future.exception() or future.result()

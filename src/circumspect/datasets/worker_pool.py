@@ -1,0 +1,61 @@
+"""Processes that end with what began them."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+
+
+@contextmanager
+def worker_pool(
+    workers: int, begin: Callable[..., None] | None = None, *given: Any
+) -> Iterator[ProcessPoolExecutor]:
+    """Processes to submit work to; Ctrl-C and any other error end them with all that waits.
+
+    They are spawned: a fork would share the locks of threads that it does not have.
+
+    Args:
+        workers: How many.
+        begin: Called first in each; a function of a module.
+        given: Its arguments.
+    """
+    context = multiprocessing.get_context("spawn")
+    others = set(multiprocessing.active_children())
+    with ProcessPoolExecutor(workers, context, _begin, (begin, given)) as pool:
+        try:
+            yield pool
+        except BaseException:
+            # Else all that waits in the pool would still be done.
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in set(multiprocessing.active_children()) - others:
+                process.terminate()
+            raise
+
+
+def _begin(begin: Callable[..., None] | None, given: tuple[Any, ...]) -> None:
+    _follow_parent()
+    if begin is not None:
+        begin(*given)
+
+
+def _follow_parent() -> None:
+    """A worker whose parent was killed would otherwise go on with its job.
+
+    Ctrl-C is the parent's to obey: a worker that took it for a fault of its job would begin the
+    next one.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
