@@ -45,10 +45,10 @@ def run_node(
         middleware.close()
         screen.end()
         raise
-    screen.begin(settings, where)
-    if watch is not None:
-        watch.begin(node)
     try:
+        screen.begin(settings, where)
+        if watch is not None:
+            watch.begin(node)
         with going_on(seconds) as goes_on:
             node.spin(goes_on)
     except KeyboardInterrupt:
