@@ -47,7 +47,12 @@ def main() -> int:
     figures = measured(classifier, seen, files, real, sources, rooms)
     command = COMMAND.format(" ".join(path.name for path in given.real))
     write_page(
-        "left_out_rooms", "Confidence in rooms left out", command, told(figures), figures, given.out
+        "left_out_rooms",
+        "Confidence in rooms left out",
+        command,
+        page_text(figures),
+        figures,
+        given.out,
     )
     return 0
 
@@ -125,7 +130,7 @@ def measured(
     }
 
 
-def told(found: dict[str, float]) -> str:
+def page_text(found: dict[str, float]) -> str:
     """The page's text."""
     known, confident = int(found["known"]), int(found["confident"])
     rows = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks.left_out_rooms import measured, told
+from benchmarks.left_out_rooms import measured, page_text
 
 from circumspect.classification import Classifier
 from circumspect.datasets.training_objects import OTHER
@@ -49,7 +49,7 @@ def test_real_objects_like_the_simulated_ones_are_answered_with_confidence():
     assert found["correct_confident"] == found["confident"]
     assert found["confident_other"] == 0
     assert found["open_set"] == pytest.approx(1.0)
-    assert "4" in told(found)
+    assert "4" in page_text(found)
 
 
 def test_a_room_does_not_choose_its_own_bound():

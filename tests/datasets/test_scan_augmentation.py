@@ -1,5 +1,7 @@
 """Simulated scans: what is seen lies on the object, and chance is repeatable."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -91,6 +93,16 @@ def test_same_chance_same_scan():
 def test_chances_out_of_range_are_refused(name):
     with pytest.raises(InputError, match=name):
         ScanAugmentation(**{name: 1.5})
+
+
+def test_what_an_older_document_lacks_was_not_simulated():
+    document = asdict(ScanAugmentation())
+    assert ScanAugmentation.from_dict(document) == ScanAugmentation()
+    for name in ("rescale", "furnished", "merged", "thinned"):
+        del document[name]
+    old = ScanAugmentation.from_dict(document)
+    assert (old.rescale, old.furnished, old.merged, old.thinned) == (0, 0, 0, 0)
+    assert old.beside == ScanAugmentation().beside
 
 
 def test_coverage_is_that_of_the_pipeline():

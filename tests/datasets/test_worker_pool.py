@@ -46,7 +46,7 @@ def test_an_interrupted_program_leaves_no_worker(sent, tmp_path):
         [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as program:
         workers = {int(program.stdout.readline()) for _ in range(2)}
-        # To the parent alone, as `kill` does; a terminal tells all of them.
+        # To the parent alone, as `kill` does; a terminal sends it to all of them.
         program.send_signal(sent)
         program.wait(timeout=30)
         end = time.monotonic() + 20

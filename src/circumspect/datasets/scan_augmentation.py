@@ -18,15 +18,9 @@ from scipy.spatial.transform import Rotation
 
 from circumspect.datasets.neighbour import Neighbour
 from circumspect.datasets.object_caster import ObjectCaster
-from circumspect.datasets.surroundings import (
-    CLUTTER,
-    FURNITURE,
-    NOTHING,
-    OBJECT,
-    Box,
-    Surroundings,
-    Wall,
-)
+from circumspect.datasets.placed_object import PlacedObject
+from circumspect.datasets.segmentation_errors import LEAK_STEP, SegmentationErrors
+from circumspect.datasets.surroundings import NOTHING, Surroundings, Wall
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
 from circumspect.sensing import DepthNoise
@@ -44,16 +38,10 @@ CHANCES = (
     "mirror", "rescale", "complete", "single", "occluded", "beside", "furnished", "merged",
     "cluttered", "walled", "leak", "boxed", "cut", "lowered", "thinned", "strays",
 )  # fmt: skip
+ADDED_LATER = ("rescale", "furnished", "merged", "thinned")
+"""Chances that older documents lack."""
 FEWEST = 60
 """Voxels; a view that shows less is no scan, and another one is drawn."""
-HIDDEN_BELOW = (0.1, 0.55)
-"""Share of the object's height below which it is hidden, as of a chair at a table."""
-MERGED_WITHIN = 0.3
-"""Most by which a piece of furniture taken for a part of the object reaches out of its box [m]."""
-THINNED = (0.02, 0.6)
-"""Share of the points that is left of a thinned scan, drawn log-uniformly."""
-LEAK_STEP = 0.1
-"""A segmentation leaks to a neighbouring pixel whose depth differs by less [m]."""
 VOXELS = 96.0
 """Voxels along the longest side of what is seen."""
 SAMPLES = 12_000
@@ -152,13 +140,16 @@ class ScanAugmentation:
     def from_dict(cls, document: Any) -> ScanAugmentation:
         """Read back what `dataclasses.asdict` made, also after JSON.
 
+        What a document of before does not name was not simulated then.
+
         Raises:
             InputError: Not such a document.
         """
         known = {field.name for field in fields(cls)}
         if not isinstance(document, Mapping) or set(document) - known:
             raise InputError(f"a scan's settings must name {', '.join(sorted(known))}")
-        values: dict[str, Any] = {
+        values: dict[str, Any] = dict.fromkeys(ADDED_LATER, 0.0)
+        values |= {
             name: tuple(value) if isinstance(value, list) else value
             for name, value in document.items()
         }
@@ -201,13 +192,13 @@ class ScanAugmentation:
         self, caster: ObjectCaster, stretch: NDArray[np.float64], rng: Chance
     ) -> SimulatedScan:
         corners = np.sort(caster.corners_xyz * stretch, axis=0)
-        placed = _Placed(corners[0], corners[1])
+        placed = PlacedObject(corners[0], corners[1])
         views_xyz = self._views(placed, rng)
         around = self._surroundings(placed, views_xyz, rng)
         views_xyz = np.array(
             [v for v in views_xyz if not any(wall.is_behind(v) for wall in around.walls)]
         )
-        segmentation = _Segmentation.drawn(self, placed, rng)
+        segmentation = SegmentationErrors.drawn(self, placed, rng)
         noise_m = abs(rng.normal()) * self.registration
         shown = [
             _View.taken(caster, stretch, placed, around, view, segmentation, noise_m, rng)
@@ -223,7 +214,7 @@ class ScanAugmentation:
             views_xyz.astype(np.float32),
         )
 
-    def _views(self, placed: _Placed, rng: Chance) -> NDArray[np.float64]:
+    def _views(self, placed: PlacedObject, rng: Chance) -> NDArray[np.float64]:
         """(v, 3) [m] places along an arc round the object."""
         fitting = placed.radius / min(HALF_IMAGE) / 0.95
         away = np.clip(
@@ -250,7 +241,7 @@ class ScanAugmentation:
         )
 
     def _surroundings(
-        self, placed: _Placed, views_xyz: NDArray[np.float64], rng: Chance
+        self, placed: PlacedObject, views_xyz: NDArray[np.float64], rng: Chance
     ) -> Surroundings:
         first = views_xyz[0] - placed.middle
         bearing = float(np.arctan2(first[1], first[0]))
@@ -267,7 +258,7 @@ class ScanAugmentation:
             boxes.append(placed.neighbour(rng))
         if rng.random() < self.cluttered:
             boxes += [placed.clutter(rng) for _ in range(rng.integers(1, 4))]
-        free = tuple(box for box in boxes if all(_clear_of(box, view) for view in views_xyz))
+        free = tuple(box for box in boxes if all(map(box.is_clear_of, views_xyz)))
         furniture: tuple[Neighbour, ...] = ()
         if rng.random() < self.furnished:
             piece = Neighbour.drawn(placed.low, placed.high, rng)
@@ -293,140 +284,6 @@ def _complete(caster: ObjectCaster, stretch: NDArray[np.float64], rng: Chance) -
 
 
 @dataclass(frozen=True)
-class _Placed:
-    """Where an object stands: its box [m]."""
-
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-
-    @property
-    def middle(self) -> NDArray[np.float64]:
-        return (self.low + self.high) / 2
-
-    @property
-    def half(self) -> NDArray[np.float64]:
-        return (self.high - self.low) / 2
-
-    @property
-    def radius(self) -> float:
-        """Of the sphere round the box."""
-        return float(np.linalg.norm(self.half))
-
-    @property
-    def reach(self) -> float:
-        """From the middle to the farthest corner, in the plane."""
-        return float(np.hypot(*self.half[:2]))
-
-    def along(self, direction_xy: NDArray[np.float64]) -> float:
-        """From the middle to the box's border in a direction."""
-        return float(np.abs(direction_xy * self.half[:2]).sum())
-
-    def occluder(self, bearing: float, rng: Chance) -> Box:
-        """A box or a table top between the camera and the object."""
-        heading = bearing + rng.normal(0, 0.35)
-        direction = np.array([np.cos(heading), np.sin(heading)])
-        half = rng.uniform(0.1, 0.5, 3)
-        away = self.along(direction) + half[:2].max() * 1.2 + rng.uniform(0.0, 0.5)
-        if rng.random() < 0.4:  # A table top; it may reach over the object.
-            half[2], middle_z = 0.02, rng.uniform(0.45, 0.8)
-            away *= rng.uniform(0.3, 1.0)
-            half[:2] += 0.2
-        else:
-            half[2] = rng.uniform(0.15, 0.6)
-            middle_z = half[2]
-        centre = np.append(self.middle[:2] + away * direction, middle_z)
-        return Box(centre, half, float(rng.uniform(0, pi)))
-
-    def neighbour(self, rng: Chance) -> Box:
-        """A box that stands beside the object."""
-        heading = rng.uniform(0, 2 * pi)
-        direction = np.array([np.cos(heading), np.sin(heading)])
-        half = self.half * rng.uniform(0.3, 1.0, 3)
-        away = self.along(direction) + np.abs(direction * half[:2]).sum() + rng.uniform(0.0, 0.2)
-        return Box(np.append(self.middle[:2] + away * direction, half[2]), half, 0.0)
-
-    def clutter(self, rng: Chance) -> Box:
-        """Something on the object, or a sheet that stands against it."""
-        if rng.random() < 0.6:
-            half = np.minimum(rng.uniform(0.03, 0.2, 3), 0.5 * self.half)
-            x, y = self.middle[:2] + rng.uniform(-0.9, 0.9, 2) * self.half[:2]
-            bottom = self.high[2] * (1.0 if rng.random() < 0.5 else rng.uniform(0.3, 1.0))
-            centre = np.array([x, y, bottom + half[2]])
-            return Box(centre, half, float(rng.uniform(0, pi)), CLUTTER)
-        heading = rng.uniform(0, 2 * pi)
-        direction = np.array([np.cos(heading), np.sin(heading)])
-        half = np.array([rng.uniform(0.01, 0.08), *rng.uniform(0.1, 0.7, 2) * self.half[1:]])
-        away = self.along(direction) + half[0] + rng.uniform(-0.05, 0.1)
-        z = max(half[2], float(rng.uniform(0.2, 1.0) * self.high[2]))
-        # The thin side towards the object.
-        return Box(np.append(self.middle[:2] + away * direction, z), half, heading, CLUTTER)
-
-
-@dataclass(frozen=True)
-class _Segmentation:
-    """How the object is parted from its surroundings, with which errors."""
-
-    floor_cut: float
-    leak_px: int
-    box: tuple[NDArray[np.float64], NDArray[np.float64]] | None
-    plane: tuple[NDArray[np.float64], float] | None
-    merged: tuple[NDArray[np.float64], NDArray[np.float64]] | None
-    left: float
-    strays: int
-
-    @classmethod
-    def drawn(cls, settings: ScanAugmentation, placed: _Placed, rng: Chance) -> _Segmentation:
-        floor_cut = float(rng.uniform(*settings.floor_cut))
-        if rng.random() < settings.lowered:
-            floor_cut = float(placed.high[2] * rng.uniform(*HIDDEN_BELOW))
-        leak, box, plane, merged, left, strays = 0, None, None, None, 1.0, 0
-        if rng.random() < settings.leak:
-            leak = int(rng.integers(1, 5))
-        if rng.random() < settings.boxed:
-            margin = rng.uniform(0.0, 0.12, 3)
-            box = placed.low - margin, placed.high + margin
-            floor_cut = min(floor_cut, float(rng.uniform(-0.03, 0.05)))
-        if rng.random() < settings.cut:
-            normal = rng.normal(size=3) * (1.0, 1.0, 0.5)
-            plane = normal / np.linalg.norm(normal), float(rng.uniform(0.5, 0.95))
-        if rng.random() < settings.merged:
-            margin = rng.uniform(0.0, MERGED_WITHIN, 3)
-            merged = placed.low - margin, placed.high + margin
-        if rng.random() < settings.thinned:
-            left = float(np.exp(rng.uniform(*np.log(THINNED))))
-        if rng.random() < settings.strays:
-            strays = int(rng.integers(1, 25))
-        return cls(floor_cut, leak, box, plane, merged, left, strays)
-
-    def mask(
-        self, kind: NDArray[np.uint8], depth: NDArray[np.float32], points: NDArray[np.float32]
-    ) -> NDArray[np.bool_]:
-        """(h, w) which pixels are taken for the object."""
-        mask = (kind == OBJECT) | (kind == CLUTTER)
-        if self.merged is not None:
-            mask |= (kind == FURNITURE) & _within(points, self.merged)
-        if self.box is not None:
-            mask = (kind != NOTHING) & _within(points, self.box)
-        elif self.leak_px:
-            mask = _grown(mask, depth, self.leak_px)
-        return mask & np.isfinite(depth) & (points[..., 2] > self.floor_cut)
-
-    def finished(self, points: NDArray[np.floating], rng: Chance) -> NDArray[np.floating]:
-        """The fused points after a cut, with strays."""
-        if self.plane is not None:
-            along = points @ self.plane[0]
-            points = points[along <= np.quantile(along, self.plane[1])]
-        if self.left < 1.0:
-            kept = rng.random(len(points)) < self.left
-            points = points[kept] if kept.any() else points[:1]
-        if self.strays:
-            low, high = points.min(axis=0), points.max(axis=0)
-            spread = rng.uniform(low - 0.05, high + 0.05, (self.strays, 3))
-            points = np.concatenate([points, spread])
-        return points
-
-
-@dataclass(frozen=True)
 class _View:
     """What one depth image adds."""
 
@@ -436,8 +293,8 @@ class _View:
 
     @classmethod
     def taken(
-        cls, caster: ObjectCaster, stretch: NDArray[np.float64], placed: _Placed,
-        around: Surroundings, view_xyz: NDArray[np.float64], segmentation: _Segmentation,
+        cls, caster: ObjectCaster, stretch: NDArray[np.float64], placed: PlacedObject,
+        around: Surroundings, view_xyz: NDArray[np.float64], segmentation: SegmentationErrors,
         noise_m: float, rng: Chance,
     ) -> _View:  # fmt: skip
         camera, R_map_camera = _window(placed, view_xyz, rng)
@@ -466,7 +323,7 @@ class _View:
 
 
 def _window(
-    placed: _Placed, view_xyz: NDArray[np.float64], rng: Chance
+    placed: PlacedObject, view_xyz: NDArray[np.float64], rng: Chance
 ) -> tuple[PinholeCamera, NDArray[np.float32]]:
     """The part of the camera's image that shows the object, at the resolution that it needs.
 
@@ -491,31 +348,6 @@ def _window(
     return camera, R_map_camera
 
 
-def _within(
-    points: NDArray[np.float32], box: tuple[NDArray[np.float64], NDArray[np.float64]]
-) -> NDArray[np.bool_]:
-    """Which points lie in a box; an axis at a time, for NumPy reduces rows of three slowly."""
-    inside = np.ones(points.shape[:-1], bool)
-    for axis, (low, high) in enumerate(zip(*box, strict=True)):
-        inside &= (points[..., axis] >= low) & (points[..., axis] <= high)
-    return inside
-
-
-def _grown(mask: NDArray[np.bool_], depth: NDArray[np.float32], by: int) -> NDArray[np.bool_]:
-    """A mask with the pixels next to it at about the depth of their neighbour."""
-    rows, columns = depth.shape
-    padded = np.pad(depth, 1, constant_values=np.nan)
-    grown = np.pad(mask, 1)
-    with np.errstate(invalid="ignore"):
-        for _ in range(by):
-            more = grown[1:-1, 1:-1].copy()
-            for down, right in ((0, 1), (2, 1), (1, 0), (1, 2)):
-                beside = slice(down, down + rows), slice(right, right + columns)
-                more |= grown[beside] & (np.abs(padded[beside] - depth) < LEAK_STEP)
-            grown[1:-1, 1:-1] = more
-    return grown[1:-1, 1:-1]
-
-
 def _voxelised(points: NDArray[np.floating]) -> NDArray[np.floating]:
     """One point in each voxel, so that near surfaces weigh no more than far ones."""
     side = max(float(np.ptp(points, axis=0).max()) / VOXELS, 1e-4)
@@ -523,9 +355,3 @@ def _voxelised(points: NDArray[np.floating]) -> NDArray[np.floating]:
     keys = (cells[:, 0] << 40) | (cells[:, 1] << 20) | cells[:, 2]
     _, first = np.unique(keys, return_index=True)
     return points[first]
-
-
-def _clear_of(box: Box, view_xyz: NDArray[np.float64]) -> bool:
-    """Whether a camera is outside of a box, with room to spare."""
-    away = np.hypot(*(view_xyz[:2] - box.centre_xyz[:2]))
-    return bool(away > np.hypot(*box.half_xyz[:2]) + 0.1)

@@ -80,6 +80,11 @@ class Box:
     yaw: float
     kind: int = BOX
 
+    def is_clear_of(self, position_xyz: NDArray[np.float64]) -> bool:
+        """Whether a camera is outside of it, with room to spare."""
+        away = np.hypot(*(position_xyz[:2] - self.centre_xyz[:2]))
+        return bool(away > np.hypot(*self.half_xyz[:2]) + 0.1)
+
     def hits(self, origin_xyz: NDArray[np.float64], rays_xyz: NDArray[np.float32]) -> Hits:
         """Where rays from outside enter it (the slab method)."""
         cosine, sine = np.cos(self.yaw), np.sin(self.yaw)

@@ -14,7 +14,7 @@ from typing import Any
 
 @contextmanager
 def worker_pool(
-    workers: int, begin: Callable[..., None] | None = None, *given: Any
+    workers: int, initializer: Callable[..., None] | None = None, *arguments: Any
 ) -> Iterator[ProcessPoolExecutor]:
     """Processes to submit work to; Ctrl-C and any other error end them with all that waits.
 
@@ -22,12 +22,12 @@ def worker_pool(
 
     Args:
         workers: How many.
-        begin: Called first in each; a function of a module.
-        given: Its arguments.
+        initializer: Called first in each; a function of a module.
+        arguments: Its arguments.
     """
     context = multiprocessing.get_context("spawn")
     others = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(workers, context, _begin, (begin, given)) as pool:
+    with ProcessPoolExecutor(workers, context, _begin, (initializer, arguments)) as pool:
         try:
             yield pool
         except BaseException:
@@ -38,10 +38,10 @@ def worker_pool(
             raise
 
 
-def _begin(begin: Callable[..., None] | None, given: tuple[Any, ...]) -> None:
+def _begin(initializer: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
     _follow_parent()
-    if begin is not None:
-        begin(*given)
+    if initializer is not None:
+        initializer(*arguments)
 
 
 def _follow_parent() -> None:
