@@ -109,6 +109,24 @@ def test_real_objects_join_the_calibration(exported, tmp_path, monkeypatch):
     assert Classifier.load(out).open_set is not None
 
 
+def test_real_objects_of_ambiguous_labels_alone_are_refused(
+    exported, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(calibrate, "PROCEDURAL", 1)
+    cloud = make_furniture("chair", 99).sampled(400).points_xyz
+    np.savez(
+        tmp_path / "crops.npz",
+        points=cloud.astype(np.float32),
+        offsets=np.array([0, len(cloud)]),
+        label=np.array(["armchair"]),
+        scene=np.array(["a"]),
+    )
+    out = tmp_path / "out.onnx"
+    assert calibrated(exported, out, "--real", str(tmp_path / "crops.npz")) == 2
+    assert "ambiguous" in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_a_network_without_scans_is_refused(exported, tmp_path, capsys):
     words = ["calibrate", str(shipped_path("modelnet10")), str(tmp_path / "out.onnx")]
     assert main([*words, "--data", str(exported / "set")]) == 2

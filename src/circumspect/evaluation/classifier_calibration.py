@@ -129,9 +129,12 @@ def calibrate(
         open_set = fitted_open_set(every.other, every.distance, known)
 
     weight = np.concatenate([np.full(len(part.labels), 1 / len(part.labels)) for part in clouds])
-    clouded = Answers.joined(clouds)
+    all_clouds = Answers.joined(clouds)
     without = least_probability(
-        judged(clouded, factor, open_set), clouded.correct(classifier.classes), most_wrong, weight
+        judged(all_clouds, factor, open_set),
+        all_clouds.correct(classifier.classes),
+        most_wrong,
+        weight,
     )
     rule = fitted_confidence(
         judged(seen, factor, open_set), seen.correct(classifier.classes), seen.coverage,

@@ -9,6 +9,7 @@ from circumspect.classification import GridRecipe, OnnxClassifier
 from circumspect.datasets.label_meaning import LabelUse, meaning_of
 from circumspect.datasets.labelled_crops import LabelledCrops
 from circumspect.datasets.training_objects import OTHER
+from circumspect.errors import InputError
 from circumspect.evaluation.classifier_calibration import Answers
 from circumspect.evaluation.held_back_scans import HeldBackScans
 
@@ -25,6 +26,9 @@ def real_answers(
     Returns:
         The answers, labelled with a class or "other", and the numbers of the objects. Objects with
         an ambiguous label are left out.
+
+    Raises:
+        InputError: All labels are ambiguous.
     """
     recipe = classifier.recipe
     assert isinstance(recipe, GridRecipe)
@@ -38,6 +42,8 @@ def real_answers(
         contexts.append(recipe.context(inputs[-1], recipe.bounds(cloud)))
         labels.append(meaning.true_class or OTHER)
         chosen.append(index)
+    if not chosen:
+        raise InputError("every label of the real objects is ambiguous; none can be judged")
     unknown = np.full(len(labels), np.nan)
     scans = HeldBackScans(np.stack(inputs), np.array(contexts), np.array(labels), unknown)
     return Answers.of(classifier, scans), np.array(chosen)
