@@ -82,6 +82,6 @@ def _piece(category: str, number: int) -> ObjectCaster:
     return ObjectCaster(make_furniture(category, FIRST_SEED + number))
 
 
-def _turned(xy: NDArray[np.floating], yaw: float) -> NDArray[np.floating]:
+def _turned(xy: NDArray[np.floating], yaw: float) -> NDArray[np.float64]:
     """(…, 2) turned about the vertical."""
-    return xy @ np.array([[cos(yaw), sin(yaw)], [-sin(yaw), cos(yaw)]])
+    return xy.astype(np.float64) @ np.array([[cos(yaw), sin(yaw)], [-sin(yaw), cos(yaw)]])

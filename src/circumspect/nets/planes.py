@@ -48,10 +48,12 @@ class Shortcut(nn.Sequential):
         )
         self.row_stride = row_stride
 
-    def forward(self, features: Tensor) -> Tensor:
+    def forward(self, input: Tensor) -> Tensor:
         """Shorten the rows and change the channels."""
-        weight = self[1].weight.expand(-1, -1, -1, self.row_stride) / self.row_stride
-        return self[2](functional.conv2d(features, weight, stride=(1, self.row_stride)))
+        _, projection, norm = self
+        assert isinstance(projection, nn.Conv2d)
+        weight = projection.weight.expand(-1, -1, -1, self.row_stride) / self.row_stride
+        return norm(functional.conv2d(input, weight, stride=(1, self.row_stride)))
 
 
 class PlaneBlock(nn.Module):
@@ -199,9 +201,11 @@ class Planes(nn.Module):
 
     def _projected(self, *branches: Tensor) -> Tensor:
         """All channels and rows of an azimuth to `circle` features, without copying them first."""
+        projection = self.join[0]
+        assert isinstance(projection, nn.Conv1d)
         sizes = [found.shape[1] * found.shape[3] for found in branches]
         parts = []
-        for found, weight in zip(branches, self.join[0].weight.split(sizes, 1), strict=True):
+        for found, weight in zip(branches, torch.split(projection.weight, sizes, 1), strict=True):
             kernel = weight.reshape(len(weight), found.shape[1], 1, found.shape[3])
             parts.append(functional.conv2d(found, kernel).squeeze(3))
         return parts[0] + parts[1]
