@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.report import RESULTS, telling, write_page
 from circumspect.classification import OnnxClassifier, Prediction
-from circumspect.classification.onnx_classifier import FEWEST_POINTS
+from circumspect.classification.one_object import FEWEST_POINTS
 from circumspect.classification.shipped import MODELNET10
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.evaluation.markdown import table

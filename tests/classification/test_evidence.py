@@ -10,8 +10,8 @@ from circumspect.classification import (
     Prediction,
     cell_evidence,
 )
-from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.evidence import log_odds
+from circumspect.classification.model_description import ModelDescription
 from circumspect.classification.occlusion_blocks import occupied_blocks
 from circumspect.errors import GeometryError, InputError
 from circumspect.furniture import make_furniture
@@ -198,11 +198,11 @@ def test_a_rectangular_recipe_is_explained_as_well():
         """A chair by the cells in one corner."""
 
         def __init__(self):
-            self._classes = ("chair", "sofa")
-            self._recipe = GridRecipe(kind="rectangular", shape=(8, 8, 8))
-            self._temperature, self._outputs = 1.0, ["logits"]
-            self._outputs_classes, self._other = self._classes, None
-            self._open_set, self._unknown_beyond, self._rule = None, np.inf, ConfidenceRule()
+            recipe = GridRecipe(kind="rectangular", shape=(8, 8, 8))
+            self._outputs = ["logits"]
+            self._described = ModelDescription.from_dict(
+                {"classes": ["chair", "sofa"], "grid": recipe.to_dict()}
+            )
 
         def _means_over_views(self, inputs, contexts, *outputs):
             corner = inputs[:, 0, 0, :4, :4, :4].sum(axis=(1, 2, 3)).astype(float)

@@ -9,7 +9,8 @@ from circumspect.classification.example_table import (
     network_of,
     shipped_examples,
 )
-from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier
+from circumspect.classification.model_description import OBJECTS
+from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.classification.shipped import shipped_path
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.errors import InputError, WeightsError

@@ -5,7 +5,7 @@ import pytest
 
 from circumspect.classification import Classifier
 from circumspect.classification.confidence_rule import ConfidenceRule
-from circumspect.classification.onnx_classifier import FORMAT
+from circumspect.classification.model_description import FORMAT
 from circumspect.classification.shipped import shipped_path
 from circumspect.errors import WeightsError
 from circumspect.export.description import describe

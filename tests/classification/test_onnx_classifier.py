@@ -17,7 +17,8 @@ from circumspect.classification import (
     Prediction,
     recipe_from_dict,
 )
-from circumspect.classification.onnx_classifier import FEWEST_POINTS, METADATA_KEY
+from circumspect.classification.model_description import METADATA_KEY
+from circumspect.classification.one_object import FEWEST_POINTS
 from circumspect.classification.shipped import shipped_path
 from circumspect.classification.upright import classify_any_way_up
 from circumspect.datasets import open_data_set

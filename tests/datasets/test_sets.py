@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from small_set import small_set
 
-from circumspect.classification.onnx_classifier import OBJECTS
+from circumspect.classification.model_description import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet, open_data_set, validation_split
 from circumspect.datasets.fitted_objects import fitted_objects
 from circumspect.datasets.near_duplicates import near_duplicates

@@ -9,7 +9,7 @@ import torch
 from network_inputs import small_recipe, some_inputs, trained_looking
 
 from circumspect.classification import Classifier, GridRecipe, PointsRecipe, recipe_from_dict
-from circumspect.classification.onnx_classifier import METADATA_KEY
+from circumspect.classification.model_description import METADATA_KEY
 from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.export import export_onnx, onnx_export
 from circumspect.export.eight_bit import require_convolutions

@@ -11,7 +11,7 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 from circumspect.classification import Classifier
-from circumspect.classification.onnx_classifier import METADATA_KEY
+from circumspect.classification.model_description import METADATA_KEY
 
 HUGE = np.array([40_000, 100_000, 1])
 ANSWERS_NOTHING = [

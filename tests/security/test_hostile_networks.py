@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from circumspect.classification import Classifier, recipe_from_dict
-from circumspect.classification.onnx_classifier import METADATA_KEY
+from circumspect.classification.model_description import METADATA_KEY
 from circumspect.classification.onnx_inspection import MOST_MEMORY, require_plain_network
 from circumspect.classification.shipped import shipped_path
 from circumspect.errors import InputError, WeightsError

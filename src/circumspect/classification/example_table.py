@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier
+from circumspect.classification.model_description import OBJECTS
+from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.classification.shipped import SHIPPED, shipped_path
 from circumspect.errors import InputError, WeightsError
 from circumspect.geometry import PointCloud

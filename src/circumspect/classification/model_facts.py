@@ -9,7 +9,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from circumspect.classification.model_card import ModelCard, card_path
-from circumspect.classification.onnx_classifier import OBJECTS, OnnxClassifier
+from circumspect.classification.model_description import OBJECTS
+from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.classification.shipped import (
     DEFAULT,
     SHIPPED,

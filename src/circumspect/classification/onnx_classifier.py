@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections.abc import Callable, Mapping
@@ -16,34 +15,26 @@ from numpy.typing import ArrayLike, NDArray
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.context import contexts_of
-from circumspect.classification.floor_left import holds_floor
 from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.input_recipe import InputRecipe
-from circumspect.classification.onnx_inspection import (
-    LARGEST_FILE,
-    bound_memory,
-    require_plain_network,
+from circumspect.classification.model_description import ModelDescription
+from circumspect.classification.one_object import is_one_object
+from circumspect.classification.onnx_file import (
+    broken_description,
+    foreign_network,
+    open_session,
+    shipped_network,
 )
 from circumspect.classification.onnx_session import check_shapes, run_in_parts
 from circumspect.classification.open_set import OpenSetRule
 from circumspect.classification.plausible_size import require_plausible_size
 from circumspect.classification.prediction import Prediction
-from circumspect.classification.recipes import recipe_from_dict
-from circumspect.classification.shipped import shipped_name, shipped_path, unknown_model
-from circumspect.errors import CircumspectError, InputError, WeightsError, reason_of
+from circumspect.classification.shipped import shipped_name
+from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.geometry import PointCloud
 from circumspect.geometry.given_cloud import as_cloud
 from circumspect.grid import OccupancyGrid
 
-METADATA_KEY = "circumspect"
-FORMAT = 2
-"""Of what a file says of itself: 2 knows visibility, metric size, an open set and confidence."""
-OBJECTS = "objects"
-"""What a network's record of its training calls the names of those that it was fitted to."""
-MOST_THREADS = 1024
-FEWEST_POINTS = 128
-"""A cloud of fewer distinct ones is never `known` to a classifier that tells the unknown: three
-points are near enough to some training object, too; measured by `benchmarks.few_points`."""
 FEATURES = "features"
 """Name of the output that tells what the last layer sees …"""
 DISTANCE = "distance"
@@ -58,19 +49,7 @@ class OnnxClassifier(Classifier):
         self.description = description
         """What the file says of itself: name, classes, grid, temperature, training and, with its
         training objects, unknown_beyond."""
-        _require_known_format(description)
-        self._outputs_classes = _checked_classes(description)
-        self._other = _other_column(description, self._outputs_classes)
-        self._classes = tuple(
-            name for column, name in enumerate(self._outputs_classes) if column != self._other
-        )
-        self._recipe = recipe_from_dict(description["grid"])
-        self._temperature = checked_temperature(description.get("temperature", 1.0))
-        beyond = description.get("unknown_beyond")
-        self._unknown_beyond = np.inf if beyond is None else checked_distance(beyond)
-        open_set = description.get("open_set")
-        self._open_set = None if open_set is None else OpenSetRule.from_dict(open_set)
-        self._rule = ConfidenceRule.from_dict(description.get("confidence"))
+        self._described = ModelDescription.from_dict(description)
         self._outputs = [output.name for output in session.get_outputs()]
         self._loaded_with: tuple[str, int] | None = None
 
@@ -79,18 +58,13 @@ class OnnxClassifier(Classifier):
         """See `Classifier.load`."""
         name = shipped_name(model)
         if name is not None:
-            shipped = _open(_shipped(name), f"the classifier '{name}'", threads)
+            title = f"the classifier '{name}'"
+            shipped = _checked(*open_session(shipped_network(name), title, threads), title)
             shipped._loaded_with = (name, threads)
             return shipped
-        content = _read(model or "")
-        try:
-            require_plain_network(content)
-        except WeightsError as error:
-            raise WeightsError(
-                f"{model}: not an ONNX network that can be run ({error}); make one with "
-                "circumspect export"
-            ) from error
-        own = _open(content, str(model), threads, foreign=True)
+        title = str(model)
+        content = foreign_network(model or "")
+        own = _checked(*open_session(content, title, threads, foreign=True), title)
         # Absolute: never a shipped name, and the same file wherever it is loaded again.
         own._loaded_with = (str(Path(model or "").absolute()), threads)
         return own
@@ -109,27 +83,27 @@ class OnnxClassifier(Classifier):
         return OnnxClassifier.load, self._loaded_with
 
     def __repr__(self) -> str:
-        recipe = self._recipe
+        recipe = self.recipe
         shape = "x".join(map(str, recipe.input_shape)).removeprefix("1x")  # Of its only channel.
         views = f"{recipe.azimuth_views} view{'' if recipe.azimuth_views == 1 else 's'}"
         if isinstance(recipe, GridRecipe) and recipe.staggered:
             views = f"{recipe.azimuth_views} staggered views"
-        return f"OnnxClassifier({len(self._classes)} classes, {recipe.kind} {shape}, {views})"
+        return f"OnnxClassifier({len(self.classes)} classes, {recipe.kind} {shape}, {views})"
 
     @property
     def classes(self) -> tuple[str, ...]:
         """See `Classifier.classes`."""
-        return self._classes
+        return self._described.classes
 
     @property
     def recipe(self) -> InputRecipe:
         """See `Classifier.recipe`."""
-        return self._recipe
+        return self._described.recipe
 
     @property
     def temperature(self) -> float:
         """What the logits are divided by."""
-        return self._temperature
+        return self._described.temperature
 
     @property
     def training(self) -> Mapping[str, Any]:
@@ -148,18 +122,14 @@ class OnnxClassifier(Classifier):
         start, cloud = time.perf_counter(), as_cloud(cloud)
         if metric:
             require_plausible_size(cloud)
-        inputs = self._recipe.inputs(cloud)
-        bounds = self._recipe.bounds(cloud) if metric and self._recipe.metric else None
-        context = self._recipe.context(inputs[0], bounds)
+        inputs = self.recipe.inputs(cloud)
+        bounds = self.recipe.bounds(cloud) if metric and self.recipe.metric else None
+        context = self.recipe.context(inputs[0], bounds)
         times = {"grid": 1e3 * (time.perf_counter() - start)}
         prediction = self._prediction(inputs, context, times, coverage)
-        if self._tells_unknown and not _is_one_object(cloud.points_xyz):
+        if self._described.has_open_set and not is_one_object(cloud.points_xyz):
             return replace(prediction, in_distribution=False)
         return prediction
-
-    @property
-    def _tells_unknown(self) -> bool:
-        return self._open_set is not None or bool(np.isfinite(self._unknown_beyond))
 
     def classify_grid(
         self, *views: OccupancyGrid, metric: bool = False, coverage: float | None = None
@@ -173,8 +143,8 @@ class OnnxClassifier(Classifier):
                     f"a view is an OccupancyGrid, not a {type(grid).__name__}; of several: "
                     "classify_grid(*views), of bounds: classify_grid(bounds.hits(points))"
                 )
-            self._recipe.accepts(grid)
-        recipe = self._recipe
+            self.recipe.accepts(grid)
+        recipe = self.recipe
         inputs = np.stack([recipe.input_of(grid) for grid in views])
         context = recipe.context(inputs, views[0].grid if metric else None)
         return self._prediction(inputs[None], context, {}, coverage)
@@ -197,14 +167,14 @@ class OnnxClassifier(Classifier):
         probabilities, other = self._softmax(logits)
         times = {**milliseconds, "classify": 1e3 * (time.perf_counter() - start)}
         belongs = None
-        if self._open_set is not None:
-            belongs = float(self._open_set.probability(other[0], distance))
-            known = belongs >= self._open_set.threshold
+        if self._described.open_set is not None:
+            belongs = float(self._described.open_set.probability(other[0], distance))
+            known = belongs >= self._described.open_set.threshold
         else:
-            known = distance is None or distance <= self._unknown_beyond
+            known = distance is None or distance <= self._described.unknown_beyond
         return Prediction.from_probabilities(
-            self._classes, probabilities[0], times, in_distribution=known, distance=distance,
-            coverage=coverage, rule=self._rule, in_distribution_probability=belongs,
+            self.classes, probabilities[0], times, in_distribution=known, distance=distance,
+            coverage=coverage, rule=self._described.rule, in_distribution_probability=belongs,
         )  # fmt: skip
 
     def probabilities(
@@ -230,12 +200,13 @@ class OnnxClassifier(Classifier):
         scores = self._scores(logits)
         powers = np.exp(scores - scores.max(axis=1, keepdims=True))
         shares = powers / powers.sum(axis=1, keepdims=True)
-        if self._other is None:
+        other = self._described.other
+        if other is None:
             return shares, np.zeros(len(shares))
-        named = np.delete(powers, self._other, axis=1)
+        named = np.delete(powers, other, axis=1)
         # A row of nothing but "other" still has a nearest class.
         named = np.maximum(named, np.finfo(np.float64).tiny)
-        return named / named.sum(axis=1, keepdims=True), shares[:, self._other]
+        return named / named.sum(axis=1, keepdims=True), shares[:, other]
 
     def scores(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
@@ -250,8 +221,8 @@ class OnnxClassifier(Classifier):
             (n, c), averaged over views.
         """
         (logits,) = self._means_over_views(inputs, contexts, self._outputs[0])
-        scores = self._scores(logits)
-        return scores if self._other is None else np.delete(scores, self._other, axis=1)
+        scores, other = self._scores(logits), self._described.other
+        return scores if other is None else np.delete(scores, other, axis=1)
 
     def open_set_signs(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
@@ -271,24 +242,25 @@ class OnnxClassifier(Classifier):
         return self._softmax(logits)[1], _single(distances[0]) if distances else None
 
     def _scores(self, logits: NDArray[np.float64]) -> NDArray[np.float64]:
-        if logits.shape[1] != len(self._outputs_classes):
+        if logits.shape[1] != len(self._described.outputs):
             raise WeightsError(f"these weights give {logits.shape[1]} scores an input")
-        return logits / self._temperature
+        return logits / self._described.temperature
 
     @property
     def rule(self) -> ConfidenceRule:
         """The bounds that make an answer confident."""
-        return self._rule
+        return self._described.rule
 
     @property
     def open_set(self) -> OpenSetRule | None:
         """How objects of other kinds are recognised; None for files without such a model."""
-        return self._open_set
+        return self._described.open_set
 
     @property
     def other(self) -> str | None:
         """Name of the network's class of other things, which is never a label."""
-        return None if self._other is None else self._outputs_classes[self._other]
+        column = self._described.other
+        return None if column is None else self._described.outputs[column]
 
     def features(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
@@ -344,22 +316,11 @@ class OnnxClassifier(Classifier):
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None, *outputs: str
     ) -> list[NDArray[np.float64]]:
         count, views = inputs.shape[:2]
-        flat = inputs.reshape(count * views, *self._recipe.input_shape)
-        contexts = contexts_of(self._recipe, inputs, contexts)
+        flat = inputs.reshape(count * views, *self.recipe.input_shape)
+        contexts = contexts_of(self.recipe, inputs, contexts)
         repeated = None if contexts is None else np.repeat(contexts, views, axis=0)
         found = run_in_parts(self._session, flat, outputs, repeated)
         return [one.reshape(count, views, -1).mean(axis=1, dtype=np.float64) for one in found]
-
-
-def _is_one_object(points: NDArray[np.float64]) -> bool:
-    """Whether there is enough of it, and no floor beneath."""
-    return _are_distinct(points, FEWEST_POINTS) and not holds_floor(points)
-
-
-def _are_distinct(points: NDArray[np.float64], fewest: int) -> bool:
-    """Whether so many of them lie in different places."""
-    # Of large clouds the first points tell, unless they are repeated.
-    return any(len(np.unique(part, axis=0)) >= fewest for part in (points[: 8 * fewest], points))
 
 
 def _single(distances: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -368,123 +329,12 @@ def _single(distances: NDArray[np.float64]) -> NDArray[np.float64]:
     return distances[:, 0]
 
 
-def _require_known_format(description: Any) -> None:
-    """That a file is not of a later version than this program."""
-    number = description.get("format", 1) if isinstance(description, dict) else 1
-    if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-        raise WeightsError(f"its input format is {number!r:.20}, not a whole number")
-    if number > FORMAT:
-        raise WeightsError(
-            f"its input format is {number}, this version reads up to {FORMAT}; update circumspect"
-        )
-
-
-def _other_column(description: dict[str, Any], classes: tuple[str, ...]) -> int | None:
-    """The output that stands for other things."""
-    other = description.get("other")
-    if other is None:
-        return None
-    if other not in classes or len(classes) < 2:
-        raise WeightsError(f"its class of other things, {other!r:.40}, is none of its classes")
-    return classes.index(other)
-
-
-def _checked_classes(description: Any) -> tuple[str, ...]:
-    if not isinstance(description, dict):
-        raise WeightsError("its description is no object")
-    classes = description["classes"]
-    names = isinstance(classes, list) and all(isinstance(name, str) for name in classes)
-    if not names or not all(0 < len(name) <= 200 and name.isprintable() for name in classes):
-        raise WeightsError("its classes are not names")
-    if not classes or len(set(classes)) != len(classes):
-        raise WeightsError(f"its classes are not distinct: {', '.join(classes)[:200]}")
-    return tuple(classes)
-
-
-def checked_temperature(value: Any) -> float:
-    """A divisor of logits.
-
-    Raises:
-        InputError: Not a positive finite number.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < np.inf:
-        raise InputError(f"the temperature must be a positive number, not {value!r}")
-    return float(value)
-
-
-def _read(model: str | os.PathLike[str]) -> bytes:
-    path = Path(model)
+def _checked(session: Any, description: dict[str, Any], name: str) -> OnnxClassifier:
+    """The classifier, if the network takes and gives what is described."""
     try:
-        if not os.fspath(model):
-            raise FileNotFoundError
-        if path.is_dir():
-            raise WeightsError(
-                f"{path}: is a folder; where a network was trained in it, circumspect export "
-                "makes the ONNX file that is needed here"
-            )
-        if path.exists() and not path.is_file():
-            raise WeightsError(f"{path}: can not be read (not a regular file)")
-        if path.is_file() and path.stat().st_size > LARGEST_FILE:
-            raise WeightsError(f"{path}: larger than {LARGEST_FILE >> 20} MiB; no network here is")
-        return path.read_bytes()
-    except FileNotFoundError as error:
-        raise unknown_model(model) from error
-    except OSError as error:
-        raise WeightsError(f"{path}: can not be read ({reason_of(error)})") from error
-
-
-def checked_distance(value: Any) -> float:
-    """A distance from the nearest training object beyond which an object is called unknown.
-
-    Raises:
-        InputError: Not within 0 … 2.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 2:
-        raise InputError(f"the distance of the unknown must lie in 0 … 2, not {value!r}")
-    return float(value)
-
-
-def _shipped(name: str) -> bytes:
-    try:
-        return shipped_path(name).read_bytes()
-    except OSError as error:
-        raise WeightsError(
-            f"the shipped classifier '{name}' is missing; install circumspect again"
-        ) from error
-
-
-def _open(content: bytes, name: str, threads: int, foreign: bool = False) -> OnnxClassifier:
-    import onnxruntime
-
-    if not 0 <= threads <= MOST_THREADS:
-        raise InputError(f"threads must be 0 (all cores) to {MOST_THREADS}, not {threads}")
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
-    # Threads that wait would keep the cores from the stages before and after.
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    options.log_severity_level = 4
-    if foreign:
-        bound_memory()
-        options.add_session_config_entry("session.use_env_allocators", "1")
-    try:
-        session = onnxruntime.InferenceSession(content, options, ["CPUExecutionProvider"])
-    # ONNX Runtime's faults share no base class of their own.
-    except Exception as error:
-        raise WeightsError(
-            f"{name}: not an ONNX network; make one with circumspect export"
-        ) from error
-    try:
-        text = session.get_modelmeta().custom_metadata_map.get(METADATA_KEY)
-    except UnicodeDecodeError as error:
-        raise WeightsError(f"{name}: its description is no text; export it anew") from error
-    if text is None:
-        raise WeightsError(f"{name}: an ONNX network of another program; use circumspect export")
-    try:
-        classifier = OnnxClassifier(session, json.loads(text))
+        classifier = OnnxClassifier(session, description)
     except (ValueError, KeyError, TypeError, RecursionError, CircumspectError) as error:
-        raise WeightsError(
-            f"{name}: its description is broken ({error}); export it anew"
-        ) from error
+        raise broken_description(name, error) from error
     try:
         check_shapes(
             session, classifier.recipe.input_shape,

@@ -107,7 +107,7 @@ def held_back_objects(
     """
     import numpy as np
 
-    from circumspect.classification.onnx_classifier import OBJECTS
+    from circumspect.classification.model_description import OBJECTS
     from circumspect.cli.progress import progress_bar
     from circumspect.datasets import open_data_set
     from circumspect.datasets.catalogue import read_catalogue

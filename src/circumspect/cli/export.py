@@ -63,7 +63,7 @@ class Export:
 
     def run(self) -> int:
         """Export, and add the training objects where asked for."""
-        from circumspect.classification.onnx_classifier import (
+        from circumspect.classification.model_description import (
             checked_distance,
             checked_temperature,
         )

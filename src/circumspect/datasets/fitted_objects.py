@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification.onnx_classifier import OBJECTS
+from circumspect.classification.model_description import OBJECTS
 from circumspect.datasets.gathered_set import scanned_name
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.validation_split import validation_split

@@ -10,7 +10,7 @@ from typing import Any
 import onnx
 
 from circumspect.classification import Classifier, InputRecipe
-from circumspect.classification.onnx_classifier import METADATA_KEY, checked_temperature
+from circumspect.classification.model_description import METADATA_KEY, checked_temperature
 from circumspect.storage import atomic_path
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import onnx
 
 from circumspect.classification import Classifier
-from circumspect.classification.onnx_classifier import OBJECTS
+from circumspect.classification.model_description import OBJECTS
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.fitted_objects import fitted_objects
 from circumspect.export.description import describe

@@ -16,7 +16,7 @@ from torch import Tensor, nn
 
 from circumspect.classification import GridRecipe, InputRecipe, PointsRecipe
 from circumspect.classification.context import WIDTH
-from circumspect.classification.onnx_classifier import FORMAT, OBJECTS, checked_temperature
+from circumspect.classification.model_description import FORMAT, OBJECTS, checked_temperature
 from circumspect.datasets.training_objects import OTHER
 from circumspect.errors import CircumspectError, InputError
 from circumspect.export.description import describe

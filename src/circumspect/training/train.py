@@ -17,7 +17,7 @@ from torch.nn import functional
 from torch.optim.swa_utils import AveragedModel
 
 from circumspect.classification import GridRecipe, InputRecipe
-from circumspect.classification.onnx_classifier import OBJECTS
+from circumspect.classification.model_description import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.training_objects import TrainingObjects
 from circumspect.errors import InputError

@@ -1,0 +1,133 @@
+"""What the file of a classifier says of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from circumspect.classification.confidence_rule import ConfidenceRule
+from circumspect.classification.input_recipe import InputRecipe
+from circumspect.classification.open_set import OpenSetRule
+from circumspect.classification.recipes import recipe_from_dict
+from circumspect.errors import InputError, WeightsError
+
+METADATA_KEY = "circumspect"
+"""Of the metadata of an ONNX file; the value is JSON."""
+FORMAT = 2
+"""Of the description: 2 knows visibility, metric size, an open set and confidence."""
+OBJECTS = "objects"
+"""What a network's record of its training calls the names of those that it was fitted to."""
+
+
+@dataclass(frozen=True)
+class ModelDescription:
+    """What a classifier needs to know of its network.
+
+    Attributes:
+        outputs: What the columns of the logits stand for.
+        other: The column of other things, which is never a label; None without one.
+        recipe: What the network is shown.
+        temperature: Divides the logits.
+        unknown_beyond: Distance from the nearest training object beyond which an object is out of
+            distribution; infinite where the file has none.
+        open_set: How objects of other kinds are recognised, where the file knows.
+        rule: The bounds that make an answer confident.
+    """
+
+    outputs: tuple[str, ...]
+    other: int | None
+    recipe: InputRecipe
+    temperature: float
+    unknown_beyond: float
+    open_set: OpenSetRule | None
+    rule: ConfidenceRule
+
+    @classmethod
+    def from_dict(cls, description: Mapping[str, Any]) -> ModelDescription:
+        """Read what `export` and `calibrate` wrote.
+
+        Raises:
+            WeightsError: The file is of a later version, or its classes are broken.
+            InputError: A value is out of range.
+            KeyError: An entry is missing.
+        """
+        _require_known_format(description)
+        outputs = _checked_classes(description)
+        beyond, open_set = description.get("unknown_beyond"), description.get("open_set")
+        return cls(
+            outputs,
+            _other_column(description, outputs),
+            recipe_from_dict(description["grid"]),
+            checked_temperature(description.get("temperature", 1.0)),
+            np.inf if beyond is None else checked_distance(beyond),
+            None if open_set is None else OpenSetRule.from_dict(open_set),
+            ConfidenceRule.from_dict(description.get("confidence")),
+        )
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """What an object can be named, in the order of the logits."""
+        return tuple(name for column, name in enumerate(self.outputs) if column != self.other)
+
+    @property
+    def has_open_set(self) -> bool:
+        """Whether it tells objects of other kinds apart."""
+        return self.open_set is not None or bool(np.isfinite(self.unknown_beyond))
+
+
+def _require_known_format(description: Any) -> None:
+    """That a file is not of a later version than this program."""
+    number = description.get("format", 1) if isinstance(description, dict) else 1
+    if isinstance(number, bool) or not isinstance(number, int) or number < 1:
+        raise WeightsError(f"its input format is {number!r:.20}, not a whole number")
+    if number > FORMAT:
+        raise WeightsError(
+            f"its input format is {number}, this version reads up to {FORMAT}; update circumspect"
+        )
+
+
+def _other_column(description: dict[str, Any], classes: tuple[str, ...]) -> int | None:
+    """The output that stands for other things."""
+    other = description.get("other")
+    if other is None:
+        return None
+    if other not in classes or len(classes) < 2:
+        raise WeightsError(f"its class of other things, {other!r:.40}, is none of its classes")
+    return classes.index(other)
+
+
+def _checked_classes(description: Any) -> tuple[str, ...]:
+    if not isinstance(description, dict):
+        raise WeightsError("its description is no object")
+    classes = description["classes"]
+    names = isinstance(classes, list) and all(isinstance(name, str) for name in classes)
+    if not names or not all(0 < len(name) <= 200 and name.isprintable() for name in classes):
+        raise WeightsError("its classes are not names")
+    if not classes or len(set(classes)) != len(classes):
+        raise WeightsError(f"its classes are not distinct: {', '.join(classes)[:200]}")
+    return tuple(classes)
+
+
+def checked_temperature(value: Any) -> float:
+    """A divisor of logits.
+
+    Raises:
+        InputError: Not a positive finite number.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < np.inf:
+        raise InputError(f"the temperature must be a positive number, not {value!r}")
+    return float(value)
+
+
+def checked_distance(value: Any) -> float:
+    """A distance from the nearest training object beyond which an object is called unknown.
+
+    Raises:
+        InputError: Not within 0 … 2.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 2:
+        raise InputError(f"the distance of the unknown must lie in 0 … 2, not {value!r}")
+    return float(value)
