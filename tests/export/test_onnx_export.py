@@ -11,7 +11,8 @@ from network_inputs import small_recipe, some_inputs, trained_looking
 from circumspect.classification import Classifier, GridRecipe, PointsRecipe, recipe_from_dict
 from circumspect.classification.model_description import METADATA_KEY
 from circumspect.errors import CircumspectError, InputError, WeightsError
-from circumspect.export import export_onnx, onnx_export
+from circumspect.export import export_onnx
+from circumspect.export import fidelity as fidelity_module
 from circumspect.export.eight_bit import require_convolutions
 from circumspect.export.features import write_with_features
 from circumspect.export.shown import Shown
@@ -88,7 +89,7 @@ def test_loads_as_a_classifier(exported):
 
 
 def test_a_file_that_answers_otherwise_is_not_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(onnx_export, "TOLERANCE", 0.0)
+    monkeypatch.setattr(fidelity_module, "TOLERANCE", 0.0)
     with pytest.raises(CircumspectError, match="not kept"):
         export_onnx([checkpoint("planes")], tmp_path / "net.onnx")
     assert list(tmp_path.iterdir()) == []
@@ -131,7 +132,7 @@ def in_eight_bits(tmp_path_factory):
     original = checkpoint("planes")
     with pytest.MonkeyPatch.context() as patch:
         # A net that has learnt nothing is unsure of everything.
-        patch.setattr(onnx_export, "AGREEMENT", 0.8)
+        patch.setattr(fidelity_module, "AGREEMENT", 0.8)
         fidelity = export_onnx([original], path, 2, 1.5, calibration=Shown(some_grids(128)))
     return original, path, fidelity
 
@@ -164,7 +165,7 @@ def test_eight_bits_keep_the_circle_closed(in_eight_bits):
 
 
 def test_networks_of_points_go_into_eight_bits_too(tmp_path, monkeypatch):
-    monkeypatch.setattr(onnx_export, "AGREEMENT", 0.0)
+    monkeypatch.setattr(fidelity_module, "AGREEMENT", 0.0)
     original, path = checkpoint("deeppano"), tmp_path / "fast.onnx"
     export_onnx([original], path, calibration=Shown(some_inputs(original.recipe, 8).numpy()))
     kinds = {node.op_type for node in onnx.load(path).graph.node}
@@ -191,7 +192,7 @@ def test_what_has_convolutions_is_known_before_the_conversion(exported):
 
 
 def test_eight_bits_that_change_labels_are_not_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(onnx_export, "AGREEMENT", 1.1)
+    monkeypatch.setattr(fidelity_module, "AGREEMENT", 1.1)
     with pytest.raises(CircumspectError, match="keep their label"):
         export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=Shown(some_grids(8)))
     with pytest.raises(InputError, match="two grids"):
