@@ -19,7 +19,7 @@ from circumspect.furniture import make_furniture
 from circumspect.grid.occupancy_grid import FREE
 from circumspect.nets import Checkpoint
 from circumspect.training import TrainingSettings, train
-from circumspect.training.scan_data import ScanSamples
+from circumspect.training.scan_samples import ScanSamples
 
 CLASSES = ("chair", "dresser")
 SETTINGS = TrainingSettings(

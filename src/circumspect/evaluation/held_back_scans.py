@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,12 +13,18 @@ from numpy.typing import NDArray
 from circumspect.classification import GridRecipe
 from circumspect.classification.context import VISIBILITY_KNOWN
 from circumspect.datasets.object_caster import ObjectCaster
-from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation
+from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation, SimulatedScan
 from circumspect.datasets.scanned_inputs import azimuth_coverage, chance_of
 from circumspect.datasets.training_objects import TrainingObjects
+from circumspect.datasets.worker_pool import worker_pool
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid
 from circumspect.grid.occupancy_grid import OCCUPIED
+
+CHUNK = 8
+"""Objects a job."""
+_Row = tuple[NDArray[Any], Any, float, str]
+"""Views, context, coverage and label of a scan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,36 +80,73 @@ def held_back_scans(
     Raises:
         MissingExtraError: Embree is not installed.
     """
-    rows: list[tuple[NDArray[Any], NDArray[Any] | None, str, float]] = []
+    how = _Scanning(augmentation, recipe, scans, seed, 3 if keep_all else FEWEST)
+    rows: list[_Row] = []
     done, total = 0, sum(map(len, sources))
-    for objects in sources:
-        for index in range(len(objects)):
-            caster, name = ObjectCaster(objects.mesh(index)), str(objects.names[index])
-            for number in range(scans):
-                chance = chance_of(seed, name, number)
-                scan = augmentation.scan(caster, chance, objects.size_factors(index))
-                if len(scan.points_xyz) < (3 if keep_all else FEWEST):
-                    continue
-                cloud = PointCloud(scan.points_xyz.astype(np.float64))
-                bounds = recipe.bounds(cloud)
-                grids = recipe.all_bounds(bounds)
-                found = [grid.hits(cloud) for grid in grids]
-                coverage = np.nan
-                if len(scan.ends_xyz):
-                    passed = np.zeros(len(scan.ends_xyz), bool)
-                    origins, ends = scan.origins_xyz, scan.ends_xyz
-                    traced = [grid.trace(origins, ends, passed) for grid in grids]
-                    found = [a.merged(b) for a, b in zip(found, traced, strict=True)]
-                    assert isinstance(bounds, CylindricalGrid)
-                    coverage = azimuth_coverage(scan.views_xyz, bounds.centre_xyz)
-                inputs = np.stack([recipe.input_of(grid) for grid in found])
-                context = recipe.context(inputs, bounds)
-                rows.append((inputs, context, str(objects.labels[index]), coverage))
-            done += 1
+    with worker_pool(os.cpu_count() or 1, _begin_worker, list(sources), how) as pool:
+        jobs = [
+            pool.submit(_scanned, number, range(start, min(start + CHUNK, len(objects))))
+            for number, objects in enumerate(sources)
+            for start in range(0, len(objects), CHUNK)
+        ]
+        for job in jobs:
+            objects, found = job.result()
+            rows += found
+            done += objects
             if progress:
                 progress(done, total)
-    inputs, contexts, labels, coverages = zip(*rows, strict=True)
+    inputs, contexts, coverages, labels = zip(*rows, strict=True)
     return HeldBackScans(
         np.stack(inputs), np.array(contexts, np.float32), np.array(labels, np.str_),
         np.array(coverages),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Scanning:
+    """What all scans share; those of fewer points than `fewest` are left out."""
+
+    augmentation: ScanAugmentation
+    recipe: GridRecipe
+    scans: int
+    seed: int
+    fewest: int
+
+
+_SHARED: list[tuple[list[TrainingObjects], _Scanning]] = []
+"""What a worker scans: given once, not with every job."""
+
+
+def _begin_worker(sources: list[TrainingObjects], how: _Scanning) -> None:
+    _SHARED[:] = [(sources, how)]
+
+
+def _scanned(source: int, chosen: range) -> tuple[int, list[_Row]]:
+    """How many objects were scanned, and their scans."""
+    sources, how = _SHARED[0]
+    objects, rows = sources[source], []
+    for index in chosen:
+        caster, name = ObjectCaster(objects.mesh(index)), str(objects.names[index])
+        for number in range(how.scans):
+            chance = chance_of(how.seed, name, number)
+            scan = how.augmentation.scan(caster, chance, objects.size_factors(index))
+            if len(scan.points_xyz) >= how.fewest:
+                rows.append((*_shown(scan, how.recipe), str(objects.labels[index])))
+    return len(chosen), rows
+
+
+def _shown(scan: SimulatedScan, recipe: GridRecipe) -> tuple[NDArray[Any], Any, float]:
+    """All views of a scan, its context and its coverage."""
+    cloud = PointCloud(scan.points_xyz.astype(np.float64))
+    bounds = recipe.bounds(cloud)
+    grids = recipe.all_bounds(bounds)
+    found = [grid.hits(cloud) for grid in grids]
+    coverage = np.nan
+    if len(scan.ends_xyz):
+        passed = np.zeros(len(scan.ends_xyz), bool)
+        traced = [grid.trace(scan.origins_xyz, scan.ends_xyz, passed) for grid in grids]
+        found = [a.merged(b) for a, b in zip(found, traced, strict=True)]
+        assert isinstance(bounds, CylindricalGrid)
+        coverage = azimuth_coverage(scan.views_xyz, bounds.centre_xyz)
+    inputs = np.stack([recipe.input_of(grid) for grid in found])
+    return inputs, recipe.context(inputs, bounds), coverage
