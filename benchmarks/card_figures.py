@@ -38,7 +38,8 @@ def modelnet10_card() -> ModelCard:
 def robot_card() -> ModelCard:
     """The figures of `robot`."""
     _, found = _result("real_objects/metrics.json")
-    return ModelCard(found["sha256"], (*_real_objects(), *_turned(found["sha256"])))
+    sha256 = found["sha256"]
+    return ModelCard(sha256, (*_real_objects(), *_left_out_rooms(sha256), *_turned(sha256)))
 
 
 CARDS: dict[str, Callable[[], ModelCard]] = {MODELNET10: modelnet10_card, ROBOT: robot_card}
@@ -96,6 +97,24 @@ def _real_objects() -> tuple[CardFigure, ...]:
         ),
     ]  # fmt: skip
     return tuple(figures)
+
+
+def _left_out_rooms(sha256: str) -> tuple[CardFigure, ...]:
+    """What confidence is worth in rooms that it was not fitted to, where that was measured."""
+    source, found = _result("left_out_rooms.json")
+    if found["sha256"] != sha256:
+        return ()
+    answers, known = int(found["confident"]), int(found["known"])
+    every = f"real objects of the ten classes, {known}; each room judged without it"
+    return (
+        CardFigure(
+            "confident answers", answers / known, SHARE, every, found["command"], source
+        ),
+        CardFigure(
+            "accuracy of confident answers", found["correct_confident"] / answers, SHARE, every,
+            found["command"], source,
+        ),
+    )  # fmt: skip
 
 
 def _turned(sha256: str) -> tuple[CardFigure, ...]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from benchmarks.report import RESULTS, write_page
 from circumspect.classification import Classifier, GridRecipe, OnnxClassifier
+from circumspect.classification.model_facts import ModelFacts
 from circumspect.cli.calibrate import held_back_objects, scan_augmentation
 from circumspect.datasets.labelled_crops import read_labelled_crops
 from circumspect.datasets.training_objects import OTHER
@@ -51,7 +52,7 @@ def main() -> int:
         "Confidence in rooms left out",
         command,
         page_text(figures),
-        figures,
+        {**figures, "sha256": ModelFacts.load(given.model).sha256},
         given.out,
     )
     return 0
