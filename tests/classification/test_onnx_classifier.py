@@ -264,8 +264,8 @@ def test_views_are_turned_by_fractions_of_a_cell():
 
 def test_real_objects_are_named_whatever_their_yaw(classifier, data_folder):
     """Objects that the network was trained on: this shows that nothing broke on the way."""
-    objects = open_data_set(data_folder / "modelnet10", "validation")
-    chosen = objects.subset(np.arange(0, len(objects), 12))
+    objects = open_data_set(data_folder / "modelnet10", "train")
+    chosen = objects.subset(np.arange(0, len(objects), 80))
     grids = np.stack(
         [classifier.recipe.grids(chosen.cloud(i), [0.0, 1.234]) for i in range(len(chosen))]
     )

@@ -123,7 +123,7 @@ def test_a_committee_in_eight_bits_is_evaluated_like_any_weights(
     trained, data, tmp_path, capsys, monkeypatch
 ):
     # Two epochs on forty pieces leave a net that is sure of nothing.
-    monkeypatch.setattr("circumspect.export.onnx_export.AGREEMENT", 0.5)
+    monkeypatch.setattr("circumspect.export.fidelity.AGREEMENT", 0.5)
     words = ("export", trained, tmp_path / "fast.onnx", "--committee", trained, "--int8", data)
     assert run(*words) == 0
     assert "same label for" in capsys.readouterr().out

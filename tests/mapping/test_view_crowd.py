@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
@@ -38,6 +38,7 @@ def test_at_the_robot_s_own_pace_every_view_is_wanted() -> None:
         assert all(crowd.admits(at(0.025 * step)) for step in range(200))
 
 
+@settings(max_examples=20)
 @given(st.floats(0.0002, 0.002))
 def test_between_the_views_of_a_slow_camera_there_are_no_gaps(step: float) -> None:
     crowd = ViewCrowd()

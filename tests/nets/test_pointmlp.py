@@ -15,6 +15,7 @@ from network_inputs import trained_looking
 from circumspect.classification import PointsRecipe
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud
+from circumspect.nets import NETS, build_net
 from circumspect.nets.pointmlp import NEIGHBOURS, PointMLP, Stage, chosen, nearest, spread
 
 SEEDS = st.integers(0, 2**20)
@@ -100,6 +101,12 @@ def test_logits_of_any_number_of_points():
     net = trained_looking("pointmlp")
     for count in (8 * NEIGHBOURS, 512, 1024):
         assert net(drawn(1, 2, count, 3)).shape == (2, 3)
+
+
+def test_it_is_as_large_as_its_paper_says():
+    """PointMLP-elite: 0.68 M weights for forty classes."""
+    net = build_net("pointmlp", 40, NETS["pointmlp"].recipe)
+    assert 0.65e6 < sum(weight.numel() for weight in net.parameters()) < 0.75e6
 
 
 def test_the_order_of_points_within_a_sample_does_not_matter():

@@ -58,7 +58,7 @@ def test_other_things_are_many_and_named():
 def test_every_class_is_left_out_once(tmp_path, monkeypatch):
     def run(how=QUICK, watched=None):
         return reproduce_unknown(
-            three_kinds(60, 0), three_kinds(12, 1), how, tmp_path / "out", watched or Watched(),
+            three_kinds(30, 0), three_kinds(12, 1), how, tmp_path / "out", watched or Watched(),
             GridCache(tmp_path / "grids"),
         )  # fmt: skip
 
