@@ -50,7 +50,7 @@ ros2: $(VENV)/installed-ros2  ## names what a ROS 2 robot's depth camera sees
 	$(BIN)/circumspect ros2 --driver $(DRIVER)
 
 test: $(VENV)/installed-test  ## all tests
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist loadgroup
 
 lint: $(VENV)/installed-test  ## style, types and import floors
 	$(BIN)/ruff check .

@@ -10,7 +10,7 @@ BEAMS_AND_BOARDS = ((2.0, 0.3, 0.1), (0.3, 0.2, 2.0))
 """Sizes of the flat and the tall kind; these differ along x and y."""
 
 
-def two_kinds(count=48, points=300, seed=0, classes=("plate", "post"), sizes=PLATES_AND_POSTS):
+def two_kinds(count=32, points=300, seed=0, classes=("plate", "post"), sizes=PLATES_AND_POSTS):
     """Boxes full of points, flat and tall ones in turn."""
     cube = np.random.default_rng(seed).random((count, points, 3)) - 0.5
     labels = np.arange(count, dtype=np.int64) % 2

@@ -19,6 +19,8 @@ from circumspect.export.shown import Shown
 from circumspect.furniture import make_furniture
 from circumspect.nets import NETS, Checkpoint
 
+pytestmark = pytest.mark.xdist_group("onnx_export")
+"""One process for all: each conversion takes seconds, and they are shared."""
 CLASSES = ("bed", "chair", "table")
 
 

@@ -57,14 +57,14 @@ def export_onnx(
     _require_same_task(members)
     if calibration is not None:
         require_convolutions(members)
+        if len(calibration.inputs) < 2:
+            raise InputError("eight bits need two grids or more to be measured on")
     recipe = members[0].recipe.with_views(azimuth_views, staggered)
     description = _description(members, recipe, temperature)
     net = taking_stored_inputs(_joined(members), recipe)
     probe = random_inputs(recipe) if calibration is None else calibration.every_second(1)
     network = as_onnx(net, random_inputs(recipe), recipe)
     if calibration is not None:
-        if len(calibration.inputs) < 2:
-            raise InputError("eight bits need two grids or more to be measured on")
         network = in_eight_bits(network, calibration.every_second(0).arrays)
     describe(network, description)
     onnx.checker.check_model(network)
