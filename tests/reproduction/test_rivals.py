@@ -11,16 +11,18 @@ import pytest
 from experiment_watcher import Watched
 from little_furniture import furniture
 from matplotlib.image import imread
+from network_inputs import trained_looking
 
 from circumspect.datasets import GridCache
 from circumspect.datasets.corruption import CORRUPTIONS
 from circumspect.errors import InputError
 from circumspect.evaluation.yaw_sweep import spread_yaws
-from circumspect.nets import NETS
-from circumspect.reproduction import Comparison, reproduce_rivals, reproduce_robustness
+from circumspect.export import export_onnx
+from circumspect.nets import NETS, Checkpoint
+from circumspect.reproduction import Comparison, reproduce_rivals, reproduce_robustness, rivals
 from circumspect.reproduction.contender import Contender
 from circumspect.reproduction.contenders import ALL_ROWS, RIVALS
-from circumspect.reproduction.rivals import WHOLE_DEG, _file_name
+from circumspect.reproduction.rivals import WHOLE_DEG, _file_name, _in_onnx
 from circumspect.reproduction.stages import done_once
 
 QUICK = Comparison(nets=("voxnet", "pointnet"), epochs=1, yaw_count=3)
@@ -101,6 +103,26 @@ def test_single_rows_are_run_and_the_table_holds_what_is_finished(tmp_path):
         InputError, match=r"voxnet(-random-yaw)?/training: .* other settings\.epochs"
     ):
         run(tmp_path, how=replace(how, only=("voxnet",), epochs=2))
+
+
+def test_networks_are_converted_once_and_again_where_the_file_is_gone(tmp_path, monkeypatch):
+    calls, weights = [], tmp_path / "best.safetensors"
+
+    def noted(members, path):
+        calls.append(path.name)
+        return export_onnx(members, path)
+
+    monkeypatch.setattr(rivals, "export_onnx", noted)
+    net = trained_looking("voxnet", classes=2)
+    recipe = NETS["voxnet"].recipe
+    Checkpoint("voxnet", ("plate", "post"), recipe, net.state_dict()).save(weights)
+    (tmp_path / "voxnet").mkdir()
+    for _ in range(2):
+        assert _in_onnx("voxnet", weights, tmp_path).classes == ("plate", "post")
+    assert calls == ["net.onnx"]
+    (tmp_path / "voxnet" / "net.onnx").unlink()
+    assert _in_onnx("voxnet", weights, tmp_path).classes == ("plate", "post")
+    assert len(calls) == 2
 
 
 def check_robustness(out):

@@ -33,6 +33,7 @@ from circumspect.reproduction.contenders import (
     trained_contenders,
 )
 from circumspect.reproduction.stages import (
+    RESULT,
     done_once,
     file_digest,
     is_measured,
@@ -42,6 +43,7 @@ from circumspect.reproduction.stages import (
 )
 from circumspect.reproduction.training_record import training_table
 from circumspect.reproduction.watched import Watched
+from circumspect.storage import write_json
 
 WHOLE_DEG = (45.0, 90.0, 135.0)
 """Whole cells of a 32nd of a turn: to what wraps all of them look the same."""
@@ -211,10 +213,18 @@ def _file_name(text: str) -> str:
 
 
 def _in_onnx(net: str, weights: Path, folder: Path) -> OnnxClassifier:
-    path = weights
-    if net != OURS:
-        path = folder / net / "net.onnx"
+    """Converted once, which takes a while for what is large; again where the file is gone."""
+    if net == OURS:
+        return Classifier.load(weights, threads=1)
+    path, stage = folder / net / "net.onnx", folder / net / "converted"
+
+    def convert() -> str:
         export_onnx([Checkpoint.load(weights)], path)
+        return file_digest(path)
+
+    converted = done_once(stage, {"weights": file_digest(weights)}, convert, str)
+    if not path.is_file() or file_digest(path) != converted:
+        write_json(stage / RESULT, convert())
     return Classifier.load(path, threads=1)
 
 
