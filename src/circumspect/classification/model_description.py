@@ -89,7 +89,7 @@ def _require_known_format(description: Any) -> None:
         )
 
 
-def _other_column(description: dict[str, Any], classes: tuple[str, ...]) -> int | None:
+def _other_column(description: Mapping[str, Any], classes: tuple[str, ...]) -> int | None:
     """The output that stands for other things."""
     other = description.get("other")
     if other is None:
