@@ -104,14 +104,15 @@ def _left_out_rooms(sha256: str) -> tuple[CardFigure, ...]:
     source, found = _result("left_out_rooms.json")
     if found["sha256"] != sha256:
         return ()
-    answers, known = int(found["confident"]), int(found["known"])
-    every = f"real objects of the ten classes, {known}; each room judged without it"
+    confident = int(found["confident"] + found["confident_other"])
+    objects = int(found["known"] + found["other"])
+    every = f"real objects of all kinds, {objects}; each room judged without it"
     return (
         CardFigure(
-            "confident answers", answers / known, SHARE, every, found["command"], source
+            "confident answers", confident / objects, SHARE, every, found["command"], source
         ),
         CardFigure(
-            "accuracy of confident answers", found["correct_confident"] / answers, SHARE, every,
+            "accuracy of confident answers", found["correct_confident"] / confident, SHARE, every,
             found["command"], source,
         ),
     )  # fmt: skip

@@ -114,6 +114,7 @@ def test_other_optimizers_and_inputs_resume_as_well(tmp_path, net, recipe):
         ("voxnet", GridRecipe("rectangular", (16, 16, 16))),
         ("pointnet", PointsRecipe(128)),
         ("voxelnet", PointsRecipe(512, surface=True)),
+        ("pointmlp", PointsRecipe(192, farthest_first=True)),
     ],
 )
 def test_every_kind_of_network_learns(tmp_path, net, recipe):

@@ -1,4 +1,4 @@
-"""What the file of a classifier says of itself."""
+"""The metadata of a classifier's ONNX file."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from circumspect.classification.recipes import recipe_from_dict
 from circumspect.errors import InputError, WeightsError
 
 METADATA_KEY = "circumspect"
-"""Of the metadata of an ONNX file; the value is JSON."""
+"""Key of the description in the metadata of an ONNX file; the value is JSON."""
 FORMAT = 2
-"""Of the description: 2 knows visibility, metric size, an open set and confidence."""
+"""Version of the description. Version 2 added visibility, metric size, open set and confidence."""
 OBJECTS = "objects"
-"""What a network's record of its training calls the names of those that it was fitted to."""
+"""Key of the names of the training objects in a network's record of its training."""
 
 
 @dataclass(frozen=True)
 class ModelDescription:
-    """What a classifier needs to know of its network.
+    """Classes, input, calibration and confidence of a classifier's network.
 
     Attributes:
         outputs: What the columns of the logits stand for.
         other: The column of other things, which is never a label; None without one.
-        recipe: What the network is shown.
+        recipe: The input of the network.
         temperature: Divides the logits.
         unknown_beyond: Distance from the nearest training object beyond which an object is out of
             distribution; infinite where the file has none.
-        open_set: How objects of other kinds are recognised, where the file knows.
+        open_set: The model that separates objects of other kinds; None where the file has none.
         rule: The bounds that make an answer confident.
     """
 
@@ -69,17 +69,17 @@ class ModelDescription:
 
     @property
     def classes(self) -> tuple[str, ...]:
-        """What an object can be named, in the order of the logits."""
+        """The labels, in the order of the logits."""
         return tuple(name for column, name in enumerate(self.outputs) if column != self.other)
 
     @property
     def has_open_set(self) -> bool:
-        """Whether it tells objects of other kinds apart."""
+        """Whether it can report an object as out of distribution."""
         return self.open_set is not None or bool(np.isfinite(self.unknown_beyond))
 
 
 def _require_known_format(description: Any) -> None:
-    """That a file is not of a later version than this program."""
+    """Refuse files of a later version than this program."""
     number = description.get("format", 1) if isinstance(description, dict) else 1
     if isinstance(number, bool) or not isinstance(number, int) or number < 1:
         raise WeightsError(f"its input format is {number!r:.20}, not a whole number")

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from circumspect.classification.floor_left import holds_floor
 
 FEWEST_POINTS = 128
-"""A cloud of fewer distinct ones is never in distribution to a classifier that has an open set:
-three points are near enough to some training object, too; measured by `benchmarks.few_points`."""
+"""Distinct points below which a classifier with an open set never reports `in_distribution`.
+Measured by `benchmarks.few_points`: three points are near to some training object, too."""
 
 
 def is_one_object(points: NDArray[np.float64]) -> bool:
-    """Whether there is enough of it, and no floor beneath.
+    """Whether a cloud has enough distinct points and no floor beneath.
 
     Args:
         points: (n, 3).
@@ -23,5 +23,5 @@ def is_one_object(points: NDArray[np.float64]) -> bool:
 
 def _are_distinct(points: NDArray[np.float64], fewest: int) -> bool:
     """Whether so many of them lie in different places."""
-    # Of large clouds the first points tell, unless they are repeated.
+    # The first points of a large cloud are enough, unless they are repeated.
     return any(len(np.unique(part, axis=0)) >= fewest for part in (points[: 8 * fewest], points))

@@ -31,7 +31,7 @@ class SegmentationErrors:
 
     Attributes:
         floor_cut: Below this height nothing is the object [m].
-        leak_px: Pixels by which the object's pixels grow over their neighbours.
+        leak_px: Width [px] of the border of neighbouring pixels that is added to the object.
         box: Lowest and highest corner [m] of a box whose whole content is taken; None for none.
         plane: Normal, and the share of the points on its near side, which are kept.
         merged: Corners [m] of a box within which other furniture is taken for the object.

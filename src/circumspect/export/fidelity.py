@@ -18,9 +18,9 @@ from circumspect.export.shown import Shown
 from circumspect.grid.occupancy_grid import FREE, OCCUPIED
 
 TOLERANCE = 1e-4
-"""Logits in floating point, see `Fidelity`."""
+"""Largest difference of the logits in floating point; see `Fidelity`."""
 AGREEMENT = 0.985
-"""Labels in eight bits; the others are those that the network itself is unsure of."""
+"""Share of the labels that must stay the same in eight bits; see `Fidelity`."""
 
 
 @dataclass(frozen=True)

@@ -69,9 +69,9 @@ def export_onnx(
     describe(network, description)
     onnx.checker.check_model(network)
     add_features(network)
-    with atomic_path(path) as aside:
-        onnx.save(network, aside, "protobuf")
-        fidelity = fidelity_of(net, aside, probe)
+    with atomic_path(path) as temporary:
+        onnx.save(network, temporary, "protobuf")
+        fidelity = fidelity_of(net, temporary, probe)
         require_faithful(path, fidelity, eight_bits=calibration is not None)
     return fidelity
 

@@ -59,8 +59,8 @@ def scan_data(
     _require_known_classes(catalogues, classes)
     training, held_back = _divided(objects, catalogues, settings)
 
-    def scanned(of: TrainingObjects, scans: int, seed: int, told: Progress) -> ScannedInputs:
-        return scanned_inputs(of, settings.scan, scans, seed, recipe, cache, told)
+    def scanned(of: TrainingObjects, scans: int, seed: int, report: Progress) -> ScannedInputs:
+        return scanned_inputs(of, settings.scan, scans, seed, recipe, cache, report)
 
     sources = _scans_to_train_on(training, settings.seed, scanned, progress)
     examiner = None
@@ -108,9 +108,9 @@ def _scans_to_train_on(
     sources = []
     for at, (of, scans, share) in enumerate(training):
 
-        def told(done: int, count: int, at: int = at) -> None:
+        def report(done: int, count: int, at: int = at) -> None:
             # One bar for all sources.
             progress(at * count + done, len(training) * count)
 
-        sources.append((scanned(of, scans, seed, told), of, share))
+        sources.append((scanned(of, scans, seed, report), of, share))
     return sources

@@ -105,16 +105,15 @@ def train(
         require_turnable(settings.net)
     claim_folder(folder, run_config(settings, recipe, objects, catalogues))
     run = _prepare(objects, catalogues, settings, recipe, cache or GridCache(), observer)
-    examiner = run.data.examiner
     history = _resumed(run, folder)
     log = RunLog(folder, history) if run.accelerator.is_main_process else None
     end = settings.epochs if stop_after is None else min(stop_after, settings.epochs)
     for epoch in range(len(history), end):
         row = _train_epoch(run, epoch, observer)
         _require_finite_weights(run, epoch)
-        if examiner:
+        if run.data.examiner:
             with _precise(run):
-                row |= examiner.examine(run.averaged.module)
+                row |= run.data.examiner.examine(run.averaged.module)
         if log:
             kept = run.data.held_back < FEWEST_TO_CHOOSE or _is_best(row, log.history)
             # First, so that a network without a state is known to be of a cut first epoch.
