@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import gc
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -235,6 +236,21 @@ def test_a_large_model_is_the_same_and_its_sketch_is_near_it(
     grid = CylindricalGrid.fit(cloud)
     fine, few = large.occupancy(grid).states, sketch.occupancy(grid).states
     assert (fine == few).mean() > 0.97
+
+
+def test_a_sketch_of_a_model_of_many_rays_has_fewer_and_the_same_surface(
+    exact: ObjectModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    most = len(exact.rays) // 3
+    monkeypatch.setattr(object_model, "MOST_RAYS", most)
+    sketch = replace(exact).sketch
+    assert most / 2 < len(sketch.rays) <= most
+    np.testing.assert_array_equal(sketch.cloud().points_xyz, exact.cloud().points_xyz)
+    grid = CylindricalGrid.fit(exact.cloud())
+    few, all_of_them = sketch.occupancy(grid), exact.occupancy(grid)
+    np.testing.assert_array_equal(few.occupied, all_of_them.occupied)
+    assert not ((few.states == FREE) & (all_of_them.states != FREE)).any()
+    assert (few.states == FREE).sum() > 0.85 * (all_of_them.states == FREE).sum()
 
 
 def test_the_grid_is_occupied_by_the_surface_and_free_beside_it(exact: ObjectModel) -> None:

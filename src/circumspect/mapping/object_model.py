@@ -23,7 +23,9 @@ from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 from circumspect.sensing import RgbdFrame
 
 LARGE = 40_000
-"""A model of more voxels than these is looked at as a sketch while frames come."""
+"""While frames come, a model of more voxels than these is looked at in voxels of twice the side …"""
+MOST_RAYS = 30_000
+"""… and at most so many of its rays are: a quarter of a chair's, which still pass 96 % of its free cells."""
 WAITING = 60_000
 """So many rows of a large model's frames wait for being added to its sums at once."""
 
@@ -87,21 +89,25 @@ class ObjectModel:
 
     @property
     def sketch(self) -> ObjectModel:
-        """Itself; of a large model one of voxels of twice the side and a quarter of the rays.
+        """Itself; of a large model one of voxels of twice the side, of many rays one of fewer.
 
-        What is told after every frame must not take longer the larger the object is.
+        What is reported after every frame must not take longer the larger the object is.
         """
-        return self if self.coarse is None else self._sketch
+        is_small = self.coarse is None and len(self.rays) <= MOST_RAYS
+        return self if is_small else self._sketch
 
     @cached_property
     def _sketch(self) -> ObjectModel:
         # Never the model itself: one that holds itself waits for the cycle collector, and thereby
         # hundreds of megabytes of models that are past.
+        rays = self.rays.at_most(MOST_RAYS)
+        if self.coarse is None:
+            return replace(self, rays=rays)
         return replace(
             self,
             voxel=2 * (self.voxel or 0.0),
             base=self.coarse,
-            rays=self.rays.thinned(4),
+            rays=rays,
             coarse=None,
             waiting=(),
         )

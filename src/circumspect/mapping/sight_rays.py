@@ -41,8 +41,11 @@ class SightRays:
     def __len__(self) -> int:
         return len(self.keys)
 
-    def thinned(self, every: int) -> SightRays:
-        """One of so many of the rays."""
+    def at_most(self, count: int) -> SightRays:
+        """Themselves, or evenly chosen ones of them where they are more."""
+        every = -(-len(self) // count)
+        if every <= 1:
+            return self
         return SightRays(
             self.keys[::every].copy(),
             self.origins_xyz[::every].copy(),
