@@ -23,9 +23,10 @@ from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 from circumspect.sensing import RgbdFrame
 
 LARGE = 40_000
-"""While frames come, a model of more voxels than these is looked at in voxels of twice the side …"""
+"""While frames come, a model of more voxels is looked at in voxels of twice the side …"""
 MOST_RAYS = 30_000
-"""… and at most so many of its rays are: a quarter of a chair's, which still pass 96 % of its free cells."""
+"""… and at most so many of its rays are: a quarter of a chair's still pass 96 % of its free
+cells."""
 WAITING = 60_000
 """So many rows of a large model's frames wait for being added to its sums at once."""
 
