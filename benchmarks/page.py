@@ -34,7 +34,7 @@ SECTIONS = (
     "real_objects/report", "left_out_rooms", "committees", "unknown", "scans", "scan_answers",
     "point_surfaces", "faults", "calibration", "scan_memory", "redkitchen_registration",
     "redkitchen", "recording", "large_bags", "ros_wire", "dashboard", "intelligent_space",
-    "training_speed",
+    "training_speed", "augmentation_speed",
 )  # fmt: skip
 """Results in the order of the page; those that are not there yet are left out."""
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")

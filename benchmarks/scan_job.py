@@ -34,8 +34,6 @@ PLANNERS = {
     "circle": CirclePlanner,
     "confidence": ConfidencePlanner,
 }
-SHARES = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
-"""Coverages at which answers on the way are kept."""
 SLIP = 0.05
 ROOM = RoomSettings(slip=SLIP)
 
@@ -117,7 +115,6 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         "ended": parts.scan.ended,
         "distance_m": parts.scan.driven_m,
         **settled(result, log),
-        "on_the_way": on_the_way(result),
         **error.summary(),
         **trust(live.told, parts.witness.trajectory)._asdict(),
         "missing": list(error.missing),
@@ -151,17 +148,6 @@ def told(result: RecognitionResult) -> dict[str, Any]:
         "outcomes": dict(Counter(step.outcome for step in result.steps)),
         "gates": dict(gates),
     }
-
-
-def on_the_way(result: RecognitionResult) -> dict[str, tuple[str, float, bool]]:
-    """The first answer from each coverage on: label, probability, in distribution."""
-    answered = [(step.coverage, step.prediction) for step in result.steps]
-    found = {}
-    for share in SHARES:
-        later = (told for coverage, told in answered if told is not None and coverage >= share)
-        if (first := next(later, None)) is not None:
-            found[f"{share:g}"] = (first.label, first.probability, first.in_distribution)
-    return found
 
 
 def settled(result: RecognitionResult, log: JourneyLog) -> dict[str, float | None]:

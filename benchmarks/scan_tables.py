@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from benchmarks.complete_clouds import complete_answers
 from benchmarks.provenance import made_by
 from benchmarks.report import machine
-from benchmarks.scan_job import SHARES
 from circumspect.evaluation.markdown import table
 from circumspect.storage import atomic_open, write_json
 
@@ -22,8 +21,6 @@ Record = dict[str, Any]
 LIMITS = {"ate_mm": 10.0, "yaw_deg": 0.5, "ratio": 0.2, "chamfer_mm": 6.0, "completeness": 0.9}
 """What is wanted; a figure that misses its limit is bold."""
 SPREAD = ("median", "p95", "worst")
-PROBABLE = 0.9
-"""Answers of at least this probability are counted apart."""
 SLOW = 300
 """A frame that takes longer [ms] is one at which the robot waits."""
 
@@ -35,12 +32,9 @@ def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path
         by_suite[record["suite"]].append(record)
     document: dict[str, Any] = {"command": command, "machine": machine()}
     parts = [f"# Scans\n\n`{command}`; what the figures mean: [scans](../../docs/scans.md)\n"]
-    # Scans of older versions do not tell their answers on the way.
-    by_suite["on the way"] = [r for r in by_suite["furniture"] if "on_the_way" in r]
     by_suite["paths of planners"] = by_suite["planners"]
     makers: tuple[tuple[str, str, Callable[[list[Record]], tuple[str, Any]]], ...] = (
         ("furniture", "Trajectory and shape", trajectory_and_shape),
-        ("on the way", "Answers on the way", on_the_way),
         ("planners", "Distance driven", distances),
         ("paths of planners", "Trajectory and shape by planner", by_planner),
         ("modelnet", "Answers on ModelNet10's test objects", partial(answers, data=data)),
@@ -170,52 +164,29 @@ def _errors(some: list[Record]) -> dict[str, Any]:
     }
 
 
-def on_the_way(found: list[Record]) -> tuple[str, Any]:
-    """How often answers are correct, by coverage."""
-    rows, figures = [], {}
-    for share in map("{:g}".format, SHARES):
-        some = [
-            (*r["on_the_way"][share], r["true_label"]) for r in found if share in r["on_the_way"]
-        ]
-        correct = [label == truth for label, _, _, truth in some]
-        probable = [label == truth for label, p, known, truth in some if known and p >= PROBABLE]
-        f = figures[share] = {
-            "scans": len(some),
-            "correct": float(np.mean(correct)) if some else None,
-            "probability": float(np.mean([p for _, p, _, _ in some])) if some else None,
-            "probable": len(probable),
-            "incorrect_of_probable": len(probable) - sum(probable),
-        }
-        if some:
-            rows.append([
-                f"{100 * float(share):g} %", str(len(some)), f"{f['correct']:.2f}",
-                f"{f['probability']:.2f}", str(len(probable)), str(f["incorrect_of_probable"]),
-            ])  # fmt: skip
-    head = [
-        "coverage", "scans", "correct", "mean probability",
-        f"in distribution, at least {PROBABLE:g}", "incorrect of these",
-    ]  # fmt: skip
-    note = "Furniture: the first answer from this coverage on.\n\n"
-    return note + table(head, rows), figures
-
-
 def distances(found: list[Record]) -> tuple[str, Any]:
     """How far each planner drove, and after how far the final answer stood."""
     rows, figures = [], {}
     for name, some in _grouped(found, "planner").items():
         ended = [r for r in some if r.get("settled_m") is not None]
+        sure = [r for r in some if r.get("confident")]
         f = figures[name] = {
             "scans": len(some),
             "settled_m": _spread(r["settled_m"] for r in ended),
             "driven_m": _spread(r["distance_m"] for r in ended),
-            "correct": sum(r["label"] == r.get("true_label") for r in some),
+            "correct": sum(map(_is_correct, some)),
+            "confident": len(sure),
+            "confident_correct": sum(map(_is_correct, sure)),
         }
         rows.append([
             name, str(f["scans"]), f"{f['settled_m']['median']:.1f} ({f['settled_m']['p95']:.1f})",
             f"{f['driven_m']['median']:.1f} ({f['driven_m']['p95']:.1f})",
-            f"{f['correct']}/{f['scans']}",
+            f"{f['correct']}/{f['scans']}", f"{f['confident_correct']}/{f['confident']}",
         ])  # fmt: skip
-    head = ["planner", "scans", "answer stands after [m]", "driven in all [m]", "correct"]
+    head = [
+        "planner", "scans", "answer stands after [m]", "driven in all [m]", "correct",
+        "correct of confident",
+    ]  # fmt: skip
     return "Median (95th percentile).\n\n" + table(head, rows), figures
 
 
@@ -295,6 +266,10 @@ def _while_sure(figures: dict[str, Any]) -> str:
     if np.isnan(sigmas["median"]):
         return millimetres
     return f"{millimetres}; {sigmas['median']:.1f} ({sigmas['worst']:.1f}) σ"
+
+
+def _is_correct(record: Record) -> bool:
+    return record["label"] == record.get("true_label")
 
 
 def _correct(some: list[Record]) -> float:

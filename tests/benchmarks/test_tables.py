@@ -75,20 +75,6 @@ def test_the_time_of_the_worst_frame_is_told(tmp_path: Path) -> None:
     assert row.endswith(f"| {slowest:.1f} |")
 
 
-def test_answers_on_the_way_are_counted_by_coverage(tmp_path: Path) -> None:
-    found = [record for record in committed("scans.jsonl") if record["suite"] == "furniture"][:3]
-    told = [("desk", 0.95, True), ("desk", 0.95, False), (found[2]["true_label"], 0.5, True)]
-    early = [
-        {**record, "on_the_way": {"0.25": answer}}
-        for record, answer in zip(found, told, strict=True)
-    ]
-    assert all(record["true_label"] != "desk" for record in found[:2])
-    text = tables("scans", tmp_path, early, "--tables")
-    (row,) = [line for line in text.splitlines() if line.startswith("| 25 % |")]
-    assert row == "| 25 % | 3 | 0.33 | 0.80 | 1 | 1 |"
-    assert "| 50 % |" not in text
-
-
 def test_all_furniture_is_told_as_one_scan_too(tmp_path: Path) -> None:
     some = [r for r in committed("scans.jsonl") if r["suite"] == "furniture"][:2]
     errors = {"ate_rmse_m": 0.003, "ate_odometry_rmse_m": 0.1, "yaw_rmse_deg": 0.6}
