@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -126,20 +127,17 @@ def asked(
 def write(rows: list[dict[str, Any]], command: str, out: Path) -> None:
     """The table and the rows."""
     lines = []
-    for suite in ("furniture", "modelnet", "all"):
-        for place in PLACES:
-            of = [
-                row for row in rows
-                if row["place"] == place and suite in (row["suite"], "all")
-            ]  # fmt: skip
-            if not of:
-                continue
-            right = [row["label"] == row["true_label"] for row in of]
-            sure = [ok for ok, row in zip(right, of, strict=True) if row["confident"]]
-            share = "end" if place == "end" else f"{float(place):.0%}"
-            lines.append(
-                [suite, share, len(of), f"{np.mean(right):.3f}", len(sure), sure.count(False)]
-            )
+    for suite, place in product(("furniture", "modelnet", "all"), PLACES):
+        of = [row for row in rows if row["place"] == place and suite in (row["suite"], "all")]
+        if not of:
+            continue
+        right = [row["label"] == row["true_label"] for row in of]
+        sure = [ok for ok, row in zip(right, of, strict=True) if row["confident"]]
+        share = "end" if place == "end" else f"{float(place):.0%}"
+        lines.append(
+            [suite, share, str(len(of)), f"{np.mean(right):.3f}", str(len(sure)),
+             str(sure.count(False))]
+        )  # fmt: skip
     head = ["scans", "coverage", "objects", "accuracy", "confident", "of these wrong"]
     text = f"# Answers during simulated scans\n\n`{command}`\n\n{table(head, lines)}\n"
     with atomic_open(out / "scan_answers.md") as stream:
