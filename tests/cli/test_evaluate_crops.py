@@ -201,3 +201,14 @@ def test_without_matplotlib_the_report_is_written(rooms, tmp_path, capsys, monke
         capsys.readouterr().err
     )
     assert "![" not in (tmp_path / "report.md").read_text()
+
+
+@pytest.mark.parametrize("label", ["unknown", "armchair"])
+def test_labels_that_say_nothing_are_refused_before_the_work(label, tmp_path, capsys):
+    arrays = arrays_of([crop("chair", 1)], [label], ["hall"])
+    crops, out = write_crops(tmp_path / "rooms.npz", arrays), tmp_path / "out"
+    assert run("evaluate", "--data", crops, "--out", out) == 2
+    told = capsys.readouterr().err
+    assert f"({label})" in told
+    assert told.count("\n") == 1
+    assert not out.exists()

@@ -241,7 +241,7 @@ class TestSkippedPieces:
             skipped_code(tmp_path, piece(2, model="big.obj"), models=models) == SkipCode.TOO_LARGE
         )
 
-    @pytest.mark.parametrize("damage", ["checksum", "encrypted", "packing"])
+    @pytest.mark.parametrize("damage", ["encrypted", "packing"])
     def test_members_that_can_not_be_unpacked(self, tmp_path, damage):
         path = write_sh3f(
             tmp_path / "test.sh3f", piece(1) + piece(2, model="/bad.obj"),
@@ -249,9 +249,7 @@ class TestSkippedPieces:
         )  # fmt: skip
         content = bytearray(path.read_bytes())
         entry = content.rindex(b"PK\x01\x02")  # Of bad.obj, the last in the directory.
-        if damage == "checksum":
-            content[entry + 16] ^= 1
-        elif damage == "encrypted":
+        if damage == "encrypted":
             content[entry + 8] |= 1
         else:
             content[entry + 10 : entry + 12] = struct.pack("<H", 14)
@@ -259,6 +257,15 @@ class TestSkippedPieces:
         imported = import_sweethome3d(path)
         assert len(imported.entries) == 1
         assert [skipped.code for skipped in imported.skipped] == [SkipCode.BROKEN_MODEL]
+
+    def test_a_broken_model_in_an_intact_zip_is_skipped(self, tmp_path):
+        inner = bytearray(zipped(a__obj=CHAIR))
+        inner[inner.rindex(b"PK\x01\x02") + 16] ^= 1
+        models = {"folder/chair.obj": CHAIR, "bad.zip": bytes(inner)}
+        assert (
+            skipped_code(tmp_path, piece(2, model="/bad.zip"), models=models)
+            == SkipCode.BROKEN_MODEL
+        )
 
     def test_texts_are_cut_and_can_not_command_a_terminal(self, tmp_path):
         imported = one(tmp_path, piece(name="Chair\\u001b[2J" + "x" * 5000))
@@ -310,6 +317,19 @@ class TestRefusals:
         path.write_bytes(content)
         with pytest.raises(InputError, match=rf"a\.sh3f: {PROPERTIES} is broken"):
             import_sweethome3d(path)
+
+    def test_a_damaged_model_ends_the_import(self, tmp_path):
+        path = write_sh3f(
+            tmp_path / "a.sh3f",
+            piece(1) + piece(2, model="/bad.obj"),
+            models={"folder/chair.obj": CHAIR, "bad.obj": CHAIR + "# bad"},
+        )
+        content = bytearray(path.read_bytes())
+        content[content.rindex(b"PK\x01\x02") + 16] ^= 1  # The checksum of bad.obj.
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=r"a\.sh3f: is damaged \(Bad CRC") as error:
+            import_sweethome3d(path)
+        assert "\n" not in str(error.value)
 
     def test_no_usable_model(self, tmp_path):
         with pytest.raises(

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from experiment_watcher import Watched
 from hypothesis import given
 from hypothesis import strategies as st
+from little_furniture import furniture
 from made_crops import arrays_of, crop, other_crop, write_crops
 from two_kinds import ByHeight
 
 from circumspect.cli.main import main
 from circumspect.datasets.label_meaning import LabelUse
+from circumspect.datasets.point_pack import write_point_pack
 from circumspect.errors import InputError
 from circumspect.evaluation.crop_answers import CropAnswer
-from circumspect.reproduction import RealObjects, reproduce_real
+from circumspect.reproduction import RealObjects, real, reproduce_real
 from circumspect.reproduction.paired_comparison import compared_to_first, leave_one_room_out
 from circumspect.reproduction.real import named_contenders
 
@@ -234,10 +237,48 @@ def test_the_command_compares_the_shipped_classifier_with_a_copy(tmp_path, capsy
     assert document["contenders"]["copy"]["open_set"]["measure"] == "in_distribution_probability"
 
 
+def test_a_rival_is_trained_on_scans_and_compared(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(real, "REPLICAS", 1)
+    monkeypatch.setenv("CIRCUMSPECT_CACHE", str(tmp_path / "cache"))
+    data, out = tmp_path / "packs", tmp_path / "out"
+    data.mkdir()
+    write_point_pack(data / "train.npz", furniture(2, 0))
+    clouds = [crop("chair", 1), crop("sofa", 2)]
+    crops = write_crops(tmp_path / "rooms.npz", arrays_of(clouds, ["chair", "sofa"], ["a", "b"]))
+    words = ("reproduce", "real", "--crops", crops, "--nets", "voxnet", "--data", data)
+    assert main([*map(str, words), "--epochs", "1", "--out", str(out), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert list(document["contenders"]) == ["robot", "voxnet"]
+    assert document["command"] == (
+        "circumspect reproduce real --crops rooms.npz --nets voxnet --data packs --epochs 1 "
+        "--precision fp32 --seed 0"
+    )
+    assert (out / "voxnet" / "training" / "epochs.csv").exists()
+
+
+def test_shipped_classifiers_stand_by_name_in_the_command():
+    how = RealObjects(contenders=named_contenders(["modelnet10", "mine=modelnet10", "own.onnx"]))
+    assert how.command_on([Path("rooms.npz")]).endswith(
+        "--contenders modelnet10 mine=modelnet10 own=own.onnx"
+    )
+
+
+def test_labels_that_say_nothing_are_refused_before_the_work(loaded):
+    arrays = arrays_of([crop("chair", 1)], ["unknown"], ["hall"])
+    crops, watched = write_crops(loaded / "nothing.npz", arrays), Watched()
+    how = RealObjects(contenders=contenders(loaded, "good"))
+    with pytest.raises(InputError, match=r"no label .* says what the answer should be \(unknown"):
+        reproduce_real([crops], how, loaded / "out", watched)
+    assert watched.steps == []
+
+
 @pytest.mark.parametrize(
     ("words", "why"),
     [
         (("real",), "real needs --crops"),
+        (("real", "--crops", "x.npz", "--nets", "voxnet"), "--nets of real needs --data"),
+        (("real", "--crops", "x.npz", "--nets", "voxne", "--data", "y"), "did you mean voxnet?"),
+        (("real", "--crops", "x.npz", "--only", "voxnet"), "--only does not go with real"),
         (("real", "--crops", "x.npz", "--robot", "y"), "--robot does not go with real"),
         (("real", "--crops", "x.npz", "--contenders", "own="), "give NAME=FILE"),
         (("real", "--crops", "none.npz"), "none.npz: does not exist"),

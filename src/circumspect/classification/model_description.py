@@ -22,6 +22,10 @@ OBJECTS = "objects"
 """Key of the names of the training objects in a network's record of its training."""
 
 
+class LaterFormatError(WeightsError):
+    """A file of a later version: nothing is wrong with it."""
+
+
 @dataclass(frozen=True)
 class ModelDescription:
     """Classes, input, calibration and confidence of a classifier's network.
@@ -50,7 +54,8 @@ class ModelDescription:
         """Read what `export` and `calibrate` wrote.
 
         Raises:
-            WeightsError: The file is of a later version, or its classes are broken.
+            LaterFormatError: The file is of a later version.
+            WeightsError: Its classes are broken.
             InputError: A value is out of range.
             KeyError: An entry is missing.
         """
@@ -82,10 +87,10 @@ def _require_known_format(description: Any) -> None:
     """Refuse files of a later version than this program."""
     number = description.get("format", 1) if isinstance(description, dict) else 1
     if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-        raise WeightsError(f"its input format is {number!r:.20}, not a whole number")
+        raise WeightsError(f"its input format is {number!r:.20}, not 1 to {FORMAT}")
     if number > FORMAT:
-        raise WeightsError(
-            f"its input format is {number}, this version reads up to {FORMAT}; update circumspect"
+        raise LaterFormatError(
+            f"input format {number}; this version reads up to {FORMAT}; update circumspect"
         )
 
 

@@ -17,7 +17,7 @@ from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.context import contexts_of
 from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.input_recipe import InputRecipe
-from circumspect.classification.model_description import ModelDescription
+from circumspect.classification.model_description import LaterFormatError, ModelDescription
 from circumspect.classification.one_object import is_one_object
 from circumspect.classification.onnx_file import (
     broken_description,
@@ -333,6 +333,8 @@ def _checked(session: Any, description: dict[str, Any], name: str) -> OnnxClassi
     """The classifier, if the network takes and gives what is described."""
     try:
         classifier = OnnxClassifier(session, description)
+    except LaterFormatError as error:
+        raise WeightsError(f"{name}: {error}") from error
     except (ValueError, KeyError, TypeError, RecursionError, CircumspectError) as error:
         raise broken_description(name, error) from error
     try:

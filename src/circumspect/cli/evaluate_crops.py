@@ -56,17 +56,18 @@ def evaluate_crops(
         Exit code.
 
     Raises:
-        InputError: A file is broken, or an object can not be classified.
+        InputError: A file is broken, no label can be judged, or an object can not be classified.
         OutputError: The results can not be written.
     """
     from circumspect.cli.progress import progress_bar
-    from circumspect.datasets.crop_sources import read_crop_sources
+    from circumspect.datasets.crop_sources import read_crop_sources, require_usable_labels
     from circumspect.evaluation.crop_answers import answer_crops
     from circumspect.evaluation.crop_evaluation import draw_crop_results, write_crop_results
     from circumspect.evaluation.crop_metrics import crop_metrics
     from circumspect.storage import write_json
 
     sources = read_crop_sources(paths)
+    require_usable_labels(sources.values(), predictor.classes)
     head = {
         "circumspect": __version__,
         **identity,

@@ -43,6 +43,7 @@ class Reproduce:
     $ circumspect reproduce rivals --data ModelNet10 --only pointmlp
     $ circumspect reproduce unknown --data ModelNet10 --yaw-count 8
     $ circumspect reproduce real --crops objects.npz --contenders own=own.onnx
+    $ circumspect reproduce real --crops objects.npz --nets voxnet --data ModelNet10
     """
 
     what: tyro.conf.Positional[Literal["table2", "rivals", "robustness", "unknown", "real"]]
@@ -67,7 +68,8 @@ class Reproduce:
     whose trainings it shares."""
     nets: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NET")] = ()
     """Of rivals and robustness: these rows beside ours, NET or NET-random-yaw for one that is
-    trained on objects turned at random about the vertical; without it those of WHAT."""
+    trained on objects turned at random about the vertical; without it those of WHAT. Of real:
+    networks to train on simulated scans of --data, none without it."""
     only: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NET")] = ()
     """Of rivals and robustness: train and measure these rows now (circumspect is ours); the table
     holds them and every other row that is finished."""
@@ -141,8 +143,10 @@ class Reproduce:
 
     def _real_objects(self) -> int:
         """Compare classifiers on real objects."""
-        if misplaced := given_flags(self, "robot", "yaw_count"):
+        if misplaced := given_flags(self, "robot", "yaw_count", "only"):
             raise InputError(f"{misplaced[0]} does not go with real")
+        if self.nets and self.data is None:
+            raise InputError("--nets of real needs --data, the CAD data to train on")
         if not self.crops:
             raise InputError("real needs --crops: files of labelled real objects")
         try:
@@ -153,7 +157,7 @@ class Reproduce:
         from circumspect.reproduction.real import named_contenders
 
         how = experiments.RealObjects(
-            **{"nets": (), **self._flags()}, contenders=named_contenders(self.contenders),
+            **self._flags(), contenders=named_contenders(self.contenders),
             scale=self.scale, data=self.data, catalogues=self.catalogue,
         )  # fmt: skip
         out = self.out or Path("runs") / self.what
@@ -172,10 +176,13 @@ class Reproduce:
         flags["epochs"], flags["epochs_of"] = _of_networks("epochs", self.epochs, _epochs)
         every, flags["precision_of"] = _of_networks("precision", self.precision, _precision)
         flags["precision"] = every or "fp32"
-        if self.what in COMPARISONS:
+        # Twice the same name is the same row.
+        nets = tuple(dict.fromkeys(self.nets))
+        if self.what == "real":
+            flags["nets"] = nets
+        elif self.what in COMPARISONS:
             flags["only"] = self.only
-            # Twice the same name is the same row.
-            if nets := tuple(dict.fromkeys(self.nets)):
+            if nets:
                 flags["nets"] = nets
             elif self.what == "robustness":
                 flags["nets"] = RIVALS

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from circumspect.datasets.label_meaning import LabelUse, meaning_of
 from circumspect.datasets.labelled_crops import LabelledCrops, read_labelled_crops
-from circumspect.errors import InputError
+from circumspect.errors import InputError, printable
 
 
 def read_crop_sources(paths: Sequence[Path]) -> dict[str, LabelledCrops]:
@@ -34,6 +35,25 @@ def read_crop_sources(paths: Sequence[Path]) -> dict[str, LabelledCrops]:
         name: read_labelled_crops(path)
         for name, path in zip(_short_names(paths), paths, strict=True)
     }
+
+
+def require_usable_labels(files: Iterable[LabelledCrops], classes: Sequence[str]) -> None:
+    """Check that an answer to one object at least can be correct or wrong.
+
+    Args:
+        files: Of labelled crops.
+        classes: Of the classifier.
+
+    Raises:
+        InputError: All labels are ambiguous or say nothing.
+    """
+    labels = {label for crops in files for label in crops.labels.tolist()}
+    if all(meaning_of(label, classes).use is LabelUse.LEFT_OUT for label in labels):
+        some = ", ".join(printable(label) for label in sorted(labels)[:3])
+        raise InputError(
+            f"no label of the real objects says what the answer should be ({some}); "
+            "docs/real-objects.md lists ambiguous labels"
+        )
 
 
 def _short_names(paths: Sequence[Path]) -> list[str]:

@@ -41,7 +41,9 @@ UNSOUND = (
     zipfile.BadZipFile, zlib.error, struct.error, EOFError, RuntimeError, ValueError,
     OverflowError,
 )  # fmt: skip
-"""What broken and encrypted archives raise."""
+"""What broken and encrypted archives raise …"""
+DAMAGED = (zipfile.BadZipFile, zlib.error, EOFError)
+"""… and those of them that no longer hold what was packed."""
 
 _KEY = re.compile(r"(name|category|model|width|depth|height|modelRotation|creator|license)#(\d+)")
 
@@ -143,7 +145,7 @@ class Models:
 
         Raises:
             PieceError: It is missing, broken or too large, or of another format.
-            InputError: The disk fails.
+            InputError: The catalogue is damaged, or the disk fails.
         """
         outer, _, inner = model.partition("!")
         try:
@@ -151,6 +153,8 @@ class Models:
                 return _nested(_member(self._archive, outer), outer, inner.lstrip("/"))
             _require_obj(model)
             return _member(self._archive, model)
+        except DAMAGED as error:
+            raise InputError(f"{self._path}: is damaged ({error}); get the file again") from error
         except OSError as error:
             raise InputError(f"{self._path}: can not be read ({reason_of(error)})") from error
 
@@ -253,7 +257,7 @@ def _properties(archive: zipfile.ZipFile) -> bytes:
 def _unpacked(archive: zipfile.ZipFile, item: zipfile.ZipInfo) -> bytes:
     """No more bytes than the archive announces; other ways to pack take memory without bounds."""
     if item.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise zipfile.BadZipFile("packed in a way that Java does not know")
+        raise RuntimeError("packed in a way that Java does not know")
     return archive.read(item)
 
 
@@ -282,7 +286,11 @@ def _nested(data: bytes, outer: str, inner: str) -> bytes:
     with archive:
         name = inner or _obj_in(archive, outer)
         _require_obj(name)
-        return _member(archive, name)
+        try:
+            return _member(archive, name)
+        except DAMAGED as error:
+            # What the catalogue holds is intact: its author packed a broken one.
+            raise _broken(error) from error
 
 
 def _obj_in(archive: zipfile.ZipFile, outer: str) -> str:
@@ -296,7 +304,12 @@ def _obj_in(archive: zipfile.ZipFile, outer: str) -> str:
 
 
 def _member(archive: zipfile.ZipFile, name: str) -> bytes:
-    """A member's bytes; a name from the properties may be written as in a URL."""
+    """A member's bytes; a name from the properties may be written as in a URL.
+
+    Raises:
+        PieceError: It is missing, too large, encrypted, or packed in an unknown way.
+        zipfile.BadZipFile, zlib.error, EOFError: It is damaged.
+    """
     item = _found(archive, name, unquote(name))
     if item is None:
         raise PieceError(SkipCode.MISSING_FILE, "its model is not in the catalogue")
@@ -309,5 +322,11 @@ def _member(archive: zipfile.ZipFile, name: str) -> bytes:
         )
     try:
         return _unpacked(archive, item)
+    except DAMAGED:
+        raise
     except UNSOUND as error:
-        raise PieceError(SkipCode.BROKEN_MODEL, f"its model is broken ({error})") from error
+        raise _broken(error) from error
+
+
+def _broken(error: Exception) -> PieceError:
+    return PieceError(SkipCode.BROKEN_MODEL, f"its model is broken ({error})")

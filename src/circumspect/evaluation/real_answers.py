@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification import GridRecipe, OnnxClassifier
+from circumspect.datasets.crop_sources import require_usable_labels
 from circumspect.datasets.label_meaning import LabelUse, meaning_of
 from circumspect.datasets.labelled_crops import LabelledCrops
 from circumspect.datasets.training_objects import OTHER
-from circumspect.errors import InputError
 from circumspect.evaluation.classifier_calibration import Answers
 from circumspect.evaluation.held_back_scans import HeldBackScans
 
@@ -28,8 +28,9 @@ def real_answers(
         an ambiguous label are left out.
 
     Raises:
-        InputError: All labels are ambiguous.
+        InputError: See `require_usable_labels`.
     """
+    require_usable_labels([crops], classifier.classes)
     recipe = classifier.recipe
     assert isinstance(recipe, GridRecipe)
     inputs, contexts, labels, chosen = [], [], [], []
@@ -42,8 +43,6 @@ def real_answers(
         contexts.append(recipe.context(inputs[-1], recipe.bounds(cloud)))
         labels.append(meaning.true_class or OTHER)
         chosen.append(index)
-    if not chosen:
-        raise InputError("every label of the real objects is ambiguous; none can be judged")
     unknown = np.full(len(labels), np.nan)
     scans = HeldBackScans(np.stack(inputs), np.array(contexts), np.array(labels), unknown)
     return Answers.of(classifier, scans), np.array(chosen)

@@ -75,11 +75,20 @@ class Experiment(ABC):
         Args:
             what: The command's words after `circumspect reproduce`.
         """
+        yaws = ["--yaw-count", str(self.yaw_count)]
+        words = [what, *self._epoch_flag(), *yaws, *self._other_flags()]
+        return f"circumspect reproduce {' '.join(words)}"
+
+    def training_flags(self) -> list[str]:
+        """The words of the flags that determine trainings."""
+        return [*self._epoch_flag(), *self._other_flags()]
+
+    def _epoch_flag(self) -> list[str]:
         epochs = _words(self.epochs, self.epochs_of)
-        if epochs:
-            epochs.insert(0, "--epochs")
-        words = [what, *epochs, "--yaw-count", str(self.yaw_count), "--precision", self.precisions]
-        return f"circumspect reproduce {' '.join([*words, '--seed', str(self.seed)])}"
+        return ["--epochs", *epochs] if epochs else []
+
+    def _other_flags(self) -> list[str]:
+        return ["--precision", *self.precisions.split(), "--seed", str(self.seed)]
 
 
 def _words(every: Any, single: Mapping[str, Any]) -> list[str]:

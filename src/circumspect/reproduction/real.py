@@ -16,12 +16,13 @@ from circumspect import __version__
 from circumspect.classification.shipped import ROBOT, SHIPPED, shipped_path
 from circumspect.datasets import GridCache, open_data_set
 from circumspect.datasets.catalogue import read_catalogue
-from circumspect.datasets.crop_sources import read_crop_sources
+from circumspect.datasets.crop_sources import read_crop_sources, require_usable_labels
 from circumspect.datasets.labelled_crops import LabelledCrops
 from circumspect.errors import InputError, printable
 from circumspect.evaluation.crop_answers import CropAnswer, Scale, answer_crops
 from circumspect.evaluation.crop_metrics import crop_metrics
 from circumspect.evaluation.predictor import Predictor, checkpoint_path, load_predictor
+from circumspect.nets.registry import net_spec
 from circumspect.reproduction.experiment import Experiment
 from circumspect.reproduction.paired_comparison import compared_to_first, leave_one_room_out
 from circumspect.reproduction.real_report import real_markdown
@@ -60,6 +61,8 @@ class RealObjects(Experiment):
         super().__post_init__()
         if both := set(self.nets) & set(self.contenders):
             raise InputError(f"--contenders {min(both)}=…: is the name of a network to train")
+        for net in self.nets:
+            net_spec(net)
         if not self.nets and not self.contenders:
             raise InputError("there is nothing to compare; give --contenders NAME=FILE")
 
@@ -71,11 +74,25 @@ class RealObjects(Experiment):
     def command_on(self, crops: Sequence[Path]) -> str:
         """What does the same again, without folders of this machine."""
         words = ["circumspect", "reproduce", NAME, "--crops", *(path.name for path in crops)]
-        named = [f"{name}={path.name}" for name, path in self.contenders.items() if name != ROBOT]
-        words += [*(["--contenders", *named] if named else [])]
-        words += [*(["--nets", *self.nets] if self.nets else [])]
+        named = [_as_typed(name, path) for name, path in self.contenders.items() if name != ROBOT]
+        words += ["--contenders", *named] if named else []
         words += ["--scale", self.scale] if self.scale != "metric" else []
+        words += self._training_words() if self.nets else []
         return printable(shlex.join(words)).replace("`", "'")
+
+    def _training_words(self) -> list[str]:
+        """The flags that determine the trainings."""
+        words = ["--nets", *self.nets]
+        words += [] if self.data is None else ["--data", self.data.name]
+        packs = [path.name for path in self.catalogues]
+        words += ["--catalogue", *packs] if packs else []
+        return [*words, *self.training_flags()]
+
+
+def _as_typed(name: str, path: Path) -> str:
+    """A contender as `named_contenders` reads it."""
+    shipped = next((one for one in SHIPPED if shipped_path(one) == path), None)
+    return name if name == shipped else f"{name}={shipped or path.name}"
 
 
 def named_contenders(words: Sequence[str]) -> dict[str, Path]:
@@ -162,14 +179,15 @@ def reproduce_real(
         What `real.json` holds.
 
     Raises:
-        InputError: A file can not be read, contenders know different classes, or the folder holds
-            results of another experiment.
+        InputError: A file can not be read, no label can be judged, contenders know different
+            classes, or the folder holds results of another experiment.
         WeightsError: A contender is missing, broken, or of another program.
         OutputError: The folder can not be written.
     """
     sources = read_crop_sources(crops)
     contenders = _contenders(how, folder, watched, cache)
     classes = _common_classes(contenders)
+    require_usable_labels(sources.values(), classes)
     answers = {
         contender.name: [
             answer
