@@ -33,6 +33,14 @@ def test_reasons_name_what_is_missing():
     assert ConfidenceRule((0.0,), (1.5,)).reason(1.0, 0.5) == "more coverage is needed"
 
 
+def test_a_bound_just_above_the_probability_is_shown_apart_from_it():
+    rule = ConfidenceRule((0.0,), (0.9357,), 0.9)
+    assert (
+        rule.reason(0.9354, 0.4) == "a probability of at least 93.57 % instead of 93.54 % is needed"
+    )
+    assert rule.reason(0.91, 0.4) == "a probability of at least 94 % is needed"
+
+
 def test_a_rule_survives_json():
     assert ConfidenceRule.from_dict(json.loads(json.dumps(RULE.to_dict()))) == RULE
     assert ConfidenceRule.from_dict(None) == ConfidenceRule()

@@ -110,6 +110,8 @@ def test_of_many_near_objects_the_picture_names_a_dozen(chair, tmp_path, capsys,
     assert run(*words, *MODELNET10) == 0
     nearest = json.loads(capsys.readouterr().out)["nearest"]
     assert len(nearest) > 1000
+    labels = {axes.get_ylabel() for axes in drawn[0].axes}
+    assert "height [file units]" in labels, "nobody said what the unit is"
     words = drawn[0].findobj(lambda one: "nearest training" in getattr(one, "get_text", str)())
     lines = words[0].get_text().splitlines()
     assert len(lines[lines.index("nearest training objects") + 1 :]) == 13

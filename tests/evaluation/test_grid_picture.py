@@ -12,12 +12,13 @@ from circumspect.furniture import make_furniture
 
 
 @pytest.mark.parametrize("kind", ["cylindrical", "rectangular"])
-@pytest.mark.parametrize("cells", [1, 32, 200])
-def test_titles_labels_and_keys_do_not_overlap(kind: str, cells: int) -> None:
+@pytest.mark.parametrize(("cells", "unit"), [(1, "m"), (32, "file units"), (200, "m")])
+def test_titles_labels_and_keys_do_not_overlap(kind: str, cells: int, unit: str) -> None:
     recipe = GridRecipe(kind=kind, shape=(cells,) * 3)
     cloud = make_furniture("chair", 3).sampled(5000, 0)
-    figure = draw_grid(recipe.bounds(cloud).hits(cloud.points_xyz))
+    figure = draw_grid(recipe.bounds(cloud).hits(cloud.points_xyz), unit)
     figure.canvas.draw()
+    assert f"[{unit}]" in figure.axes[0].get_ylabel()
     panels = [axes for axes in figure.axes if axes.get_title()]
     keys = [axes for axes in figure.axes if not axes.get_title()]
     assert len(panels) == len(keys) == 3

@@ -159,7 +159,7 @@ def test_the_bold_line_is_the_answer_of_the_title(result: RecognitionResult) -> 
     draw_probabilities(panel, changed, Journey())
     title, _ = captions(changed, {})
     assert title == "chair or night stand (55 % / 45 %), not confident"
-    assert bold(panel) == ["chair 0.55"]
+    assert bold(panel) == ["chair 55 %"]
 
 
 def test_a_run_that_ended_before_its_first_answer_has_a_picture(

@@ -62,7 +62,7 @@ class ConfidenceRule:
             return ""
         if bound > 1.0:
             return "more coverage is needed"
-        return f"a probability of at least {percent(bound)} is needed"
+        return f"a probability of at least {_just_above(bound, probability)} is needed"
 
     def to_dict(self) -> dict[str, Any]:
         """The rule as JSON types; `from_dict` reads it back."""
@@ -87,6 +87,13 @@ class ConfidenceRule:
         if not all(isinstance(row, list) and len(row) <= MOST_BOUNDS for row in rows):
             raise InputError("the rule of confidence needs two lists of numbers")
         return cls(tuple(rows[0]), tuple(rows[1]), document["without_coverage"])
+
+
+def _just_above(bound: float, probability: float) -> str:
+    """The bound, with what a lower probability is where both would look the same."""
+    if percent(bound) != percent(probability):
+        return percent(bound)
+    return f"{100 * bound:.2f} % instead of {100 * probability:.2f} %"
 
 
 MOST_BOUNDS = 100

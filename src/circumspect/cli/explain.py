@@ -20,7 +20,13 @@ from circumspect.cli.classify import (
 )
 from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.cli.say import say
-from circumspect.cli.unit import Unit, cloud_in_metres, grid_in_metres, metres_per_unit
+from circumspect.cli.unit import (
+    Unit,
+    cloud_in_metres,
+    grid_in_metres,
+    metres_per_unit,
+    unit_shown,
+)
 from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
 if TYPE_CHECKING:
@@ -171,7 +177,8 @@ class Explain:
             from circumspect.evaluation.evidence_picture import draw_evidence
             from circumspect.evaluation.figures import save_figure
 
-            save_figure(draw_evidence(found.evidence, found.surface, near), files["png"])
+            unit = unit_shown(self._unit_m)
+            save_figure(draw_evidence(found.evidence, found.surface, near, unit), files["png"])
         except MissingExtraError as error:
             say(f"no picture: {error}")
             del files["png"]

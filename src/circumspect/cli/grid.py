@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from circumspect.cli.say import say
+from circumspect.cli.unit import metres_per_unit, unit_shown
 from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ class Grid:
         from circumspect.storage import atomic_path
 
         try:
-            figure = draw_grid(grid)
+            figure = draw_grid(grid, unit_shown(metres_per_unit(self.file, None)))
         except MissingExtraError as error:
             say(f"no picture: {error}")
             return

@@ -27,6 +27,11 @@ def metres_per_unit(file: Path, unit: Unit | None) -> float | None:
     return METRES.get(unit)
 
 
+def unit_shown(unit_m: float | None) -> str:
+    """The unit of what `cloud_in_metres` gives, for the axes of pictures."""
+    return "file units" if unit_m is None else "m"
+
+
 def cloud_in_metres(cloud: PointCloud, unit_m: float | None) -> PointCloud:
     """A cloud in metres; as it is where its scale is unknown.
 

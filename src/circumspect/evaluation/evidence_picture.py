@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification import CellEvidence, NearExample
+from circumspect.classification.answer_text import percent
 from circumspect.classification.evidence_colours import evidence_colours, evidence_span
 from circumspect.errors import printable
 from circumspect.evaluation.figure_canvas import new_figure
@@ -27,7 +28,10 @@ MOST_NAMES = 12
 
 
 def draw_evidence(
-    explained: CellEvidence, cloud: PointCloud, near: Sequence[NearExample] = ()
+    explained: CellEvidence,
+    cloud: PointCloud,
+    near: Sequence[NearExample] = (),
+    unit: str = "m",
 ) -> Figure:
     """The object from four sides, its grid, the probabilities and the nearest training objects.
 
@@ -35,6 +39,7 @@ def draw_evidence(
         explained: The evidence.
         cloud: The object's surface, in the frame of the grid.
         near: Training objects, the nearest first; `MOST_NAMES` of them are named.
+        unit: Of the coordinates, as the axes name it.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -49,7 +54,7 @@ def draw_evidence(
     for axes, azimuth in zip(above.subplots(1, len(SIDES_DEG)), SIDES_DEG, strict=True):
         _draw_side(axes, points, colours, azimuth)
     unrolled, plan, words = below.subplots(1, 3, width_ratios=(1.9, 1.1, 1.1))
-    _draw_grid(unrolled, plan, explained, span)
+    _draw_grid(unrolled, plan, explained, span, unit)
     _draw_bar(above, explained.label, span)
     _draw_words(words, explained, near)
     figure.suptitle(
@@ -84,7 +89,7 @@ def _draw_side(
     axes.set_title(f"from {azimuth_deg % 360:.0f}°", fontsize=9)
 
 
-def _draw_grid(unrolled: Axes, plan: Axes, explained: CellEvidence, span: float) -> None:
+def _draw_grid(unrolled: Axes, plan: Axes, explained: CellEvidence, span: float, unit: str) -> None:
     """Of the cells along each line of sight the strongest; of a box front and plan."""
     bounds = explained.grid.grid
     if isinstance(bounds, CylindricalGrid):
@@ -92,18 +97,18 @@ def _draw_grid(unrolled: Axes, plan: Axes, explained: CellEvidence, span: float)
             unrolled, strongest(explained, 0), span, (0, 360, -bounds.half_height,
             bounds.half_height), "auto",
         )  # fmt: skip
-        unrolled.set(xlabel="azimuth [°]", ylabel="height [m]", title="grid, unrolled")
+        unrolled.set(xlabel="azimuth [°]", ylabel=f"height [{unit}]", title="grid, unrolled")
         unrolled.set_xticks(range(0, 361, 90))
         _draw_picture(plan, strongest(explained, 2), span, (0, bounds.radius, 0, 360), "auto")
-        plan.set(xlabel="radius [m]", ylabel="azimuth [°]", title="grid, from above")
+        plan.set(xlabel=f"radius [{unit}]", ylabel="azimuth [°]", title="grid, from above")
         plan.set_yticks(range(0, 361, 90))
         return
     half = bounds.half_width  # pyright: ignore[reportAttributeAccessIssue]
     square = (-half, half, -half, half)
     _draw_picture(unrolled, strongest(explained, 1), span, square, "equal")
-    unrolled.set(xlabel="x [m]", ylabel="z [m]", title="grid, from the front")
+    unrolled.set(xlabel=f"x [{unit}]", ylabel=f"z [{unit}]", title="grid, from the front")
     _draw_picture(plan, strongest(explained, 2), span, square, "equal")
-    plan.set(xlabel="x [m]", ylabel="y [m]", title="grid, from above")
+    plan.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]", title="grid, from above")
 
 
 def strongest(explained: CellEvidence, axis: int) -> NDArray[np.float32]:
@@ -143,7 +148,7 @@ def _draw_bar(figure: SubFigure, label: str, span: float) -> None:
 def _draw_words(axes: Axes, explained: CellEvidence, near: Sequence[NearExample]) -> None:
     axes.set_axis_off()
     ranked = sorted(explained.prediction.probabilities.items(), key=lambda item: -item[1])[:4]
-    lines = [f"{name.replace('_', ' '):<14}{100 * share:5.1f} %" for name, share in ranked]
+    lines = [f"{name.replace('_', ' '):<14}{percent(share):>6}" for name, share in ranked]
     if near:
         lines += ["", "nearest training objects"]
         named = near[:MOST_NAMES]

@@ -16,20 +16,24 @@ if TYPE_CHECKING:
     from matplotlib.image import AxesImage
 
 
-def draw_grid(grid: OccupancyGrid) -> Figure:
+def draw_grid(grid: OccupancyGrid, unit: str = "m") -> Figure:
     """The outermost surface unrolled over azimuth, the plan, and the profile.
 
     A rectangular grid is shown from above, the front and the side.
+
+    Args:
+        grid: The grid.
+        unit: Of its bounds, as the axes name it.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
     if isinstance(grid.grid, CylindricalGrid):
-        return _draw_cylindrical(grid)
-    return _draw_rectangular(grid)
+        return _draw_cylindrical(grid, unit)
+    return _draw_rectangular(grid, unit)
 
 
-def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
+def _draw_cylindrical(grid: OccupancyGrid, unit: str) -> Figure:
     bounds = grid.grid
     assert isinstance(bounds, CylindricalGrid)
     azimuths, occupied = bounds.shape[1], grid.occupied
@@ -42,10 +46,11 @@ def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
     shown = wide.imshow(
         surface.T, origin="lower", extent=extent, aspect="auto", cmap="viridis", vmin=0
     )
-    figure.colorbar(shown, ax=wide, label="outermost radius [m]")
-    wide.set(xlabel="azimuth [°]", ylabel="height [m]", title="outermost surface, unrolled")
+    figure.colorbar(shown, ax=wide, label=f"outermost radius [{unit}]")
+    wide.set(xlabel="azimuth [°]", ylabel=f"height [{unit}]", title="outermost surface, unrolled")
     wide.set_xticks(range(0, 361, 90))
     shown = _draw_plan(plan, occupied.sum(axis=2), bounds)
+    plan.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]", title="plan")
     figure.colorbar(shown, ax=plan, label="cells over height", shrink=0.8)
     count = occupied.sum(axis=1)
     extent = (0.0, bounds.radius, -bounds.half_height, bounds.half_height)
@@ -53,7 +58,7 @@ def _draw_cylindrical(grid: OccupancyGrid) -> Figure:
         _nonzero(count).T, origin="lower", extent=extent, cmap="magma_r", vmin=0, vmax=azimuths
     )
     figure.colorbar(shown, ax=profile, label="cells over azimuth")
-    profile.set(xlabel="radius [m]", ylabel="height [m]", title="profile")
+    profile.set(xlabel=f"radius [{unit}]", ylabel=f"height [{unit}]", title="profile")
     return figure
 
 
@@ -76,12 +81,11 @@ def _draw_plan(axes: Axes, count: np.ndarray, bounds: CylindricalGrid) -> AxesIm
     picture = np.full(x.size, np.nan)
     picture[inside] = _nonzero(count)[cells[inside, 0], cells[inside, 1]]
     extent = (-bounds.radius, bounds.radius, -bounds.radius, bounds.radius)
-    axes.set(xlabel="x [m]", ylabel="y [m]", title="plan")
     flat_picture = picture.reshape(x.shape)
     return axes.imshow(flat_picture, origin="lower", extent=extent, cmap="magma_r", vmin=0)
 
 
-def _draw_rectangular(grid: OccupancyGrid) -> Figure:
+def _draw_rectangular(grid: OccupancyGrid, unit: str) -> Figure:
     figure = new_figure((11.0, 4.0))
     half = grid.grid.half_width  # pyright: ignore[reportAttributeAccessIssue]
     views = (("plan", 2, "x", "y"), ("front", 1, "x", "z"), ("side", 0, "y", "z"))
@@ -94,7 +98,7 @@ def _draw_rectangular(grid: OccupancyGrid) -> Figure:
             vmin=0,
         )
         figure.colorbar(shown, ax=axes, label="occupied cells", shrink=0.8)
-        axes.set(xlabel=f"{across} [m]", ylabel=f"{up} [m]", title=title)
+        axes.set(xlabel=f"{across} [{unit}]", ylabel=f"{up} [{unit}]", title=title)
     return figure
 
 

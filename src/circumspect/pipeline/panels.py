@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.classification.answer_text import percent
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid, OccupancyGrid
 from circumspect.pipeline.camera_path import camera_path
@@ -137,8 +138,10 @@ def draw_probabilities(
     spare = 0.01 * float(np.ptp(along)) or 0.5
     axes.set(
         xlim=(along.min() - spare, along.max() + spare), ylim=(-0.09, 1.03), xlabel=what,
-        ylabel="probability", yticks=np.linspace(0, 1, 6),
+        ylabel="probability [%]",
     )  # fmt: skip
+    shares = np.linspace(0, 1, 6)
+    axes.set_yticks(shares, [f"{100 * share:.0f}" for share in shares])
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(axis="y", color="0.9")
     # Above the note, which would hide curves within the axes.
@@ -168,7 +171,7 @@ def _draw_curves(
             places, table[:, index], style, color=colour, lw=2.4 if place == 0 else 1.5, ms=2.5
         )
         axes.annotate(
-            f"{names[index].replace('_', ' ')} {table[-1, index]:.2f}", (1.02, ends[place]),
+            f"{names[index].replace('_', ' ')} {percent(table[-1, index])}", (1.02, ends[place]),
             xycoords=("axes fraction", "data"), color=colour, va="center", annotation_clip=False,
             fontweight="bold" if place == 0 else "normal",
         )  # fmt: skip
