@@ -31,7 +31,7 @@ THINNED = (128, 256, 1024)
 def modelnet10_card() -> ModelCard:
     """The figures of `modelnet10`."""
     _, evaluated = _result("modelnet10_test/metrics.json")
-    figures = (*_evaluated(), *_time(), *_of_few_points(), *_lookalikes(), *_unknown())
+    figures = (*_evaluated(), *_time(MODELNET10, 8), *_of_few_points(), *_lookalikes(), *_unknown())
     return ModelCard(evaluated["sha256"], figures)
 
 
@@ -39,7 +39,8 @@ def robot_card() -> ModelCard:
     """The figures of `robot`."""
     _, found = _result("real_objects/metrics.json")
     sha256 = found["sha256"]
-    return ModelCard(sha256, (*_real_objects(), *_left_out_rooms(sha256), *_turned(sha256)))
+    held_out = (*_left_out_rooms(sha256), *_turned(sha256))
+    return ModelCard(sha256, (*_real_objects(), *held_out, *_time(ROBOT, 3)))
 
 
 CARDS: dict[str, Callable[[], ModelCard]] = {MODELNET10: modelnet10_card, ROBOT: robot_card}
@@ -134,10 +135,10 @@ def _turned(sha256: str) -> tuple[CardFigure, ...]:
     )
 
 
-def _time() -> tuple[CardFigure, ...]:
+def _time(name: str, views: int) -> tuple[CardFigure, ...]:
     source, found = _result("classifier_speed.json")
-    row = next(row for row in found["rows"] if row["name"] == f"{MODELNET10}, 8 views, 1 thread")
-    data = f"8 grids, 1 thread of an {found['machine']['processor']}, median"
+    row = next(row for row in found["rows"] if row["name"] == f"{name}, {views} views, 1 thread")
+    data = f"{views} grids, 1 thread of an {found['machine']['processor']}, median"
     return (CardFigure(NETWORK_TIME, row["median"], "ms", data, found["command"], source),)
 
 

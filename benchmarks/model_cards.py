@@ -12,8 +12,10 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -101,12 +103,29 @@ def _network(facts: ModelFacts, text: ModelText) -> list[list[str]]:
     ]
     rows += [[key, value] for key, value in text.properties.items()]
     rows.append(["temperature", f"{classifier.temperature:g}"])
-    rows += [[key.replace("_", " "), setting_text(value)] for key, value in facts.open_set.items()]
+    rows += _open_set(facts.open_set)
     rows.append(["file", f"`{path.name}`, {facts.size / 1e6:.1f} MB, sha256 `{facts.sha256}`"])
     if (beside := examples_path(path)).is_file():
         size = beside.stat().st_size / 1e6
         content = "names and features of the training objects, for [explain](../explain.md)"
         rows.append(["beside it", f"`{beside.name}`, {size:.1f} MB: {content}"])
+    return rows
+
+
+def _open_set(described: Mapping[str, Any]) -> list[list[str]]:
+    """When an object is called unknown, and when an answer is confident."""
+    rows = []
+    for key, value in described.items():
+        if key == "other":
+            rows.append(["output for other kinds", f"`{value}`"])
+        elif key == "confidence":
+            runs = groupby(zip(value["coverage"], value["probability"], strict=True), itemgetter(1))
+            bounds = ((next(run)[0], p) for p, run in runs)
+            shown = [f"{100 * p:.1f} % from {100 * c:.0f} % coverage on" for c, p in bounds]
+            shown.append(f"{100 * value['without_coverage']:.1f} % where it is unknown")
+            rows.append(["least probability of a confident answer", "; ".join(shown)])
+        else:
+            rows.append([key.replace("_", " "), setting_text(value)])
     return rows
 
 
