@@ -42,8 +42,8 @@ def main() -> int:
     text = (
         f"The first {runs[0]['frames']} even frames of 7-Scenes' RedKitchen, by\n\n"
         f"```\n{commands}\n```\n\n{table(HEAD, [row(run) for run in runs])}\n\n"
-        "Frames: those that show the object. Coverage: share of the azimuth seen; a confident "
-        "answer needs at least 75 %."
+        "Frames: those that show the object. Coverage: share of the azimuth seen.\n\n"
+        + "\n".join(f"- {run['object']}, {run['poses']}: {verdict(run)}" for run in runs)
     )
     command = "python -m benchmarks.redkitchen_answers"
     title = "Real frames: RedKitchen of 7-Scenes"
@@ -73,14 +73,21 @@ def replayed(folder: Path, name: str, poses: str) -> dict[str, Any]:
     return {key: found[key] for key in kept}
 
 
+def verdict(run: dict[str, Any]) -> str:
+    """Whether its answer may be acted on, or why not."""
+    if run["confident"]:
+        return "confident"
+    return f"not confident: {run['reason']}"
+
+
 def row(run: dict[str, Any]) -> list[str]:
     """Of the table."""
     first, second = sorted(run["probabilities"].items(), key=lambda pair: -pair[1])[:2]
     return [
         run["object"],
         run["poses"],
-        f"{first[0]} {first[1]:.2f}",
-        f"{second[0]} {second[1]:.2f}",
+        f"{first[0]} {percent(first[1])}",
+        f"{second[0]} {percent(second[1])}",
         "yes" if run["confident"] else "no",
         f"{run['outcomes'].get('classified', 0)} of {run['frames']}",
         percent(run["coverage"]),

@@ -24,7 +24,7 @@ def test_a_row_shows_the_two_most_probable_classes() -> None:
         "outcomes": {"classified": 230, "no object in view": 20},
     }  # fmt: skip
     found = dict(zip(HEAD, row(run), strict=True))
-    assert (found["answer"], found["next"]) == ("desk 0.50", "table 0.40")
+    assert (found["answer"], found["next"]) == ("desk 50 %", "table 40 %")
     assert (found["frames"], found["coverage"], found["confident"]) == ("230 of 250", "50 %", "no")
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import Classifier, GridRecipe
 from circumspect.classification.context import (
     LOG_HEIGHT,
     LOG_MAJOR,
@@ -17,6 +17,7 @@ from circumspect.classification.context import (
     grid_context,
 )
 from circumspect.errors import InputError
+from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid
 
@@ -85,3 +86,10 @@ def test_rectangular_grids_have_no_context():
 def test_networks_without_a_context_get_none():
     recipe = GridRecipe()
     assert recipe.context(recipe.inputs(PointCloud(slab(count=500)))[0]) is None
+
+
+@pytest.mark.parametrize("coverage", [-0.1, 1.1, float("nan")])
+def test_a_coverage_that_is_no_share_is_refused(coverage):
+    cloud = make_furniture("chair", 3).sampled(2_000, 0)
+    with pytest.raises(InputError, match="coverage must lie in 0 … 1"):
+        Classifier.load(threads=1).classify(cloud, coverage=coverage)

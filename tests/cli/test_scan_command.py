@@ -29,7 +29,8 @@ from circumspect.simulation import SimulatedRobot
 FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
 FIELDS = [
     "object", "true_label", "start_deg",
-    "label", "in_distribution", "confident", "reason", "probability", "probabilities",
+    "label", "in_distribution", "in_distribution_probability", "confident", "reason",
+    "probability", "probabilities",
     "alternatives", "truth", "frames", "outcomes", "lost_from", "coverage", "points", "interrupted",
     "end_reason", "milliseconds",
     "distance_m", "ate_rmse_m", "ate_odometry_rmse_m", "yaw_rmse_deg", "chamfer_m", "completeness",

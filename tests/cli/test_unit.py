@@ -108,7 +108,7 @@ def test_an_impossible_size_is_one_line_and_exit_code_2(
     assert (out, err.count("\n")) == ("", 1)
     assert file in err
     assert (shown in err) or make is saved_grid
-    assert "state the unit of its points: m, cm, mm or in" in err
+    assert "check the unit of its points: m, cm, mm or in" in err
 
 
 def test_explain_asks_in_the_same_unit(

@@ -125,7 +125,7 @@ def test_a_metric_object_of_implausible_size_is_refused(exported):
     classifier = Classifier.load(exported, 1)
     points = make_furniture("chair", 7).sampled(3000).points_xyz
     for factor, shown in ((1e-3, "mm"), (100.0, "m")):
-        with pytest.raises(InputError, match=f"{shown} long; state the unit"):
+        with pytest.raises(InputError, match=f"{shown} long.*check the unit"):
             classifier.classify(points * factor, metric=True)
     classifier.classify(points * 100.0)
 

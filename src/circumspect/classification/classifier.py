@@ -49,8 +49,8 @@ class Classifier(ABC):
 
         Raises:
             GeometryError: The points span no shape: all in one place or on a line.
-            InputError: No points: a mesh, a path; an implausible size in metres; or an unknown
-                scale with a classifier that requires one.
+            InputError: No points: a mesh, a path; an implausible size in metres; an unknown
+                scale with a classifier that requires one; or a coverage that is no share.
         """
 
     @abstractmethod
@@ -67,7 +67,8 @@ class Classifier(ABC):
                 unknown.
 
         Raises:
-            InputError: No grid, or one of another kind or shape than the classifier was trained on.
+            InputError: No grid, or one of another kind or shape than the classifier was trained
+                on; an unknown scale where one is required; or a coverage that is no share.
         """
 
     @staticmethod

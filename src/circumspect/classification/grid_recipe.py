@@ -192,7 +192,10 @@ class GridRecipe(InputRecipe):
         if self.metric and isinstance(bounds, CylindricalGrid):
             size = bounds.radius, bounds.half_height
         if self.scale_required and size is None:
-            raise InputError("the classifier needs the object's size; state the unit of its points")
+            raise InputError(
+                "the classifier needs the object's size, not an unknown scale; state the unit of "
+                "its points"
+            )
         return grid_context(
             first == (OCCUPIED if self.visibility else 1), size,
             visible=self.visibility and bool((inputs == FREE).any()),

@@ -157,6 +157,8 @@ class OnnxClassifier(Classifier):
         coverage: float | None,
     ) -> Prediction:
         """Of one object."""
+        if coverage is not None and not 0.0 <= coverage <= 1.0:
+            raise InputError(f"the coverage must lie in 0 … 1, not {coverage!r}")
         start, distance = time.perf_counter(), None
         contexts = None if context is None else context[None]
         if self.gives_distances:

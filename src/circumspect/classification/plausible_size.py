@@ -20,7 +20,9 @@ def require_plausible_size(cloud: PointCloud) -> None:
     longest = float(max(map(np.ptp, cloud.points_xyz.T)))
     if SMALLEST <= longest <= LARGEST:
         return
-    shown = f"{1e3 * longest:.3g} mm" if longest < 1.0 else f"{longest:.3g} m"
+    digits = ".0f" if longest >= 100.0 else ".3g"
+    shown = f"{1e3 * longest:.3g} mm" if longest < 1.0 else f"{longest:{digits}} m"
     raise InputError(
-        f"the object would be {shown} long; state the unit of its points: m, cm, mm or in"
+        f"the object would be {shown} long, and {100 * SMALLEST:.0f} cm to {LARGEST:.0f} m are "
+        "plausible; check the unit of its points: m, cm, mm or in"
     )

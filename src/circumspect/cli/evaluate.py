@@ -15,7 +15,7 @@ import tyro
 from circumspect import __version__
 from circumspect.cli.evaluate_crops import are_crops, evaluate_crops
 from circumspect.cli.given_flags import given_flags
-from circumspect.cli.model_flag import MODELNET10, ROBOT, ModelFlag
+from circumspect.cli.model_flag import MODELNET10, ROBOT
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, printable
 
@@ -42,7 +42,7 @@ class Evaluate:
     data: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PATH")]
     """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made; or
     files of labelled real objects, which are not turned: docs/real-objects.md has their layout."""
-    model: ModelFlag | None = None
+    model: Annotated[str | None, tyro.conf.arg(metavar="NAME|FILE")] = None
     """A shipped classifier (`circumspect models` lists them), an ONNX file, a checkpoint or a run's
     folder; by default modelnet10, that of the paper's protocol, and robot on real objects."""
     split: Literal["validation", "test", "train"] = "validation"

@@ -86,8 +86,9 @@ class Train:
     """With --scans: objects an epoch; as many as there are by default."""
     random_yaw: bool = False
     """Turn every variant of every object about the vertical by a random angle, as the papers of
-    VoxNet, 3DShapeNets and PointNet do. Off, the network sees 0° alone, like the shipped classifier
-    and every figure that is not labelled otherwise; on, what it knows of a turn is learnt."""
+    VoxNet, 3DShapeNets and PointNet do. Off, the network sees 0° alone, like the shipped
+    classifiers and every figure that is not labelled otherwise; on, what it knows of a turn is
+    learnt."""
     validation: bool = True
     """Train on all objects and keep the last epoch; without it some are held back, and if they are
     100 or more, the epoch that names them best is kept."""

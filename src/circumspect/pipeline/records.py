@@ -18,8 +18,8 @@ from circumspect.planning import Answer
 from circumspect.robot import RunStopped
 
 ANSWER_KEYS = (
-    "label", "in_distribution", "confident", "reason", "probability", "probabilities",
-    "alternatives",
+    "label", "in_distribution", "in_distribution_probability", "confident", "reason",
+    "probability", "probabilities", "alternatives",
 )  # fmt: skip
 """Of an answer in logs and results; see `Prediction.to_dict`."""
 CLASSIFIED = "classified"
