@@ -87,7 +87,7 @@ def answers(
                 if f"points_{place}" not in kept:
                     continue
                 coverage = float(kept[f"coverage_{place}"][0])
-                told = asked(
+                answer = asked(
                     classifier,
                     PointCloud(
                         kept[f"points_{place}"].astype(np.float64), areas=kept[f"areas_{place}"]
@@ -98,8 +98,8 @@ def answers(
                     {
                         "suite": record["suite"], "object": record["object"], "place": place,
                         "coverage": coverage, "true_label": record["true_label"],
-                        "label": told.label, "probability": told.probability,
-                        "confident": told.confident, "in_distribution": told.in_distribution,
+                        "label": answer.label, "probability": answer.probability,
+                        "confident": answer.confident, "in_distribution": answer.in_distribution,
                     }
                 )  # fmt: skip
     return rows

@@ -115,7 +115,7 @@ def draw_answer(figure: Figure, step: RecognitionStep, driven_m: float) -> None:
     axes.set(xlim=(0, 1), xticks=[])
     axes.tick_params(length=0)
     axes.spines[["top", "right", "bottom"]].set_visible(False)
-    words = f"{step.prediction.label.replace('_', ' ')}  {step.prediction.probability:.0%}"
+    words = f"{step.prediction.label.replace('_', ' ')}  {percent(step.prediction.probability)}"
     figure.text(0.985, 0.885, words, fontsize=15, fontweight="bold", ha="right", color=LEADING_BAR)
     figure.text(
         0.985, 0.825, f"after {driven_m:.1f} m, {percent(step.coverage)} coverage", fontsize=9.5,
