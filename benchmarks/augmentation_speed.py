@@ -93,9 +93,7 @@ def _batch(samples: Samples, rng: np.random.Generator) -> None:
 
 def main() -> None:
     """Measure, print, and write the table."""
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    argparse.ArgumentParser(description=__doc__).parse_args()
     notes = NOTES.format(count=10 * EACH)
     write_report("augmentation_speed", "python -m benchmarks.augmentation_speed", rows(), notes)
 
