@@ -9,6 +9,7 @@ import pytest
 
 import circumspect
 
+pytestmark = pytest.mark.xdist_group("site")  # It is built once.
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 

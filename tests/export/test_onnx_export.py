@@ -33,12 +33,21 @@ def checkpoint(name, seed=0):
     return Checkpoint(name, CLASSES, small_recipe(name), net.state_dict())
 
 
-@pytest.fixture(scope="module", params=NETS)
-def exported(request, tmp_path_factory):
-    path = tmp_path_factory.mktemp("onnx") / "net.onnx"
-    original = checkpoint(request.param)
-    export_onnx([original], path, azimuth_views=most_views(original.recipe), temperature=1.5)
-    return original, path
+@pytest.fixture(scope="module")
+def exports():
+    """Files by the network's name: in whichever order the tests run, each is made once."""
+    return {}
+
+
+@pytest.fixture(params=NETS)
+def exported(request, exports, tmp_path_factory):
+    net = request.param
+    if net not in exports:
+        path, original = tmp_path_factory.mktemp("onnx") / "net.onnx", checkpoint(net)
+        views = most_views(original.recipe)
+        export_onnx([original], path, azimuth_views=views, temperature=1.5)
+        exports[net] = original, path
+    return exports[net]
 
 
 def test_outputs_equal_the_checkpoints(exported):
