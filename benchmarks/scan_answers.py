@@ -1,7 +1,7 @@
 """What a classifier answers during simulated scans, at a quarter to all of the coverage.
 
     python -m benchmarks.scan_answers --gather --snapshots DIR   # scans 140 objects; an hour
-    python -m benchmarks.scan_answers --snapshots DIR            # asks the classifier; a minute
+    python -m benchmarks.scan_answers --snapshots DIR            # asks the classifiers; minutes
 
 Sixty pieces of furniture and eighty test objects of ModelNet10 are scanned once each. The scans are
 kept, so that every classifier is asked about the same ones.
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import scans
-from benchmarks.report import RESULTS, telling
+from benchmarks.report import RESULTS, telling, write_page
 from benchmarks.scan_job import ScanJob
 from benchmarks.scan_snapshots import SHARES, SnapshotJob, gather
 from circumspect.classification import Classifier, OnnxClassifier, Prediction
@@ -27,7 +28,6 @@ from circumspect.evaluation.markdown import table
 from circumspect.gathering.job_pool import records, run_all
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
-from circumspect.storage import atomic_open, write_json
 
 OBJECTS = 8
 """Test objects a class."""
@@ -39,7 +39,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--gather", action="store_true", help="scan what is not there yet")
     parser.add_argument("--snapshots", type=Path, required=True, help="folder of the scans")
-    parser.add_argument("--model", default="robot", help="name or file of the classifier")
+    parser.add_argument(
+        "--models", nargs="+", default=["robot", "modelnet10"], help="names or files of classifiers"
+    )
     parser.add_argument("--data", type=Path, default=scans.DATA, help="folder of the point packs")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=RESULTS)
@@ -48,8 +50,11 @@ def main() -> int:
     if arguments.gather:
         wanted = [SnapshotJob(job, os.fspath(arguments.snapshots)) for job in jobs(arguments.data)]
         run_all(wanted, gather, path, arguments.workers, telling())
-    found = answers(Classifier.load(arguments.model), records(path), arguments.snapshots)
-    command = f"python -m benchmarks.scan_answers --snapshots DIR --model {arguments.model}"
+    found = {
+        Path(model).stem: answers(Classifier.load(model), records(path), arguments.snapshots)
+        for model in arguments.models
+    }
+    command = f"python -m benchmarks.scan_answers --snapshots DIR --models {' '.join(found)}"
     write(found, command, arguments.out)
     return 0
 
@@ -124,26 +129,36 @@ def asked(
     return classifier.classify_grid(*views, metric=True, coverage=coverage)
 
 
-def write(rows: list[dict[str, Any]], command: str, out: Path) -> None:
-    """The table and the rows."""
-    lines = []
-    for suite, place in product(("furniture", "modelnet", "all"), PLACES):
-        of = [row for row in rows if row["place"] == place and suite in (row["suite"], "all")]
-        if not of:
-            continue
-        right = [row["label"] == row["true_label"] for row in of]
-        sure = [ok for ok, row in zip(right, of, strict=True) if row["confident"]]
-        share = "end" if place == "end" else f"{float(place):.0%}"
-        lines.append(
-            [suite, share, str(len(of)), f"{np.mean(right):.3f}", str(len(sure)),
-             str(sure.count(False))]
-        )  # fmt: skip
-    head = ["scans", "coverage", "objects", "accuracy", "confident", "of these wrong"]
-    text = f"# Answers during simulated scans\n\n`{command}`\n\n{table(head, lines)}\n"
-    with atomic_open(out / "scan_answers.md") as stream:
-        stream.write(text)
-    write_json(out / "scan_answers.json", {"command": command, "answers": rows})
-    print(text)
+def write(found: dict[str, list[dict[str, Any]]], command: str, out: Path) -> None:
+    """The table and the rows, by classifier."""
+    lines = [
+        [name, suite, *line]
+        for name, suite in product(found, ("furniture", "modelnet", "all"))
+        for line in _lines([row for row in found[name] if suite in (row["suite"], "all")])
+    ]
+    head = [
+        "classifier", "scans", "coverage", "objects", "accuracy", "confident", "of these wrong",
+    ]  # fmt: skip
+    text = (
+        "Furniture: procedural pieces, a frame each 0.5 s. ModelNet: test objects, a frame each "
+        "2 s. At each coverage the first frame that reaches it; end: all grids of the whole "
+        f"model.\n\n{table(head, lines)}"
+    )
+    write_page(
+        "scan_answers", "Answers during simulated scans", command, text, {"answers": found}, out
+    )
+
+
+def _lines(rows: list[dict[str, Any]]) -> Iterator[list[str]]:
+    """A line for each coverage that any of the scans reached."""
+    for place in PLACES:
+        of = [row for row in rows if row["place"] == place]
+        if of:
+            right = [row["label"] == row["true_label"] for row in of]
+            sure = [ok for ok, row in zip(right, of, strict=True) if row["confident"]]
+            share = "end" if place == "end" else f"{100 * float(place):.0f} %"
+            accuracy = f"{np.mean(right):.3f}"
+            yield [share, str(len(of)), accuracy, str(len(sure)), str(sure.count(False))]
 
 
 if __name__ == "__main__":

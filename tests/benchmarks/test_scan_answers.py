@@ -45,9 +45,9 @@ def test_confident_answers_are_counted_and_those_of_them_that_are_wrong(tmp_path
         "in_distribution": True,
     }  # fmt: skip
     rows = [row, {**row, "label": "sofa"}, {**row, "confident": False, "suite": "furniture"}]
-    write(rows, "COMMAND", tmp_path)
+    write({"robot": rows}, "COMMAND", tmp_path)
     lines = (tmp_path / "scan_answers.md").read_text().splitlines()
-    assert "| modelnet | 25% | 2 | 0.500 | 2 | 1 |" in lines
-    assert "| furniture | 25% | 1 | 1.000 | 0 | 0 |" in lines
-    assert "| all | 25% | 3 | 0.667 | 2 | 1 |" in lines
-    assert json.loads((tmp_path / "scan_answers.json").read_text())["answers"] == rows
+    assert "| robot | modelnet | 25 % | 2 | 0.500 | 2 | 1 |" in lines
+    assert "| robot | furniture | 25 % | 1 | 1.000 | 0 | 0 |" in lines
+    assert "| robot | all | 25 % | 3 | 0.667 | 2 | 1 |" in lines
+    assert json.loads((tmp_path / "scan_answers.json").read_text())["answers"] == {"robot": rows}

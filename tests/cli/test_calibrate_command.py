@@ -16,6 +16,7 @@ from circumspect.export import export_onnx
 from circumspect.furniture import make_furniture
 from circumspect.training import TrainingSettings, train
 
+pytestmark = pytest.mark.xdist_group("calibrate")  # One network for all tests.
 CLASSES = ("chair", "dresser")
 SETTINGS = TrainingSettings(
     scans=True, epochs=1, batch_size=8, replicas=1, catalogue_replicas=1, furniture=0.3,
