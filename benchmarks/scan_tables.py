@@ -21,6 +21,8 @@ Record = dict[str, Any]
 LIMITS = {"ate_mm": 10.0, "yaw_deg": 0.5, "ratio": 0.2, "chamfer_mm": 6.0, "completeness": 0.9}
 """What is wanted; a figure that misses its limit is bold."""
 SPREAD = ("median", "p95", "worst")
+SHORTEST_M = 1.0
+"""Paths that are shorter [m] say nothing of errors of turns."""
 SLOW = 300
 """A frame that takes longer [ms] is one at which the robot waits."""
 
@@ -53,7 +55,10 @@ def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path
 
 def by_planner(found: list[Record]) -> tuple[str, Any]:
     """The same errors for each planner, whose frames are further apart."""
-    return trajectory_and_shape(found, "planner", "planner")
+    far = [record for record in found if record.get("distance_m", 0.0) >= SHORTEST_M]
+    text, figures = trajectory_and_shape(far, "planner", "planner")
+    note = f"Of scans of at least {SHORTEST_M:g} m: a shorter path can be turned anyhow to fit.\n\n"
+    return note + text, figures
 
 
 def trajectory_and_shape(
