@@ -1,4 +1,4 @@
-"""What the classifier says of the complete clouds of scanned objects."""
+"""What the classifier of scans answers to the complete clouds of their objects."""
 
 from __future__ import annotations
 
@@ -7,8 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from circumspect.classification import Classifier
+from circumspect.classification.shipped import MODELNET10
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.geometry import PointCloud
+
+
+def classifier_of(found: Sequence[dict[str, Any]]) -> str:
+    """The classifier that answered the scans; records before there were two do not name it."""
+    names = {record.get("model", MODELNET10) for record in found}
+    if len(names) > 1:
+        raise ValueError(f"scans of several classifiers in one table: {', '.join(sorted(names))}")
+    return names.pop()
 
 
 def complete_answers(found: Sequence[dict[str, Any]], data: Path) -> dict[str, str]:
@@ -18,7 +27,7 @@ def complete_answers(found: Sequence[dict[str, Any]], data: Path) -> dict[str, s
         found: Records of scans of objects from point packs.
         data: Folder of the packs.
     """
-    classifier, answers = Classifier.load(), {}
+    classifier, answers = Classifier.load(classifier_of(found)), {}
     names = {record["object"] for record in found}
     for file in sorted(data.glob("*.npz")):
         pack = read_point_pack(file)

@@ -1,6 +1,6 @@
 """What a classifier answers during simulated scans, at a quarter to all of the coverage.
 
-    python -m benchmarks.scan_answers --gather --snapshots DIR   # scans 140 objects; an hour
+    python -m benchmarks.scan_answers --gather --snapshots DIR   # scans 140 objects; hours
     python -m benchmarks.scan_answers --snapshots DIR            # asks the classifiers; minutes
 
 Sixty pieces of furniture and eighty test objects of ModelNet10 are scanned once each. The scans are

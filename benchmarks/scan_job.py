@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.live_poses import LivePoses, trust
 from benchmarks.provenance import provenance
 from circumspect.classification import Classifier
+from circumspect.classification.shipped import DEFAULT
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
 from circumspect.gathering.scanned_object import scanned_object
@@ -96,7 +97,7 @@ def run_job(job: ScanJob) -> dict[str, Any]:
     Returns:
         JSON types: the job, its key, and what came of it.
     """
-    head = {"key": job.key, "made": provenance(), **asdict(job)}
+    head = {"key": job.key, "made": provenance(), "model": DEFAULT, **asdict(job)}
     # Where the data lie is this machine's own affair.
     del head["data"]
     try:

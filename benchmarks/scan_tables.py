@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.complete_clouds import complete_answers
+from benchmarks.complete_clouds import classifier_of, complete_answers
 from benchmarks.provenance import made_by
 from benchmarks.report import machine
 from circumspect.evaluation.markdown import table
@@ -222,8 +222,8 @@ def answers(found: list[Record], data: Path) -> tuple[str, Any]:
         "same from all starts", "complete cloud",
     ]  # fmt: skip
     note = (
-        "Share of correct answers by azimuth of the start; of complete clouds by the classifier "
-        "that made this table.\n\n"
+        "Share of correct answers by azimuth of the start; of complete clouds by the same "
+        f"classifier, `{classifier_of(found)}`.\n\n"
     )
     return note + table(head, rows), figures
 

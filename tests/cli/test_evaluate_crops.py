@@ -208,7 +208,7 @@ def test_labels_that_say_nothing_are_refused_before_the_work(label, tmp_path, ca
     arrays = arrays_of([crop("chair", 1)], [label], ["hall"])
     crops, out = write_crops(tmp_path / "rooms.npz", arrays), tmp_path / "out"
     assert run("evaluate", "--data", crops, "--out", out) == 2
-    told = capsys.readouterr().err
-    assert f"({label})" in told
-    assert told.count("\n") == 1
+    message = capsys.readouterr().err
+    assert f"({label})" in message
+    assert message.count("\n") == 1
     assert not out.exists()

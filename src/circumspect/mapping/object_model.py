@@ -25,8 +25,7 @@ from circumspect.sensing import RgbdFrame
 LARGE = 40_000
 """While frames come, a model of more voxels is looked at in voxels of twice the side …"""
 MOST_RAYS = 30_000
-"""… and at most so many of its rays are: a quarter of a chair's still pass 96 % of its free
-cells."""
+"""… and at most so many of its rays are traced."""
 WAITING = 60_000
 """So many rows of a large model's frames wait for being added to its sums at once."""
 
