@@ -56,7 +56,7 @@ def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path
 def by_planner(found: list[Record]) -> tuple[str, Any]:
     """The same errors for each planner, whose frames are further apart."""
     far = [record for record in found if record.get("distance_m", 0.0) >= SHORTEST_M]
-    text, figures = trajectory_and_shape(far, "planner", "planner")
+    text, figures = trajectory_and_shape(far, "planner", "planner") if far else ("", {})
     note = f"Of scans of at least {SHORTEST_M:g} m: a shorter path can be turned anyhow to fit.\n\n"
     return note + text, figures
 
@@ -184,12 +184,13 @@ def distances(found: list[Record]) -> tuple[str, Any]:
             "confident_correct": sum(map(_is_correct, sure)),
         }
         rows.append([
-            name, str(f["scans"]), f"{f['settled_m']['median']:.1f} ({f['settled_m']['p95']:.1f})",
+            name, classifier_of(some), str(f["scans"]),
+            f"{f['settled_m']['median']:.1f} ({f['settled_m']['p95']:.1f})",
             f"{f['driven_m']['median']:.1f} ({f['driven_m']['p95']:.1f})",
             f"{f['correct']}/{f['scans']}", f"{f['confident_correct']}/{f['confident']}",
         ])  # fmt: skip
     head = [
-        "planner", "scans", "answer stands after [m]", "driven in all [m]", "correct",
+        "planner", "classifier", "scans", "answer stands after [m]", "driven in all [m]", "correct",
         "correct of confident",
     ]  # fmt: skip
     return "Median (95th percentile).\n\n" + table(head, rows), figures

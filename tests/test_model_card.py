@@ -11,6 +11,7 @@ from benchmarks import card_figures
 from benchmarks.model_cards import TEXTS, ModelText, page, pages
 
 from circumspect.classification import SHIPPED, shipped_path
+from circumspect.classification.context import WIDTH
 from circumspect.classification.model_card import ModelCard, card_path
 from circumspect.classification.model_facts import ModelFacts
 from circumspect.datasets import open_data_set
@@ -79,15 +80,20 @@ def test_no_measured_figure_is_written_by_hand(name: str) -> None:
     assert not shares, f"give these as figures of the card: {sorted(shares)}"
 
 
-def test_the_size_of_the_network_is_that_of_its_file() -> None:
+@pytest.mark.parametrize("shipped", SHIPPED)
+def test_the_size_of_the_network_is_that_of_its_file(shipped: str) -> None:
     pytest.importorskip("torch", reason="needs the extra train")
-    from circumspect.nets import NETS, build_net, cost_of
+    from circumspect.nets import build_net, cost_of
 
-    classifier = ModelFacts.load("modelnet10").classifier
-    name = classifier.description["name"]
-    recipe = NETS[name].recipe
-    cost = cost_of(build_net(name, len(classifier.classes), recipe), recipe.input_shape)
-    size = ModelText.load(TEXTS / "modelnet10.json").properties["size"]
+    classifier = ModelFacts.load(shipped).classifier
+    recipe, outputs = classifier.recipe, len(classifier.classes) + (classifier.other is not None)
+    net = build_net(classifier.description["name"], outputs, recipe)
+    if recipe.takes_context:
+        # Occupied and free cells are a channel each.
+        cost = cost_of(net, (2, *recipe.input_shape[1:]), WIDTH)
+    else:
+        cost = cost_of(net, recipe.input_shape)
+    size = ModelText.load(TEXTS / f"{shipped}.json").properties["size"]
     assert size.startswith(f"{cost.parameters:,} parameters, {cost.multiply_adds / 1e6:.0f} M ")
 
 

@@ -38,6 +38,8 @@ def test_a_bound_just_above_the_probability_is_shown_apart_from_it():
     assert (
         rule.reason(0.9354, 0.4) == "a probability of at least 93.57 % instead of 93.54 % is needed"
     )
+    nearly = rule.reason(0.93569, 0.4)
+    assert nearly == "a probability of at least 93.57 % instead of 93.56 % is needed"
     assert rule.reason(0.91, 0.4) == "a probability of at least 94 % is needed"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import ceil, floor
 from typing import Any
 
 from circumspect.classification.answer_text import percent
@@ -90,10 +91,11 @@ class ConfidenceRule:
 
 
 def _just_above(bound: float, probability: float) -> str:
-    """The bound, with what a lower probability is where both would look the same."""
+    """The bound; with the probability below it where both would look the same."""
     if percent(bound) != percent(probability):
         return percent(bound)
-    return f"{100 * bound:.2f} % instead of {100 * probability:.2f} %"
+    # Rounded apart, so that they differ however near they are.
+    return f"{ceil(1e4 * bound) / 100:.2f} % instead of {floor(1e4 * probability) / 100:.2f} %"
 
 
 MOST_BOUNDS = 100
