@@ -279,7 +279,7 @@ def _is_correct(record: Record) -> bool:
 
 
 def _correct(some: list[Record]) -> float:
-    return float(np.mean([r["label"] == r.get("true_label") for r in some])) if some else 0.0
+    return float(np.mean(list(map(_is_correct, some)))) if some else 0.0
 
 
 def _grouped(found: list[Record], key: str) -> dict[str, list[Record]]:

@@ -17,7 +17,7 @@ from two_kinds import ByHeight
 from circumspect.cli.main import main
 from circumspect.datasets.label_meaning import LabelUse
 from circumspect.datasets.point_pack import write_point_pack
-from circumspect.errors import InputError
+from circumspect.errors import InputError, WeightsError
 from circumspect.evaluation.crop_answers import CropAnswer
 from circumspect.reproduction import RealObjects, real, reproduce_real
 from circumspect.reproduction.paired_comparison import compared_to_first, leave_one_room_out
@@ -254,6 +254,16 @@ def test_a_rival_is_trained_on_scans_and_compared(tmp_path, monkeypatch, capsys)
         "--precision fp32 --seed 0"
     )
     assert (out / "voxnet" / "training" / "epochs.csv").exists()
+
+
+def test_a_missing_contender_is_found_before_the_training(tmp_path):
+    watched = Watched()
+    how = RealObjects(
+        nets=("voxnet",), contenders={"own": tmp_path / "none.onnx"}, data=tmp_path / "packs"
+    )
+    with pytest.raises(WeightsError, match="no such file"):
+        reproduce_real([rooms(tmp_path)], how, tmp_path / "out", watched)
+    assert watched.name == ""
 
 
 def test_shipped_classifiers_stand_by_name_in_the_command():

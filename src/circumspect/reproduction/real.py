@@ -185,7 +185,12 @@ def reproduce_real(
         OutputError: The folder can not be written.
     """
     sources = read_crop_sources(crops)
-    contenders = _contenders(how, folder, watched, cache)
+    # What is wrong with files is found before hours of training.
+    contenders = [_loaded(name, path) for name, path in how.contenders.items()]
+    if contenders:
+        require_usable_labels(sources.values(), _common_classes(contenders))
+    for net in how.nets:
+        contenders.append(_loaded(net, trained_contender(net, how, folder, watched, cache)))
     classes = _common_classes(contenders)
     require_usable_labels(sources.values(), classes)
     answers = {
@@ -253,17 +258,8 @@ class Contender:
             ) from error
 
 
-def _contenders(
-    how: RealObjects, folder: Path, watched: Watched, cache: GridCache | None
-) -> list[Contender]:
-    """All that are compared, loaded: a broken one is found before the work."""
-    weights = dict(how.contenders)
-    for net in how.nets:
-        weights[net] = trained_contender(net, how, folder, watched, cache)
-    return [
-        Contender(name, checkpoint_path(path), load_predictor(path))
-        for name, path in weights.items()
-    ]
+def _loaded(name: str, weights: Path) -> Contender:
+    return Contender(name, checkpoint_path(weights), load_predictor(weights))
 
 
 def _common_classes(contenders: Sequence[Contender]) -> tuple[str, ...]:
