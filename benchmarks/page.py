@@ -30,7 +30,8 @@ RedKitchen are of is told in [scans](scans.md) and [real frames](real-frames.md)
 """
 SECTIONS = (
     "grid_speed", "classifier_speed", "modelnet10_test", "cell_borders", "lookalikes", "few_points",
-    "deletion", "table2", "table2_robot", "rivals", "robustness", "moon2018_robustness", "real",
+    "deletion", "table2", "table2_robot", "rivals/rivals",
+    "rivals_random_yaw/rivals", "robustness", "moon2018_robustness", "real",
     "real_objects/report", "left_out_rooms", "committees", "unknown", "scans", "scan_answers",
     "point_surfaces", "faults", "calibration", "scan_memory", "redkitchen_registration",
     "redkitchen", "recording", "large_bags", "ros_wire", "dashboard", "intelligent_space",
