@@ -86,7 +86,7 @@ def test_single_rows_are_run_and_the_table_holds_what_is_finished(tmp_path):
     assert "voxnet, any way up" not in watched.steps, "a finished row is not measured again"
     text = (out / "rivals.md").read_text()
     assert text.startswith(
-        "# Networks on ModelNet10, trained at 0°, but for rows that say otherwise\n"
+        "# Networks on ModelNet10, trained at 0° unless the name says otherwise\n"
     )
     assert text.count("| voxnet, trained at random yaw | ") == 2
     assert "at 0°, 3° and 7° (trained at random yaw: at 0°, 123° and 247°)" in text
@@ -99,6 +99,8 @@ def test_single_rows_are_run_and_the_table_holds_what_is_finished(tmp_path):
     shutil.rmtree(out / "voxnet" / "around")
     third = run(tmp_path, how=replace(how, only=("voxnet-random-yaw",)))
     assert list(third["nets"]) == ["voxnet-random-yaw"]
+    text = (out / "rivals.md").read_text()
+    assert text.startswith("# Networks on ModelNet10, trained at random yaw\n")
     with pytest.raises(
         InputError, match=r"voxnet(-random-yaw)?/training: .* other settings\.epochs"
     ):

@@ -242,14 +242,18 @@ def _raced(networks: dict[str, OnnxClassifier], test: ObjectSet) -> dict[str, fl
     return {net: float(np.median(times[1:])) for net, times in spent.items()}
 
 
-def _has_random_yaw(rows: Iterable[str]) -> bool:
-    return any(net != OURS and Contender.from_name(net).random_yaw for net in rows)
+def _random_yaws(rows: Iterable[str]) -> set[bool]:
+    """Whether rows are trained at random yaw: one answer, or both."""
+    return {row != OURS and Contender.from_name(row).random_yaw for row in rows}
 
 
 def _trained_at(rows: Iterable[str]) -> str:
     """At which yaws the networks of a table were trained."""
-    others = ", but for rows that say otherwise" if _has_random_yaw(rows) else " alone"
-    return f"trained at 0°{others}"
+    found = _random_yaws(rows)
+    if found == {True}:
+        return "trained at random yaw"
+    others = "unless the name says otherwise" if True in found else "alone"
+    return f"trained at 0° {others}"
 
 
 def _markdown(document: dict[str, Any]) -> str:
@@ -273,7 +277,7 @@ def _markdown(document: dict[str, Any]) -> str:
     ]
     nets = document["nets"]
     records = {label_of(net): row["training"] for net, row in nets.items() if "training" in row}
-    random_yaw = _has_random_yaw(nets)
+    random_yaw = True in _random_yaws(nets)
     return (
         f"# Networks on ModelNet10, {_trained_at(nets)}\n\n"
         f"`{document['command']}`\n\n"
