@@ -23,11 +23,11 @@ HEAD = """# Benchmarks
 
 Made by `python -m benchmarks.page` from `benchmarks/results/`, whose tables the benchmarks write.
 Each section names the command that measured it, most name the machine. What the scans' figures mean
-is told in [scans](scans.md), how the networks differ in [networks](networks.md). Among rivals at 0°,
-in robustness and of unknown things "the shipped classifier" is [`modelnet10`](models/modelnet10.md)
-with four grids, which were not [staggered](networks.md#staggered-grids) yet; among rivals at random
-yaw it has its eight. What scans and RedKitchen are of is told in [scans](scans.md) and
-[real frames](real-frames.md).
+is told in [scans](scans.md), how the networks differ in [networks](networks.md). Among rivals at
+0°, in robustness and of unknown things "the shipped classifier" is
+[`modelnet10`](models/modelnet10.md) with four grids, which were not
+[staggered](networks.md#staggered-grids) yet; among rivals at random yaw it has its eight. What
+scans and RedKitchen are of is told in [scans](scans.md) and [real frames](real-frames.md).
 """
 SECTIONS = (
     "grid_speed", "classifier_speed", "modelnet10_test", "cell_borders", "lookalikes", "few_points",
