@@ -21,13 +21,13 @@ from circumspect.storage import atomic_open
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
 HEAD = """# Benchmarks
 
-Made by `python -m benchmarks.page` from `benchmarks/results/`, whose tables the benchmarks write.
-Each section names the command that measured it, most name the machine. What the scans' figures mean
-is told in [scans](scans.md), how the networks differ in [networks](networks.md). Among rivals at
-0°, in robustness and of unknown things "the shipped classifier" is
-[`modelnet10`](models/modelnet10.md) with four grids, which were not
-[staggered](networks.md#staggered-grids) yet; among rivals at random yaw it has its eight. What
-scans and RedKitchen are of is told in [scans](scans.md) and [real frames](real-frames.md).
+`python -m benchmarks.page` makes this page from the tables in `benchmarks/results/`. Each section
+has the command that measured it; most name the machine. [Scans](scans.md) explains the figures of
+the scans and which classifier they are of, [real frames](real-frames.md) those of RedKitchen,
+[networks](networks.md) how the networks differ. "The shipped classifier" is
+[`modelnet10`](models/modelnet10.md). Among rivals at random yaw it has its eight
+[staggered](networks.md#staggered-grids) grids; among rivals at 0°, in robustness and for unknown
+objects it has four grids that were not staggered.
 """
 SECTIONS = (
     "grid_speed", "classifier_speed", "modelnet10_test", "cell_borders", "lookalikes", "few_points",
