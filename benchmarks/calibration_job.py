@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from benchmarks.scan_job import ScanJob, prepared
-from circumspect.geometry import Trajectory
+from circumspect.geometry import Trajectory, se3
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import RegisteredPoses, TrackingSettings, se3
+from circumspect.mapping import RegisteredPoses, TrackingSettings
 from circumspect.mapping.keyframe_pairs import is_consecutive
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.registration import register

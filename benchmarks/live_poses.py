@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry import Trajectory
-from circumspect.mapping import PoseEstimate, se3
+from circumspect.geometry import Trajectory, se3
+from circumspect.mapping import PoseEstimate
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 
 SMALL_M = 0.01

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry import PinholeCamera
-from circumspect.mapping import TrackingSettings, se3
+from circumspect.geometry import PinholeCamera, se3
+from circumspect.mapping import TrackingSettings
 from circumspect.mapping.heirs import Heirs
 from circumspect.mapping.keyframe_pairs import AGES
 from circumspect.mapping.keyframes import EDGES_EACH, TOGETHER, Keyframes, KeyframeSettings

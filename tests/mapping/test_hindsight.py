@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 from tracking_world import SHORT, blind, follow, place_errors, short_drive, true_camera
 
-from circumspect.geometry import PlanarPose
-from circumspect.mapping import RegisteredPoses, TrackingSettings, hindsight, se3
+from circumspect.geometry import PlanarPose, se3
+from circumspect.mapping import RegisteredPoses, TrackingSettings, hindsight
 from circumspect.mapping.hindsight import Hindsight
 from circumspect.mapping.motion import Belief
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 from tracking_world import T_BASE_CAMERA, drive, true_base, true_camera
 
-from circumspect.geometry import PlanarPose
-from circumspect.mapping import TrackingSettings, se3
+from circumspect.geometry import PlanarPose, se3
+from circumspect.mapping import TrackingSettings
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.keyframe_pairs import (
     along,

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tracking_world import SHORT, short_drive, true_camera
 
-from circumspect.mapping import SightRays, _native, rigid_matrix, se3
+from circumspect.geometry import se3, se3_matrices
+from circumspect.mapping import SightRays, _native
 from circumspect.mapping import numpy_twin as twin
 from circumspect.mapping.linear_fit import FEWEST, FINDING, TELLING, linearised
 from circumspect.mapping.scan import Scan
@@ -46,14 +47,14 @@ def test_the_linear_problem(seed: int, reach: float, spread: float) -> None:
     scene = random_scene(rng, int(rng.integers(0, 400)), spread)
     count = int(rng.integers(0, 300))
     scan = Scan(rng.uniform(-spread, spread, (count, 3)), rng.uniform(1e-3, 5e-3, count))
-    assert_same_fit(scan, scene, rigid_matrix.exp(rng.normal(0, 0.05, 6)), reach)
+    assert_same_fit(scan, scene, se3_matrices.exp(rng.normal(0, 0.05, 6)), reach)
 
 
 @pytest.mark.parametrize("step", [1, 3])
 def test_the_linear_problem_of_real_pictures(step: int) -> None:
     first = Scan.of(short_drive()[0])
     scene = SceneMap().with_surface(ScanSurface.of(first), true_camera(float(SHORT[0])))
-    T = true_camera(float(SHORT[1])).as_matrix() @ rigid_matrix.exp(np.full(6, 0.004))
+    T = true_camera(float(SHORT[1])).as_matrix() @ se3_matrices.exp(np.full(6, 0.004))
     scan = Scan.of(short_drive()[1]).thinned(step)
     assert linearised(scan, scene, T, 0.05).inliers > 100
     assert_same_fit(scan, scene, T, 0.05)

@@ -4,14 +4,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 from tracking_world import SHORT, T_BASE_CAMERA, short_drive, true_camera
 
-from circumspect.mapping import (
-    FrameSurface,
-    ModelSettings,
-    ObjectModel,
-    ObjectViews,
-    Rebuild,
-    se3,
-)
+from circumspect.geometry import se3
+from circumspect.mapping import FrameSurface, ModelSettings, ObjectModel, ObjectViews, Rebuild
 from circumspect.mapping.object_views import ENOUGH, MOST, WAITING
 from circumspect.sensing import GroundSegmentation
 

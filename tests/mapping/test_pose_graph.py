@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import least_squares
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.mapping import se3
+from circumspect.geometry import se3
 from circumspect.mapping.pose_graph import Edge, Level, PoseGraph
 
 SIGMAS = np.array([0.01] * 3 + [0.02] * 3)

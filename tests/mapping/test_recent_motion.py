@@ -7,7 +7,8 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 from tracking_world import blind, drive, follow, place_errors, short_drive, true_camera
 
-from circumspect.mapping import RegisteredPoses, se3
+from circumspect.geometry import se3
+from circumspect.mapping import RegisteredPoses
 from circumspect.mapping.motion import Belief, MotionSettings
 from circumspect.mapping.predictions import Predictions
 from circumspect.mapping.recent_motion import MOST_SHARE, RecentMotion

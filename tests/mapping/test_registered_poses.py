@@ -20,14 +20,13 @@ from tracking_world import (
 )
 
 from circumspect.errors import InputError
-from circumspect.geometry import PlanarPose
+from circumspect.geometry import PlanarPose, se3
 from circumspect.mapping import (
     GATE_OPEN,
     PoseEstimate,
     RegisteredPoses,
     TrackingSettings,
     registered_poses,
-    se3,
 )
 from circumspect.mapping.keyframes import KeyframeSettings
 from circumspect.mapping.registered_poses import RECOGNISED, STANDING, STEADY

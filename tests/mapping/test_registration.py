@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 from tracking_world import SHORT, short_drive, true_camera
 
 from circumspect.errors import InputError
-from circumspect.mapping import se3
+from circumspect.geometry import se3
 from circumspect.mapping.gate import GateSettings, squared_distance, weakest_direction
 from circumspect.mapping.linear_fit import FEIGNED, RIDGE, LinearFit
 from circumspect.mapping.registration import RegistrationSettings, register

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.mapping import se3
+from circumspect.geometry import se3
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scan_surface import NEIGHBOURS, ScanSurface
 

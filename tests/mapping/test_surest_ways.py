@@ -8,7 +8,8 @@ from scipy.spatial.transform import RigidTransform
 from test_bounded_memory import AHEAD, corner
 from tracking_world import drive, follow
 
-from circumspect.mapping import RegisteredPoses, TrackingSettings, keyframes, se3
+from circumspect.geometry import se3
+from circumspect.mapping import RegisteredPoses, TrackingSettings, keyframes
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.keyframes import Keyframes, KeyframeSettings
 from circumspect.mapping.pose_graph import Edge

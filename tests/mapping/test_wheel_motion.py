@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 from tracking_world import T_BASE_CAMERA
 
-from circumspect.geometry import PlanarPose
-from circumspect.mapping import se3
+from circumspect.geometry import PlanarPose, se3
 from circumspect.mapping.motion import Belief, MotionSettings
 from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.mapping.wheel_motion import WheelMotion, wheel_step

@@ -1,4 +1,4 @@
-"""Shapes and poses: point clouds, meshes, files of both, the pinhole camera, trajectories."""
+"""Shapes and poses: point clouds, meshes and their files, pinhole camera, trajectories, SE(3)."""
 
 from circumspect.geometry.angles import wrapped
 from circumspect.geometry.camera import PinholeCamera

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry import se3
 from circumspect.geometry.composition import composed
-from circumspect.mapping import se3
+from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.leap import BETTER, LEAST_DISTANCE
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.registration import Registration, RegistrationSettings, register
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap

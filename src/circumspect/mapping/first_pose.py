@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
+from circumspect.geometry import se3
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import se3
 from circumspect.mapping.motion import Belief, MotionSettings
 from circumspect.sensing import RgbdFrame
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.mapping import rigid_matrix, se3
+from circumspect.geometry import se3, se3_matrices
 
 if TYPE_CHECKING:
     from circumspect.mapping.pose_graph import Edge, Level
@@ -50,7 +50,7 @@ class GraphProblem:
         return GraphProblem(
             np.array([edge.first for edge in edges], np.intp),
             np.array([edge.second for edge in edges], np.intp),
-            rigid_matrix.inverse(_stacked(measured, (4, 4))),
+            se3_matrices.inverse(_stacked(measured, (4, 4))),
             _stacked([edge.information for edge in edges], (6, 6)),
             np.array([edge.robust for edge in edges], bool),
             np.array([level.number for level in levels], np.intp),
@@ -60,8 +60,8 @@ class GraphProblem:
 
     def at(self, poses: Stack) -> GraphState:
         """The problem at (n, 4, 4) poses."""
-        between = rigid_matrix.inverse(poses[self.first]) @ poses[self.second]
-        errors = rigid_matrix.logs(self.back @ between)
+        between = se3_matrices.inverse(poses[self.first]) @ poses[self.second]
+        errors = se3_matrices.logs(self.back @ between)
         level_errors, J = se3.level_errors(poses[self.level], self.mounts)
         return GraphState(self, poses, between, errors, level_errors, J)
 
@@ -117,7 +117,7 @@ class GraphState:
 
     def moved(self, step: Stack) -> GraphState:
         """The same problem after a step (n, 6)."""
-        return self.problem.at(self.poses @ rigid_matrix.exps(step))
+        return self.problem.at(self.poses @ se3_matrices.exps(step))
 
     def _normal_equations(
         self,
@@ -127,7 +127,7 @@ class GraphState:
         first, second, level = problem.first, problem.second, problem.level
         weights = np.where(problem.robust, 1 / (1 + self.squares / KERNEL**2), 1.0)
         J2 = se3.right_jacobian_inverse(self.errors)
-        J1 = -J2 @ rigid_matrix.adjoint(rigid_matrix.inverse(self.between))
+        J1 = -J2 @ se3_matrices.adjoint(se3_matrices.inverse(self.between))
         omega = problem.omega * weights[:, None, None]
         J1_omega, J2_omega = _turned(J1) @ omega, _turned(J2) @ omega
         J0_omega = _turned(self.level_J) @ problem.level_omega

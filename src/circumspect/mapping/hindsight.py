@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry import se3, se3_matrices
 from circumspect.geometry.composition import between, orthonormal
-from circumspect.mapping import rigid_matrix, se3
 from circumspect.mapping.motion import Belief
 
 MOST = 2000
@@ -76,7 +76,7 @@ class Hindsight:
             T_map_camera: As it was told.
             number: What `hear` gave for it.
         """
-        matrix = T_map_camera.as_matrix() @ rigid_matrix.exp(self._changes[number])
+        matrix = T_map_camera.as_matrix() @ se3_matrices.exp(self._changes[number])
         return orthonormal(matrix)
 
     def _new_number(self) -> int:
@@ -89,8 +89,8 @@ class Hindsight:
         change = np.zeros(6)
         while self._steps:
             number, gain, update = self._steps.pop()
-            whole = rigid_matrix.exp(update) @ rigid_matrix.exp(change)
-            change = gain @ rigid_matrix.log(whole)
+            whole = se3_matrices.exp(update) @ se3_matrices.exp(change)
+            change = gain @ se3_matrices.log(whole)
             self._changes[number] = change
 
 
@@ -101,5 +101,5 @@ def _step(number: int, before: Belief, expected: Belief, after: Belief) -> _Step
     values, vectors = np.linalg.eigh(expected.covariance - carried)
     predicted = carried + (vectors * np.maximum(values, 0.0)) @ vectors.T
     gain = before.covariance @ F.T @ np.linalg.inv(predicted)
-    update = rigid_matrix.log(between(expected.T_map_camera, after.T_map_camera).as_matrix())
+    update = se3_matrices.log(between(expected.T_map_camera, after.T_map_camera).as_matrix())
     return _Step(number, gain, update)

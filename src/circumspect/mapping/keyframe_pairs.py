@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry import se3
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import se3
+from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.keyframe import Keyframe
-from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.pose_graph import Edge
 from circumspect.mapping.registration import RegistrationSettings, register
 from circumspect.mapping.scan_surface import FLOOR

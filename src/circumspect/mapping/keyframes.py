@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry import se3, se3_matrices
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import rigid_matrix, se3
+from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.heirs import Heirs
 from circumspect.mapping.keyframe import Keyframe
@@ -21,7 +22,6 @@ from circumspect.mapping.keyframe_pairs import (
     showing_the_same,
 )
 from circumspect.mapping.pair_queue import PairQueue
-from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged, thinned
 from circumspect.mapping.registration import RegistrationSettings
 from circumspect.mapping.scan import Scan
@@ -285,7 +285,7 @@ class Keyframes:
         graph = self.graph()
         poses = graph.optimised().poses
         there = np.stack([pose.as_matrix() for pose in poses])
-        changes = rigid_matrix.logs(rigid_matrix.inverse(self._poses()) @ there)
+        changes = se3_matrices.logs(se3_matrices.inverse(self._poses()) @ there)
         turn, shift = np.linalg.norm(changes.reshape(-1, 2, 3), axis=2).max(axis=0)
         s = self.settings
         moved = anyway or shift >= s.rebuild_shift or turn >= s.rebuild_turn

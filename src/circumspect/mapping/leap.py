@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.registration import Registration, RegistrationSettings, register
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap

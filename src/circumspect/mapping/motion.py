@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry import se3, se3_matrices
 from circumspect.geometry.composition import composed, orthonormal
-from circumspect.mapping import rigid_matrix, se3
-from circumspect.mapping.pose_distance import distances
+from circumspect.geometry.pose_distance import distances
 
 ODOMETRY, CONSTANT_VELOCITY = "odometry", "constant velocity"
 STANDING_STILL = "standing still"
@@ -84,7 +84,7 @@ class Belief:
         gain = self.covariance @ H.T @ np.linalg.inv(H @ self.covariance @ H.T + noise)
         kept = np.eye(6) - gain @ H
         covariance = kept @ self.covariance @ kept.T + gain @ noise @ gain.T
-        matrix = self.T_map_camera.as_matrix() @ rigid_matrix.exp(-gain @ error)
+        matrix = self.T_map_camera.as_matrix() @ se3_matrices.exp(-gain @ error)
         return Belief(orthonormal(matrix), covariance)
 
 

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry import PlanarPose
+from circumspect.geometry import PlanarPose, se3
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import se3
 from circumspect.mapping.gate import GATE_OPEN
 from circumspect.sensing import RgbdFrame
 

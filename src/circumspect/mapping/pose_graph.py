@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry import se3
 from circumspect.geometry.composition import composed, orthonormal
-from circumspect.mapping import se3
 from circumspect.mapping.graph_problem import GraphProblem, GraphState
 
 ROUNDS = 30

@@ -6,8 +6,8 @@ from collections import deque
 
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry import se3
 from circumspect.geometry.composition import composed
-from circumspect.mapping import se3
 from circumspect.mapping.motion import MotionSettings
 
 MOST_SHARE = 2.5

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry import se3
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import se3
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.registration import Registration
 from circumspect.mapping.relocalisation import (

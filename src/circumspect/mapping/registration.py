@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
-from circumspect.mapping import rigid_matrix
+from circumspect.geometry import se3_matrices
 from circumspect.mapping.linear_fit import FEWEST, FINDING, TELLING, LinearFit, linearised
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap
@@ -147,7 +147,7 @@ class _Descent:
         self.T, self.change, self.fit = prior, np.zeros(6), LinearFit()
         self.steps = 0
         self.moved = self.converged = self.over = False
-        self._prior, self._back = prior, rigid_matrix.inverse(prior)
+        self._prior, self._back = prior, se3_matrices.inverse(prior)
         self._held = prior_information
         self._scan, self._scene, self._part = scan, scene, scan.thinned(THINNED)
         place = float(np.linalg.eigvalsh(np.linalg.inv(self._held)[3:, 3:])[-1]) ** 0.5
@@ -167,8 +167,8 @@ class _Descent:
             return
         gradient = self.fit.gradient + self._held @ self.change
         delta = -np.linalg.solve(self.fit.hessian + self._held + 1e-9 * np.eye(6), gradient)
-        self.T = self.T @ rigid_matrix.exp(delta)
-        self.change = rigid_matrix.log(self._back @ self.T)
+        self.T = self.T @ se3_matrices.exp(delta)
+        self.change = se3_matrices.log(self._back @ self.T)
         self.moved = True
         self._judge(delta, s)
 

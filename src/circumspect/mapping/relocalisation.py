@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
+from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.gate import GateSettings
-from circumspect.mapping.pose_distance import distances
 from circumspect.mapping.registration import Registration, RegistrationSettings, register
 from circumspect.mapping.scan import Scan
 from circumspect.mapping.scene_map import SceneMap

@@ -9,8 +9,8 @@ from graphlib import TopologicalSorter
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry import se3, se3_matrices
 from circumspect.geometry.composition import between
-from circumspect.mapping import rigid_matrix, se3
 from circumspect.mapping.graph_problem import KERNEL, GraphProblem
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.pose_graph import Edge
@@ -42,8 +42,8 @@ def by_surest_ways(keyframes: Sequence[Keyframe], edges: Sequence[Edge]) -> dict
         return keys
     links.sort(key=lambda link: max(link[:2]))
     poses = _matrices(keys)
-    forth = rigid_matrix.adjoint(_between(poses, [(second, first) for first, second, _ in links]))
-    back = rigid_matrix.adjoint(_between(poses, [link[:2] for link in links]))
+    forth = se3_matrices.adjoint(_between(poses, [(second, first) for first, second, _ in links]))
+    back = se3_matrices.adjoint(_between(poses, [link[:2] for link in links]))
     ways = [(one, other, step, Ad) for (one, other, step), Ad in zip(links, forth, strict=True)]
     ways += [
         (other, one, Ad @ step @ Ad.T, Ad)
@@ -63,7 +63,7 @@ def _by_parents(keys: dict[int, Keyframe]) -> dict[int, Keyframe]:
     links = [(number, key.parent) for number, key in keys.items() if key.parent is not None]
     if not links:
         return keys
-    moves = rigid_matrix.adjoint(_between(_matrices(keys), links))
+    moves = se3_matrices.adjoint(_between(_matrices(keys), links))
     Ad = {number: move for (number, _), move in zip(links, moves, strict=True)}
     for number in order.static_order():
         key = keys[number]
@@ -88,7 +88,7 @@ def _between(
 ) -> NDArray[np.float64]:
     """(n, 4, 4) `T_one_other` of each pair of numbers."""
     ones = np.stack([poses[one] for one, _ in pairs])
-    return rigid_matrix.inverse(ones) @ np.stack([poses[other] for _, other in pairs])
+    return se3_matrices.inverse(ones) @ np.stack([poses[other] for _, other in pairs])
 
 
 def _follow(

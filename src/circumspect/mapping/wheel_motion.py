@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry import PlanarPose
+from circumspect.geometry import PlanarPose, se3, se3_matrices
 from circumspect.geometry.composition import composed, orthonormal
-from circumspect.mapping import rigid_matrix, se3
 from circumspect.mapping.motion import MOST_VARIANCE, Belief, MotionSettings
 from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.sensing import Odometry
@@ -68,7 +67,7 @@ class WheelMotion:
         """The motion behind what the wheels told, to first order in the slip of the way so far."""
         lost = np.array(grip.shares) - 1
         novelty = np.array(grip.novelty) ** 2
-        matrix = self.T_old_new.as_matrix() @ rigid_matrix.exp(self.by_shares @ lost)
+        matrix = self.T_old_new.as_matrix() @ se3_matrices.exp(self.by_shares @ lost)
         return Belief(
             orthonormal(matrix),
             self.noise + np.tensordot(novelty, self.steady, axes=1),
@@ -104,9 +103,9 @@ def wheel_step(
     steady = np.zeros((2, 6, 6))
     steady[[0, 1], [3, 2], [3, 2]] = 2 * settings.slip**2 * np.array(unheld) * [way, turned]
     first, second = (mount.as_matrix() for mount in mounts)
-    to_camera = rigid_matrix.adjoint(rigid_matrix.inverse(second))
+    to_camera = se3_matrices.adjoint(se3_matrices.inverse(second))
     return WheelMotion(
-        orthonormal(rigid_matrix.inverse(first) @ told.as_matrix() @ second),
+        orthonormal(se3_matrices.inverse(first) @ told.as_matrix() @ second),
         to_camera @ _by_shares(told),
         to_camera @ base @ to_camera.T,
         to_camera @ steady @ to_camera.T,

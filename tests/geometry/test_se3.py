@@ -4,18 +4,18 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.mapping import se3
+from circumspect.geometry import se3
 
 changes = st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6).map(np.array)
 
 
 @given(changes)
-def test_log_undoes_exp(change: np.ndarray) -> None:
+def test_log_inverts_exp(change: np.ndarray) -> None:
     np.testing.assert_allclose(se3.log(se3.exp(change)), change, atol=1e-9)
 
 
 @given(changes, changes)
-def test_the_adjoint_tells_a_change_in_the_other_frame(
+def test_adjoint_expresses_a_tangent_vector_in_the_target_frame(
     change: np.ndarray, small: np.ndarray
 ) -> None:
     T = se3.exp(change)
@@ -24,7 +24,7 @@ def test_the_adjoint_tells_a_change_in_the_other_frame(
 
 
 @given(changes, changes)
-def test_the_right_jacobian_tells_how_a_logarithm_changes(
+def test_right_jacobian_inverse_is_the_derivative_of_the_logarithm(
     change: np.ndarray, direction: np.ndarray
 ) -> None:
     change, step = 0.5 * change, 1e-6
@@ -35,7 +35,7 @@ def test_the_right_jacobian_tells_how_a_logarithm_changes(
 
 
 @given(changes, changes, changes)
-def test_the_level_error_s_derivative_is_that_of_differences(
+def test_level_error_derivative_equals_finite_differences(
     pose: np.ndarray, mount: np.ndarray, direction: np.ndarray
 ) -> None:
     T, X, step = se3.exp(pose), se3.exp(mount), 1e-6
@@ -55,7 +55,9 @@ def test_the_level_error_s_derivative_is_that_of_differences(
 
 
 @given(changes, st.integers(0, 2**32 - 1))
-def test_information_moves_like_the_inverse_of_covariance(change: np.ndarray, seed: int) -> None:
+def test_moved_information_is_the_inverse_of_moved_covariance(
+    change: np.ndarray, seed: int
+) -> None:
     root = np.random.default_rng(seed).normal(size=(6, 6))
     covariance = root @ root.T + np.eye(6)
     T = se3.exp(change)
