@@ -43,7 +43,7 @@ Groups group(const int64_t* keys, std::size_t count) {
   KeyNumbers numbers(count);
   Groups found;
   found.of_row.resize(count);
-  // Groups in the order in which they come, …
+  // First the groups in order of appearance.
   std::vector<int64_t> first;
   for (std::size_t n = 0; n < count; ++n) {
     if (n > 0 && keys[n] == keys[n - 1]) {
@@ -54,7 +54,7 @@ Groups group(const int64_t* keys, std::size_t count) {
     if (numbers.keys().size() > first.size()) first.push_back(int64_t(n));
   }
   const std::vector<int64_t>& some = numbers.keys();
-  // … then in the order of their keys.
+  // Then the groups in order of their keys.
   std::vector<std::pair<int64_t, std::size_t>> order(some.size());
   for (std::size_t n = 0; n < some.size(); ++n) order[n] = {some[n], n};
   std::sort(order.begin(), order.end());
@@ -68,38 +68,38 @@ Groups group(const int64_t* keys, std::size_t count) {
   return found;
 }
 
-std::vector<int64_t> crowds(const int64_t* keys, std::size_t count) {
+std::vector<int64_t> group_sizes(const int64_t* keys, std::size_t count) {
   KeyNumbers numbers(count);
-  std::vector<int64_t> of_row(count), crowd(count, 0);
+  std::vector<int64_t> of_row(count), size(count, 0);
   for (std::size_t n = 0; n < count; ++n) {
     of_row[n] = n > 0 && keys[n] == keys[n - 1] ? of_row[n - 1] : numbers.number(keys[n]);
-    ++crowd[std::size_t(of_row[n])];
+    ++size[std::size_t(of_row[n])];
   }
-  for (int64_t& row : of_row) row = crowd[std::size_t(row)];
+  for (int64_t& row : of_row) row = size[std::size_t(row)];
   return of_row;
 }
 
-std::vector<double> mean_shares(const Table& table, const int64_t* keys, std::size_t count) {
+std::vector<double> split_means(const Table& table, const int64_t* keys, std::size_t count) {
   KeyNumbers numbers(table.count);
   for (std::size_t n = 0; n < table.count; ++n) numbers.number(table.keys[n]);
   std::vector<int64_t> of_row(count);
-  std::vector<double> crowd(table.count, 0.0);
+  std::vector<double> size(table.count, 0.0);
   for (std::size_t n = 0; n < count; ++n) {
     of_row[n] = n > 0 && keys[n] == keys[n - 1] ? of_row[n - 1] : numbers.find(keys[n]);
-    if (of_row[n] != KeyNumbers::kNone) crowd[std::size_t(of_row[n])] += 1.0;
+    if (of_row[n] != KeyNumbers::kNone) size[std::size_t(of_row[n])] += 1.0;
   }
-  std::vector<double> shares(count, 0.0);
+  std::vector<double> parts(count, 0.0);
   for (std::size_t n = 0; n < count; ++n) {
     if (of_row[n] == KeyNumbers::kNone) continue;
     const auto at = std::size_t(of_row[n]);
-    shares[n] = table.totals[2 * at] / table.totals[2 * at + 1] / crowd[at];
+    parts[n] = table.totals[2 * at] / table.totals[2 * at + 1] / size[at];
   }
-  return shares;
+  return parts;
 }
 
 namespace {
 
-// The rows of the sum of two tables.
+// The number of rows in the sum of two tables.
 std::size_t merged_count(const Table& one, const Table& other) {
   std::size_t a = 0, count = one.count;
   for (std::size_t b = 0; b < other.count; ++b) {
@@ -114,7 +114,7 @@ std::size_t merged_count(const Table& one, const Table& other) {
 }  // namespace
 
 MergedTable merged(const Table& one, const Table& other, std::size_t columns) {
-  // Room for the sum and no more: sums are kept for long.
+  // Reserve exactly the size of the sum: tables are kept for long.
   const std::size_t rows = merged_count(one, other);
   MergedTable sum;
   sum.keys.reserve(rows);
@@ -126,7 +126,7 @@ MergedTable merged(const Table& one, const Table& other, std::size_t columns) {
   };
   std::size_t a = 0;
   for (std::size_t b = 0; b < other.count; ++b) {
-    // Between the rows of the second table, those of the first go in one piece.
+    // Copy the rows of the first table between two rows of the second in one piece.
     const std::size_t begin = a;
     while (a < one.count && one.keys[a] <= other.keys[b]) ++a;
     take(one, begin, a);
@@ -150,7 +150,7 @@ std::size_t merged_rays(const Rays& one, const Rays& other, const RayOutput& out
     std::copy_n(from.on_object + at, count, out.on_object + n);
     n += count;
   };
-  // The second set is the smaller: between its rays, those of the first go in one piece.
+  // The second set is smaller: copy the rays of the first between two of its rays in one piece.
   for (; b < other.count; ++b) {
     const int64_t key = other.keys[b];
     const int64_t* next = std::lower_bound(one.keys + a, one.keys + one.count, key);

@@ -1,4 +1,4 @@
-// Rows with equal keys: which belong together, and their sums.
+// Rows with equal keys: their groups, sums and tables of sums.
 #pragma once
 
 #include <cstddef>
@@ -7,19 +7,19 @@
 
 namespace circumspect {
 
-// Numbers keys in the order in which they come, by a hash of each.
+// Numbers keys in order of first appearance, with a hash table.
 class KeyNumbers {
  public:
-  // Room for so many different keys.
-  explicit KeyNumbers(std::size_t most) {
+  // `max_keys`: upper bound of the number of distinct keys.
+  explicit KeyNumbers(std::size_t max_keys) {
     std::size_t capacity = 16;
-    while (capacity < 2 * most) capacity *= 2;
+    while (capacity < 2 * max_keys) capacity *= 2;
     slots_.assign(capacity, kNone);
   }
 
   static constexpr int64_t kNone = -1;
 
-  // The number of a key, which is the next one where the key is new.
+  // The number of a key; a new key gets the next number.
   int64_t number(int64_t key) {
     const std::size_t at = slot_of(key);
     if (slots_[at] == kNone) {
@@ -29,7 +29,7 @@ class KeyNumbers {
     return slots_[at];
   }
 
-  // The number of a key that came already, or `kNone`.
+  // The number of a known key, or `kNone`.
   int64_t find(int64_t key) const { return slots_[slot_of(key)]; }
 
   const std::vector<int64_t>& keys() const { return keys_; }
@@ -47,19 +47,19 @@ class KeyNumbers {
   std::vector<int64_t> slots_, keys_;
 };
 
-// How many rows have the key of each row.
-std::vector<int64_t> crowds(const int64_t* keys, std::size_t count);
+// For each row the number of rows with the same key.
+std::vector<int64_t> group_sizes(const int64_t* keys, std::size_t count);
 
 // Groups of rows in ascending order of their keys.
 struct Groups {
   std::vector<int64_t> keys;
-  std::vector<int64_t> first;   // a group's first row
-  std::vector<int64_t> of_row;  // a row's group
+  std::vector<int64_t> first;   // first row of each group
+  std::vector<int64_t> of_row;  // group of each row
 };
 
 Groups group(const int64_t* keys, std::size_t count);
 
-// Adds (n, columns) values up into (groups, columns) totals, which begin at zero.
+// Adds (n, columns) values to (groups, columns) totals, which the caller sets to zero.
 template <typename T>
 void add_rows(const int64_t* of_row, const T* values, std::size_t count, std::size_t columns,
               double* totals) {
@@ -70,19 +70,19 @@ void add_rows(const int64_t* of_row, const T* values, std::size_t count, std::si
   }
 }
 
-// How points' cells become one number: three fields of `bits`, each offset and cut to its bits.
+// How a cell becomes one key: three fields of `bits` bits, each with `offset` added, modulo 2^bits.
 struct Packing {
   double side;
   int bits;
   int64_t offset;
 };
 
-// The number of each point's cell, in the points' own precision, as NumPy divides.
+// The key of each point's cell. The division has the precision of the points, as in NumPy.
 void pack_cells(const double* points_xyz, std::size_t count, const Packing& packing,
                 int64_t* keys);
 void pack_cells(const float* points_xyz, std::size_t count, const Packing& packing, int64_t* keys);
 
-// A table of ascending keys with rows of totals; each key once where nothing else is said.
+// A table of ascending keys with rows of totals. Keys are unique unless stated otherwise.
 struct Table {
   const int64_t* keys;
   const double* totals;
@@ -94,9 +94,9 @@ struct MergedTable {
   std::vector<double> totals;
 };
 
-// Of a table of sums of area and frames: the mean area of a row's key in equal parts for all rows
-// of that key, and none for keys that are not in the table.
-std::vector<double> mean_shares(const Table& table, const int64_t* keys, std::size_t count);
+// For a table with two columns, sum and count: the mean sum / count of each row's key, divided
+// evenly among the rows with that key; 0 for keys that are not in the table.
+std::vector<double> split_means(const Table& table, const int64_t* keys, std::size_t count);
 
 // Rays with ascending keys, each once.
 struct Rays {
@@ -106,7 +106,8 @@ struct Rays {
   std::size_t count;
 };
 
-// Rays of two sets; of equal keys the first set's. The arrays of `out` have room for all.
+// Union of two sets of rays; for equal keys the ray of the first set. The arrays of `out` have room
+// for all rays.
 struct RayOutput {
   int64_t* keys;
   float *origins_xyz, *ends_xyz;
@@ -114,8 +115,7 @@ struct RayOutput {
 };
 std::size_t merged_rays(const Rays& one, const Rays& other, const RayOutput& out);
 
-// The sum of two tables. Keys of the second one may come several times; rows of a key are added in
-// the order in which they come.
+// The sum of two tables. The second one may repeat keys; rows with equal keys are added in order.
 MergedTable merged(const Table& one, const Table& other, std::size_t columns);
 
 }  // namespace circumspect

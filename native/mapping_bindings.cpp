@@ -100,89 +100,9 @@ nb::tuple plane_fits(Points points_xyz, Rows<int64_t> near, std::size_t threads)
                         given<Real>(std::move(variances), {count, 3}));
 }
 
-nb::tuple groups(Keys keys) {
-  Groups found;
-  {
-    nb::gil_scoped_release release;
-    found = group(keys.data(), keys.shape(0));
-  }
-  const std::size_t count = found.keys.size();
-  return nb::make_tuple(given<Whole>(std::move(found.keys), {count}),
-                        given<Whole>(std::move(found.first), {count}),
-                        given<Whole>(std::move(found.of_row), {keys.shape(0)}));
-}
-
-Whole crowds_of(Keys keys) {
-  std::vector<int64_t> found;
-  {
-    nb::gil_scoped_release release;
-    found = crowds(keys.data(), keys.shape(0));
-  }
-  return given<Whole>(std::move(found), {keys.shape(0)});
-}
-
-Real shares_of(Keys table_keys, Rows<double> totals, Keys keys) {
-  require(totals.shape(0) == table_keys.shape(0) && totals.shape(1) == 2, "area and frames a key");
-  std::vector<double> found;
-  {
-    nb::gil_scoped_release release;
-    const Table table{table_keys.data(), totals.data(), table_keys.shape(0)};
-    found = mean_shares(table, keys.data(), keys.shape(0));
-  }
-  return given<Real>(std::move(found), {keys.shape(0)});
-}
-
-template <typename T>
-nb::tuple row_sums(Keys keys, Rows<T> values) {
-  const std::size_t columns = values.shape(1);
-  require(values.shape(0) == keys.shape(0), "one row a key");
-  Groups found;
-  std::vector<double> totals;
-  {
-    nb::gil_scoped_release release;
-    found = group(keys.data(), keys.shape(0));
-    totals.assign(found.keys.size() * columns, 0.0);
-    add_rows(found.of_row.data(), values.data(), keys.shape(0), columns, totals.data());
-  }
-  const std::size_t count = found.keys.size();
-  return nb::make_tuple(given<Whole>(std::move(found.keys), {count}),
-                        given<Real>(std::move(totals), {count, columns}));
-}
-
 template <typename T>
 using Corners = nb::ndarray<const T, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Flags = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-
-template <typename T>
-Whole packed_cells(Corners<T> points_xyz, double side, int bits, int64_t offset) {
-  require(side > 0.0 && bits >= 1 && bits <= 20, "side and bits");
-  const Packing packing{side, bits, offset};
-  const std::size_t count = points_xyz.shape(0);
-  std::vector<int64_t> keys(count);
-  {
-    nb::gil_scoped_release release;
-    pack_cells(points_xyz.data(), count, packing, keys.data());
-  }
-  return given<Whole>(std::move(keys), {count});
-}
-
-// Numbers of patches: the cell, and which of six ways the normal turns most.
-template <typename T>
-Whole patch_keys(Keys cells, Corners<T> normals_xyz) {
-  const std::size_t count = cells.shape(0);
-  require(normals_xyz.shape(0) == count, "one normal a cell");
-  std::vector<int64_t> keys(count);
-  {
-    nb::gil_scoped_release release;
-    for (std::size_t n = 0; n < count; ++n) {
-      const T* v = normals_xyz.data() + 3 * n;
-      int axis = std::fabs(v[1]) > std::fabs(v[0]);
-      if (std::fabs(v[2]) > std::fabs(v[axis])) axis = 2;
-      keys[n] = cells.data()[n] * 8 + 2 * axis + (v[axis] > T(0));
-    }
-  }
-  return given<Whole>(std::move(keys), {count});
-}
 
 // Per voxel the sums of weight, weighted point, weighted normal, and a one.
 nb::tuple surface_sums(Corners<double> points_xyz, Corners<float> normals_xyz, Values32 weights,
@@ -257,22 +177,6 @@ nb::tuple merge_rays(Keys keys, Corners<float> origins_xyz, Corners<float> ends_
       given<Single>(std::move(ends), {count, 3}), Given(flags, {count}, owner));
 }
 
-nb::tuple table_sum(Keys one_keys, Rows<double> one, Keys other_keys, Rows<double> other) {
-  const std::size_t columns = one.shape(1);
-  require(one.shape(0) == one_keys.shape(0) && other.shape(0) == other_keys.shape(0) &&
-              other.shape(1) == columns,
-          "one row a key and as many columns");
-  MergedTable sum;
-  {
-    nb::gil_scoped_release release;
-    sum = merged({one_keys.data(), one.data(), one.shape(0)},
-                 {other_keys.data(), other.data(), other.shape(0)}, columns);
-  }
-  const std::size_t count = sum.keys.size();
-  return nb::make_tuple(given<Whole>(std::move(sum.keys), {count}),
-                        given<Real>(std::move(sum.totals), {count, columns}));
-}
-
 }  // namespace
 
 NB_MODULE(_native, m) {
@@ -285,18 +189,8 @@ NB_MODULE(_native, m) {
            "reach"_a, "tukey"_a, "correlation"_a, "least_spread"_a, "uneven"_a, "least_cut"_a,
            "floor"_a, "far"_a, "averted"_a, "standing"_a, "fewest"_a);
   m.def("plane_fits", &plane_fits, "points_xyz"_a, "near"_a, "threads"_a = 1);
-  m.def("groups", &groups, "keys"_a);
-  m.def("crowds", &crowds_of, "keys"_a);
-  m.def("mean_shares", &shares_of, "table_keys"_a, "totals"_a, "keys"_a);
-  m.def("row_sums", &row_sums<double>, "keys"_a, "values"_a);
-  m.def("row_sums", &row_sums<float>, "keys"_a, "values"_a);
-  m.def("packed_cells", &packed_cells<double>, "points_xyz"_a, "side"_a, "bits"_a, "offset"_a);
-  m.def("packed_cells", &packed_cells<float>, "points_xyz"_a, "side"_a, "bits"_a, "offset"_a);
-  m.def("patch_keys", &patch_keys<double>, "cells"_a, "normals_xyz"_a);
-  m.def("patch_keys", &patch_keys<float>, "cells"_a, "normals_xyz"_a);
   m.def("surface_sums", &surface_sums, "points_xyz"_a, "normals_xyz"_a, "weights"_a, "keys"_a);
   m.def("surface_means", &surface_means, "totals"_a);
   m.def("merge_rays", &merge_rays, "keys"_a, "origins_xyz"_a, "ends_xyz"_a, "on_object"_a,
         "more_keys"_a, "more_origins_xyz"_a, "more_ends_xyz"_a, "more_on_object"_a);
-  m.def("table_sum", &table_sum, "one_keys"_a, "one"_a, "other_keys"_a, "other"_a);
 }

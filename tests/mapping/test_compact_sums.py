@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tracking_world import T_BASE_CAMERA, short_drive
 
+from circumspect.geometry.voxel_sums import VoxelSums
 from circumspect.mapping import FrameSurface, ObjectModel, ObjectViews
 from circumspect.mapping.compact_sums import CompactSums
 from circumspect.mapping.frame_share import COLUMNS, FRAMES, NORMAL, POINT, WEIGHT
-from circumspect.mapping.voxel_sums import VoxelSums
 from circumspect.sensing import GroundSegmentation
 
 

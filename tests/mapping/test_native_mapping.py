@@ -126,46 +126,6 @@ def test_planes_that_are_none_are_refused(points, normals, uneven, cell) -> None
         _native.PlaneMap(points, normals, np.ones(3), np.zeros(3), np.zeros(uneven), cell)
 
 
-@given(seeds, st.integers(0, 300), st.integers(1, 400))
-def test_groups_and_sums(seed: int, count: int, different: int) -> None:
-    rng = np.random.default_rng(seed)
-    keys = rng.integers(-different, different, count) * (2**53 + 1)
-    for one, other in zip(_native.groups(keys), twin.groups(keys), strict=True):
-        np.testing.assert_array_equal(one, other)
-    np.testing.assert_array_equal(_native.crowds(keys), twin.crowds(keys))
-    for dtype in (np.float32, np.float64):
-        values = rng.normal(size=(count, 3)).astype(dtype)
-        found, sums = _native.row_sums(keys, values)
-        expected, totals = twin.row_sums(keys, values)
-        np.testing.assert_array_equal(found, expected)
-        np.testing.assert_allclose(sums, totals, atol=1e-9)
-    half = count // 2
-    tables = (
-        *twin.row_sums(keys[:half], values[:half]),
-        *twin.row_sums(keys[half:], values[half:]),
-    )
-    found, sums = _native.table_sum(*tables)
-    expected, totals = twin.table_sum(*tables)
-    np.testing.assert_array_equal(found, expected)
-    np.testing.assert_allclose(sums, totals, atol=1e-9)
-
-
-@given(seeds, st.integers(0, 200), st.sampled_from([np.float32, np.float64]))
-def test_cells_and_patches(seed: int, count: int, dtype: type) -> None:
-    rng = np.random.default_rng(seed)
-    points = rng.normal(0, 3, (count, 3)).astype(dtype)
-    for bits, offset in ((20, 1 << 19), (15, 0), (6, 0)):
-        np.testing.assert_array_equal(
-            _native.packed_cells(points, 0.03, bits, offset),
-            twin.packed_cells(points, 0.03, bits, offset),
-        )
-    cells = twin.packed_cells(points, 0.03, 20, 0)
-    normals = np.round(points)  # with equal components, too
-    np.testing.assert_array_equal(
-        _native.patch_keys(cells, normals), twin.patch_keys(cells, normals)
-    )
-
-
 @given(seeds, st.integers(0, 200))
 def test_surfaces(seed: int, count: int) -> None:
     rng = np.random.default_rng(seed)
@@ -199,31 +159,3 @@ def test_rays_merge_by_their_keys_and_the_first_stay(seed: int, one: int, other:
         np.testing.assert_array_equal(merged.origins_xyz[number], origin)
         np.testing.assert_array_equal(merged.ends_xyz[number], end)
         assert merged.on_object[number] == hit
-
-
-@given(seeds, st.integers(0, 200), st.integers(0, 300))
-def test_shares_of_means(seed: int, known: int, count: int) -> None:
-    rng = np.random.default_rng(seed)
-    table = np.unique(rng.integers(-200, 200, known)) * (2**53 + 1)
-    totals = rng.uniform(1, 2, (len(table), 2))
-    keys = rng.integers(-200, 200, count) * (2**53 + 1)
-    shares = _native.mean_shares(table, totals, keys)
-    np.testing.assert_array_equal(shares, twin.mean_shares(table, totals, keys))
-    # All of a mean is shared out where any row has its key.
-    expected = (totals[:, 0] / totals[:, 1])[np.isin(table, keys)].sum()
-    assert shares.sum() == pytest.approx(expected)
-
-
-def test_arrays_that_do_not_belong_together_are_refused() -> None:
-    keys, rows = np.arange(4), np.zeros((3, 2))
-    with pytest.raises(ValueError, match="one row a key"):
-        _native.row_sums(keys, rows)
-    with pytest.raises(ValueError, match="as many columns"):
-        _native.table_sum(keys[:3], rows, keys[:3], np.zeros((3, 5)))
-    for totals in (np.zeros((3, 3)), np.zeros((2, 2))):
-        with pytest.raises(ValueError, match="area and frames a key"):
-            _native.mean_shares(keys[:3], totals, keys)
-    with pytest.raises(ValueError, match="one normal a cell"):
-        _native.patch_keys(keys, np.zeros((3, 3)))
-    with pytest.raises(ValueError, match="side and bits"):
-        _native.packed_cells(np.zeros((3, 3)), 0.1, 30, 0)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
-from circumspect.mapping.voxel_sums import voxel_keys
+from circumspect.geometry.voxel_sums import voxel_keys
 from circumspect.sensing import DepthNoise, pixel_rays
 from circumspect.simulation import RayCaster, Scene
 

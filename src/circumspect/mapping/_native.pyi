@@ -1,7 +1,5 @@
 """Types of the C++ kernels in native/ that mapping uses."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,20 +44,6 @@ class PlaneMap:
 def plane_fits(
     points_xyz: NDArray[np.float64], near: NDArray[np.int64], threads: int = 1
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
-def groups(
-    keys: NDArray[np.int64],
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]: ...
-def crowds(keys: NDArray[np.int64]) -> NDArray[np.int64]: ...
-def mean_shares(
-    table_keys: NDArray[np.int64], totals: NDArray[np.float64], keys: NDArray[np.int64]
-) -> NDArray[np.float64]: ...
-def row_sums(
-    keys: NDArray[np.int64], values: NDArray[Any]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]: ...
-def packed_cells(
-    points_xyz: NDArray[Any], side: float, bits: int, offset: int
-) -> NDArray[np.int64]: ...
-def patch_keys(cells: NDArray[np.int64], normals_xyz: NDArray[Any]) -> NDArray[np.int64]: ...
 def surface_sums(
     points_xyz: NDArray[np.float64],
     normals_xyz: NDArray[np.float32],
@@ -79,9 +63,3 @@ def merge_rays(
     more_ends_xyz: NDArray[np.float32],
     more_on_object: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]: ...
-def table_sum(
-    one_keys: NDArray[np.int64],
-    one: NDArray[np.float64],
-    other_keys: NDArray[np.int64],
-    other: NDArray[np.float64],
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]: ...

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry.voxel_sums import VoxelSums
 from circumspect.mapping.frame_share import NORMAL, POINT, WEIGHT
-from circumspect.mapping.voxel_sums import VoxelSums
 
 
 @dataclass(frozen=True, eq=False)

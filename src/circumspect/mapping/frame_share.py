@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.voxel_sums import VoxelSums, coarser_keys, group_maxima, voxel_keys
 from circumspect.mapping import _native, surface_area
 from circumspect.mapping.frame_surface import FrameSurface
-from circumspect.mapping.voxel_sums import VoxelSums, coarser_keys, largest, voxel_keys
 
 # Columns of the sums: weight, weighted point (3), weighted normal (3), frames.
 WEIGHT, POINT, NORMAL, FRAMES, COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8
@@ -68,8 +68,8 @@ def coarser(sums: VoxelSums) -> VoxelSums:
     Added up frame by frame, they were seen in as many as any or several of their parts were.
     """
     keys = coarser_keys(sums.keys)
-    both = VoxelSums.of(keys, sums.totals)
-    both.totals[:, FRAMES] = largest(keys, sums.totals[:, FRAMES])
+    both = VoxelSums.from_rows(keys, sums.totals)
+    both.totals[:, FRAMES] = group_maxima(keys, sums.totals[:, FRAMES])
     return both
 
 

@@ -13,13 +13,13 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import GeometryError
 from circumspect.geometry import PointCloud, write_ply
+from circumspect.geometry.voxel_sums import VoxelSums, group_sizes, voxel_keys
 from circumspect.grid import Grid, OccupancyGrid
 from circumspect.mapping import _native, surface_area
 from circumspect.mapping.frame_share import COLUMNS, FRAMES, FrameShare, coarser
 from circumspect.mapping.frame_surface import FrameSurface
 from circumspect.mapping.occupancy import occupancies, occupancy
 from circumspect.mapping.sight_rays import SightRays
-from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 from circumspect.sensing import RgbdFrame
 
 LARGE = 40_000
@@ -239,7 +239,7 @@ class ObjectModel:
 
     def _confirmed(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
         blocks = voxel_keys(points_xyz, 3 * (self.voxel or 0.0))
-        kept = _native.crowds(blocks) >= self.settings.crowd
+        kept = group_sizes(blocks) >= self.settings.crowd
         if self.frames >= self.settings.frames_until_strict:
             kept &= self.sums.totals[:, FRAMES] >= self.settings.confirmed_by
         # Of an object of a few points everything is kept rather than nothing.

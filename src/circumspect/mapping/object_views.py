@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.composition import composed
+from circumspect.geometry.voxel_sums import VoxelSums
 from circumspect.mapping import surface_area
 from circumspect.mapping.compact_sums import CompactSums
 from circumspect.mapping.frame_share import COLUMNS, FrameShare
 from circumspect.mapping.sight_rays import SightRays
-from circumspect.mapping.voxel_sums import VoxelSums
 
 MOST = 300
 """So many patches are kept; the one that fewest frames showed gives way."""

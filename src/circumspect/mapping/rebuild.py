@@ -10,11 +10,11 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.composition import composed
+from circumspect.geometry.voxel_sums import VoxelSums, group_maxima, voxel_keys
 from circumspect.mapping import surface_area
 from circumspect.mapping.frame_share import FRAMES, NORMAL, POINT, WEIGHT, FrameShare
 from circumspect.mapping.object_model import ModelSettings, ObjectModel
 from circumspect.mapping.object_views import FINE, ObjectViews, ViewPatch
-from circumspect.mapping.voxel_sums import VoxelSums, largest, voxel_keys
 
 
 class Rebuild:
@@ -84,9 +84,9 @@ def _with_patch(model: ObjectModel, patch: ViewPatch, T_map_patch: RigidTransfor
     columns[:, POINT] = points * rows[:, WEIGHT, None]
     columns[:, NORMAL] = rows[:, NORMAL] @ R.T
     keys = voxel_keys(points, model.voxel or FINE)
-    sums = VoxelSums.of(keys, columns)
+    sums = VoxelSums.from_rows(keys, columns)
     # Two voxels of a patch may come to lie in one: it was seen in as many frames as either.
-    sums.totals[:, FRAMES] = largest(keys, rows[:, FRAMES])
+    sums.totals[:, FRAMES] = group_maxima(keys, rows[:, FRAMES])
     areas = surface_area.several_frames_areas(
         points,
         local_normals @ R.T,

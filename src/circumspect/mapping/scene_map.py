@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.voxel_sums import VoxelSums, patch_keys
 from circumspect.mapping import _native
 from circumspect.mapping.scan_surface import ScanSurface
-from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 
 if TYPE_CHECKING:
     from small_gicp import KdTree
@@ -60,13 +60,13 @@ class SceneMap:
             matrix = T_map_camera.as_matrix()
             points = scan.points_xyz[known] @ matrix[:3, :3].T + matrix[:3, 3]
             weights = scan.sigmas[known, None] ** -2
-            normals = np.ascontiguousarray(normals_xyz[known] @ matrix[:3, :3].T)
-            keys.append(_native.patch_keys(voxel_keys(points, self.voxel), normals))
+            normals = normals_xyz[known] @ matrix[:3, :3].T
+            keys.append(patch_keys(points, normals, self.voxel))
             further = np.column_stack([surface.slopes[known], surface.unevenness[known]])
             columns.append(
                 np.hstack([weights, weights * points, weights * normals, weights**2 * further])
             )
-        added = VoxelSums.of(np.concatenate(keys), np.concatenate(columns))
+        added = VoxelSums.from_rows(np.concatenate(keys), np.concatenate(columns))
         return SceneMap(self.voxel, self.sums.plus(added))
 
     @cached_property

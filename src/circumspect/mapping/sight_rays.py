@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry.voxel_sums import first_rows, packed_cells
 from circumspect.mapping import _native
 
 END_CELL = 0.05
@@ -82,7 +83,7 @@ class SightRays:
             ends_xyz: (m, 3) [m].
             on_object: (m,) bool.
         """
-        keys, first, _ = _native.groups(_keys(origins_xyz, ends_xyz, on_object))
+        keys, first = first_rows(_keys(origins_xyz, ends_xyz, on_object))
         return SightRays(
             *_native.merge_rays(
                 self.keys,
@@ -104,8 +105,8 @@ def _keys(
 ) -> NDArray[np.int64]:
     # Of rays from one place the place is looked at once.
     places = origins_xyz[:1] if origins_xyz.strides[0] == 0 else origins_xyz
-    origins = _native.packed_cells(np.ascontiguousarray(places), ORIGIN_CELL, ORIGIN_BITS, 0)
-    ends = _native.packed_cells(np.ascontiguousarray(ends_xyz), END_CELL, END_BITS, 0)
+    origins = packed_cells(places, ORIGIN_CELL, ORIGIN_BITS)
+    ends = packed_cells(ends_xyz, END_CELL, END_BITS)
     # 45 bits for the end, 18 for the origin; the sign bit tells the object from the rest.
     key = ends | (origins << (3 * END_BITS))
     return np.where(on_object, key, -key - 1)

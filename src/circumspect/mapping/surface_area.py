@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.mapping import _native
+from circumspect.geometry.voxel_sums import VoxelSums, patch_keys
 from circumspect.mapping.frame_surface import FrameSurface
-from circumspect.mapping.voxel_sums import VoxelSums, voxel_keys
 
 PATCH = 0.032
 """Side of the cells over which areas are summed [m]: many pixels a frame, even far away."""
@@ -22,7 +21,7 @@ def frame_areas(surface: FrameSurface) -> VoxelSums:
     board, or the two faces at an edge, are counted each.
     """
     columns = np.stack([surface.areas, np.zeros_like(surface.areas)], axis=1)
-    sums = VoxelSums.of(_patches(surface.points_xyz, surface.normals_xyz), columns)
+    sums = VoxelSums.from_rows(patch_keys(surface.points_xyz, surface.normals_xyz, PATCH), columns)
     sums.totals[:, 1] = 1
     return sums
 
@@ -42,7 +41,7 @@ def several_frames_areas(
         frames: How many there were.
     """
     columns = np.stack([frames * areas, np.zeros_like(areas)], axis=1)
-    sums = VoxelSums.of(_patches(points_xyz, normals_xyz), columns)
+    sums = VoxelSums.from_rows(patch_keys(points_xyz, normals_xyz, PATCH), columns)
     sums.totals[:, 1] = frames
     return sums
 
@@ -64,10 +63,4 @@ def point_areas(
         (n,) [m²].
     """
     # A point whose mean normal turns like none of its views has no patch, and no area.
-    return _native.mean_shares(areas.keys, areas.totals, _patches(points_xyz, normals_xyz))
-
-
-def _patches(
-    points_xyz: NDArray[np.floating], normals_xyz: NDArray[np.floating]
-) -> NDArray[np.int64]:
-    return _native.patch_keys(voxel_keys(points_xyz, PATCH), np.ascontiguousarray(normals_xyz))
+    return areas.split_means(patch_keys(points_xyz, normals_xyz, PATCH))

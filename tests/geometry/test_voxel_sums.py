@@ -4,7 +4,15 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.mapping.voxel_sums import VoxelSums, coarser_keys, voxel_keys
+from circumspect.geometry.voxel_sums import (
+    VoxelSums,
+    coarser_keys,
+    first_rows,
+    group_maxima,
+    group_sizes,
+    patch_keys,
+    voxel_keys,
+)
 
 
 def slow_sums(keys: np.ndarray, values: np.ndarray) -> dict[int, np.ndarray]:
@@ -21,11 +29,11 @@ def assert_same(sums: VoxelSums, expected: dict[int, np.ndarray]) -> None:
 
 
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(0, 60), other=st.integers(0, 60))
-def test_sums_equal_those_of_a_dictionary(seed: int, count: int, other: int) -> None:
+def test_sums_equal_a_dictionary_of_sums(seed: int, count: int, other: int) -> None:
     rng = np.random.default_rng(seed)
     keys, more = rng.integers(0, 12, count), rng.integers(0, 12, other)
     values, further = rng.normal(size=(count, 3)), rng.normal(size=(other, 3))
-    one, two = VoxelSums.of(keys, values), VoxelSums.of(more, further)
+    one, two = VoxelSums.from_rows(keys, values), VoxelSums.from_rows(more, further)
     assert_same(one, slow_sums(keys, values))
     together = slow_sums(np.concatenate([keys, more]), np.concatenate([values, further]))
     assert_same(one.plus(two), together)
@@ -34,7 +42,7 @@ def test_sums_equal_those_of_a_dictionary(seed: int, count: int, other: int) -> 
 
 
 @given(seed=st.integers(0, 2**32 - 1), side=st.floats(0.002, 0.5))
-def test_points_share_a_key_exactly_where_they_share_a_voxel(seed: int, side: float) -> None:
+def test_points_have_equal_keys_only_in_the_same_voxel(seed: int, side: float) -> None:
     rng = np.random.default_rng(seed)
     points = rng.uniform(-4 * side, 4 * side, (80, 3))
     cells = [tuple(cell) for cell in np.floor(points / side).astype(int).tolist()]
@@ -43,12 +51,12 @@ def test_points_share_a_key_exactly_where_they_share_a_voxel(seed: int, side: fl
 
 
 @given(seed=st.integers(0, 2**32 - 1), counts=st.lists(st.integers(0, 40), max_size=5))
-def test_several_tables_at_once_are_to_the_last_bit_those_one_by_one(
+def test_adding_several_tables_equals_adding_one_by_one_bit_for_bit(
     seed: int, counts: list[int]
 ) -> None:
     rng = np.random.default_rng(seed)
     first, *others = (
-        VoxelSums.of(rng.integers(0, 30, count), rng.normal(size=(count, 2)))
+        VoxelSums.from_rows(rng.integers(0, 30, count), rng.normal(size=(count, 2)))
         for count in [20, *counts]
     )
     one_by_one = first
@@ -60,10 +68,27 @@ def test_several_tables_at_once_are_to_the_last_bit_those_one_by_one(
 
 
 @given(seed=st.integers(0, 2**32 - 1), side=st.floats(0.002, 0.5))
-def test_coarser_keys_are_those_of_voxels_of_twice_the_side(seed: int, side: float) -> None:
+def test_coarser_keys_equal_keys_of_voxels_of_twice_the_side(seed: int, side: float) -> None:
     cells = np.random.default_rng(seed).integers(-500, 500, (80, 3))
     # In the middle of cells, where no division rounds over a border.
     points = (cells + 0.5) * side
     np.testing.assert_array_equal(
         coarser_keys(voxel_keys(points, side)), voxel_keys(points, 2 * side)
     )
+
+
+def test_two_sides_of_a_board_are_two_patches() -> None:
+    points = np.full((3, 3), 0.01)
+    normals = np.array([[0.1, 0.0, 0.9], [0.0, 0.2, -0.9], [0.0, 0.1, 0.8]])
+    front, back, again = patch_keys(points, normals, 0.05)
+    assert front == again != back
+
+
+def test_group_functions_of_unsorted_keys() -> None:
+    keys = np.array([7, -2, 7, 5, -2, 7])
+    np.testing.assert_array_equal(group_sizes(keys), [3, 2, 3, 1, 2, 3])
+    distinct, first = first_rows(keys)
+    np.testing.assert_array_equal(distinct, [-2, 5, 7])
+    np.testing.assert_array_equal(first, [1, 3, 0])
+    np.testing.assert_array_equal(group_maxima(keys, np.arange(6.0)), [4, 3, 5])
+    assert len(group_maxima(keys[:0], np.empty(0))) == 0
