@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from benchmarks.provenance import provenance
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.errors import CircumspectError
-from circumspect.mapping import ObjectModel
 from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.reconstruction import ObjectModel
 from circumspect.storage import atomic_open
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
@@ -60,7 +60,7 @@ class Snapshots:
             return
         for share in SHARES:
             if step.coverage >= share - 1e-9 and f"points_{share:g}" not in self.kept:
-                self._keep(f"{share:g}", step.model.sketch, step.coverage, step.index)
+                self._keep(f"{share:g}", step.model.preview, step.coverage, step.index)
 
     def on_end(self, result: RecognitionResult) -> None:
         """See `PipelineObserver.on_end`."""

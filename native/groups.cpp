@@ -141,26 +141,4 @@ MergedTable merged(const Table& one, const Table& other, std::size_t columns) {
   return sum;
 }
 
-std::size_t merged_rays(const Rays& one, const Rays& other, const RayOutput& out) {
-  std::size_t a = 0, b = 0, n = 0;
-  const auto take = [&](const Rays& from, std::size_t at, std::size_t count) {
-    std::copy_n(from.keys + at, count, out.keys + n);
-    std::copy_n(from.origins_xyz + 3 * at, 3 * count, out.origins_xyz + 3 * n);
-    std::copy_n(from.ends_xyz + 3 * at, 3 * count, out.ends_xyz + 3 * n);
-    std::copy_n(from.on_object + at, count, out.on_object + n);
-    n += count;
-  };
-  // The second set is smaller: copy the rays of the first between two of its rays in one piece.
-  for (; b < other.count; ++b) {
-    const int64_t key = other.keys[b];
-    const int64_t* next = std::lower_bound(one.keys + a, one.keys + one.count, key);
-    const std::size_t to = std::size_t(next - one.keys);
-    if (to > a) take(one, a, to - a);
-    a = to;
-    if (a == one.count || one.keys[a] != key) take(other, b, 1);
-  }
-  if (one.count > a) take(one, a, one.count - a);
-  return n;
-}
-
 }  // namespace circumspect

@@ -98,23 +98,6 @@ struct MergedTable {
 // evenly among the rows with that key; 0 for keys that are not in the table.
 std::vector<double> split_means(const Table& table, const int64_t* keys, std::size_t count);
 
-// Rays with ascending keys, each once.
-struct Rays {
-  const int64_t* keys;
-  const float *origins_xyz, *ends_xyz;
-  const bool* on_object;
-  std::size_t count;
-};
-
-// Union of two sets of rays; for equal keys the ray of the first set. The arrays of `out` have room
-// for all rays.
-struct RayOutput {
-  int64_t* keys;
-  float *origins_xyz, *ends_xyz;
-  bool* on_object;
-};
-std::size_t merged_rays(const Rays& one, const Rays& other, const RayOutput& out);
-
 // The sum of two tables. The second one may repeat keys; rows with equal keys are added in order.
 MergedTable merged(const Table& one, const Table& other, std::size_t columns);
 

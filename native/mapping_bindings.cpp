@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "given.hpp"
-#include "groups.hpp"
 #include "parallel.hpp"
 #include "plane_fits.hpp"
 #include "plane_map.hpp"
@@ -23,11 +22,6 @@ namespace {
 using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Values = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Pose = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
-using Keys = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Whole = nb::ndarray<nb::numpy, int64_t, nb::ndim<1>>;
-using Values32 = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Single = nb::ndarray<nb::numpy, float>;
-using Given = nb::ndarray<nb::numpy, bool, nb::ndim<1>>;
 using Real = nb::ndarray<nb::numpy, double>;
 template <typename T>
 using Rows = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
@@ -100,83 +94,6 @@ nb::tuple plane_fits(Points points_xyz, Rows<int64_t> near, std::size_t threads)
                         given<Real>(std::move(variances), {count, 3}));
 }
 
-template <typename T>
-using Corners = nb::ndarray<const T, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Flags = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-
-// Per voxel the sums of weight, weighted point, weighted normal, and a one.
-nb::tuple surface_sums(Corners<double> points_xyz, Corners<float> normals_xyz, Values32 weights,
-                       Keys keys) {
-  const std::size_t count = points_xyz.shape(0), columns = 8;
-  require(normals_xyz.shape(0) == count && weights.shape(0) == count && keys.shape(0) == count,
-          "one normal, weight and key a point");
-  Groups found;
-  std::vector<double> totals;
-  {
-    nb::gil_scoped_release release;
-    found = group(keys.data(), count);
-    totals.assign(found.keys.size() * columns, 0.0);
-    for (std::size_t n = 0; n < count; ++n) {
-      double* row = totals.data() + columns * std::size_t(found.of_row[n]);
-      const double weight = double(weights.data()[n]);
-      row[0] += weight, row[7] = 1.0;
-      for (std::size_t a = 0; a < 3; ++a) {
-        row[1 + a] += points_xyz.data()[3 * n + a] * weight;
-        row[4 + a] += double(normals_xyz.data()[3 * n + a]) * weight;
-      }
-    }
-  }
-  const std::size_t voxels = found.keys.size();
-  return nb::make_tuple(given<Whole>(std::move(found.keys), {voxels}),
-                        given<Real>(std::move(totals), {voxels, columns}));
-}
-
-// Of rows of such sums the mean points and the unit normals, (0, 0, 1) where there is none.
-nb::tuple surface_means(Rows<double> totals) {
-  const std::size_t count = totals.shape(0), columns = totals.shape(1);
-  require(columns >= 7, "weight, point and normal");
-  std::vector<double> points(3 * count), normals(3 * count);
-  {
-    nb::gil_scoped_release release;
-    for (std::size_t n = 0; n < count; ++n) {
-      const double* row = totals.data() + columns * n;
-      const double length = std::sqrt(row[4] * row[4] + row[5] * row[5] + row[6] * row[6]);
-      for (std::size_t a = 0; a < 3; ++a) {
-        points[3 * n + a] = row[1 + a] / row[0];
-        normals[3 * n + a] = length > 1e-9 ? row[4 + a] / length : double(a == 2);
-      }
-    }
-  }
-  return nb::make_tuple(given<Real>(std::move(points), {count, 3}),
-                        given<Real>(std::move(normals), {count, 3}));
-}
-
-nb::tuple merge_rays(Keys keys, Corners<float> origins_xyz, Corners<float> ends_xyz,
-                     Flags on_object, Keys more_keys, Corners<float> more_origins_xyz,
-                     Corners<float> more_ends_xyz, Flags more_on_object) {
-  const auto checked = [](const Keys& k, const Corners<float>& o, const Corners<float>& e,
-                          const Flags& f) {
-    require(o.shape(0) == k.shape(0) && e.shape(0) == k.shape(0) && f.shape(0) == k.shape(0),
-            "one origin, end and flag a key");
-    return Rays{k.data(), o.data(), e.data(), f.data(), k.shape(0)};
-  };
-  const Rays one = checked(keys, origins_xyz, ends_xyz, on_object);
-  const Rays other = checked(more_keys, more_origins_xyz, more_ends_xyz, more_on_object);
-  const std::size_t room = one.count + other.count;
-  std::vector<int64_t> all(room);
-  std::vector<float> origins(3 * room), ends(3 * room);
-  auto* flags = new bool[room + 1];
-  nb::capsule owner(flags, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
-  std::size_t count = 0;
-  {
-    nb::gil_scoped_release release;
-    count = merged_rays(one, other, {all.data(), origins.data(), ends.data(), flags});
-  }
-  return nb::make_tuple(
-      given<Whole>(std::move(all), {count}), given<Single>(std::move(origins), {count, 3}),
-      given<Single>(std::move(ends), {count, 3}), Given(flags, {count}, owner));
-}
-
 }  // namespace
 
 NB_MODULE(_native, m) {
@@ -189,8 +106,4 @@ NB_MODULE(_native, m) {
            "reach"_a, "tukey"_a, "correlation"_a, "least_spread"_a, "uneven"_a, "least_cut"_a,
            "floor"_a, "far"_a, "averted"_a, "standing"_a, "fewest"_a);
   m.def("plane_fits", &plane_fits, "points_xyz"_a, "near"_a, "threads"_a = 1);
-  m.def("surface_sums", &surface_sums, "points_xyz"_a, "normals_xyz"_a, "weights"_a, "keys"_a);
-  m.def("surface_means", &surface_means, "totals"_a);
-  m.def("merge_rays", &merge_rays, "keys"_a, "origins_xyz"_a, "ends_xyz"_a, "on_object"_a,
-        "more_keys"_a, "more_origins_xyz"_a, "more_ends_xyz"_a, "more_on_object"_a);
 }

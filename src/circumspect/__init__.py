@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from circumspect.grid import OccupancyGrid as OccupancyGrid
     from circumspect.grid import RectangularGrid as RectangularGrid
     from circumspect.grid import angular_spectrum as angular_spectrum
-    from circumspect.mapping import ObjectModel as ObjectModel
     from circumspect.pipeline import RecognitionPipeline as RecognitionPipeline
+    from circumspect.reconstruction import ObjectModel as ObjectModel
     from circumspect.sensing import Odometry as Odometry
     from circumspect.sensing import RgbdFrame as RgbdFrame
 
@@ -58,8 +58,8 @@ _HOMES = {
         "write_ply",
     ),
     "grid": ("CylindricalGrid", "OccupancyGrid", "RectangularGrid", "angular_spectrum"),
-    "mapping": ("ObjectModel",),
     "pipeline": ("RecognitionPipeline",),
+    "reconstruction": ("ObjectModel",),
     "sensing": ("Odometry", "RgbdFrame"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

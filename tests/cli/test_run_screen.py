@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.cli.run_screen import RunScreen, answer_sentences
-from circumspect.mapping import ObjectModel, PoseEstimate
+from circumspect.mapping import PoseEstimate
 from circumspect.pipeline import (
     CLASSIFIED,
     NO_OBJECT,
@@ -19,6 +19,7 @@ from circumspect.pipeline import (
     RecognitionResult,
     RecognitionStep,
 )
+from circumspect.reconstruction import ObjectModel
 
 FREE = "the scene leaves one direction free"
 

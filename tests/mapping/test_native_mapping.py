@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tracking_world import SHORT, short_drive, true_camera
 
 from circumspect.geometry import se3, se3_matrices
-from circumspect.mapping import SightRays, _native
+from circumspect.mapping import _native
 from circumspect.mapping import numpy_twin as twin
 from circumspect.mapping.linear_fit import FEWEST, FINDING, TELLING, linearised
 from circumspect.mapping.scan import Scan
@@ -124,38 +124,3 @@ def test_points_that_are_nowhere_have_no_correspondence() -> None:
 def test_planes_that_are_none_are_refused(points, normals, uneven, cell) -> None:
     with pytest.raises(ValueError, match=r"points|normal|cell"):
         _native.PlaneMap(points, normals, np.ones(3), np.zeros(3), np.zeros(uneven), cell)
-
-
-@given(seeds, st.integers(0, 200))
-def test_surfaces(seed: int, count: int) -> None:
-    rng = np.random.default_rng(seed)
-    points, normals = rng.normal(size=(count, 3)), rng.normal(size=(count, 3)).astype(np.float32)
-    normals[rng.random(count) < 0.2] = 0
-    weights, keys = rng.uniform(1, 9, count).astype(np.float32), rng.integers(0, 40, count)
-    found, sums = _native.surface_sums(points, normals, weights, keys)
-    expected, totals = twin.surface_sums(points, normals, weights, keys)
-    np.testing.assert_array_equal(found, expected)
-    np.testing.assert_allclose(sums, totals, atol=1e-9)
-    for one, other in zip(_native.surface_means(totals), twin.surface_means(totals), strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-12)
-
-
-@given(seeds, st.integers(0, 60), st.integers(0, 60))
-def test_rays_merge_by_their_keys_and_the_first_stay(seed: int, one: int, other: int) -> None:
-    rng = np.random.default_rng(seed)
-
-    def table(count: int) -> tuple[np.ndarray, ...]:
-        keys = np.unique(rng.integers(-50, 50, count))
-        ends = rng.normal(size=(2, len(keys), 3)).astype(np.float32)
-        return keys, *ends, rng.random(len(keys)) < 0.5
-
-    known, more = table(one), table(other)
-    merged = SightRays(*_native.merge_rays(*known, *more))
-    expected = {int(row[0]): row[1:] for row in zip(*more, strict=True)}
-    expected |= {int(row[0]): row[1:] for row in zip(*known, strict=True)}
-    assert merged.keys.tolist() == sorted(expected)
-    for number, key in enumerate(merged.keys.tolist()):
-        origin, end, hit = expected[key]
-        np.testing.assert_array_equal(merged.origins_xyz[number], origin)
-        np.testing.assert_array_equal(merged.ends_xyz[number], end)
-        assert merged.on_object[number] == hit

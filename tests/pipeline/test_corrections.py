@@ -19,8 +19,8 @@ from circumspect.pipeline import (
 )
 
 DRIFT = RigidTransform.from_translation([0.1, -0.05, 0.0])
-TWO_PATCHES = 10_500
-"""About so many voxels two of the frames show."""
+TWO_SUBMAPS = 10_500
+"""About the number of voxels in the submaps of two frames."""
 
 
 class Corrected(PoseEstimator):
@@ -82,11 +82,11 @@ def test_a_corrected_model_is_put_together_over_several_frames(
     poses: type[Corrected], monkeypatch
 ) -> None:
     """Further corrections do not keep it from being put together."""
-    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", TWO_PATCHES)
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", TWO_SUBMAPS)
     shots, at = list(frames(12)), 4
     true, line = pipeline(), corrected_line(at, poses)
     wanted, steps = ([one.step(shot) for shot in shots] for one in (true, line))
-    # Four patches, two beside every frame: the third one from the correction on has the new model.
+    # Four submaps, two per frame: the third frame after the correction has the new model.
     assert [step.model.frames for step in steps] == list(range(1, 13))
     off = [np.abs(centre(a) - centre(b)).max() for a, b in zip(steps, wanted, strict=True)]
     assert min(off[: at + 2]) > 0.04
@@ -94,7 +94,7 @@ def test_a_corrected_model_is_put_together_over_several_frames(
 
 
 def test_put_together_beside_or_before_the_rest_the_model_is_the_same(monkeypatch) -> None:
-    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", TWO_PATCHES)
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", TWO_SUBMAPS)
     shots, beside, before = list(frames(10)), corrected_line(4), corrected_line(4)
     before._aside = Inline()
     for shot in shots:

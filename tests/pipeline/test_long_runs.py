@@ -8,8 +8,8 @@ import weakref
 
 from small_world import frames, pipeline
 
-from circumspect.mapping import view_crowd
 from circumspect.pipeline import CLASSIFIED
+from circumspect.reconstruction import view_density
 
 
 def test_what_a_step_leaves_behind_is_freed_at_once() -> None:
@@ -28,7 +28,7 @@ def test_what_a_step_leaves_behind_is_freed_at_once() -> None:
 
 
 def test_a_camera_that_stands_adds_no_noise_for_ever(monkeypatch) -> None:
-    monkeypatch.setattr(view_crowd, "ENOUGH", 4)
+    monkeypatch.setattr(view_density, "MAX_SIMILAR_VIEWS", 4)
     line = pipeline()
     shots = list(frames(6))
     standing = [dataclasses.replace(shots[0], stamp=float(stamp)) for stamp in range(6)]

@@ -13,7 +13,7 @@ from circumspect.classification import GridRecipe, Prediction
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.errors import InputError, WeightsError
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import KnownPoses, PoseEstimate, PoseEstimator, object_model
+from circumspect.mapping import KnownPoses, PoseEstimate, PoseEstimator
 from circumspect.pipeline import (
     CLASSIFIED,
     NO_DEPTH,
@@ -26,6 +26,7 @@ from circumspect.pipeline import (
     RecognitionResult,
 )
 from circumspect.pipeline.panels import draw_probabilities
+from circumspect.reconstruction import object_model
 from circumspect.sensing import NO_FLOOR, GroundSegmentation, RgbdFrame, Segmentation
 
 
@@ -371,14 +372,14 @@ def test_the_parts_are_those_given() -> None:
     assert again.observers == ()
 
 
-def test_a_large_object_is_named_by_a_sketch_until_no_more_frames_come(monkeypatch) -> None:
+def test_large_object_is_classified_by_its_preview_until_frames_end(monkeypatch) -> None:
     shots = list(frames(6))
     plain = pipeline().run(shots).last
-    monkeypatch.setattr(object_model, "LARGE", 3000)
+    monkeypatch.setattr(object_model, "MAX_FINE_VOXELS", 3000)
     line = pipeline()
     for shot in shots:
         line.step(shot)
-    assert line.model.sketch is not line.model
+    assert line.model.preview is not line.model
     rough = line.grid.occupied
     assert line.settle()
     np.testing.assert_array_equal(line.grid.occupied, plain.grid.occupied)

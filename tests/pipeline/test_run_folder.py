@@ -16,7 +16,7 @@ from small_world import blind, frames, pipeline
 from circumspect.errors import OutputError
 from circumspect.geometry import read_cloud, read_tum
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import KnownPoses, ObjectModel, PoseEstimate
+from circumspect.mapping import KnownPoses, PoseEstimate
 from circumspect.pipeline import (
     RecognitionPipeline,
     RecognitionResult,
@@ -24,6 +24,7 @@ from circumspect.pipeline import (
     RunFolder,
 )
 from circumspect.pipeline.run_folder import result_document
+from circumspect.reconstruction import ObjectModel
 from circumspect.sensing import RgbdFrame
 
 CONFIG = {"command": "test", "truth": "full", "start_deg": 30.0}
@@ -64,7 +65,7 @@ def test_result_is_the_answer(finished: tuple[Path, RecognitionResult]) -> None:
     assert document["milliseconds"]["frame"]["median"] >= document["milliseconds"]["fuse"]["median"]
     assert json.loads((path / "config.json").read_text()) == CONFIG
     assert document["points"] == len(read_cloud(path / "model.ply").points_xyz)
-    assert document["points"] < len(result.last.model.sums), "specks are no part of the model"
+    assert document["points"] < len(result.last.model.sums), "outliers are not part of the model"
 
 
 def test_model_grid_and_trajectory_read_back(finished: tuple[Path, RecognitionResult]) -> None:

@@ -1,4 +1,4 @@
-"""The object's model while frames come, and once earlier poses were corrected."""
+"""The object model of a run, which follows corrections of earlier poses."""
 
 from __future__ import annotations
 
@@ -7,51 +7,51 @@ from typing import TypeAlias
 
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.mapping import (
-    FrameShare,
+from circumspect.mapping import PoseEstimate, PoseEstimator
+from circumspect.pipeline.aside import Aside
+from circumspect.reconstruction import (
+    FrameContribution,
     FrameSurface,
     ModelSettings,
     ObjectModel,
-    ObjectViews,
-    PoseEstimate,
-    PoseEstimator,
-    Rebuild,
+    SubmapCollection,
+    SubmapFusion,
+    ViewDensity,
 )
-from circumspect.mapping.view_crowd import ViewCrowd
-from circumspect.pipeline.aside import Aside
 
 VOXELS_A_FRAME = 25_000
-"""So many of the patches' are put together anew after a correction; the rest waits."""
+"""Voxels of submaps that are fused per frame after a correction."""
 
 Anchor: TypeAlias = tuple[int, RigidTransform]
 """Number of a keyframe, and its `T_map_camera`."""
 
 
 class ObjectFusion:
-    """Fuses frames into a model, which follows the poses that they hang on.
+    """Fuses frames into a model, and fuses the model again when poses are corrected.
 
-    What no answer waits for is begun aside; nothing here is asked before that is joined.
+    Work that no answer depends on runs on an `Aside`. The methods must not be called until that is
+    joined.
 
     Attributes:
-        model: The object so far.
+        model: The current model.
     """
 
     def __init__(self, settings: ModelSettings, poses: PoseEstimator) -> None:
-        """Nothing is known yet.
+        """Start with an empty model.
 
         Args:
             settings: How frames are fused.
-            poses: Says where keyframes are.
+            poses: Returns the poses of keyframes.
         """
         self.model = ObjectModel(settings)
         self._poses = poses
-        self._views = ObjectViews()
-        self._crowd = ViewCrowd()
-        self._rebuild: Rebuild | None = None
+        self._submaps = SubmapCollection()
+        self._views = ViewDensity()
+        self._submap_fusion: SubmapFusion | None = None
         self._corrections = poses.corrections
 
     def anchor(self, pose: PoseEstimate) -> Anchor | None:
-        """The keyframe that a frame hangs on, and where that is believed to be."""
+        """The reference keyframe of a frame with its current pose, if there is one."""
         return None if pose.anchor is None else (pose.anchor, self._poses.anchor_pose(pose.anchor))
 
     def fuse(
@@ -61,57 +61,60 @@ class ObjectFusion:
         anchor: Anchor | None,
         aside: Aside,
     ) -> bool:
-        """Add what a frame shows.
+        """Add a frame to the model and to the submap of its reference keyframe.
 
         Args:
-            surface: The object's, map frame.
-            T_map_camera: Where the frame was taken from.
-            anchor: What it hangs on, if anything.
-            aside: Keeps it for a model that is put together anew.
+            surface: The object's surface in the frame, map frame.
+            T_map_camera: Pose of the camera.
+            anchor: The frame's reference keyframe, if there is one.
+            aside: Runs the update of the submap.
 
         Returns:
-            Whether the model is another one now: not if the frame shows nothing of the object,
-            or was taken from where enough others were.
+            True if the model changed. It does not if the surface is empty, or if enough frames
+            were taken from the same viewpoint.
         """
-        share = self.model.share(surface)
-        if share is None or not self._crowd.admits(T_map_camera):
+        contribution = self.model.contribution(surface)
+        if contribution is None or not self._views.accept(T_map_camera):
             return False
         if anchor is not None:
-            aside.begin(partial(self._keep, *anchor, share))
-        if self._rebuild is not None:
-            aside.begin(partial(self._rebuild.with_share, share))
-        self.model = self.model.with_share(share)
+            aside.begin(partial(self._add_to_submap, *anchor, contribution))
+        if self._submap_fusion is not None:
+            aside.begin(partial(self._submap_fusion.add_contribution, contribution))
+        self.model = self.model.with_contribution(contribution)
         return True
 
     def follow_corrections(self, anyway: bool = False) -> None:
-        """Begin to put the model together anew where poses told earlier were corrected since.
+        """Start to fuse the submaps again if poses were corrected since the last start.
 
         Args:
-            anyway: Even if what was begun before is not finished. It is otherwise, lest frequent
-                corrections leave the model as it was for ever.
+            anyway: Discard a fusion that is not complete. By default it is completed first, so that
+                frequent corrections cannot postpone a new model for ever.
         """
-        if self._poses.corrections == self._corrections or not (anyway or self._rebuild is None):
+        is_busy = self._submap_fusion is not None
+        if self._poses.corrections == self._corrections or (is_busy and not anyway):
             return
         self._corrections = self._poses.corrections
         settings, voxel = self.model.settings, self.model.voxel
-        self._rebuild = Rebuild(self._views, settings, voxel, self._poses.anchor_pose)
+        self._submap_fusion = SubmapFusion(self._submaps, settings, voxel, self._poses.anchor_pose)
 
-    def go_on(self, aside: Aside) -> None:
-        """Put a part of it together anew, if that is being done."""
-        if self._rebuild is not None:
-            aside.begin(partial(self._rebuild.go_on, VOXELS_A_FRAME))
+    def fuse_pending(self, aside: Aside) -> None:
+        """Fuse some of the pending submaps, if there are any."""
+        if self._submap_fusion is not None:
+            aside.begin(partial(self._submap_fusion.fuse_pending, VOXELS_A_FRAME))
 
     def finish(self) -> None:
-        """Put together the rest."""
-        if self._rebuild is not None:
-            self._rebuild.go_on()
+        """Fuse all pending submaps."""
+        if self._submap_fusion is not None:
+            self._submap_fusion.fuse_pending()
 
-    def take_over(self) -> bool:
-        """Whether there is a model that was put together anew; it takes the old one's place."""
-        if self._rebuild is None or not self._rebuild.is_whole:
+    def swap_model(self) -> bool:
+        """Replace the model if a fusion of submaps is complete; returns whether it was."""
+        if self._submap_fusion is None or not self._submap_fusion.is_complete:
             return False
-        self.model, self._rebuild = self._rebuild.model, None
+        self.model, self._submap_fusion = self._submap_fusion.model, None
         return True
 
-    def _keep(self, anchor: int, T_map_anchor: RigidTransform, share: FrameShare) -> None:
-        self._views = self._views.with_share(anchor, T_map_anchor, share)
+    def _add_to_submap(
+        self, anchor: int, T_map_anchor: RigidTransform, contribution: FrameContribution
+    ) -> None:
+        self._submaps = self._submaps.with_contribution(anchor, T_map_anchor, contribution)

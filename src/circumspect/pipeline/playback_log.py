@@ -94,8 +94,8 @@ class PlaybackLog:
         points = normals = NO_POINTS
         seen = np.empty(0, np.int64)
         try:
-            sketch = step.model.sketch
-            cloud, seen = sketch.cloud(), sketch.frames_seen()
+            preview = step.model.preview
+            cloud, seen = preview.cloud(), preview.frames_seen()
             points = cloud.points_xyz
             normals = NO_POINTS if cloud.normals_xyz is None else cloud.normals_xyz
         except GeometryError:

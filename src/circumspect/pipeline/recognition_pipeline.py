@@ -13,13 +13,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import GeometryError
 from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid, hits_views
-from circumspect.mapping import (
-    FrameSurface,
-    ModelSettings,
-    ObjectModel,
-    PoseEstimate,
-    PoseEstimator,
-)
+from circumspect.mapping import PoseEstimate, PoseEstimator
 from circumspect.pipeline.aside import Aside
 from circumspect.pipeline.object_fusion import Anchor, ObjectFusion
 from circumspect.pipeline.records import (
@@ -40,6 +34,7 @@ from circumspect.pipeline.records import (
 from circumspect.pipeline.stage_clock import StageClock
 from circumspect.pipeline.step_log import StepLog
 from circumspect.pipeline.views import azimuth_coverage
+from circumspect.reconstruction import FrameSurface, ModelSettings, ObjectModel
 from circumspect.sensing import RgbdFrame, Segmentation
 
 SHORTEST, LONGEST = 0.05, 50.0
@@ -168,14 +163,14 @@ class RecognitionPipeline:
         with clock.stage("register"):
             pose = self.poses.estimate(frame)
             placed = frame.at(pose.T_map_camera)
-            self._take_over()
+            self._swap_model()
             self._fusion.follow_corrections()
             anchor = self._fusion.anchor(pose)
         outcome, pixels = NO_POSE, 0
         try:
             # What no answer waits for is done beside the rest.
             self._aside.begin(self.poses.catch_up)
-            self._fusion.go_on(self._aside)
+            self._fusion.fuse_pending(self._aside)
             if pose.certain:
                 outcome, pixels = self._looked_at(placed, pose.T_map_camera, anchor, clock)
         except BaseException:
@@ -214,25 +209,25 @@ class RecognitionPipeline:
 
         # What the object looks like
         with clock.stage("fuse"):
-            surface = FrameSurface.of(frame, mask, T_map_camera)
+            surface = FrameSurface.from_frame(frame, mask, T_map_camera)
             if self._fusion.fuse(surface, T_map_camera, anchor, self._aside):
                 self._is_hurried = True
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
         with clock.stage("grid"):
-            fault = self._grid_model(self.model.sketch, VIEWS_A_FRAME)
+            fault = self._grid_model(self.model.preview, VIEWS_A_FRAME)
         if fault is not None:
             return fault, pixels
 
         # What it is
         with clock.stage("classify"):
-            self._name(self.model.sketch)
+            self._name(self.model.preview)
         return CLASSIFIED, pixels
 
     def settle(self) -> bool:
         """Do what was put off, as no more frames come for now.
 
-        Loops are closed, and all grids of the whole model are asked, not of a sketch of it.
+        Loops are closed, and all grids of the full model are asked, not of its preview.
 
         Returns:
             Whether that may have changed poses, model or answer.
@@ -241,7 +236,7 @@ class RecognitionPipeline:
         self.poses.settle()
         self._fusion.follow_corrections(anyway=True)
         self._fusion.finish()
-        if not (self._take_over() or self._is_hurried):
+        if not (self._swap_model() or self._is_hurried):
             return False
         if self._grid_model(self.model) is None:
             self._name(self.model)
@@ -261,21 +256,21 @@ class RecognitionPipeline:
             return WRONG_UNIT
         return None
 
-    def _take_over(self) -> bool:
-        """Whether a model that was put together anew took the old one's place."""
-        if not self._fusion.take_over():
+    def _swap_model(self) -> bool:
+        """Use the model of a complete fusion of submaps; returns whether there is one."""
+        if not self._fusion.swap_model():
             return False
         # No grid is of this model yet, whatever becomes of the next frame.
         self._is_hurried = True
         if self._known_xyz is not None:
-            self._known_xyz = self.model.sketch.points_xyz
+            self._known_xyz = self.model.preview.points_xyz
         return True
 
     def _grid_model(self, model: ObjectModel, most_views: int | None = None) -> str | None:
         """Grid the object and measure its coverage.
 
         Args:
-            model: The object's model, or a sketch of it.
+            model: The object's model, or its preview.
             most_views: Of the classifier's grids at most so many; None means all.
 
         Returns:
@@ -283,7 +278,7 @@ class RecognitionPipeline:
         """
         fault = self._fill_grid(model, most_views)
         if fault == TOO_WIDE:
-            # Nor was what it was called before; but of a sketch nothing is said for good.
+            # Earlier answers are withdrawn; a result from the preview model is provisional.
             self._grids, self.prediction = [], None
             self._is_hurried = model is not self.model
         if self.grid is not None:
@@ -299,7 +294,7 @@ class RecognitionPipeline:
         except GeometryError:
             return TOO_LITTLE
         # Column by column: along the rows of two columns it takes milliseconds.
-        if max(map(np.ptp, cloud.points_xyz.T[:2])) > model.settings.widest:
+        if max(map(np.ptp, cloud.points_xyz.T[:2])) > model.settings.max_width:
             return TOO_WIDE
         grid = model.occupancy(bounds)
         if not grid.occupied.any():
@@ -317,7 +312,7 @@ class RecognitionPipeline:
         """Ask the classifier.
 
         Args:
-            model: The object's model, or a sketch of it, that the grids are of.
+            model: The object's model, or its preview, that the grids are of.
         """
         self.prediction = self.classifier.classify_grid(
             *self._grids, metric=True, coverage=self.coverage

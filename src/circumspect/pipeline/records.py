@@ -13,8 +13,9 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Prediction
 from circumspect.errors import CircumspectError
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import ObjectModel, PoseEstimate
+from circumspect.mapping import PoseEstimate
 from circumspect.planning import Answer
+from circumspect.reconstruction import ObjectModel
 from circumspect.robot import RunStopped
 
 ANSWER_KEYS = (
@@ -44,8 +45,8 @@ class RecognitionStep:
         object_pixels: Pixels of the frame that show the object.
         coverage: Share of the azimuth from which the object has been seen, 0 … 1.
         model: The object so far.
-        grid: Its grid, until no more frames come that of the model's sketch; None before the first
-            classified frame.
+        grid: Its occupancy grid, from the preview model until no more frames come; None before the
+            first classified frame.
         prediction: The answer so far, see `RecognitionPipeline.prediction`; None before the first
             classified frame.
         milliseconds: Stage to time spent [ms].
@@ -95,7 +96,7 @@ class RecognitionStep:
             **answer_record(self.prediction),
             "coverage": self.coverage,
             "object_pixels": self.object_pixels,
-            "points": len(self.model.sketch.sums),
+            "points": len(self.model.preview.sums),
             "camera_xyz": position,
             "converged": None if self.pose is None else self.pose.converged,
             "inliers": None if self.pose is None else self.pose.inliers,

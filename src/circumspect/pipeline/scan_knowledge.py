@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
 from circumspect.geometry import PlanarPose
-from circumspect.mapping import ObjectModel
 from circumspect.pipeline.obstacle_map import ObstacleMap
 from circumspect.pipeline.records import CLASSIFIED, RecognitionStep
 from circumspect.pipeline.whereabouts import Whereabouts
 from circumspect.planning import Answer, NextView, Situation, footprint
+from circumspect.reconstruction import ObjectModel
 from circumspect.robot import MobileRobot
 from circumspect.sensing import RgbdFrame
 
@@ -113,9 +113,9 @@ class ScanKnowledge:
         return self._told[1]
 
     def _situation(self, model: ObjectModel, here: PlanarPose) -> Situation:
-        sketch = model.sketch
-        points, normals = _surface(sketch)
-        flat = footprint(points, sketch.voxel or 0.0)
+        preview = model.preview
+        points, normals = _surface(preview)
+        flat = footprint(points, preview.voxel or 0.0)
         obstacles = self._obstacles.places_xy(flat)
         return Situation(
             points_xyz=points,

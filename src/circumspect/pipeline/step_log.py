@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.growing_table import GrowingTable
-from circumspect.mapping import ModelSettings, ObjectModel, PoseEstimate
+from circumspect.mapping import PoseEstimate
 from circumspect.pipeline.records import RecognitionStep
+from circumspect.reconstruction import ModelSettings, ObjectModel
 
 _CAMERA, _ANCHOR, _COVARIANCE, _COLUMNS = slice(0, 16), slice(16, 32), slice(32, 68), 68
 _ELSEWHERE = RigidTransform.identity()

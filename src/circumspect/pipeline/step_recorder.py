@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
-from circumspect.mapping import ObjectModel
 from circumspect.pipeline.records import RecognitionResult, RecognitionStep
+from circumspect.reconstruction import ObjectModel
 from circumspect.recording import RunRecorder
 
 
@@ -32,7 +32,7 @@ class StepRecorder:
 def _extent(model: ObjectModel) -> NDArray[np.float64] | None:
     """(2, 3) lowest and highest corner [m]; None where nothing of the object is known yet."""
     try:
-        points = model.sketch.cloud().points_xyz
+        points = model.preview.cloud().points_xyz
     except GeometryError:
         return None
     return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -11,9 +11,10 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.errors import GeometryError
-from circumspect.mapping import ObjectModel, PoseEstimator
+from circumspect.mapping import PoseEstimator
 from circumspect.pipeline import CLASSIFIED, RecognitionPipeline, RecognitionStep
 from circumspect.planning import NextView
+from circumspect.reconstruction import ObjectModel
 from circumspect.recording.pose_messages import transform_message, transforms_message
 from circumspect.recording.ros_types import DETECTIONS, TRANSFORMS
 from circumspect.recording.run_recorder import detections_message
@@ -110,10 +111,10 @@ class Announcer:
             self._retract_view()
         if step.outcome != CLASSIFIED or step.prediction is None:
             return
-        self._answer(step.model.sketch, step.prediction)
+        self._answer(step.model.preview, step.prediction)
         if self._clock() - self._told_at >= EVERY:
             self._told_at = self._clock()
-            self._model_and_path(step.model.sketch, poses)
+            self._model_and_path(step.model.preview, poses)
             self._next_view(step, frame)
 
     def settled(self, pipeline: RecognitionPipeline) -> None:

@@ -78,13 +78,13 @@ class NextViews:
         T_base_camera: RigidTransform,
         T_map_base: PlanarPose,
     ) -> Situation | None:
-        sketch = step.model.sketch
+        preview = step.model.preview
         try:
-            cloud = sketch.cloud()
+            cloud = preview.cloud()
         except GeometryError:
             return None
         points, normals = cloud.points_xyz, cloud.normals_xyz
-        flat = footprint(points, sketch.voxel or 0.0)
+        flat = footprint(points, preview.voxel or 0.0)
         return Situation(
             points_xyz=points,
             normals_xyz=np.zeros_like(points) if normals is None else normals,

@@ -13,10 +13,10 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Prediction
 from circumspect.errors import GeometryError
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import ObjectModel
 from circumspect.pipeline import PlannedView, RecognitionResult, RecognitionStep
 from circumspect.pipeline.surroundings import Surroundings
 from circumspect.pipeline.wheel_path import WheelPath
+from circumspect.reconstruction import ObjectModel
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Scene, Witness
 from circumspect.viewer.dashboard import Dashboard
@@ -93,7 +93,7 @@ class LiveWatch:
         self._wheels.follow(step, frame)
         self._forget()
         # All of a large model would keep the run waiting.
-        self._last = (step, frame, target, step.model.sketch)
+        self._last = (step, frame, target, step.model.preview)
         self._put(self.news)
 
     def tell(self, news: str) -> None:

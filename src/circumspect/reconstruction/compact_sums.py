@@ -1,4 +1,4 @@
-"""Sums over voxels in half the memory, to be kept for long."""
+"""Voxel sums in single precision, for long-term storage."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry.voxel_sums import VoxelSums
-from circumspect.mapping.frame_share import NORMAL, POINT, WEIGHT
+from circumspect.reconstruction.frame_contribution import NORMAL, POINT, WEIGHT
 
 
 @dataclass(frozen=True, eq=False)
 class CompactSums:
-    """What a `FrameShare` sums up, in single precision.
+    """The sums of a `FrameContribution` in half the memory.
 
-    Means are kept, not sums, whose rounding would add up from frame to frame; and points from a
-    place near by: single precision tells 0.2 µm at 3 m, but a centimetre at 100 km.
+    Means are stored in place of sums, because rounding errors of sums accumulate over frames.
+    Points are stored relative to a nearby centre: single precision resolves 0.2 µm at 3 m, but only
+    a centimetre at 100 km.
 
     Attributes:
-        keys: (n,) int64, those of the sums.
-        means: (n, columns) float32, see `FrameShare`: weight, point from the centre on and
-            normal by the weight, frames.
+        keys: (n,) int64 voxel keys.
+        means: (n, columns) float32 in the columns of a `FrameContribution`: weight, mean point
+            relative to the centre, mean normal, frames.
         centre_xyz: (3,) [m].
     """
 
@@ -30,12 +31,12 @@ class CompactSums:
     centre_xyz: NDArray[np.float64]
 
     @classmethod
-    def of(cls, sums: VoxelSums, centre_xyz: NDArray[np.floating]) -> CompactSums:
-        """Round sums.
+    def from_sums(cls, sums: VoxelSums, centre_xyz: NDArray[np.floating]) -> CompactSums:
+        """Round sums to single precision.
 
         Args:
-            sums: In the columns of a `FrameShare`.
-            centre_xyz: (3,) [m] a place near their points.
+            sums: In the columns of a `FrameContribution`.
+            centre_xyz: (3,) [m] a position near the points.
         """
         means, weights = sums.totals.copy(), sums.totals[:, WEIGHT, None]
         means[:, POINT] = means[:, POINT] / weights - centre_xyz

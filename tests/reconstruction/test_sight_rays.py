@@ -4,12 +4,12 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.mapping import SightRays
-from circumspect.mapping.sight_rays import END_CELL, ORIGIN_CELL
+from circumspect.reconstruction import SightRays
+from circumspect.reconstruction.sight_rays import END_CELL_M, ORIGIN_CELL_M
 
 
 @given(seed=st.integers(0, 2**32 - 1), frames=st.integers(1, 4))
-def test_one_ray_for_each_pair_of_cells_and_none_made_up(seed: int, frames: int) -> None:
+def test_one_given_ray_is_kept_per_pair_of_cells(seed: int, frames: int) -> None:
     rng = np.random.default_rng(seed)
     rays, expected, given_rays = SightRays.empty(), set(), set()
     for _ in range(frames):
@@ -18,7 +18,7 @@ def test_one_ray_for_each_pair_of_cells_and_none_made_up(seed: int, frames: int)
         on_object = rng.random(50) < 0.5
         rays = rays.with_frame(origin, ends, on_object)
         for end, hit in zip(ends, on_object, strict=True):
-            cells = (*np.floor(end / END_CELL), *np.floor(origin / ORIGIN_CELL), bool(hit))
+            cells = (*np.floor(end / END_CELL_M), *np.floor(origin / ORIGIN_CELL_M), bool(hit))
             expected.add(tuple(map(int, cells)))
             given_rays.add((*origin.tolist(), *end.tolist(), bool(hit)))
     assert len(rays) == len(expected)

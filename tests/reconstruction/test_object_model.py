@@ -13,7 +13,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import PinholeCamera, TriangleMesh, read_cloud
 from circumspect.grid import FREE, OCCUPIED, CylindricalGrid
-from circumspect.mapping import ModelSettings, ObjectModel, object_model
+from circumspect.reconstruction import ModelSettings, ObjectModel, object_model
 from circumspect.sensing import DepthNoise, RgbdFrame
 from circumspect.simulation import Orbit, Scene, SimulatedCamera, Station, block, looking_at
 
@@ -52,7 +52,7 @@ def exact() -> ObjectModel:
     return fused(box_shots(12))
 
 
-def test_exact_frames_give_the_surface_exactly_and_all_of_it(exact: ObjectModel) -> None:
+def test_exact_frames_reconstruct_the_complete_surface(exact: ObjectModel) -> None:
     cloud = exact.cloud()
     # Means over a voxel that holds an edge lie inside the edge.
     assert np.quantile(distance_to_box(cloud.points_xyz), 0.95) < 5e-4
@@ -62,7 +62,7 @@ def test_exact_frames_give_the_surface_exactly_and_all_of_it(exact: ObjectModel)
     assert (gaps < 0.012).mean() > 0.98
 
 
-def test_noise_stays_within_the_sensor_s_own(exact: ObjectModel) -> None:
+def test_errors_of_the_model_are_below_the_sensor_noise(exact: ObjectModel) -> None:
     noisy = fused(box_shots(12, DepthNoise()))
     distances = distance_to_box(noisy.cloud().points_xyz)
     assert np.median(distances) < 0.003
@@ -84,13 +84,13 @@ def test_normals_point_outward(exact: ObjectModel) -> None:
         assert (outward > 0.7).mean() > 0.9
 
 
-def test_areas_sum_to_the_surface_that_was_seen(exact: ObjectModel) -> None:
+def test_areas_sum_to_the_observed_surface(exact: ObjectModel) -> None:
     areas = exact.cloud().areas
     assert areas is not None
     assert areas.sum() == pytest.approx(SEEN_AREA, rel=0.1)
 
 
-def test_looking_often_from_one_side_does_not_pull_the_axis(exact: ObjectModel) -> None:
+def test_repeated_views_from_one_side_do_not_shift_the_centre(exact: ObjectModel) -> None:
     model = exact
     frame, mask = next(box_shots(1))
     for _ in range(20):
@@ -99,7 +99,7 @@ def test_looking_often_from_one_side_does_not_pull_the_axis(exact: ObjectModel) 
     np.testing.assert_allclose(after[:2], before[:2], atol=0.004)
 
 
-def test_a_near_view_does_not_pull_the_axis(exact: ObjectModel) -> None:
+def test_a_close_view_does_not_shift_the_centre(exact: ObjectModel) -> None:
     camera = SimulatedCamera(Scene.with_object(BOX), lambda: station, CAMERA)
     station = Station(0.0, looking_at([0.75, 0.0, 0.4], [0, 0, 0.3]))
     frame = camera.capture()
@@ -109,7 +109,7 @@ def test_a_near_view_does_not_pull_the_axis(exact: ObjectModel) -> None:
     np.testing.assert_allclose(after, before, atol=0.006)
 
 
-def test_weighted_centre_is_that_of_the_seen_surface(exact: ObjectModel) -> None:
+def test_weighted_centre_equals_that_of_the_observed_surface(exact: ObjectModel) -> None:
     cloud = exact.cloud()
     centre = cloud.weights @ cloud.points_xyz
     sides = 2 * 0.6 * 1.2
@@ -117,7 +117,7 @@ def test_weighted_centre_is_that_of_the_seen_surface(exact: ObjectModel) -> None
     np.testing.assert_allclose(centre, [0, 0, expected], atol=0.012)
 
 
-def test_moving_the_world_moves_the_model() -> None:
+def test_model_is_equivariant_to_translation() -> None:
     # By whole blocks of three voxels, so that the same points share the same.
     moved = RigidTransform.from_translation([0.96, -1.92, 0.48])
     shots = list(box_shots(2, mesh=block(LOW, (0.25, 0.35, 0.603))))
@@ -134,7 +134,7 @@ def test_the_order_of_frames_does_not_matter() -> None:
     np.testing.assert_allclose(one.weights, other.weights, atol=1e-12)
 
 
-def test_fusing_returns_a_new_model_and_leaves_the_old_one() -> None:
+def test_fused_returns_a_new_model() -> None:
     frame, mask = next(box_shots(1))
     empty = ObjectModel()
     model = empty.fused(frame, mask, frame.pose)
@@ -142,7 +142,7 @@ def test_fusing_returns_a_new_model_and_leaves_the_old_one() -> None:
     assert model.frames == 1
 
 
-def test_the_same_frame_again_changes_no_point_and_adds_no_ray() -> None:
+def test_repeating_a_frame_changes_no_point_and_adds_no_ray() -> None:
     frame, mask = next(box_shots(1))
     once = ObjectModel().fused(frame, mask, frame.pose)
     twice = once.fused(frame, mask, frame.pose)
@@ -150,14 +150,14 @@ def test_the_same_frame_again_changes_no_point_and_adds_no_ray() -> None:
     assert len(twice.rays) == len(once.rays)
 
 
-def test_specks_go_and_points_seen_once_go_when_there_are_many_frames() -> None:
+def test_outliers_and_points_observed_once_are_removed() -> None:
     shots = list(box_shots(10))
     frame, mask = shots[3]
     depth = frame.depth.copy()
     depth[100:104, 4:8] = 1.0
-    speck = np.zeros_like(mask)
-    speck[100:104, 4:8] = True
-    shots[3] = (RgbdFrame(depth, CAMERA, 0.0, frame.pose), mask | speck)
+    outlier = np.zeros_like(mask)
+    outlier[100:104, 4:8] = True
+    shots[3] = (RgbdFrame(depth, CAMERA, 0.0, frame.pose), mask | outlier)
     model = fused(shots)
     far_off = distance_to_box(model.points_xyz) > 0.05
     assert far_off.any()
@@ -175,27 +175,27 @@ def test_an_empty_model_has_no_cloud() -> None:
         ObjectModel().cloud()
 
 
-def test_rays_stay_few_however_often_one_looks() -> None:
+def test_number_of_rays_is_bounded_over_repeated_rounds() -> None:
     shots = list(box_shots(6, DepthNoise()))
     once = fused(shots)
     twice, often = fused(shots * 2), fused(shots * 4)
-    # The second round adds the few rays that passed what was not known in the first.
+    # The second round adds a few rays past points that were unknown in the first.
     assert len(twice.rays) < 1.02 * len(once.rays)
     assert len(often.rays) == len(twice.rays)
     assert len(often.sums) == len(twice.sums) == len(once.sums)
 
 
-def test_a_small_model_is_its_own_sketch(exact: ObjectModel) -> None:
-    assert exact.sketch is exact
-    assert ObjectModel().sketch.frames == 0
+def test_a_small_model_is_its_own_preview(exact: ObjectModel) -> None:
+    assert exact.preview is exact
+    assert ObjectModel().preview.frames == 0
 
 
-def test_a_model_that_is_past_is_freed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """And not when the cycle collector comes round: until then it would be hundreds of them."""
+def test_a_past_model_is_freed_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the cycle collector: hundreds of models would accumulate until it runs."""
 
     def past() -> ObjectModel | None:
         model = fused(box_shots(2))
-        assert len(model.sketch.cloud()) > 0
+        assert len(model.preview.cloud()) > 0
         kept = weakref.ref(model)
         del model
         return kept()
@@ -203,57 +203,57 @@ def test_a_model_that_is_past_is_freed_at_once(monkeypatch: pytest.MonkeyPatch) 
     gc.disable()
     try:
         assert past() is None
-        monkeypatch.setattr(object_model, "LARGE", 1000)
+        monkeypatch.setattr(object_model, "MAX_FINE_VOXELS", 1000)
         assert past() is None
     finally:
         gc.enable()
 
 
-@pytest.mark.parametrize("waiting", [0, 20_000, 10**9])
-def test_a_large_model_is_the_same_and_its_sketch_is_near_it(
-    waiting: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("pending", [0, 20_000, 10**9])
+def test_a_large_model_is_unchanged_and_its_preview_is_close_to_it(
+    pending: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """However many frames wait for being added to it."""
+    """For any number of pending frames."""
     shots = list(box_shots(12, DepthNoise()))
     plain = fused(shots)
-    monkeypatch.setattr(object_model, "LARGE", 5000)
-    monkeypatch.setattr(object_model, "WAITING", waiting)
+    monkeypatch.setattr(object_model, "MAX_FINE_VOXELS", 5000)
+    monkeypatch.setattr(object_model, "MAX_PENDING_ROWS", pending)
     large = fused(shots)
-    assert bool(large.waiting) == (waiting > 0)
+    assert bool(large.pending) == (pending > 0)
     np.testing.assert_array_equal(large.sums.keys, plain.sums.keys)
     np.testing.assert_array_equal(large.sums.totals, plain.sums.totals)
-    sketch = large.sketch
-    assert sketch.voxel == 2 * large.voxel
-    assert sketch.frames == large.frames
-    assert 0.2 < len(sketch.sums) / len(large.sums) < 0.35
-    assert sketch.sums.totals[:, 7].max() <= large.frames
-    np.testing.assert_allclose(sketch.sums.totals[:, :7].sum(0), large.sums.totals[:, :7].sum(0))
-    cloud, rough = large.cloud(), sketch.cloud()
+    preview = large.preview
+    assert preview.voxel == 2 * large.voxel
+    assert preview.frames == large.frames
+    assert 0.2 < len(preview.sums) / len(large.sums) < 0.35
+    assert preview.sums.totals[:, 7].max() <= large.frames
+    np.testing.assert_allclose(preview.sums.totals[:, :7].sum(0), large.sums.totals[:, :7].sum(0))
+    cloud, rough = large.cloud(), preview.cloud()
     gaps, _ = cKDTree(rough.points_xyz).query(cloud.points_xyz)
     assert np.quantile(gaps, 0.99) < 2 * large.voxel
     assert np.median(distance_to_box(rough.points_xyz)) < 0.005
     np.testing.assert_allclose(rough.areas.sum(), cloud.areas.sum(), rtol=0.05)
     grid = CylindricalGrid.fit(cloud)
-    fine, few = large.occupancy(grid).states, sketch.occupancy(grid).states
+    fine, few = large.occupancy(grid).states, preview.occupancy(grid).states
     assert (fine == few).mean() > 0.97
 
 
-def test_a_sketch_of_a_model_of_many_rays_has_fewer_and_the_same_surface(
+def test_a_preview_has_fewer_rays_and_the_same_surface(
     exact: ObjectModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     most = len(exact.rays) // 3
-    monkeypatch.setattr(object_model, "MOST_RAYS", most)
-    sketch = replace(exact).sketch
-    assert most / 2 < len(sketch.rays) <= most
-    np.testing.assert_array_equal(sketch.cloud().points_xyz, exact.cloud().points_xyz)
+    monkeypatch.setattr(object_model, "MAX_PREVIEW_RAYS", most)
+    preview = replace(exact).preview
+    assert most / 2 < len(preview.rays) <= most
+    np.testing.assert_array_equal(preview.cloud().points_xyz, exact.cloud().points_xyz)
     grid = CylindricalGrid.fit(exact.cloud())
-    few, all_of_them = sketch.occupancy(grid), exact.occupancy(grid)
+    few, all_of_them = preview.occupancy(grid), exact.occupancy(grid)
     np.testing.assert_array_equal(few.occupied, all_of_them.occupied)
     assert not ((few.states == FREE) & (all_of_them.states != FREE)).any()
     assert (few.states == FREE).sum() > 0.85 * (all_of_them.states == FREE).sum()
 
 
-def test_the_grid_is_occupied_by_the_surface_and_free_beside_it(exact: ObjectModel) -> None:
+def test_grid_is_occupied_at_the_surface_and_free_beside_it(exact: ObjectModel) -> None:
     grid = CylindricalGrid.fit(exact.cloud())
     states = exact.occupancy(grid).states
     np.testing.assert_array_equal(states == OCCUPIED, grid.hits(exact.cloud()).occupied)
@@ -266,11 +266,11 @@ def test_the_grid_is_occupied_by_the_surface_and_free_beside_it(exact: ObjectMod
     # Further from the surface than the largest cell is long.
     apart = distance_to_box(points) > 0.1
     in_box = ((points > LOW) & (points < HIGH)).all(axis=1)
-    assert (state[in_box & apart] == 0).all(), "nobody looked into the box"
+    assert (state[in_box & apart] == 0).all(), "no frame observed the inside of the box"
     assert (state[~in_box & apart] == FREE).mean() > 0.97
 
 
-def test_the_floor_is_not_the_object(exact: ObjectModel) -> None:
+def test_floor_is_not_occupied(exact: ObjectModel) -> None:
     grid = CylindricalGrid(radius=0.8, half_height=0.8, centre_xyz=(0, 0, 0.3))
     states = exact.occupancy(grid).states
     rng = np.random.default_rng(0)
@@ -286,15 +286,15 @@ def test_saved_cloud_reads_back(exact: ObjectModel, tmp_path) -> None:
     np.testing.assert_allclose(back.points_xyz, exact.cloud().points_xyz, atol=1e-6)
 
 
-def test_other_programs_read_how_many_frames_showed_each_point(exact, tmp_path) -> None:
+def test_other_programs_read_the_frame_counts(exact, tmp_path) -> None:
     exact.save(tmp_path / "model.ply")
     loaded = trimesh.load(tmp_path / "model.ply")
-    told = loaded.metadata["_ply_raw"]["vertex"]["data"]["frames"]
-    np.testing.assert_array_equal(np.ravel(told), exact.frames_seen())
-    assert told.max() > 1
+    counts = loaded.metadata["_ply_raw"]["vertex"]["data"]["frames"]
+    np.testing.assert_array_equal(np.ravel(counts), exact.frames_seen())
+    assert counts.max() > 1
 
 
-def test_settings_reach_the_voxels() -> None:
+def test_voxel_setting_is_used() -> None:
     shots = list(box_shots(2))
     coarse = ObjectModel(ModelSettings(voxel=0.03))
     for frame, mask in shots:
@@ -303,7 +303,9 @@ def test_settings_reach_the_voxels() -> None:
 
 
 @pytest.mark.parametrize(("distance", "voxel"), [(0.4, 0.006), (1.5, 0.010), (6.0, 0.012)])
-def test_voxels_suit_the_distance_of_the_first_frame(distance: float, voxel: float) -> None:
+def test_default_voxel_scales_with_the_distance_of_the_first_frame(
+    distance: float, voxel: float
+) -> None:
     wall = RgbdFrame(np.full((240, 320), distance), CAMERA, 0.0, RigidTransform.identity())
     middle = np.zeros((240, 320), bool)
     middle[100:140, 140:180] = True
@@ -323,6 +325,6 @@ def test_a_turned_camera_sees_the_same_surface() -> None:
     assert np.quantile(gaps, 0.99) < 2e-3
 
 
-def test_a_model_in_the_place_of_its_points_is_told() -> None:
+def test_a_model_in_place_of_its_cloud_is_an_error() -> None:
     with pytest.raises(InputError, match=r"not an object of ObjectModel; take .*\.cloud\(\)"):
         CylindricalGrid.fit(ObjectModel())

@@ -1,4 +1,4 @@
-"""The rays along which the object was seen, thinned so that they stay few."""
+"""Rays from the camera to the points that it observed, thinned to a bounded density."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry.voxel_sums import first_rows, packed_cells
-from circumspect.mapping import _native
+from circumspect.reconstruction import _native
 
-END_CELL = 0.05
-"""Rays whose ends are in the same cell of this side [m] …"""
-ORIGIN_CELL = 0.5
-"""… and whose origins are in the same cell of this side [m] are one ray."""
+END_CELL_M = 0.05
+"""Side of the cells for ray ends [m]. One ray is kept per pair of end cell and origin cell."""
+ORIGIN_CELL_M = 0.5
+"""Side of the cells for ray origins [m]."""
 END_BITS, ORIGIN_BITS = 15, 6
 
 
 @dataclass(frozen=True, eq=False)
 class SightRays:
-    """Rays from a camera to what it saw.
+    """Rays from camera positions to observed points, map frame.
 
     Attributes:
         keys: (n,) int64, ascending: the cells of end and origin.
         origins_xyz: (n, 3) float32 [m].
         ends_xyz: (n, 3) float32 [m].
-        on_object: (n,) bool: the ray ends on the object, not on what is behind it.
+        on_object: (n,) bool: the ray ends on the object, not on the background.
     """
 
     keys: NDArray[np.int64]
@@ -42,9 +42,9 @@ class SightRays:
     def __len__(self) -> int:
         return len(self.keys)
 
-    def at_most(self, count: int) -> SightRays:
-        """Themselves, or evenly chosen ones of them where they are more."""
-        every = -(-len(self) // count)
+    def subsampled(self, max_rays: int) -> SightRays:
+        """Every k-th ray, with the smallest k that leaves at most `max_rays`."""
+        every = -(-len(self) // max_rays)
         if every <= 1:
             return self
         return SightRays(
@@ -60,10 +60,10 @@ class SightRays:
         ends_xyz: NDArray[np.floating],
         on_object: NDArray[np.bool_],
     ) -> SightRays:
-        """These rays and those of one more frame that say something new.
+        """These rays and those of one more frame; see `with_rays`.
 
         Args:
-            origin_xyz: (3,) [m] the camera's place.
+            origin_xyz: (3,) [m] position of the camera.
             ends_xyz: (m, 3) [m].
             on_object: (m,) bool.
         """
@@ -76,7 +76,7 @@ class SightRays:
         ends_xyz: NDArray[np.floating],
         on_object: NDArray[np.bool_],
     ) -> SightRays:
-        """These rays and those of others that say something new.
+        """These rays and those of the given ones whose pair of cells has no ray yet.
 
         Args:
             origins_xyz: (m, 3) [m].
@@ -103,10 +103,10 @@ def _keys(
     ends_xyz: NDArray[np.floating],
     on_object: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
-    # Of rays from one place the place is looked at once.
-    places = origins_xyz[:1] if origins_xyz.strides[0] == 0 else origins_xyz
-    origins = packed_cells(places, ORIGIN_CELL, ORIGIN_BITS)
-    ends = packed_cells(ends_xyz, END_CELL, END_BITS)
-    # 45 bits for the end, 18 for the origin; the sign bit tells the object from the rest.
+    # A broadcast origin is packed once.
+    distinct = origins_xyz[:1] if origins_xyz.strides[0] == 0 else origins_xyz
+    origins = packed_cells(distinct, ORIGIN_CELL_M, ORIGIN_BITS)
+    ends = packed_cells(ends_xyz, END_CELL_M, END_BITS)
+    # 45 bits for the end and 18 for the origin; the sign bit marks rays that miss the object.
     key = ends | (origins << (3 * END_BITS))
     return np.where(on_object, key, -key - 1)

@@ -1,4 +1,4 @@
-"""The object's grid: occupied by its surface, free where rays passed."""
+"""Occupancy grids of the object: occupied by its surface, free along rays."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.grid import Grid, OccupancyGrid, hits_views, trace_views
-from circumspect.mapping.sight_rays import SightRays
+from circumspect.reconstruction.sight_rays import SightRays
 
 
 def occupancy(grid: Grid, points_xyz: NDArray[np.floating], rays: SightRays) -> OccupancyGrid:
-    """Ray trace what was seen into a grid.
+    """Fill a grid from surface points and rays.
 
     Args:
         grid: Bounds around the object.
         points_xyz: (n, 3) [m] the object's surface: the ends of beams, equation 3.
-        rays: The thinned rays. Where they end says nothing here: those that end on the object
-            are in `points_xyz` with less noise, and the floor is not the object.
+        rays: Thinned rays. Their ends occupy no cells: `points_xyz` holds the ends on the object
+            with less noise, and the other ends are background.
 
     Returns:
-        Occupied where the surface is, free where rays passed, unknown elsewhere.
+        Occupied at surface points, free along rays, unknown elsewhere.
     """
     surface = grid.hits(points_xyz)
     if len(rays) == 0:
@@ -33,15 +33,18 @@ def occupancy(grid: Grid, points_xyz: NDArray[np.floating], rays: SightRays) -> 
 def occupancies(
     grids: Sequence[Grid], points_xyz: NDArray[np.floating], rays: SightRays
 ) -> list[OccupancyGrid]:
-    """Ray trace what was seen into several grids about one axis, in one pass; see `occupancy`.
+    """Fill several cylindrical grids around one axis in a single pass; see `occupancy`.
 
     Args:
-        grids: Cylindrical grids, the views of an object.
+        grids: Cylindrical grids with a common axis.
         points_xyz: (n, 3) [m] the object's surface.
-        rays: The thinned rays.
+        rays: Thinned rays.
 
     Returns:
-        One for each grid.
+        One grid for each of `grids`.
+
+    Raises:
+        InputError: The grids are of another kind, or do not share their axis.
     """
     states = hits_views(grids, points_xyz)
     if len(rays):
