@@ -17,11 +17,8 @@ from circumspect.geometry.composition import between, composed
 from circumspect.mapping import RegisteredPoses, TrackingSettings
 from circumspect.mapping.keyframe_pairs import is_consecutive
 from circumspect.mapping.keyframes import Keyframes
-from circumspect.mapping.registration import register
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scan_surface import ScanSurface
-from circumspect.mapping.scene_map import SceneMap
 from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.registration import Scan, ScanSurface, SurfaceMap, register
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import RgbdFrame
 
@@ -115,7 +112,7 @@ class KeptScans(WrappedRobot):
         self._kept: list[tuple[float, Scan]] = []
 
     def _seen(self, frame: RgbdFrame) -> RgbdFrame:
-        self._kept.append((frame.stamp, Scan.of(frame, self._settings.scan)))
+        self._kept.append((frame.stamp, Scan.from_frame(frame, self._settings.scan)))
         return frame
 
     def fits(
@@ -129,10 +126,10 @@ class KeptScans(WrappedRobot):
         """
         rng, settings = np.random.default_rng(seed), self._settings
         surfaces = [
-            (ScanSurface.of(scan).on_level_floor(truth(stamp)), truth(stamp))
+            (ScanSurface.from_scan(scan).with_vertical_floor_normals(truth(stamp)), truth(stamp))
             for stamp, scan in self._kept[::EVERY]
         ]
-        scene = SceneMap(settings.scan.voxel).with_surfaces(surfaces)
+        scene = SurfaceMap(settings.scan.voxel).with_surfaces(surfaces)
         known = np.diag(PRIOR_SIGMAS**-2.0)
         for number, (stamp, scan) in enumerate(self._kept):
             if number % EVERY == 0 or len(scan) < settings.gate.fewest_points:

@@ -33,12 +33,12 @@ from circumspect.evaluation.trajectory_error import (
 )
 from circumspect.geometry import Trajectory
 from circumspect.mapping import PoseEstimate, RegisteredPoses
-from circumspect.mapping.scan import ScanSettings
 from circumspect.recording import open_recording
+from circumspect.registration import DownsamplingSettings
 
 FOLDER = Path(__file__).resolve().parents[2] / "shared" / "data" / "redkitchen"
 NAME = "redkitchen_registration"
-RANGES = {"small_gicp": ScanSettings().farthest, "small_gicp_all": float("inf")}
+RANGES = {"small_gicp": DownsamplingSettings().max_depth, "small_gicp_all": float("inf")}
 """What small_gicp is compared by, and up to which depth [m]: our own, and all of it."""
 
 

@@ -1,4 +1,4 @@
-// A scene of points with normals, and the point-to-plane problem of a scan in it.
+// A map of points with normals, and the point-to-plane problem of a scan in it.
 #pragma once
 
 #include <array>
@@ -10,44 +10,47 @@
 
 namespace circumspect {
 
-constexpr double kFarthest = 1e6;  // [m]; coordinates beyond are no part of any scene
+constexpr double kFarthest = 1e6;  // [m]; points beyond are in no map
 
 struct Plane {
-  double x, y, z, nx, ny, nz, variance, slope, unevenness;
+  double x, y, z, nx, ny, nz, variance, normal_variance, roughness;
 };
 
-// What the robust weights and the figures about a fit depend on; see registration.py.
-struct FitRules {
-  double reach, tukey, correlation, least_spread, uneven, least_cut, floor, far, averted;
-  int64_t standing, fewest;
+// Correspondences and weights; see point_to_plane.py.
+struct FitSettings {
+  double max_distance, tukey_cutoff, correlation, min_noise_scale, roughness_factor, min_cutoff,
+      max_floor_height, max_plane_distance, max_backface_cosine;
+  int64_t min_points_off_floor, min_correspondences;
 };
 
-// The problem linear about one pose, and how well scan and scene agree there.
-struct LinearFit {
+// The problem linearised at one pose, and how well scan and map agree there.
+struct PointToPlaneProblem {
   std::array<double, 36> hessian{};
-  std::array<double, 36> feigned{};
+  std::array<double, 36> spurious{};
   std::array<double, 6> gradient{};
   int64_t inliers = 0;
-  double overlap = 0.0, distance = 0.0, residual = 0.0, misfit = 0.0;
+  double overlap = 0.0, distance = 0.0, residual = 0.0, normalised_residual = 0.0;
 };
 
-// Planes in cubic cells, found by a hash of the cell.
+// Planes in cubic cells, with a hash table of the cells.
 class PlaneMap {
  public:
-  // Rows of (n, 3) points and normals, n standard deviations, n variances of the normals' slopes,
-  // and n of the points across their planes by what the surface shows there.
+  // Rows of (n, 3) points and normals, n standard deviations, n variances of the normals' tilt,
+  // and n variances of the points about their planes.
   PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
-           const double* slopes, const double* unevenness, std::size_t count, double cell);
+           const double* normal_variances, const double* roughness, std::size_t count,
+           double cell);
 
-  // Of the planes that a camera can see, those whose normals make a cosine below `averted` with
-  // its line of sight, the one nearest to a point and nearer than √`within2`, or null; sets
-  // `within2` to its squared distance.
+  // The plane nearest to a point, nearer than √`within2` and visible from the camera, or null. A
+  // plane is visible if the cosine between its normal and the line of sight is below
+  // `max_backface_cosine`. Sets `within2` to the squared distance.
   const Plane* nearest(double x, double y, double z, const std::array<double, 3>& camera,
-                       double averted, double& within2) const;
+                       double max_backface_cosine, double& within2) const;
 
   // A scan's n points and standard deviations, placed by the first three rows of a 4 x 4 pose.
-  LinearFit linearised(const double* points_xyz, const double* sigmas, std::size_t count,
-                       const double* pose, const FitRules& rules) const;
+  PointToPlaneProblem linearised(const double* points_xyz, const double* sigmas,
+                                 std::size_t count, const double* pose,
+                                 const FitSettings& settings) const;
 
  private:
   double cell_;

@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.mapping import RegisteredPoses
+from circumspect.registration import Scan
 from circumspect.sensing import DepthNoise, Odometry, RgbdFrame
 from circumspect.simulation import Scene, SimulatedCamera, Station, Surface, block, looking_at
 
@@ -82,3 +83,12 @@ def place_errors(estimates: list, angles: np.ndarray) -> np.ndarray:
 def follow(frames, poses: RegisteredPoses | None = None) -> list:
     poses = poses or RegisteredPoses()
     return [poses.estimate(frame) for frame in frames]
+
+
+def bare_wall(rng: np.random.Generator, noise: float = 2e-3) -> Scan:
+    """A wall of 2 m by 1.2 m, 1.5 m ahead of the camera."""
+    u, v = np.meshgrid(np.arange(66), np.arange(40))
+    cells = np.stack([u.ravel(), v.ravel()], axis=1) - [33, 20]
+    flat = 0.03 * (cells + rng.uniform(0, 1, cells.shape))
+    depth = 1.5 + rng.normal(0, noise, len(flat))
+    return Scan(np.column_stack([flat, depth]), np.full(len(flat), 2e-3))

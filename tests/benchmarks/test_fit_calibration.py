@@ -19,7 +19,7 @@ from benchmarks.calibration_job import CalibrationJob, run_job
 from benchmarks.scan_job import ScanJob
 
 from circumspect.mapping.keyframe_pairs import TOO_SURE, TRACKED_SIGMAS, blurred
-from circumspect.mapping.linear_fit import TELLING
+from circumspect.registration.point_to_plane import FINE
 
 COUNT = 4000
 
@@ -85,8 +85,8 @@ def test_fits_are_told_object_by_object_and_together() -> None:
     found = [{"object": "night_stand-1", "fits": [[6, 6], [6, 6]]},
              {"object": "chair-1", "fits": [[12, 12]]}]  # fmt: skip
     lines = of_fits(found)[0].splitlines()
-    by_median = f"{TELLING.correlation * 6 / 5.35:.1f}"
-    one, both = f"{TELLING.correlation:.1f}", f"{TELLING.correlation * 8 / 6:.1f}"
+    by_median = f"{FINE.correlation * 6 / 5.35:.1f}"
+    one, both = f"{FINE.correlation:.1f}", f"{FINE.correlation * 8 / 6:.1f}"
     assert lines[-3] == f"| night stand | 2 | 6.0 | 6.0 | 0.0% | {one} | {by_median} |"
     assert lines[-1] == f"| all | 3 | 8.0 | 6.0 | 0.0% | {both} | {by_median} |"
 

@@ -11,10 +11,7 @@ from tracking_world import THINGS, drive
 
 from circumspect.mapping.ambiguity import is_ambiguous
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.registration import RegistrationSettings, register
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scan_surface import ScanSurface
-from circumspect.mapping.scene_map import SceneMap
+from circumspect.registration import RegistrationSettings, Scan, ScanSurface, SurfaceMap, register
 from circumspect.simulation import Surface, block
 
 SETTINGS = RegistrationSettings()
@@ -22,24 +19,26 @@ HERE = RigidTransform.identity()
 FLAT = (Surface("wall", block((-6.0, -0.2, -3.0), (6.0, 0.2, 3.0))),)
 """Looks the same wherever one stands along it."""
 ALONG = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-FEIGNED = 1.1 / SETTINGS.reach
+FEIGNED = 1.1 / SETTINGS.max_distance
 """What a scene seems to hold the direction along a wall by, though it does not [1/m]."""
 
 
 def asked(things, sigma, feigned=0.0):
     """Whether a frame before the map of its place, so well expected, is ambiguous."""
-    before, now = (Scan.of(frame) for frame in drive(np.radians([90.0, 90.0]), things=things))
-    scene = SceneMap()
+    before, now = (
+        Scan.from_frame(frame) for frame in drive(np.radians([90.0, 90.0]), things=things)
+    )
+    scene = SurfaceMap()
     for metres in (-0.4, 0.4, 0.0) if things is FLAT else (0.0,):
         aside = RigidTransform.from_translation([metres, 0.0, 0.0])
-        scene = scene.with_surface(ScanSurface.of(before), aside)
+        scene = scene.with_surface(ScanSurface.from_scan(before), aside)
     expected = Belief(HERE, np.eye(6) * sigma**2)
     found = register(now, scene, HERE, np.eye(6) / sigma**2, SETTINGS)
     found = replace(found, hessian=found.hessian + np.diag(ALONG) * feigned**2)
     return is_ambiguous(now, scene, found, expected, SETTINGS)
 
 
-@pytest.mark.parametrize("sigma", [1.1 * SETTINGS.reach, 0.5, 2.0])
+@pytest.mark.parametrize("sigma", [1.1 * SETTINGS.max_distance, 0.5, 2.0])
 def test_a_flat_wall_that_seems_to_hold_a_camera_is(sigma):
     assert asked(FLAT, sigma, FEIGNED)
 
@@ -49,7 +48,7 @@ def test_a_flat_wall_that_is_known_not_to_is_left_to_the_prior():
 
 
 def test_a_camera_that_was_known_well_enough_is_not():
-    assert not asked(FLAT, 0.9 * SETTINGS.reach, FEIGNED)
+    assert not asked(FLAT, 0.9 * SETTINGS.max_distance, FEIGNED)
 
 
 @pytest.mark.parametrize("feigned", [0.0, FEIGNED])

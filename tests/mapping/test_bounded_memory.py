@@ -14,9 +14,8 @@ from circumspect.mapping.heirs import Heirs
 from circumspect.mapping.keyframe_pairs import AGES
 from circumspect.mapping.keyframes import EDGES_EACH, TOGETHER, Keyframes, KeyframeSettings
 from circumspect.mapping.pose_graph import Edge, thinned
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.wheels import Passage
+from circumspect.registration import Scan, SurfaceMap
 from circumspect.sensing import RgbdFrame
 
 I6 = np.eye(6)
@@ -73,7 +72,7 @@ def test_the_graph_stays_in_one_piece_though_pairs_wait(fitting: bool) -> None:
 
 def test_the_map_of_all_keyframes_is_that_of_each_laid_over_the_others() -> None:
     keys = rounds_of_keyframes(most=99, count=2 * TOGETHER + 1, fitting=False)
-    one_by_one = SceneMap(0.03)
+    one_by_one = SurfaceMap(0.03)
     for number in range(len(keys)):
         one_by_one = one_by_one.with_surface(keys[number].surface, keys[number].T_map_camera)
     scene = keys.scene()

@@ -23,10 +23,10 @@ from circumspect.mapping.keyframe_pairs import (
     worth_by_view,
 )
 from circumspect.mapping.keyframes import Keyframes
-from circumspect.mapping.scan import Scan
 from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.mapping.wheel_motion import WheelMotion, wheel_step
 from circumspect.mapping.wheels import Passage
+from circumspect.registration import Scan
 from circumspect.sensing import Odometry
 
 I6 = np.eye(6)
@@ -37,7 +37,7 @@ def keyframe(number: int, angle: float, stretch: int = 0, off: float = 0.0) -> K
     """Taken at an angle [rad] of the drive, believed `off` [m] from there."""
     frame = drive(np.array([angle]))[0]
     T = true_camera(angle) * RigidTransform.from_translation([off, 0.0, 0.0])
-    return Keyframe.of(number, T, 1e-6 * I6, Scan.of(frame), frame, Passage(stretch))
+    return Keyframe.of(number, T, 1e-6 * I6, Scan.from_frame(frame), frame, Passage(stretch))
 
 
 def fitted(one: Keyframe, other: Keyframe):
@@ -117,7 +117,7 @@ def test_a_grip_learnt_later_moves_what_the_wheels_alone_linked() -> None:
     )
     for angle, passage in ((first, Passage()), (second, Passage(1, by_wheels))):
         frame = drive(np.array([angle]))[0]
-        keys.add(true_camera(angle), 1e-6 * I6, Scan.of(frame), frame, passage)
+        keys.add(true_camera(angle), 1e-6 * I6, Scan.from_frame(frame), frame, passage)
     keys.fit_next()
     (before,) = keys.graph().edges
     keys.grip = WheelGrip((4.0, 6.0), (0.95 * 4.0, 6.0))

@@ -11,10 +11,7 @@ from tracking_world import THINGS, drive
 
 from circumspect.mapping.leap import FAR, is_hasty
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.registration import RegistrationSettings, register
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scan_surface import ScanSurface
-from circumspect.mapping.scene_map import SceneMap
+from circumspect.registration import RegistrationSettings, Scan, ScanSurface, SurfaceMap, register
 from circumspect.simulation import Surface, block
 
 SETTINGS = RegistrationSettings()
@@ -27,8 +24,8 @@ FLAT = (Surface("wall", block((-6.0, -0.2, -3.0), (6.0, 0.2, 3.0))),)
 def fitted(things, expected=HERE):
     """A frame before the map that it made, expected elsewhere."""
     (frame,) = drive(np.radians([90.0]), things=things)
-    scan = Scan.of(frame)
-    scene = SceneMap().with_surface(ScanSurface.of(scan), HERE)
+    scan = Scan.from_frame(frame)
+    scene = SurfaceMap().with_surface(ScanSurface.from_scan(scan), HERE)
     return scan, scene, register(scan, scene, expected, np.linalg.inv(UNSURE), SETTINGS)
 
 
@@ -52,7 +49,7 @@ def test_a_leap_to_where_it_fits_is_believed():
 
 
 def test_a_leap_to_where_the_scene_pulls_even_a_firm_frame_is_believed():
-    assert not asked(THINGS, 0.0, 1.2 * FAR * SETTINGS.reach)
+    assert not asked(THINGS, 0.0, 1.2 * FAR * SETTINGS.max_distance)
 
 
 def test_a_leap_to_where_it_fits_worse_than_others_is_not():
@@ -61,4 +58,4 @@ def test_a_leap_to_where_it_fits_worse_than_others_is_not():
 
 @pytest.mark.parametrize("things", [FLAT, THINGS])
 def test_a_small_step_is_no_leap(things):
-    assert not asked(things, 0.9 * FAR * SETTINGS.reach, 0.0, worse=9.0)
+    assert not asked(things, 0.9 * FAR * SETTINGS.max_distance, 0.0, worse=9.0)

@@ -8,8 +8,7 @@ from tracking_world import SHORT, blind, short_drive, true_camera
 
 from circumspect.mapping import RegisteredPoses
 from circumspect.mapping.news import is_out_of_place, rest_is_news
-from circumspect.mapping.registration import register
-from circumspect.mapping.scan import Scan
+from circumspect.registration import Scan, register
 from circumspect.sensing import RgbdFrame
 
 TIGHT = np.diag([1e8] * 6)
@@ -22,7 +21,7 @@ def verdict(shift: list[float]) -> bool:
     poses.estimate(first)
     T_map_true = poses.keyframes.places[0] * true_camera(float(SHORT[0])).inv()
     believed = T_map_true * true_camera(float(SHORT[-1])) * RigidTransform.from_translation(shift)
-    scan = Scan.of(last)
+    scan = Scan.from_frame(last)
     found = register(scan, poses.scene, believed, TIGHT)
     return rest_is_news(scan, found, poses.scene, poses.keyframes, 0.05)
 
@@ -43,7 +42,7 @@ def test_what_is_new_or_nothing_is_not_out_of_place() -> None:
 
     def out_of_place(frame: RgbdFrame, nearer: float) -> bool:
         place = T * RigidTransform.from_translation([0.0, 0.0, -nearer])
-        return is_out_of_place(Scan.of(frame), place, poses.scene, poses.keyframes, 0.05)
+        return is_out_of_place(Scan.from_frame(frame), place, poses.scene, poses.keyframes, 0.05)
 
     assert not out_of_place(first, 0.0), "it is where it should be"
     assert not out_of_place(blind(first), 0.0), "it shows nothing"

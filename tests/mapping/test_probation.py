@@ -10,7 +10,7 @@ from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.probation import Probation
-from circumspect.mapping.registration import Registration
+from circumspect.registration import Registration
 
 FRAMES, LEAP = 3, 0.025
 MUTE, CONTRADICTS = Verdict("nothing", mute=True), Verdict("other things", contradicts=True)

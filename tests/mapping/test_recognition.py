@@ -14,17 +14,13 @@ from tracking_world import THINGS, drive, true_camera
 from circumspect.mapping import TrackingSettings
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.recognition import Recognition
-from circumspect.mapping.registration import Registration
 from circumspect.mapping.relocalisation import (
     SAME_PLACE,
     RelocalisationSettings,
     relocalise,
     within,
 )
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scan_surface import ScanSurface
-from circumspect.mapping.scene_map import SceneMap
-from circumspect.mapping.visibility import seen_through
+from circumspect.registration import Registration, Scan, ScanSurface, SurfaceMap, violation_ratio
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Surface, block
 
@@ -188,14 +184,17 @@ def test_frames_that_fit_aside_as_well_tell_of_no_place(recognition: Recognition
     assert believed(recognition, fits, HERE, STILL, USUAL, **near, ambiguous=[1]) is None
 
 
-def mapped(frames: list[RgbdFrame], places: list[RigidTransform]) -> SceneMap:
+def mapped(frames: list[RgbdFrame], places: list[RigidTransform]) -> SurfaceMap:
     """What frames from known places show."""
     scan = TrackingSettings().scan
     surfaces = [
-        (ScanSurface.of(Scan.of(frame, scan)).on_level_floor(place), place)
+        (
+            ScanSurface.from_scan(Scan.from_frame(frame, scan)).with_vertical_floor_normals(place),
+            place,
+        )
         for frame, place in zip(frames, places, strict=True)
     ]
-    return SceneMap(scan.voxel).with_surfaces(surfaces)
+    return SurfaceMap(scan.voxel).with_surfaces(surfaces)
 
 
 @pytest.mark.parametrize(
@@ -218,7 +217,8 @@ def test_what_nobody_looked_at_so_far_does_not_speak_against_a_place(
     (frame,) = drive(np.array([angle]))
     settings = replace(s.relocalisation, least_known=least_known)
     fits = relocalise(
-        partial(seen_through, frame, scene), Scan.of(frame, s.scan), scene, places[0], places, s.registration, s.gate, settings,
+        partial(violation_ratio, frame, scene), Scan.from_frame(frame, s.scan), scene, places[0],
+        places, s.registration, s.gate, settings,
         lambda fit, contrary: rest_is_news,
     )  # fmt: skip
     assert len(fits) == int(found)
@@ -236,7 +236,7 @@ def test_a_camera_is_found_from_about_where_it_should_be() -> None:
     slipped = RigidTransform.from_exp_coords([0.0, float(np.radians(7.0)), 0.0, 0.04, 0.0, 0.02])
     for expected, count in ((places[0], 0), (true * slipped, 1)):
         fits = relocalise(
-            partial(seen_through, frame, scene), Scan.of(frame, s.scan), scene, expected,
+            partial(violation_ratio, frame, scene), Scan.from_frame(frame, s.scan), scene, expected,
             places[:1], s.registration, s.gate, s.relocalisation, lambda fit, contrary: True,
         )  # fmt: skip
         assert len(fits) == count
@@ -252,8 +252,8 @@ def test_a_square_pillar_looks_alike_from_its_four_sides() -> None:
     s = TrackingSettings()
     frame, scene = frames[4], mapped(frames, places)
     fits = relocalise(
-        partial(seen_through, frame, scene), Scan.of(frame, s.scan), scene, places[4], places,
-        s.registration, s.gate, s.relocalisation, lambda fit, contrary: False,
+        partial(violation_ratio, frame, scene), Scan.from_frame(frame, s.scan), scene, places[4],
+        places, s.registration, s.gate, s.relocalisation, lambda fit, contrary: False,
     )  # fmt: skip
     assert len(fits) >= 2
     assert not any(

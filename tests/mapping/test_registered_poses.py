@@ -30,8 +30,7 @@ from circumspect.mapping import (
 )
 from circumspect.mapping.keyframes import KeyframeSettings
 from circumspect.mapping.registered_poses import RECOGNISED, STANDING, STEADY
-from circumspect.mapping.registration import Registration, register
-from circumspect.mapping.scan import Scan
+from circumspect.registration import Registration, Scan, register
 from circumspect.sensing import RgbdFrame
 
 NEAR = 0.03

@@ -10,9 +10,7 @@ from circumspect.geometry.composition import composed
 from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.leap import BETTER, LEAST_DISTANCE
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.registration import Registration, RegistrationSettings, register
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scene_map import SceneMap
+from circumspect.registration import Registration, RegistrationSettings, Scan, SurfaceMap, register
 
 ASIDE = 3.0
 """A fit is tried from so many reaches of correspondences aside; turns count by what they move at
@@ -21,7 +19,7 @@ ASIDE = 3.0
 
 def is_ambiguous(
     scan: Scan,
-    scene: SceneMap,
+    scene: SurfaceMap,
     found: Registration,
     expected: Belief,
     settings: RegistrationSettings,
@@ -43,22 +41,22 @@ def is_ambiguous(
     """
     values, vectors = np.linalg.eigh(found.hessian)
     variances = np.einsum("ij,ik,kj->j", vectors, expected.covariance, vectors)
-    left = vectors[:, (values > settings.reach**-2) & (variances > settings.reach**2)]
+    left = vectors[:, (values > settings.max_distance**-2) & (variances > settings.max_distance**2)]
     if left.shape[1] == 0:
         return False
-    step = ASIDE * settings.reach * left[:, 0]
+    step = ASIDE * settings.max_distance * left[:, 0]
     return any(_fits_aside(scan, scene, found, sign * step, settings) for sign in (-1.0, 1.0))
 
 
 def _fits_aside(
     scan: Scan,
-    scene: SceneMap,
+    scene: SurfaceMap,
     found: Registration,
     change: NDArray[np.float64],
     settings: RegistrationSettings,
 ) -> bool:
     T = composed(found.T_map_camera, se3.exp(change))
-    other = register(scan, scene, T, np.eye(6) / settings.reach**2, settings)
+    other = register(scan, scene, T, np.eye(6) / settings.max_distance**2, settings)
     apart, _ = distances(other.T_map_camera.as_matrix(), found.T_map_camera.as_matrix())
     as_well = BETTER * other.distance < max(found.distance, LEAST_DISTANCE)
-    return bool(apart > settings.reach and as_well)
+    return bool(apart > settings.max_distance and as_well)

@@ -8,7 +8,7 @@ import numpy as np
 
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.motion import CLOSE_SHIFT, CLOSE_TURN, Belief, apart
-from circumspect.mapping.registration import Registration
+from circumspect.registration import Registration
 
 
 @dataclass(frozen=True, eq=False)

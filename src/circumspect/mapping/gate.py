@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.mapping.registration import Registration
+from circumspect.registration import Registration
 
 GATE_OPEN = "open"
 
@@ -70,7 +70,7 @@ class GateSettings:
         Args:
             found: The registration.
             prior_information: (6, 6) that it was given.
-            through: Share of the map in view that the frame looks through; see `seen_through`.
+            through: Share of the map in view that the frame looks through; see `violation_ratio`.
             least_overlap: In place of the settings'.
         """
         least = self.least_overlap if least_overlap is None else least_overlap
@@ -87,8 +87,8 @@ class GateSettings:
             )
         if through > self.most_through:
             return Verdict(f"looks through {through:.0%} of what is known to be there", True)
-        if found.misfit > self.largest_misfit:
-            return Verdict(f"residual of {found.misfit:.1f} standard deviations", True)
+        if found.normalised_residual > self.largest_misfit:
+            return Verdict(f"residual of {found.normalised_residual:.1f} standard deviations", True)
         distance = squared_distance(found, prior_information)
         if distance > self.farthest:
             return Verdict(

@@ -8,11 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.mapping.compact_surface import CompactSurface
-from circumspect.mapping.free_space import FreeSpace
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scan_surface import ScanSurface
 from circumspect.mapping.wheels import Passage
+from circumspect.registration import CompactSurface, FreeSpace, Scan, ScanSurface
 from circumspect.sensing import RgbdFrame
 
 
@@ -58,13 +55,13 @@ class Keyframe:
         since_parent: NDArray[np.floating] | None = None,
     ) -> Keyframe:
         """Look closely at a frame; see the attributes."""
-        surface, mount = ScanSurface.of(scan), frame.T_base_camera
+        surface, mount = ScanSurface.from_scan(scan), frame.T_base_camera
         if mount is not None:
-            surface = surface.on_level_floor(T_map_camera)
+            surface = surface.with_vertical_floor_normals(T_map_camera)
         since = covariance if since_parent is None else since_parent
         return cls(
-            number, frame.stamp, T_map_camera, CompactSurface.of(surface), FreeSpace.of(frame),
-            covariance, passage, parent, since, mount,
+            number, frame.stamp, T_map_camera, CompactSurface.from_surface(surface),
+            FreeSpace.from_frame(frame), covariance, passage, parent, since, mount,
         )  # fmt: skip
 
     @property
@@ -85,7 +82,7 @@ class Keyframe:
         matrix = self.T_map_camera.as_matrix()
         points = (points_xyz - matrix[:3, 3]) @ matrix[:3, :3]
         towards = np.einsum("ij,ij->i", points, normals_xyz @ matrix[:3, :3]) < 0
-        return towards & self.space.shows(points, within)
+        return towards & self.space.agrees_with(points, within)
 
     def looks_through(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points lie where it saw nothing.
@@ -94,4 +91,4 @@ class Keyframe:
             points_xyz: (n, 3) [m] map frame.
         """
         matrix = self.T_map_camera.as_matrix()
-        return self.space.holds((points_xyz - matrix[:3, 3]) @ matrix[:3, :3])
+        return self.space.contains((points_xyz - matrix[:3, 3]) @ matrix[:3, :3])

@@ -14,11 +14,10 @@ from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.pose_graph import Edge
-from circumspect.mapping.registration import RegistrationSettings, register
-from circumspect.mapping.scan_surface import FLOOR
-from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.mapping.wheels import Passage
+from circumspect.registration import RegistrationSettings, SurfaceMap, register
+from circumspect.registration.scan_surface import MAX_FLOOR_HEIGHT_M
 
 OLD = 12
 """Keyframes so many apart in number that show the same close a loop."""
@@ -59,7 +58,7 @@ def showing_the_same(
     step = max(1, len(surface.scan) // ASKED)
     points = surface.scan.points_xyz[::step] @ matrix[:3, :3].T + matrix[:3, 3]
     normals = surface.normals_xyz[::step] @ matrix[:3, :3].T
-    off = np.abs(points[:, 2]) > FLOOR
+    off = np.abs(points[:, 2]) > MAX_FLOOR_HEIGHT_M
     if not off.any():
         return []
     _, turns = distances(poses, matrix)
@@ -110,8 +109,8 @@ def pair_edge(
     guesses = [(expected, believed)]
     if consecutive and not tracked:
         guesses = [along(other.passage, expected, gate, grip), *(guesses if broken else [])]
-    target = SceneMap(voxel).with_surface(one.surface, RigidTransform.identity())
-    thinned = other.surface.scan.thinned(PAIR_THINNED)
+    target = SurfaceMap(voxel).with_surface(one.surface, RigidTransform.identity())
+    thinned = other.surface.scan.subsampled(PAIR_THINNED)
     fits = [register(thinned, target, T, known, registration) for T, known in guesses]
     # The wheels may have misled, or the pose leapt: what the two keyframes show decides.
     best = len(fits) - 1 if fits[-1].distance < BETTER * fits[0].distance else 0

@@ -23,9 +23,6 @@ from circumspect.mapping.keyframe_pairs import (
 )
 from circumspect.mapping.pair_queue import PairQueue
 from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged, thinned
-from circumspect.mapping.registration import RegistrationSettings
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.surest_ways import (
     agreeing,
     by_surest_ways,
@@ -33,6 +30,7 @@ from circumspect.mapping.surest_ways import (
 )
 from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.mapping.wheels import Passage
+from circumspect.registration import RegistrationSettings, Scan, SurfaceMap
 from circumspect.sensing import RgbdFrame
 
 FOUND_AGAIN = 0.25
@@ -309,9 +307,9 @@ class Keyframes:
         closing = [edge.second for edge in sound if closes_a_loop(edge.first, edge.second)]
         self._agreed = max([self._agreed, *closing])
 
-    def scene(self) -> SceneMap:
+    def scene(self) -> SurfaceMap:
         """The scene map of all keyframes."""
-        scene, keys = SceneMap(self._voxel), list(self._by_number.values())
+        scene, keys = SurfaceMap(self._voxel), list(self._by_number.values())
         # A few at a time: all at once would take many times the memory of the map.
         for start in range(0, len(keys), TOGETHER):
             few = keys[start : start + TOGETHER]

@@ -7,9 +7,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.registration import Registration, RegistrationSettings, register
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scene_map import SceneMap
+from circumspect.registration import Registration, RegistrationSettings, Scan, SurfaceMap, register
 
 FAR = 2.0
 """A fit that moves a frame by more than so many reaches of correspondences leaps."""
@@ -21,7 +19,7 @@ LEAST_DISTANCE = 5e-4
 
 def is_hasty(
     scan: Scan,
-    scene: SceneMap,
+    scene: SurfaceMap,
     found: Registration,
     expected: Belief,
     usual: float,
@@ -40,13 +38,13 @@ def is_hasty(
         usual: Mean distance to the map [m] up to which a frame fits as the last ones did.
         settings: How frames are fitted.
     """
-    if _apart(found.T_map_camera, expected.T_map_camera) < FAR * settings.reach:
+    if _apart(found.T_map_camera, expected.T_map_camera) < FAR * settings.max_distance:
         return False
     if found.distance > usual:
         return True
-    held = np.eye(6) / settings.reach**2
+    held = np.eye(6) / settings.max_distance**2
     stayed = register(scan, scene, expected.T_map_camera, held, settings)
-    if _apart(stayed.T_map_camera, found.T_map_camera) < settings.reach:
+    if _apart(stayed.T_map_camera, found.T_map_camera) < settings.max_distance:
         return False  # the scene pulls it there all the same
     return bool(BETTER * stayed.distance < found.distance)
 

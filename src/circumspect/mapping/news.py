@@ -7,10 +7,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.mapping.keyframes import Keyframes
-from circumspect.mapping.registration import Registration
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scan_surface import FLOOR
-from circumspect.mapping.scene_map import SceneMap
+from circumspect.registration import Registration, Scan, SurfaceMap
+from circumspect.registration.scan_surface import MAX_FLOOR_HEIGHT_M
 
 SAMPLE = 1000
 """So many points of a frame are asked."""
@@ -21,7 +19,7 @@ MOST_CONTRARY, FEW = 0.2, 10
 def rest_is_news(
     scan: Scan,
     found: Registration,
-    scene: SceneMap,
+    scene: SurfaceMap,
     keyframes: Keyframes,
     reach: float,
     contrary: float = MOST_CONTRARY,
@@ -44,7 +42,7 @@ def rest_is_news(
 
 
 def is_out_of_place(
-    scan: Scan, T_map_camera: RigidTransform, scene: SceneMap, keyframes: Keyframes, reach: float
+    scan: Scan, T_map_camera: RigidTransform, scene: SurfaceMap, keyframes: Keyframes, reach: float
 ) -> bool:
     """Whether a frame shows much where it was known to be empty: the robot can not be there.
 
@@ -62,14 +60,14 @@ def is_out_of_place(
 
 
 def _known_and_empty(
-    scan: Scan, T_map_camera: RigidTransform, scene: SceneMap, keyframes: Keyframes, reach: float
+    scan: Scan, T_map_camera: RigidTransform, scene: SurfaceMap, keyframes: Keyframes, reach: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Of some points off the floor: which lie on what is known, and of the others which lie where
     a keyframe looked through.
     """
-    some = scan.thinned(max(1, len(scan) // SAMPLE))
+    some = scan.subsampled(max(1, len(scan) // SAMPLE))
     points = T_map_camera.apply(some.points_xyz)
-    points = points[np.abs(points[:, 2]) > FLOOR]
+    points = points[np.abs(points[:, 2]) > MAX_FLOOR_HEIGHT_M]
     if len(points) == 0:
         return np.zeros(0, bool), np.zeros(0, bool)
     known = scene.nearest(points)[1] < reach

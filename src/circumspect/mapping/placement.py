@@ -11,15 +11,19 @@ from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.gate import Verdict
 from circumspect.mapping.keyframes import Keyframes
 from circumspect.mapping.leap import is_hasty
-from circumspect.mapping.linear_fit import linearised
 from circumspect.mapping.motion import Belief
 from circumspect.mapping.news import rest_is_news
-from circumspect.mapping.registration import Registration, register
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.tracking_settings import TrackingSettings
 from circumspect.mapping.usual_frames import UsualFrames
-from circumspect.mapping.visibility import phantoms_of, seen_through
+from circumspect.registration import (
+    Registration,
+    Scan,
+    SurfaceMap,
+    linearised,
+    register,
+    violated_points,
+    violation_ratio,
+)
 from circumspect.sensing import RgbdFrame
 
 KNOWN = 0.5
@@ -48,17 +52,17 @@ class Placement:
             keyframes: That the scene is made of, and what they looked through.
         """
         self._settings, self._keyframes = settings, keyframes
-        self.scene = SceneMap(settings.scan.voxel)
+        self.scene = SurfaceMap(settings.scan.voxel)
         self.usual = UsualFrames()
         self._phantoms = np.empty(0, np.int64)
 
     def seen_through(self, frame: RgbdFrame, T_map_camera: RigidTransform) -> float:
-        """Share of the scene in view that a frame looks through; see `visibility`."""
-        return seen_through(frame, self.scene, T_map_camera, self._phantoms)
+        """Share of the scene in view that a frame looks through; see `violation_ratio`."""
+        return violation_ratio(frame, self.scene, T_map_camera, self._phantoms)
 
     def hear(self, frame: RgbdFrame, T_map_camera: RigidTransform) -> None:
         """What a keyframe looks through speaks against no frame from now on."""
-        phantoms = np.union1d(self._phantoms, phantoms_of(frame, self.scene, T_map_camera))
+        phantoms = np.union1d(self._phantoms, violated_points(frame, self.scene, T_map_camera))
         self._phantoms = np.intersect1d(phantoms, self.scene.sums.keys, assume_unique=True)
 
     def attempt(
@@ -110,16 +114,16 @@ class Placement:
         self, scan: Scan, believed: Belief, information: NDArray[np.floating]
     ) -> float:
         """How near a frame comes to the map [m], on the mean, where a few of its points fit."""
-        some, settings = scan.thinned(GLANCE), self._settings.registration
+        some, settings = scan.subsampled(GLANCE), self._settings.registration
         found = register(some, self.scene, believed.T_map_camera, information / GLANCE, settings)
         T_map_camera = found.T_map_camera.as_matrix()
-        return linearised(scan, self.scene, T_map_camera, settings.reach).distance
+        return linearised(scan, self.scene, T_map_camera, settings.max_distance).distance
 
     def _least_overlap(
         self, scan: Scan, found: Registration, before: Belief, expected: Belief
     ) -> float:
         """Share of a frame that must lie on what is known; none where the rest is news."""
-        s, reach = self._settings, self._settings.registration.reach
+        s, reach = self._settings, self._settings.registration.max_distance
         usual = max(s.gate.least_overlap, s.keeps_overlap * self.usual.overlap)
         if max(before.sigmas) > VAGUE * reach:
             return max(usual, REGAINED)

@@ -6,7 +6,7 @@ import numpy as np
 
 from circumspect.mapping.attempt import Attempt
 from circumspect.mapping.leap import LEAST_DISTANCE
-from circumspect.mapping.registration import Registration
+from circumspect.registration import Registration
 
 UNUSUAL, MEMORY, MOST = 3.0, 0.8, 2.0
 """A leap is so many times what frames lay away from where they were expected lately; of which the

@@ -11,13 +11,13 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.geometry import se3
 from circumspect.geometry.composition import between, composed
 from circumspect.mapping.motion import Belief
-from circumspect.mapping.registration import Registration
 from circumspect.mapping.relocalisation import (
     SAME_PLACE,
     SIGMAS,
     RelocalisationSettings,
     within,
 )
+from circumspect.registration import Registration
 
 LIKELY = 16.8
 """Squared Mahalanobis distance that is passed by chance once in a hundred frames (six degrees of

@@ -27,11 +27,9 @@ from circumspect.mapping.pose_estimator import LOST, PoseEstimate, PoseEstimator
 from circumspect.mapping.predictions import Predictions
 from circumspect.mapping.probation import Probation
 from circumspect.mapping.recognition import Recognition
-from circumspect.mapping.registration import Registration
 from circumspect.mapping.relocalisation import nearby, relocalise
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scene_map import SceneMap
 from circumspect.mapping.tracking_settings import TrackingSettings
+from circumspect.registration import Registration, Scan, SurfaceMap
 from circumspect.sensing import RgbdFrame
 
 RECOGNISED = "a place seen before"
@@ -73,7 +71,7 @@ class RegisteredPoses(PoseEstimator):
         self._stamp = 0.0
         self._predictions = Predictions(s.motion)
         self._recognition = Recognition(s.relocalisation, s.gate.farthest)
-        self._probation = Probation(s.relocalisation.confirmed, KNOWN * s.registration.reach)
+        self._probation = Probation(s.relocalisation.confirmed, KNOWN * s.registration.max_distance)
         self._hindsight = Hindsight()
         self._source = ""
         self._doubts = 0
@@ -84,13 +82,13 @@ class RegisteredPoses(PoseEstimator):
         self._is_settled = False  # no frame came since
 
     @property
-    def scene(self) -> SceneMap:
+    def scene(self) -> SurfaceMap:
         """What frames are fitted to, once it has caught up."""
         return self._placement.scene
 
     def estimate(self, frame: RgbdFrame) -> PoseEstimate:
         """See `PoseEstimator.estimate`."""
-        scan = Scan.of(frame, self.settings.scan)
+        scan = Scan.from_frame(frame, self.settings.scan)
         self.catch_up()
         self._jobs, self._is_settled = 0, False
         if self._belief is None:
@@ -206,7 +204,7 @@ class RegisteredPoses(PoseEstimator):
             # Before news less of a frame is known, as of the last ones.
             known = min(rules.least_known, s.keeps_overlap * self._usual.overlap)
             rules = replace(rules, least_known=known)
-        reach = s.registration.reach
+        reach = s.registration.max_distance
         fits = relocalise(
             partial(self._placement.seen_through, frame), scan, self.scene,
             expected.T_map_camera, places, s.registration, s.gate, rules,

@@ -12,9 +12,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import InputError
 from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.gate import GateSettings
-from circumspect.mapping.registration import Registration, RegistrationSettings, register
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scene_map import SceneMap
+from circumspect.registration import Registration, RegistrationSettings, Scan, SurfaceMap, register
 
 SAMPLE = 400
 """So many points of the scan are tried at every known place."""
@@ -57,7 +55,7 @@ class RelocalisationSettings:
 def relocalise(
     seen_through: Callable[[RigidTransform], float],
     scan: Scan,
-    scene: SceneMap,
+    scene: SurfaceMap,
     expected: RigidTransform,
     places: list[RigidTransform],
     registration: RegistrationSettings,

@@ -10,9 +10,8 @@ import numpy as np
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.keyframes import KeyframeSettings
 from circumspect.mapping.motion import MotionSettings
-from circumspect.mapping.registration import RegistrationSettings
 from circumspect.mapping.relocalisation import RelocalisationSettings
-from circumspect.mapping.scan import ScanSettings
+from circumspect.registration import DownsamplingSettings, RegistrationSettings
 from circumspect.sensing import DepthNoise
 
 
@@ -21,7 +20,7 @@ class TrackingSettings:
     """How frames are followed.
 
     Attributes:
-        scan: How frames are thinned.
+        scan: How frames are downsampled.
         registration: How they are fitted.
         motion: What is expected between frames.
         gate: What is believed.
@@ -34,7 +33,7 @@ class TrackingSettings:
         lost_after: So many such frames in a row, and the camera is lost.
     """
 
-    scan: ScanSettings = field(default_factory=ScanSettings)
+    scan: DownsamplingSettings = field(default_factory=DownsamplingSettings)
     registration: RegistrationSettings = field(default_factory=RegistrationSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     gate: GateSettings = field(default_factory=GateSettings)
@@ -48,9 +47,9 @@ class TrackingSettings:
     @classmethod
     def uncalibrated(cls, noise: DepthNoise) -> Self:
         """For a camera of whose depth only the nearer part is true."""
-        return cls(scan=ScanSettings(noise=noise))
+        return cls(scan=DownsamplingSettings(noise=noise))
 
     @classmethod
     def calibrated(cls, noise: DepthNoise) -> Self:
         """For a camera whose depth is true, but for its noise, as far as it reaches."""
-        return cls(scan=ScanSettings(farthest=noise.farthest, noise=noise))
+        return cls(scan=DownsamplingSettings(max_depth=noise.farthest, noise=noise))

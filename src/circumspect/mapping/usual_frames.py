@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from circumspect.mapping.leap import LEAST_DISTANCE
-from circumspect.mapping.registration import Registration
+from circumspect.registration import Registration
 
 UNUSUAL = 1.5
 """A frame that is this many times further from the map than the last ones, and than

@@ -1,4 +1,4 @@
-"""What is known of the whole scene: the target of registration."""
+"""The map of the static scene that scans are registered to."""
 
 from __future__ import annotations
 
@@ -12,28 +12,32 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.voxel_sums import VoxelSums, patch_keys
-from circumspect.mapping import _native
-from circumspect.mapping.scan_surface import ScanSurface
+from circumspect.registration import _native
+from circumspect.registration.scan_surface import ScanSurface
 
 if TYPE_CHECKING:
     from small_gicp import KdTree
 
-CELL = 0.07
-"""Side of the cells in which planes are looked up [m]: a little more than how far one looks."""
-# Columns of the sums: information (of points), times point (3), times normal (3), squared times
-# the variance of the normal's slope, squared times the unevenness.
-_WEIGHT, _POINT, _NORMAL, _SLOPE, _UNEVENNESS, _COLUMNS = 0, slice(1, 4), slice(4, 7), 7, 8, 9
+SEARCH_CELL_M = 0.07
+"""Side of the cells of the nearest-plane search [m], a little larger than the usual maximum
+correspondence distance."""
+# Columns of the sums: information of the point, weighted point (3), weighted normal (3), and
+# normal variance and roughness, both with the squared weight.
+_WEIGHT, _POINT, _NORMAL, _NORMAL_VARIANCE, _ROUGHNESS = 0, slice(1, 4), slice(4, 7), 7, 8
+_COLUMNS = 9
 
 
 @dataclass(frozen=True, eq=False)
-class SceneMap:
+class SurfaceMap:
     """Object, floor, walls and clutter as mean points with normals, map frame.
 
-    The two sides of a thin board are averaged apart, even within one voxel.
+    Points are averaged per voxel and per signed axis nearest to the normal. The two sides of a thin
+    board are therefore kept apart, even within one voxel. Maps are immutable; `with_surface`
+    returns a new one.
 
     Attributes:
-        voxel: Side of the voxels over which points are averaged [m].
-        sums: Sums over the scans, for each voxel and each of six ways that a surface may turn.
+        voxel: Side of the voxels [m].
+        sums: Sums over the scans, per voxel and axis.
     """
 
     voxel: float = 0.03
@@ -42,16 +46,16 @@ class SceneMap:
     def __len__(self) -> int:
         return len(self.sums)
 
-    def with_surface(self, surface: ScanSurface, T_map_camera: RigidTransform) -> SceneMap:
+    def with_surface(self, surface: ScanSurface, T_map_camera: RigidTransform) -> SurfaceMap:
         """The map with one more scan.
 
         Args:
-            surface: What the scan shows.
-            T_map_camera: Where it was taken from.
+            surface: The scan with its normals.
+            T_map_camera: Pose of the camera.
         """
         return self.with_surfaces([(surface, T_map_camera)])
 
-    def with_surfaces(self, surfaces: Sequence[tuple[ScanSurface, RigidTransform]]) -> SceneMap:
+    def with_surfaces(self, surfaces: Sequence[tuple[ScanSurface, RigidTransform]]) -> SurfaceMap:
         """The map with more scans; see `with_surface`."""
         keys, columns = [np.empty(0, np.int64)], [np.empty((0, _COLUMNS))]
         for surface, T_map_camera in surfaces:
@@ -62,16 +66,16 @@ class SceneMap:
             weights = scan.sigmas[known, None] ** -2
             normals = normals_xyz[known] @ matrix[:3, :3].T
             keys.append(patch_keys(points, normals, self.voxel))
-            further = np.column_stack([surface.slopes[known], surface.unevenness[known]])
+            variances = np.column_stack([surface.normal_variances[known], surface.roughness[known]])
             columns.append(
-                np.hstack([weights, weights * points, weights * normals, weights**2 * further])
+                np.hstack([weights, weights * points, weights * normals, weights**2 * variances])
             )
         added = VoxelSums.from_rows(np.concatenate(keys), np.concatenate(columns))
-        return SceneMap(self.voxel, self.sums.plus(added))
+        return SurfaceMap(self.voxel, self.sums.plus(added))
 
     @cached_property
     def points_xyz(self) -> NDArray[np.float64]:
-        """(n, 3) [m]."""
+        """(n, 3) [m] mean points."""
         return self.sums.totals[:, _POINT] / self.sums.totals[:, _WEIGHT, None]
 
     @cached_property
@@ -86,26 +90,31 @@ class SceneMap:
         return self.sums.totals[:, _WEIGHT] ** -0.5
 
     @cached_property
-    def slopes(self) -> NDArray[np.float64]:
-        """(n,) [rad²] variance of the normals about each direction within the surface."""
-        return self.sums.totals[:, _SLOPE] / self.sums.totals[:, _WEIGHT] ** 2
+    def normal_variances(self) -> NDArray[np.float64]:
+        """(n,) [rad²] variance of the mean normals' tilt about each tangent direction."""
+        return self.sums.totals[:, _NORMAL_VARIANCE] / self.sums.totals[:, _WEIGHT] ** 2
 
     @cached_property
-    def unevenness(self) -> NDArray[np.float64]:
-        """(n,) [m²] variance of the mean points across the surface, as their neighbours show it."""
-        return self.sums.totals[:, _UNEVENNESS] / self.sums.totals[:, _WEIGHT] ** 2
+    def roughness(self) -> NDArray[np.float64]:
+        """(n,) [m²] variance of the mean points across the surface, from the scans' roughness."""
+        return self.sums.totals[:, _ROUGHNESS] / self.sums.totals[:, _WEIGHT] ** 2
 
     @cached_property
     def planes(self) -> _native.PlaneMap:
-        """The points with their normals, to fit scans to."""
+        """The points with their normals, indexed for registration."""
         return _native.PlaneMap(
-            self.points_xyz, self.normals_xyz, self.sigmas, self.slopes, self.unevenness, CELL
+            self.points_xyz,
+            self.normals_xyz,
+            self.sigmas,
+            self.normal_variances,
+            self.roughness,
+            SEARCH_CELL_M,
         )
 
     def nearest(
         self, points_xyz: NDArray[np.float64]
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """For each point the nearest of the map.
+        """The nearest map point of each given point.
 
         Args:
             points_xyz: (n, 3) [m] map frame.

@@ -1,4 +1,4 @@
-"""Normals, and how far they are to be trusted."""
+"""Normals of scans and their variances."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import se3
-from circumspect.mapping.scan import Scan
-from circumspect.mapping.scan_surface import NEIGHBOURS, ScanSurface
+from circumspect.registration import Scan, ScanSurface
+from circumspect.registration.scan_surface import NORMAL_NEIGHBOURS
 
 SPACING = 0.03
 
@@ -27,47 +27,50 @@ def sheet(rng: np.random.Generator, noise: float, side: int = 30) -> Scan:
 
 @settings(max_examples=10)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1e-3, 3e-3]))
-def test_the_slopes_vary_as_they_say(seed: int, noise: float) -> None:
-    surface = ScanSurface.of(sheet(np.random.default_rng(seed), noise))
+def test_normals_vary_by_their_variance(seed: int, noise: float) -> None:
+    surface = ScanSurface.from_scan(sheet(np.random.default_rng(seed), noise))
     inside = (np.abs(surface.scan.points_xyz[:, :2]) < 0.3).all(axis=1)
     x, y, z = surface.normals_xyz[inside].T
     assert (z < 0).all(), "towards the camera"
     found = 0.5 * ((x / z) ** 2 + (y / z) ** 2).mean()
-    assert found == pytest.approx(surface.slopes[inside].mean(), rel=0.5)
+    assert found == pytest.approx(surface.normal_variances[inside].mean(), rel=0.5)
 
 
-def test_near_an_edge_normals_are_less_certain() -> None:
+def test_normals_near_an_edge_have_a_larger_variance() -> None:
     scan = sheet(np.random.default_rng(0), 1e-3)
     bent = scan.points_xyz.copy()
     bent[:, 2] += np.maximum(bent[:, 0], 0)
-    surface = ScanSurface.of(Scan(bent, scan.sigmas))
+    surface = ScanSurface.from_scan(Scan(bent, scan.sigmas))
     flat, edge = (np.abs(bent[:, 0]) > 0.15), (np.abs(bent[:, 0]) < 0.02)
-    assert np.median(surface.slopes[edge]) > 6 * np.median(surface.slopes[flat])
-    # What is flat is as uneven as the noise of its points.
+    assert np.median(surface.normal_variances[edge]) > 6 * np.median(surface.normal_variances[flat])
+    # The roughness of a flat part is the noise of its points.
     inside = flat & (np.abs(bent[:, :2]) < 0.35).all(axis=1)
-    assert np.mean(surface.unevenness[inside]) == pytest.approx(1e-3**2, rel=0.4)
-    assert np.median(surface.unevenness[edge]) > 10 * 1e-3**2
+    assert np.mean(surface.roughness[inside]) == pytest.approx(1e-3**2, rel=0.4)
+    assert np.median(surface.roughness[edge]) > 10 * 1e-3**2
 
 
-def test_few_points_have_no_normals() -> None:
+def test_scan_with_too_few_points_has_no_normals() -> None:
     few = Scan(
-        np.random.default_rng(0).normal(size=(NEIGHBOURS - 1, 3)), np.full(NEIGHBOURS - 1, 1e-3)
+        np.random.default_rng(0).normal(size=(NORMAL_NEIGHBOURS - 1, 3)),
+        np.full(NORMAL_NEIGHBOURS - 1, 1e-3),
     )
-    surface = ScanSurface.of(few)
+    surface = ScanSurface.from_scan(few)
     assert not surface.normals_xyz.any()
-    assert (surface.slopes > 0).all()
+    assert (surface.normal_variances > 0).all()
 
 
-def test_the_floor_is_level_and_nothing_else_is() -> None:
+def test_only_floor_gets_vertical_normals() -> None:
     rng = np.random.default_rng(0)
     sheet_xyz = sheet(rng, 2e-3).points_xyz - [0, 0, 2.0]
     floor, wall = sheet_xyz, sheet_xyz[:, [2, 0, 1]] + [0.6, 0.0, 0.6]
     T_map_camera = se3.exp([np.radians(130), 0, 0, 0, 0, 0])
     T_map_camera = RigidTransform.from_translation([0.0, -1.0, 1.2]) * T_map_camera
     points = T_map_camera.inv().apply(np.vstack([floor, wall]))
-    surface = ScanSurface.of(Scan(points, np.full(len(points), 2e-3))).on_level_floor(T_map_camera)
+    surface = ScanSurface.from_scan(
+        Scan(points, np.full(len(points), 2e-3))
+    ).with_vertical_floor_normals(T_map_camera)
     up = T_map_camera.as_matrix()[:3, :3] @ surface.normals_xyz.T
-    level = surface.slopes == 0
+    level = surface.normal_variances == 0
     assert level[: len(floor)].mean() > 0.9
     assert not level[len(floor) :].any()
     np.testing.assert_allclose(

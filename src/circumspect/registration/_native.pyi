@@ -1,4 +1,4 @@
-"""Types of the C++ kernels in native/ that mapping uses."""
+"""Types of the C++ kernels in native/ that registration uses."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +9,8 @@ class PlaneMap:
         points_xyz: NDArray[np.float64],
         normals_xyz: NDArray[np.float64],
         sigmas: NDArray[np.float64],
-        slopes: NDArray[np.float64],
-        unevenness: NDArray[np.float64],
+        normal_variances: NDArray[np.float64],
+        roughness: NDArray[np.float64],
         cell: float,
     ) -> None: ...
     def linearised(
@@ -19,17 +19,17 @@ class PlaneMap:
         sigmas: NDArray[np.float64],
         pose: NDArray[np.float64],
         *,
-        reach: float,
-        tukey: float,
+        max_distance: float,
+        tukey_cutoff: float,
         correlation: float,
-        least_spread: float,
-        uneven: float,
-        least_cut: float,
-        floor: float,
-        far: float,
-        averted: float,
-        standing: int,
-        fewest: int,
+        min_noise_scale: float,
+        roughness_factor: float,
+        min_cutoff: float,
+        max_floor_height: float,
+        max_plane_distance: float,
+        max_backface_cosine: float,
+        min_points_off_floor: int,
+        min_correspondences: int,
     ) -> tuple[
         NDArray[np.float64],
         NDArray[np.float64],
@@ -42,5 +42,5 @@ class PlaneMap:
     ]: ...
 
 def plane_fits(
-    points_xyz: NDArray[np.float64], near: NDArray[np.int64], threads: int = 1
+    points_xyz: NDArray[np.float64], neighbours: NDArray[np.int64], threads: int = 1
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...

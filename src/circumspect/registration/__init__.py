@@ -1,0 +1,27 @@
+"""Registration of scans to a surface map by point-to-plane ICP with a prior, and free space."""
+
+from circumspect.registration.compact_surface import CompactSurface
+from circumspect.registration.free_space import FreeSpace
+from circumspect.registration.free_space_violations import violated_points, violation_ratio
+from circumspect.registration.point_to_plane import PointToPlaneProblem, Weighting, linearised
+from circumspect.registration.registration import Registration, RegistrationSettings, register
+from circumspect.registration.scan import DownsamplingSettings, Scan
+from circumspect.registration.scan_surface import ScanSurface
+from circumspect.registration.surface_map import SurfaceMap
+
+__all__ = [
+    "CompactSurface",
+    "DownsamplingSettings",
+    "FreeSpace",
+    "PointToPlaneProblem",
+    "Registration",
+    "RegistrationSettings",
+    "Scan",
+    "ScanSurface",
+    "SurfaceMap",
+    "Weighting",
+    "linearised",
+    "register",
+    "violated_points",
+    "violation_ratio",
+]

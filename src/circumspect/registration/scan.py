@@ -1,0 +1,91 @@
+"""Points of one frame with their uncertainty, downsampled for registration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.sensing import DepthBlocks, DepthNoise, RgbdFrame
+
+
+@dataclass(frozen=True)
+class DownsamplingSettings:
+    """How a frame becomes a scan.
+
+    Attributes:
+        block: Depths are averaged over square blocks of this side [px].
+        voxel: Points are then averaged over voxels of this side [m].
+        min_depth: Smaller depths are discarded [m].
+        max_depth: Larger depths are discarded [m]. An uncalibrated structured-light camera
+            distorts depth beyond about 2.5 m.
+        min_points: A scan with fewer points is extended to the maximum range of the sensor.
+        min_thickness: A scan is extended likewise if the standard deviation of its points across
+            their common plane is smaller than this [m]. A bare floor constrains neither position
+            nor heading.
+        noise: Noise of the camera. Its `farthest` is the maximum range of the sensor.
+    """
+
+    block: int = 4
+    voxel: float = 0.03
+    min_depth: float = 0.3
+    max_depth: float = 2.5
+    min_points: int = 1200
+    min_thickness: float = 0.05
+    noise: DepthNoise = field(default_factory=DepthNoise)
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Points of a frame with their uncertainty, optical frame.
+
+    Attributes:
+        points_xyz: (n, 3) float64 [m].
+        sigmas: (n,) [m] standard deviation of the depth.
+    """
+
+    points_xyz: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+
+    @classmethod
+    def from_frame(cls, frame: RgbdFrame, settings: DownsamplingSettings | None = None) -> Scan:
+        """Downsample a frame. The scan is empty if no depth is in range.
+
+        Args:
+            frame: The frame.
+            settings: How it is downsampled.
+        """
+        s = settings or DownsamplingSettings()
+        blocks = DepthBlocks.of(frame.depth, frame.camera, s.block)
+        rows, columns = np.nonzero(2 * blocks.counts >= s.block**2)
+        points = blocks.points_xyz(rows, columns).astype(np.float64)
+        in_range = (points[:, 2] > s.min_depth) & (points[:, 2] < s.max_depth)
+        means = _voxel_means(points[in_range], s.voxel)
+        if len(means) < s.min_points or _thickness(means) < s.min_thickness:
+            in_range = (points[:, 2] > s.min_depth) & (points[:, 2] <= s.noise.farthest)
+            means = _voxel_means(points[in_range], s.voxel)
+        return cls(means, s.noise.axial_sigma(means[:, 2]).astype(np.float64))
+
+    def __len__(self) -> int:
+        return len(self.points_xyz)
+
+    def subsampled(self, step: int) -> Scan:
+        """Every `step`-th point."""
+        return Scan(
+            np.ascontiguousarray(self.points_xyz[::step]), np.ascontiguousarray(self.sigmas[::step])
+        )
+
+
+def _voxel_means(points_xyz: NDArray[np.float64], voxel: float) -> NDArray[np.float64]:
+    import small_gicp
+
+    if len(points_xyz) == 0:
+        return points_xyz
+    points = small_gicp.voxelgrid_sampling(points_xyz, voxel).points()
+    return np.ascontiguousarray(np.asarray(points)[:, :3])
+
+
+def _thickness(points_xyz: NDArray[np.float64]) -> float:
+    """Standard deviation [m] of the points across the plane that fits them best."""
+    return float(np.sqrt(max(np.linalg.eigvalsh(np.cov(points_xyz.T))[0], 0.0)))
