@@ -174,7 +174,7 @@ class Chain:
         numbers, graph = sorted(self._stamps), self._keyframes.graph()
         # Edges name keyframes by their place: all must have been seen, and none given way.
         assert len(numbers) == len(graph.poses)
-        for edge in graph.edges:
+        for edge in graph.between_factors:
             first, second = numbers[edge.first], numbers[edge.second]
             true = self._true(truth, first, second)
             told = Told(se3.log(between(true, edge.T_first_second)), edge.information)

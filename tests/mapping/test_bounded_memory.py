@@ -13,8 +13,8 @@ from circumspect.mapping import TrackingSettings
 from circumspect.mapping.heirs import Heirs
 from circumspect.mapping.keyframe_pairs import AGES
 from circumspect.mapping.keyframes import EDGES_EACH, TOGETHER, Keyframes, KeyframeSettings
-from circumspect.mapping.pose_graph import Edge, thinned
 from circumspect.mapping.wheels import Passage
+from circumspect.pose_graph import BetweenFactor
 from circumspect.registration import Scan, SurfaceMap
 from circumspect.sensing import RgbdFrame
 
@@ -42,7 +42,7 @@ def rounds_of_keyframes(most: int, count: int, fitting: bool = True) -> Keyframe
     return keys
 
 
-def pieces(edges: Iterable[Edge], numbers: Iterable[int]) -> int:
+def pieces(edges: Iterable[BetweenFactor], numbers: Iterable[int]) -> int:
     """Into how many parts a graph falls."""
     part = {number: number for number in numbers}
     for edge in edges:
@@ -54,7 +54,7 @@ def pieces(edges: Iterable[Edge], numbers: Iterable[int]) -> int:
 def test_keyframes_edges_and_what_waits_stay_few() -> None:
     keys = rounds_of_keyframes(most=6, count=60)
     assert len(keys) == 6
-    assert len(keys.graph().edges) <= 6 * 5 / 2
+    assert len(keys.graph().between_factors) <= 6 * 5 / 2
     assert len(keys.queue) <= 6 * 5
     # Whatever gave way is still placed by what stands for it.
     for number in range(60):
@@ -67,7 +67,7 @@ def test_the_graph_stays_in_one_piece_though_pairs_wait(fitting: bool) -> None:
     keys = rounds_of_keyframes(most=6, count=24, fitting=fitting)
     while len(keys.queue):
         keys.fit_next()
-    assert pieces(keys.graph().edges, range(6)) == 1
+    assert pieces(keys.graph().between_factors, range(6)) == 1
 
 
 def test_the_map_of_all_keyframes_is_that_of_each_laid_over_the_others() -> None:
@@ -92,39 +92,6 @@ def test_heirs_are_followed_and_the_oldest_forgotten() -> None:
     assert len(heirs) == 3
     assert heirs.living(0, step)[0] == 0, "forgotten: it stands for itself"
     assert heirs.living(47, step)[0] == 50
-
-
-def test_of_edges_between_the_same_poses_the_firmest_stays() -> None:
-    T = RigidTransform.identity()
-    loose, firm = Edge(0, 1, T, I6, robust=True), Edge(1, 0, T, 9 * I6, robust=True)
-    chain = Edge(1, 2, T, I6)
-    assert thinned([loose, firm, chain, Edge(2, 1, T, 99 * I6, robust=True)], 10) == [firm, chain]
-
-
-@pytest.mark.parametrize("most", [12, 20])
-def test_too_many_edges_are_thinned_where_they_are_dense_and_the_chain_stays(most: int) -> None:
-    T = RigidTransform.identity()
-    chain = [Edge(n, n + 1, T, I6) for n in range(9)]
-    others = [Edge(a, b, T, I6, robust=True) for a in range(6) for b in range(a + 2, 6)]
-    lonely = Edge(7, 9, T, I6, robust=True)
-    kept = thinned([*chain, *others, lonely], most)
-    assert len(kept) == most
-    assert set(chain) <= set(kept)
-    assert lonely in kept
-
-
-def test_what_alone_holds_two_parts_together_is_never_thinned() -> None:
-    T = RigidTransform.identity()
-    bridge = Edge(0, 10, T, I6, robust=True)
-    crowds = [
-        Edge(a, b, T, 9 * I6, robust=True)
-        for first in (0, 10)
-        for a in range(first, first + 6)
-        for b in range(a + 1, first + 6)
-    ]
-    kept = thinned([bridge, *crowds], 11)
-    assert len(kept) == 11
-    assert pieces(kept, {*range(6), *range(10, 16)}) == 1
 
 
 def test_the_bound_leaves_room_for_what_a_keyframe_is_fitted_to() -> None:

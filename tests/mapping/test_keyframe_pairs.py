@@ -119,10 +119,10 @@ def test_a_grip_learnt_later_moves_what_the_wheels_alone_linked() -> None:
         frame = drive(np.array([angle]))[0]
         keys.add(true_camera(angle), 1e-6 * I6, Scan.from_frame(frame), frame, passage)
     keys.fit_next()
-    (before,) = keys.graph().edges
+    (before,) = keys.graph().between_factors
     keys.grip = WheelGrip((4.0, 6.0), (0.95 * 4.0, 6.0))
     keys.fit_what_wheels_held()
-    (after,) = keys.graph().edges
+    (after,) = keys.graph().between_factors
     assert error_of(before, first, second) > 0.06
     assert error_of(after, first, second) < 0.02
 

@@ -12,9 +12,9 @@ from circumspect.geometry import se3
 from circumspect.mapping import RegisteredPoses, TrackingSettings, keyframes
 from circumspect.mapping.keyframe import Keyframe
 from circumspect.mapping.keyframes import Keyframes, KeyframeSettings
-from circumspect.mapping.pose_graph import Edge
 from circumspect.mapping.surest_ways import agreeing, by_surest_ways, moved_covariance
 from circumspect.mapping.wheels import Passage
+from circumspect.pose_graph import BetweenFactor
 
 I6 = np.eye(6)
 STEP = 1e-4 * I6
@@ -33,9 +33,9 @@ def chain(count: int, rng: np.random.Generator) -> list[Keyframe]:
     return keys
 
 
-def edge(one: Keyframe, other: Keyframe, variance: float, off: float = 0.0) -> Edge:
+def edge(one: Keyframe, other: Keyframe, variance: float, off: float = 0.0) -> BetweenFactor:
     measured = one.T_map_camera.inv() * other.T_map_camera * se3.exp([0, 0, 0, off, 0, 0])
-    return Edge(one.number, other.number, measured, I6 / variance, robust=True)
+    return BetweenFactor(one.number, other.number, measured, I6 / variance, robust=True)
 
 
 def place(covariance: np.ndarray) -> float:

@@ -13,9 +13,9 @@ from circumspect.geometry.composition import between, composed
 from circumspect.geometry.pose_distance import distances
 from circumspect.mapping.gate import GateSettings
 from circumspect.mapping.keyframe import Keyframe
-from circumspect.mapping.pose_graph import Edge
 from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.mapping.wheels import Passage
+from circumspect.pose_graph import BetweenFactor
 from circumspect.registration import RegistrationSettings, SurfaceMap, register
 from circumspect.registration.scan_surface import MAX_FLOOR_HEIGHT_M
 
@@ -83,7 +83,7 @@ def pair_edge(
     registration: RegistrationSettings,
     gate: GateSettings,
     grip: WheelGrip,
-) -> Edge | None:
+) -> BetweenFactor | None:
     """Fit two keyframes to each other.
 
     Args:
@@ -125,7 +125,9 @@ def pair_edge(
     elif not tracked:
         known = found.hessian
     worth = worth_by_view(known, measured)
-    return Edge(one.number, other.number, measured, worth, robust=broken or not consecutive)
+    return BetweenFactor(
+        one.number, other.number, measured, worth, robust=broken or not consecutive
+    )
 
 
 def by_tracking(one: Keyframe, other: Keyframe) -> NDArray[np.float64]:

@@ -22,7 +22,6 @@ from circumspect.mapping.keyframe_pairs import (
     showing_the_same,
 )
 from circumspect.mapping.pair_queue import PairQueue
-from circumspect.mapping.pose_graph import Edge, Level, PoseGraph, bridged, thinned
 from circumspect.mapping.surest_ways import (
     agreeing,
     by_surest_ways,
@@ -30,6 +29,13 @@ from circumspect.mapping.surest_ways import (
 )
 from circumspect.mapping.wheel_grip import WheelGrip
 from circumspect.mapping.wheels import Passage
+from circumspect.pose_graph import (
+    BetweenFactor,
+    LevelFactor,
+    PoseGraph,
+    prune_factors,
+    transfer_factors,
+)
 from circumspect.registration import RegistrationSettings, Scan, SurfaceMap
 from circumspect.sensing import RgbdFrame
 
@@ -82,7 +88,7 @@ class Keyframes:
         self._voxel, self._registration, self._gate = voxel, registration, gate
         self._level_information = level_information
         self._by_number: dict[int, Keyframe] = {}
-        self._edges: list[Edge] = []
+        self._edges: list[BetweenFactor] = []
         self.queue = PairQueue()
         """What waits for being fitted."""
         self._heirs = Heirs()
@@ -251,8 +257,8 @@ class Keyframes:
             self._edges.remove(edge)
             self._fit(edge.first, edge.second)
 
-    def _is_held_by_wheels(self, edge: Edge) -> bool:
-        if edge.inherited or not is_consecutive(edge.first, edge.second):
+    def _is_held_by_wheels(self, edge: BetweenFactor) -> bool:
+        if edge.transferred or not is_consecutive(edge.first, edge.second):
             return False
         first, second = self[edge.first].passage, self[edge.second].passage
         return first.stretch != second.stretch and second.by_wheels is not None
@@ -265,7 +271,7 @@ class Keyframes:
             for edge in self._edges
         )
         levels = tuple(
-            Level(place[number], key.T_base_camera, self._level_information)
+            LevelFactor(place[number], key.T_base_camera, self._level_information)
             for number, key in self._by_number.items()
             if key.T_base_camera is not None
         )
@@ -300,7 +306,7 @@ class Keyframes:
         asked = [
             edge
             for edge in self._edges
-            if not (edge.inherited or is_consecutive(edge.first, edge.second))
+            if not (edge.transferred or is_consecutive(edge.first, edge.second))
         ]
         sound = agreeing(asked, self._by_number)
         self._by_number = by_surest_ways(list(self._by_number.values()), sound)
@@ -333,8 +339,8 @@ class Keyframes:
                 self._fit(*pair)
         T_heir_gone = between(self[heir].T_map_camera, self[gone].T_map_camera)
         self._heirs.gave_way(gone, heir, T_heir_gone)
-        edges = bridged(self._edges, gone, heir, T_heir_gone)
-        self._edges = thinned(edges, EDGES_EACH * self.settings.most)
+        edges = transfer_factors(self._edges, gone, heir, T_heir_gone)
+        self._edges = prune_factors(edges, EDGES_EACH * self.settings.most)
         self._bequeath(gone, heir)
         del self._by_number[gone]
         self._matrices = None

@@ -11,15 +11,17 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import se3, se3_matrices
 from circumspect.geometry.composition import between
-from circumspect.mapping.graph_problem import KERNEL, GraphProblem
 from circumspect.mapping.keyframe import Keyframe
-from circumspect.mapping.pose_graph import Edge
+from circumspect.pose_graph import BetweenFactor, GraphProblem
+from circumspect.pose_graph.normal_equations import CAUCHY_SCALE
 
 SURER = 1 - 1e-6
 """What makes a variance less than this times as large is no rounding."""
 
 
-def by_surest_ways(keyframes: Sequence[Keyframe], edges: Sequence[Edge]) -> dict[int, Keyframe]:
+def by_surest_ways(
+    keyframes: Sequence[Keyframe], edges: Sequence[BetweenFactor]
+) -> dict[int, Keyframe]:
     """Keyframes with the parents that know them best, and what follows for their covariance.
 
     Fits of neighbours to each other are not independent, so ways are not joined: a covariance is
@@ -111,7 +113,7 @@ def _place(covariance: NDArray[np.floating]) -> float:
     return float(covariance[3, 3] + covariance[4, 4] + covariance[5, 5])
 
 
-def agreeing(edges: Sequence[Edge], keys: Mapping[int, Keyframe]) -> list[Edge]:
+def agreeing(edges: Sequence[BetweenFactor], keys: Mapping[int, Keyframe]) -> list[BetweenFactor]:
     """Those that have it as the poses have it, as far as their kernel takes them for sound."""
     numbers = {number for edge in edges for number in (edge.first, edge.second)}
     place = {number: index for index, number in enumerate(numbers)}
@@ -119,11 +121,11 @@ def agreeing(edges: Sequence[Edge], keys: Mapping[int, Keyframe]) -> list[Edge]:
         return []
     poses = np.stack([keys[number].T_map_camera.as_matrix() for number in numbers])
     placed = [replace(e, first=place[e.first], second=place[e.second]) for e in edges]
-    squares = GraphProblem.of(placed, ()).at(poses).squares
-    return [edge for edge, square in zip(edges, squares, strict=True) if square < KERNEL**2]
+    squares = GraphProblem.from_factors(placed, ()).at(poses).squared_errors
+    return [edge for edge, square in zip(edges, squares, strict=True) if square < CAUCHY_SCALE**2]
 
 
-def share_of_variance(edge: Edge, first: Keyframe, second: Keyframe) -> float:
+def share_of_variance(edge: BetweenFactor, first: Keyframe, second: Keyframe) -> float:
     """How the variance of the second one's place would change if it were known by the edge."""
     found = moved_covariance(first, second) + np.linalg.inv(edge.information)
     return _place(found) / _place(second.covariance)

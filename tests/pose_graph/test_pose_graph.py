@@ -1,3 +1,5 @@
+"""Optimisation of pose graphs."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -6,7 +8,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import se3
-from circumspect.mapping.pose_graph import Edge, Level, PoseGraph
+from circumspect.pose_graph import BetweenFactor, LevelFactor, PoseGraph
 
 SIGMAS = np.array([0.01] * 3 + [0.02] * 3)
 OMEGA = np.diag(SIGMAS**-2)
@@ -21,21 +23,23 @@ def ring(count: int) -> list[RigidTransform]:
     ]
 
 
-def loop(count: int, noise: float, seed: int = 0) -> tuple[list[RigidTransform], list[Edge]]:
+def loop(
+    count: int, noise: float, seed: int = 0
+) -> tuple[list[RigidTransform], list[BetweenFactor]]:
     """True poses on a ring, and measurements between neighbours and one that closes the loop."""
     rng, true = np.random.default_rng(seed), ring(count)
-    edges = []
+    factors = []
     for i in range(count):
         j = (i + 1) % count
         drawn = se3.exp(noise * SIGMAS * rng.normal(size=6))
-        edges.append(Edge(i, j, true[i].inv() * true[j] * drawn, OMEGA))
-    return true, edges
+        factors.append(BetweenFactor(i, j, true[i].inv() * true[j] * drawn, OMEGA))
+    return true, factors
 
 
-def chained(first: RigidTransform, edges: list[Edge]) -> tuple[RigidTransform, ...]:
+def chained(first: RigidTransform, factors: list[BetweenFactor]) -> tuple[RigidTransform, ...]:
     poses = [first]
-    for edge in edges[:-1]:
-        poses.append(poses[-1] * edge.T_first_second)
+    for factor in factors[:-1]:
+        poses.append(poses[-1] * factor.T_first_second)
     return tuple(poses)
 
 
@@ -43,19 +47,19 @@ def apart(one: RigidTransform, other: RigidTransform) -> float:
     return float(np.abs(se3.log(one.inv() * other)).max())
 
 
-def test_measurements_that_agree_lead_to_the_true_poses_from_far_off() -> None:
-    true, edges = loop(12, noise=0.0)
+def test_exact_measurements_recover_the_true_poses() -> None:
+    true, factors = loop(12, noise=0.0)
     rng = np.random.default_rng(1)
     off = [true[0], *(T * se3.exp(rng.normal(0, 0.1, 6)) for T in true[1:])]
-    found = PoseGraph(tuple(off), tuple(edges)).optimised()
+    found = PoseGraph(tuple(off), tuple(factors)).optimised()
     assert found.cost < 1e-9
     assert max(apart(a, b) for a, b in zip(found.poses, true, strict=True)) < 1e-6
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_the_optimum_is_that_of_dense_least_squares(seed: int) -> None:
-    true, edges = loop(6, noise=3.0, seed=seed)
-    graph = PoseGraph(chained(true[0], edges), tuple(edges))
+def test_optimum_equals_that_of_dense_least_squares(seed: int) -> None:
+    true, factors = loop(6, noise=3.0, seed=seed)
+    graph = PoseGraph(chained(true[0], factors), tuple(factors))
     found = graph.optimised()
 
     def residuals(changes: np.ndarray) -> np.ndarray:
@@ -64,7 +68,8 @@ def test_the_optimum_is_that_of_dense_least_squares(seed: int) -> None:
         ]
         poses = [graph.poses[0], *moved]
         errors = [
-            se3.log(e.T_first_second.inv() * poses[e.first].inv() * poses[e.second]) for e in edges
+            se3.log(e.T_first_second.inv() * poses[e.first].inv() * poses[e.second])
+            for e in factors
         ]
         return np.concatenate([error / SIGMAS for error in errors])
 
@@ -75,54 +80,56 @@ def test_the_optimum_is_that_of_dense_least_squares(seed: int) -> None:
     assert found.cost < graph.cost / 2
 
 
-def test_the_first_pose_stays_and_a_common_motion_moves_all() -> None:
-    true, edges = loop(8, noise=2.0)
-    graph = PoseGraph(chained(true[0], edges), tuple(edges))
+def test_first_pose_is_fixed_and_a_common_motion_moves_all() -> None:
+    true, factors = loop(8, noise=2.0)
+    graph = PoseGraph(chained(true[0], factors), tuple(factors))
     G = se3.exp([0.4, -0.3, 1.0, 2.0, -1.0, 0.5])
     found = graph.optimised()
-    moved = PoseGraph(tuple(G * T for T in graph.poses), tuple(edges)).optimised()
+    moved = PoseGraph(tuple(G * T for T in graph.poses), tuple(factors)).optimised()
     assert apart(found.poses[0], graph.poses[0]) == 0
     assert max(apart(G * a, b) for a, b in zip(found.poses, moved.poses, strict=True)) < 1e-6
 
 
-def test_a_wrong_loop_has_little_say_where_it_is_robust() -> None:
-    true, edges = loop(10, noise=0.3)
-    wrong = Edge(0, 5, se3.exp([0, 0, 1.0, 1.0, 0, 0]), OMEGA, robust=True)
-    poses = chained(true[0], edges)
-    with_it = PoseGraph(poses, (*edges, wrong)).optimised()
-    without = PoseGraph(poses, tuple(edges)).optimised()
-    believed = Edge(0, 5, wrong.T_first_second, OMEGA)
-    bent = PoseGraph(poses, (*edges, believed)).optimised()
+def test_robust_outlier_has_little_influence() -> None:
+    true, factors = loop(10, noise=0.3)
+    wrong = BetweenFactor(0, 5, se3.exp([0, 0, 1.0, 1.0, 0, 0]), OMEGA, robust=True)
+    poses = chained(true[0], factors)
+    with_it = PoseGraph(poses, (*factors, wrong)).optimised()
+    without = PoseGraph(poses, tuple(factors)).optimised()
+    believed = BetweenFactor(0, 5, wrong.T_first_second, OMEGA)
+    bent = PoseGraph(poses, (*factors, believed)).optimised()
     little = max(apart(a, b) for a, b in zip(with_it.poses, without.poses, strict=True))
     much = max(apart(a, b) for a, b in zip(bent.poses, without.poses, strict=True))
     assert little < 0.02 < 0.2 < much
 
 
-def test_a_level_robot_does_not_drift_upwards() -> None:
+def test_level_factors_limit_the_drift_in_height() -> None:
     mount = se3.exp([0.3, 0.0, 0.0, 0.0, 0.1, 1.0])
     rise = se3.exp([0.0, 0.002, 0.0, 0.1, 0.0, 0.004])
     bases = [RigidTransform.identity()]
     for _ in range(9):
         bases.append(bases[-1] * rise)
     poses = tuple(T * mount for T in bases)
-    edges = tuple(Edge(i, i + 1, poses[i].inv() * poses[i + 1], OMEGA) for i in range(9))
-    levels = tuple(Level(i, mount, np.diag([1e4, 1e4, 1e6])) for i in range(10))
+    factors = tuple(BetweenFactor(i, i + 1, poses[i].inv() * poses[i + 1], OMEGA) for i in range(9))
+    levels = tuple(LevelFactor(i, mount, np.diag([1e4, 1e4, 1e6])) for i in range(10))
     before = [abs((T * mount.inv()).translation[2]) for T in poses]
     after = [
         abs((T * mount.inv()).translation[2])
-        for T in PoseGraph(poses, edges, levels).optimised().poses
+        for T in PoseGraph(poses, factors, levels).optimised().poses
     ]
     assert max(after) < 0.2 * max(before)
 
 
-def test_a_graph_without_measurements_stays() -> None:
+def test_graph_without_factors_is_returned_unchanged() -> None:
     graph = PoseGraph(tuple(ring(3)))
     assert graph.optimised() is graph
 
 
-def test_poses_that_nothing_holds_stay() -> None:
+def test_poses_without_factors_stay() -> None:
     poses = tuple(ring(4))
-    edge = Edge(0, 1, poses[0].inv() * poses[1] * se3.exp([0, 0, 0.01, 0.05, 0, 0]), OMEGA)
-    found = PoseGraph(poses, (edge,)).optimised()
+    factor = BetweenFactor(
+        0, 1, poses[0].inv() * poses[1] * se3.exp([0, 0, 0.01, 0.05, 0, 0]), OMEGA
+    )
+    found = PoseGraph(poses, (factor,)).optimised()
     assert apart(found.poses[3], poses[3]) < 1e-9
     assert apart(found.poses[1], poses[1]) > 0.04

@@ -1,0 +1,74 @@
+"""Poses with factors between them, and their optimisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry.composition import orthonormal
+from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
+from circumspect.pose_graph.normal_equations import GraphProblem, GraphState
+
+MAX_ITERATIONS = 30
+"""Maximum number of steps, rejected ones included."""
+CONVERGENCE_TOLERANCE = 1e-7
+"""The iteration has converged if no pose changes by more than this [rad], [m]."""
+MIN_DAMPING, MIN_RAISED_DAMPING, MAX_DAMPING = 1e-9, 1e-6, 1e6
+"""Damping starts at the first value. It is at least the second one after a rejected step, and the
+iteration ends beyond the third one."""
+
+
+@dataclass(frozen=True, eq=False)
+class PoseGraph:
+    """Poses `T_map_camera` and factors between them. The first pose is fixed.
+
+    Attributes:
+        poses: At least one pose.
+        between_factors: Relative measurements.
+        level_factors: Level robots.
+    """
+
+    poses: tuple[RigidTransform, ...]
+    between_factors: tuple[BetweenFactor, ...] = ()
+    level_factors: tuple[LevelFactor, ...] = ()
+
+    @property
+    def cost(self) -> float:
+        """Σ ρ(eᵀ Ω e) over the between factors and Σ eᵀ Ω e over the level factors."""
+        return self._state.cost
+
+    def optimised(self) -> PoseGraph:
+        """The graph at the nearest minimum of the cost, by Gauss-Newton.
+
+        The error of a between factor is e = log(Z⁻¹ T₁⁻¹ T₂) with Z the measurement (Grisetti et
+        al., "A tutorial on graph-based SLAM", 2010). Steps that raise the cost are rejected and
+        damped after Levenberg and Marquardt. Poses without factors stay.
+
+        Returns:
+            A new graph; this one if it has fewer than two poses or no between factors.
+        """
+        if len(self.poses) < 2 or not self.between_factors:
+            return self
+        state, damping = self._state, MIN_DAMPING
+        cost = state.cost
+        for _ in range(MAX_ITERATIONS):
+            step = state.step(damping)
+            candidate = state.moved(step)
+            candidate_cost = candidate.cost
+            # Also rejects a cost that is not finite.
+            if not candidate_cost <= cost * (1 + 1e-12) + 1e-15:
+                damping = max(MIN_RAISED_DAMPING, 10 * damping)
+                if damping > MAX_DAMPING:
+                    break
+                continue
+            state, cost, damping = candidate, candidate_cost, max(damping / 10, MIN_DAMPING)
+            if np.abs(step).max() < CONVERGENCE_TOLERANCE:
+                break
+        return replace(self, poses=tuple(map(orthonormal, state.poses)))
+
+    @property
+    def _state(self) -> GraphState:
+        poses = np.stack([pose.as_matrix() for pose in self.poses])
+        return GraphProblem.from_factors(self.between_factors, self.level_factors).at(poses)
