@@ -1,0 +1,1 @@
+"""Where the camera is: the tracker and its estimator."""
