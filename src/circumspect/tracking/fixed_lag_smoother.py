@@ -209,16 +209,18 @@ class Window:
         left = gradient[6:] - gain @ gradient[:6]
         # The prior lies where its gradient vanishes; directions without information stay.
         step = -np.linalg.lstsq(information, left, rcond=None)[0]
-        T_map_camera = self.poses[1] @ se3_matrices.exp(step[:6])
+        second = self.poses[1] @ se3_matrices.exp(step[:6])
+        prior = WindowPrior(second, self.scale + step[6:], information)
         return Window(
-            self.poses[1:], self.scale, WindowPrior(T_map_camera, self.scale + step[6:], information),
-            self.odometry[1:], self.measured[1:], self.level[1:],
-        )  # fmt: skip
+            self.poses[1:], self.scale, prior, self.odometry[1:], self.measured[1:], self.level[1:]
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class FixedLagSmoother:
-    """The estimate over a window; `extended` returns a new one, so that hypotheses can share a past.
+    """The estimate over a window.
+
+    It is immutable: `extended` returns a new one, so that hypotheses can share a past.
 
     Attributes:
         window: Variables and factors.
