@@ -20,31 +20,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import se3, se3_matrices
+from circumspect.motion import PoseWithCovariance, RelativeMotion
 
 LAG = 15
 """Poses in the window."""
 MAX_ITERATIONS, CONVERGED = 5, 1e-6
 """Gauss-Newton steps at most, and the step [rad, m] below which the estimate has converged."""
+SCALE_DRIFT = 0.01
+"""Standard deviation of the odometry scale's random walk after 1 m and after 1 rad."""
 KERNEL = 6.0
 """c of Cauchy's kernel, in units of the normalised error; six degrees of freedom make √6."""
 
 Stack = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class OdometryFactor:
-    """Motion between two consecutive poses, as the odometry or a motion model has it.
-
-    Attributes:
-        T_before_now: (4, 4) the motion for a scale of 1, optical frame.
-        by_scale: (6, 2) its change by the scale of the distance and of the rotation [rad, m]; zero
-            for a motion that is not the odometry's.
-        information: (6, 6) inverse covariance of changes after it [rad, m].
-    """
-
-    T_before_now: Stack
-    by_scale: Stack
-    information: Stack
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +88,7 @@ class Window:
         poses: (n, 4, 4) `T_map_camera`.
         scale: (2,) of the odometry: of the distance and of the rotation.
         prior: On the first pose and on the scale.
-        odometry: n - 1 factors between consecutive poses.
+        motions: n - 1 between consecutive poses.
         measured: n pose factors.
         level: n level factors, None where the mount is unknown.
     """
@@ -109,7 +96,7 @@ class Window:
     poses: Stack
     scale: Stack
     prior: WindowPrior
-    odometry: tuple[OdometryFactor, ...] = ()
+    motions: tuple[RelativeMotion, ...] = ()
     measured: tuple[PoseFactor, ...] = (UNMEASURED,)
     level: tuple[LevelFactor | None, ...] = (None,)
 
@@ -124,8 +111,8 @@ class Window:
         self._add_prior(equations)
         self._add_measured(equations)
         self._add_level(equations)
-        if self.odometry:
-            self._add_odometry(equations)
+        if self.motions:
+            self._add_motions(equations)
         return equations.assembled()
 
     def _add_prior(self, to: _NormalEquations) -> None:
@@ -162,10 +149,10 @@ class Window:
         to.diagonal[at] += J_omega @ J
         to.gradient[at] += _applied(J_omega, errors)
 
-    def _add_odometry(self, to: _NormalEquations) -> None:
-        by_scale = np.stack([factor.by_scale for factor in self.odometry])
-        motions = np.stack([factor.T_before_now for factor in self.odometry])
-        omega = np.stack([factor.information for factor in self.odometry])
+    def _add_motions(self, to: _NormalEquations) -> None:
+        by_scale = np.stack([motion.by_scale for motion in self.motions])
+        motions = np.stack([motion.T_before_now for motion in self.motions])
+        omega = np.linalg.inv(np.stack([motion.covariance for motion in self.motions]))
         expected = motions @ se3_matrices.exps(by_scale @ (self.scale - 1))
         between = se3_matrices.inverse(self.poses[:-1]) @ self.poses[1:]
         errors = se3_matrices.logs(se3_matrices.inverse(expected) @ between)
@@ -198,7 +185,7 @@ class Window:
         first = replace(
             self,
             poses=self.poses[:2],
-            odometry=self.odometry[:1],
+            motions=self.motions[:1],
             measured=(self.measured[0], UNMEASURED),
             level=(self.level[0], None),
         )
@@ -209,10 +196,11 @@ class Window:
         left = gradient[6:] - gain @ gradient[:6]
         # The prior lies where its gradient vanishes; directions without information stay.
         step = -np.linalg.lstsq(information, left, rcond=None)[0]
+        information = _drifted(information, self.motions[0])
         second = self.poses[1] @ se3_matrices.exp(step[:6])
         prior = WindowPrior(second, self.scale + step[6:], information)
         return Window(
-            self.poses[1:], self.scale, prior, self.odometry[1:], self.measured[1:], self.level[1:]
+            self.poses[1:], self.scale, prior, self.motions[1:], self.measured[1:], self.level[1:]
         )
 
 
@@ -255,22 +243,38 @@ class FixedLagSmoother:
         """(2,) estimated scale of the odometry: of the distance and of the rotation."""
         return self.window.scale
 
-    def predicted(self, odometry: OdometryFactor) -> tuple[Stack, Stack]:
-        """The pose after a motion, before it is measured.
+    @property
+    def pose(self) -> PoseWithCovariance:
+        """The last pose."""
+        return PoseWithCovariance(self.T_map_camera, self.covariance[:6, :6])
 
-        Returns:
-            (4, 4) `T_map_camera`, and (6, 6) its covariance.
-        """
-        motion = odometry.T_before_now
-        change = odometry.by_scale @ (self.scale - 1)
-        T_map_camera = self.T_map_camera @ motion @ se3_matrices.exp(change)
-        back = se3_matrices.adjoint(se3_matrices.inverse(motion))
-        J = np.hstack([back, odometry.by_scale])
-        return T_map_camera, J @ self.covariance @ J.T + np.linalg.inv(odometry.information)
+    def predicted(self, motion: RelativeMotion) -> PoseWithCovariance:
+        """The pose after a motion, before it is measured."""
+        change = motion.by_scale @ (self.scale - 1)
+        T_map_camera = self.T_map_camera @ motion.T_before_now @ se3_matrices.exp(change)
+        back = se3_matrices.adjoint(se3_matrices.inverse(motion.T_before_now))
+        J = np.hstack([back, motion.by_scale])
+        return PoseWithCovariance(T_map_camera, J @ self.covariance @ J.T + motion.covariance)
+
+    def recent_motion(self, poses: int) -> Stack:
+        """(4, 4) the motion from `poses` poses ago, at most the first of the window, to the last."""
+        first = self.window.poses[max(0, len(self.window.poses) - 1 - poses)]
+        return se3_matrices.inverse(first) @ self.T_map_camera
+
+    def transformed(self, T_new_old: Stack) -> FixedLagSmoother:
+        """The same in another map frame, or in a map that was corrected by this transform."""
+        window = self.window
+        prior = replace(window.prior, T_map_camera=T_new_old @ window.prior.T_map_camera)
+        measured = tuple(
+            replace(factor, T_map_camera=T_new_old @ factor.T_map_camera)
+            for factor in window.measured
+        )
+        poses = T_new_old @ window.poses
+        return replace(self, window=replace(window, poses=poses, prior=prior, measured=measured))
 
     def extended(
         self,
-        odometry: OdometryFactor,
+        motion: RelativeMotion,
         T_map_camera: Stack,
         measured: PoseFactor = UNMEASURED,
         level: LevelFactor | None = None,
@@ -278,7 +282,7 @@ class FixedLagSmoother:
         """The estimate with one more pose.
 
         Args:
-            odometry: The motion from the last pose.
+            motion: From the last pose.
             T_map_camera: (4, 4) initial value of the new pose.
             measured: What a scan says about it.
             level: The base that the camera is mounted on.
@@ -287,7 +291,7 @@ class FixedLagSmoother:
         window = replace(
             window,
             poses=np.concatenate([window.poses, T_map_camera[None]]),
-            odometry=(*window.odometry, odometry),
+            motions=(*window.motions, motion),
             measured=(*window.measured, measured),
             level=(*window.level, level),
         )
@@ -333,6 +337,15 @@ class _NormalEquations:
         H[size:, :size] = H[:size, size:].T
         H[size:, size:] = self.corner
         return H, np.concatenate([self.gradient.ravel(), self.scale_gradient])
+
+
+def _drifted(information: Stack, motion: RelativeMotion) -> Stack:
+    """The prior (8, 8) after the scale drifted for one motion: a random walk, for floors change."""
+    variances = SCALE_DRIFT**2 * np.linalg.norm(motion.by_scale, axis=0) + 1e-12
+    # (I⁻¹ + E Q Eᵀ)⁻¹ without I⁻¹, which need not exist.
+    column = information[:, 6:]
+    inner = np.diag(1 / variances) + information[6:, 6:]
+    return information - column @ np.linalg.solve(inner, column.T)
 
 
 def _robust(omega: Stack, errors: Stack) -> Stack:

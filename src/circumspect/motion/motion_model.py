@@ -1,0 +1,154 @@
+"""What is expected of the camera's motion before its image is used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.geometry import se3_matrices
+from circumspect.motion.relative_motion import RelativeMotion
+from circumspect.sensing import Odometry, RgbdFrame
+
+MAX_STEP_M = 100.0
+"""Odometry that moves farther between two frames is a counter overflow or a corrupt message."""
+MAX_UNMEASURED_S, MAX_VARIANCE = 1e3, 1e6
+"""Bounds that keep covariances invertible in double precision [s; m², rad²]."""
+MAX_EXTRAPOLATION = 2.5
+"""A velocity is extrapolated over at most this multiple of the time in which it was measured."""
+MIN_GROWTH_RATIO, ROUNDING = -0.01, 1e-6
+"""Growth of an odometry covariance with a smaller eigenvalue, relative to the largest one, is not
+that of dead reckoning; differences below `ROUNDING` of the covariance are rounding errors."""
+PLANAR, LEVEL = [3, 4, 2], [0, 1, 5]
+"""x, y and yaw in a tangent vector of the base; roll, pitch and height."""
+
+
+@dataclass(frozen=True)
+class MotionSettings:
+    """Uncertainty of the motion between frames.
+
+    Attributes:
+        level_rotation: Standard deviation of roll and pitch of a robot on an even floor [rad].
+        level_height: Standard deviation of its height [m].
+        odometry_noise: Standard deviation of odometry as a share of distance and of rotation, on
+            top of its scale.
+        min_translation_sigma, min_rotation_sigma: Lower bounds of a step's standard deviation
+            [m], [rad].
+        speed_sigma, spin_sigma: Standard deviation of a velocity that is assumed to be constant
+            [m/s], [rad/s].
+        max_extrapolation: A velocity is assumed to last for at most this time [s].
+    """
+
+    level_rotation: float = float(np.radians(0.3))
+    level_height: float = 0.004
+    odometry_noise: float = 0.03
+    min_translation_sigma: float = 0.001
+    min_rotation_sigma: float = float(np.radians(0.05))
+    speed_sigma: float = 0.3
+    spin_sigma: float = float(np.radians(25.0))
+    max_extrapolation: float = 1.5
+
+    @property
+    def level_covariance(self) -> NDArray[np.float64]:
+        """(3, 3) of roll [rad], pitch [rad] and height [m] of the base."""
+        return np.diag([self.level_rotation**2, self.level_rotation**2, self.level_height**2])
+
+
+@dataclass(frozen=True)
+class MotionModel:
+    """Predicts the motion between two frames.
+
+    Attributes:
+        settings: Uncertainties.
+    """
+
+    settings: MotionSettings = MotionSettings()
+
+    def by_odometry(self, before: RgbdFrame, now: RgbdFrame) -> RelativeMotion | None:
+        """The motion that wheel odometry reports.
+
+        A mount that changes between both frames, such as a pan-tilt head, moves the camera, too.
+
+        Returns:
+            None if a frame has no odometry or the later one no mount, or if the step is not
+            plausible.
+        """
+        if before.odometry is None or now.odometry is None or now.T_base_camera is None:
+            return None
+        step = before.odometry.T_odom_base.inverse() @ now.odometry.T_odom_base
+        if np.abs(step.xy).max() > MAX_STEP_M:
+            return None
+        second = now.T_base_camera.as_matrix()
+        first = second if before.T_base_camera is None else before.T_base_camera.as_matrix()
+        to_camera = se3_matrices.adjoint(se3_matrices.inverse(second))
+        cosine, sine = np.cos(step.yaw), np.sin(step.yaw)
+        by_scale = np.zeros((6, 2))
+        by_scale[3:5, 0] = cosine * step.x + sine * step.y, cosine * step.y - sine * step.x
+        by_scale[2, 1] = step.yaw
+        distance, rotation = float(np.hypot(step.x, step.y)), abs(step.yaw)
+        covariance = self._base_covariance(before.odometry, now.odometry, distance, rotation)
+        return RelativeMotion(
+            se3_matrices.inverse(first) @ step.as_matrix() @ second,
+            to_camera @ by_scale,
+            to_camera @ covariance @ to_camera.T,
+        )
+
+    def by_constant_velocity(
+        self, T_before_now: NDArray[np.float64], measured: float, time: float, unmeasured: float
+    ) -> RelativeMotion:
+        """The last motion continued.
+
+        Args:
+            T_before_now: (4, 4) the motion in the last `measured` seconds.
+            measured: How long it took [s].
+            time: How long to continue it [s].
+            unmeasured: For how long [s] the velocity has not been measured.
+        """
+        ratio = 0.0
+        if measured > 0:
+            ratio = min(min(time, self.settings.max_extrapolation) / measured, MAX_EXTRAPOLATION)
+        motion = se3_matrices.exp(ratio * se3_matrices.log(T_before_now))
+        return self._by_velocity(motion, time, unmeasured, "constant velocity")
+
+    def by_standing_still(self, time: float, unmeasured: float) -> RelativeMotion:
+        """No motion; arguments as in `by_constant_velocity`."""
+        return self._by_velocity(np.eye(4), time, unmeasured, "standing still")
+
+    def _by_velocity(
+        self, T_before_now: NDArray[np.float64], time: float, unmeasured: float, source: str
+    ) -> RelativeMotion:
+        """A velocity error ε persists: after t seconds its variance is (ε t)²."""
+        s = self.settings
+        since = min(unmeasured, MAX_UNMEASURED_S)
+        until = min(since + time, MAX_UNMEASURED_S)
+        variances = np.array([s.spin_sigma**2] * 3 + [s.speed_sigma**2] * 3)
+        covariance = np.diag(variances * max(until**2 - since**2, 1e-6))
+        return RelativeMotion(T_before_now, np.zeros((6, 2)), covariance, source)
+
+    def _base_covariance(
+        self, before: Odometry, now: Odometry, distance: float, rotation: float
+    ) -> NDArray[np.float64]:
+        """(6, 6) of an odometry step in the base frame, apart from its scale."""
+        s = self.settings
+        translation_sigma = s.min_translation_sigma + s.odometry_noise * distance
+        rotation_sigma = s.min_rotation_sigma + s.odometry_noise * rotation
+        covariance = np.zeros((6, 6))
+        covariance[np.ix_(PLANAR, PLANAR)] = _covariance_growth(before, now) + np.diag(
+            [translation_sigma**2, translation_sigma**2, rotation_sigma**2]
+        )
+        covariance[np.ix_(LEVEL, LEVEL)] = s.level_covariance
+        return covariance
+
+
+def _covariance_growth(before: Odometry, now: Odometry) -> NDArray[np.float64]:
+    """(3, 3) by which the reported covariance grew [m, rad], in the current base frame.
+
+    Some drivers report constants or covariances of other poses. Their difference has negative
+    eigenvalues and is replaced by zero.
+    """
+    growth = now.growth_since(before)
+    values, vectors = np.linalg.eigh((growth + growth.T) / 2)
+    if values[0] < MIN_GROWTH_RATIO * values[-1] - ROUNDING * np.trace(now.covariance):
+        return np.zeros((3, 3))
+    return vectors * np.clip(values, 0, MAX_VARIANCE) @ vectors.T
