@@ -219,19 +219,27 @@ class FixedLagSmoother:
     covariance: Stack
 
     @classmethod
-    def from_pose(cls, T_map_camera: Stack, covariance: Stack, scale_sigma: float) -> Self:
+    def from_pose(
+        cls,
+        T_map_camera: Stack,
+        covariance: Stack,
+        scale_sigma: float,
+        scale: Stack | None = None,
+    ) -> Self:
         """Start with a single pose.
 
         Args:
             T_map_camera: (4, 4) the pose.
             covariance: (6, 6) of changes after it [rad, m].
-            scale_sigma: Standard deviation of the odometry scale about 1.
+            scale_sigma: Standard deviation of the odometry scale.
+            scale: (2,) initial odometry scale; None means 1.
         """
         known = np.zeros((8, 8))
         known[:6, :6] = covariance
         known[6:, 6:] = np.eye(2) * scale_sigma**2
-        prior = WindowPrior(T_map_camera, np.ones(2), np.linalg.inv(known))
-        return cls(Window(T_map_camera[None], np.ones(2), prior), known)
+        scale = np.ones(2) if scale is None else scale
+        prior = WindowPrior(T_map_camera, scale, np.linalg.inv(known))
+        return cls(Window(T_map_camera[None], scale, prior), known)
 
     @property
     def T_map_camera(self) -> Stack:

@@ -1,0 +1,64 @@
+"""A frame that the map is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.geometry import se3_matrices
+from circumspect.registration import CompactSurface, FreeSpace, ScanSurface
+
+
+@dataclass(frozen=True, eq=False)
+class Keyframe:
+    """A pose of the graph with what was seen from there.
+
+    Attributes:
+        number: Keyframes are numbered in the order in which they were taken.
+        T_map_camera: (4, 4) current estimate of the pose.
+        covariance: (6, 6) its marginal covariance since the first keyframe [rad, m].
+        compact: Surface that it shows, optical frame.
+        free_space: Space that it shows to be free.
+        depth: Median depth of its scan, at least `MIN_DEPTH_M` [m].
+        T_base_camera: (4, 4) mount of the camera; None if unknown.
+    """
+
+    number: int
+    T_map_camera: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    compact: CompactSurface
+    free_space: FreeSpace
+    depth: float
+    T_base_camera: NDArray[np.float64] | None = None
+
+    @property
+    def surface(self) -> ScanSurface:
+        """The surface in double precision."""
+        return self.compact.expanded()
+
+    def shows(
+        self, points_xyz: NDArray[np.float64], normals_xyz: NDArray[np.float64], max_distance: float
+    ) -> NDArray[np.bool_]:
+        """Which surface points are visible from this keyframe, from their front side.
+
+        Args:
+            points_xyz: (n, 3) [m] map frame.
+            normals_xyz: (n, 3) map frame.
+            max_distance: Largest difference from the measured depth [m].
+        """
+        points = self._in_camera(points_xyz)
+        facing = np.einsum("ij,ij->i", points, normals_xyz @ self.T_map_camera[:3, :3]) < 0
+        return facing & self.free_space.agrees_with(points, max_distance)
+
+    def sees_through(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which points (n, 3) [m], map frame, lie in the free space in front of this keyframe."""
+        return self.free_space.contains(self._in_camera(points_xyz))
+
+    def _in_camera(self, points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (points_xyz - self.T_map_camera[:3, 3]) @ self.T_map_camera[:3, :3]
+
+    def relative_pose(self, T_map_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(4, 4) `T_keyframe_camera` of a camera."""
+        return se3_matrices.inverse(self.T_map_camera) @ T_map_camera

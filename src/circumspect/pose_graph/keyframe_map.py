@@ -1,0 +1,333 @@
+"""The map: keyframes, the pose graph over them, and the surface that they show together."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry import se3_matrices
+from circumspect.geometry.pose_distance import distances
+from circumspect.motion import PoseWithCovariance
+from circumspect.pose_graph.culled_keyframes import CulledKeyframes
+from circumspect.pose_graph.culling import bridged, thinned
+from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
+from circumspect.pose_graph.keyframe import Keyframe
+from circumspect.pose_graph.loop_closure import closes_loop, covisible, registered
+from circumspect.pose_graph.marginals import marginal_covariances
+from circumspect.pose_graph.pose_graph import PoseGraph
+from circumspect.registration import (
+    CompactSurface,
+    FreeSpace,
+    RegistrationSettings,
+    Scan,
+    ScanSurface,
+    SurfaceMap,
+    violated_points,
+)
+from circumspect.sensing import RgbdFrame
+
+MAP_SIGMAS = np.array([np.radians(0.03)] * 3 + [0.0005] * 3)
+"""Errors of the local map that all scans registered to it share [rad, m]."""
+MIN_DEPTH_M = 0.5
+"""Baselines of keyframes are not compared with smaller depths."""
+MAX_FACTORS_PER_KEYFRAME = 8
+MAX_PENDING = 4
+"""If more pairs wait for registration, two are registered per frame instead of one."""
+MERGED_TOGETHER = 8
+"""Surfaces merged into the surface map at once; more would take more memory."""
+NEARBY_KEYFRAMES = 40
+"""Free space is looked up in so many of the nearest keyframes."""
+
+
+@dataclass(frozen=True)
+class KeyframeSettings:
+    """Selection and correction of keyframes.
+
+    Attributes:
+        max_baseline: A frame becomes a keyframe if it is farther than this from its reference
+            keyframe, as a share of its median depth …
+        max_rotation: … or rotated by more than this [rad].
+        max_keyframes: If there are more, the one nearest to another is culled.
+        min_correction, min_correction_rotation: Smaller corrections of all keyframes [m], [rad]
+            wait until the tracker is finalised.
+    """
+
+    max_baseline: float = 0.1
+    max_rotation: float = float(np.radians(6.0))
+    max_keyframes: int = 240
+    min_correction: float = 0.004
+    min_correction_rotation: float = float(np.radians(0.3))
+
+
+class KeyframeMap:
+    """A bounded number of keyframes with their pose graph and surface map.
+
+    Attributes:
+        surface_map: What scans are registered to.
+        corrections: How often keyframes were moved by the graph.
+    """
+
+    def __init__(
+        self,
+        voxel: float,
+        level_covariance: NDArray[np.float64],
+        settings: KeyframeSettings | None = None,
+        registration: RegistrationSettings | None = None,
+    ) -> None:
+        """Start empty.
+
+        Args:
+            voxel: Resolution of the surface map [m].
+            level_covariance: (3, 3) of roll [rad], pitch [rad] and height [m] of the base.
+            settings: Selection and correction.
+            registration: Of keyframes to each other.
+        """
+        self.settings = settings or KeyframeSettings()
+        self.surface_map = SurfaceMap(voxel)
+        self.corrections = 0
+        self._voxel = voxel
+        self._registration = registration or RegistrationSettings()
+        self._level_information = np.linalg.inv(level_covariance)
+        self._keyframes: dict[int, Keyframe] = {}
+        self._factors: list[BetweenFactor] = []
+        self._pending: deque[tuple[int, int]] = deque()
+        self._culled = CulledKeyframes()
+        self._violated = np.empty(0, np.int64)
+        self._poses = np.empty((0, 4, 4))
+        self._next = 0
+        self._loop_is_new = False
+
+    def __len__(self) -> int:
+        return len(self._keyframes)
+
+    def __getitem__(self, number: int) -> Keyframe:
+        return self._keyframes[number]
+
+    @property
+    def poses(self) -> NDArray[np.float64]:
+        """(n, 4, 4) `T_map_camera` of all keyframes."""
+        return self._poses
+
+    @property
+    def violated(self) -> NDArray[np.int64]:
+        """Keys of map points that a keyframe sees through, ascending: means over thin parts."""
+        return self._violated
+
+    def pose_of(self, number: int, T_keyframe_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(4, 4) current `T_map_camera` of a frame that was taken near a keyframe.
+
+        Args:
+            number: The keyframe, which may have been culled.
+            T_keyframe_camera: (4, 4) pose of the frame in the keyframe.
+
+        Raises:
+            KeyError: The keyframe was culled so long ago that it is forgotten.
+        """
+        number, T_keyframe_camera = self._culled.heir(number, T_keyframe_camera)
+        return self[number].T_map_camera @ T_keyframe_camera
+
+    def reference(self, T_map_camera: NDArray[np.float64], last: int | None) -> int:
+        """The reference keyframe of a camera: the nearest among the neighbours of the last one.
+
+        Neighbours are connected by a factor of the graph. A camera that returns to old keyframes
+        is referenced to the recent ones until a loop closure connects both.
+
+        Args:
+            T_map_camera: (4, 4).
+            last: Reference keyframe of the last frame; None after relocalisation.
+        """
+        numbers = np.array(list(self._keyframes))
+        apart = self._apart(T_map_camera)
+        if last is not None:
+            last, _ = self._culled.heir(last, np.eye(4))
+            apart = np.where(np.isin(numbers, self._neighbours(last)), apart, np.inf)
+        return int(numbers[apart.argmin()])
+
+    def covariance(self, pose: PoseWithCovariance, reference: int) -> NDArray[np.float64]:
+        """(6, 6) covariance of a pose since the first keyframe.
+
+        Args:
+            pose: The pose with its covariance in the local map.
+            reference: Its reference keyframe.
+        """
+        back = se3_matrices.inverse(self[reference].relative_pose(pose.T_map_camera))
+        Ad = se3_matrices.adjoint(back)
+        return Ad @ self[reference].covariance @ Ad.T + pose.covariance + np.diag(MAP_SIGMAS**2)
+
+    def shows_new_view(self, T_map_camera: NDArray[np.float64], reference: int) -> bool:
+        """Whether a frame is far enough from its reference keyframe to become one."""
+        index = list(self._keyframes).index(reference)
+        return bool(self._apart(T_map_camera)[index] >= 1)
+
+    def add(
+        self, frame: RgbdFrame, scan: Scan, pose: PoseWithCovariance, reference: int | None
+    ) -> Keyframe:
+        """Add a keyframe and its surface.
+
+        Args:
+            frame: The frame.
+            scan: Its scan.
+            pose: Its pose with the covariance in the local map.
+            reference: Its reference keyframe; None for the first keyframe of all.
+        """
+        number, self._next = self._next, self._next + 1
+        T, mount = pose.T_map_camera, frame.T_base_camera
+        surface = ScanSurface.from_scan(scan)
+        if mount is not None:
+            surface = surface.on_level_floor(RigidTransform.from_matrix(T))
+        key = Keyframe(
+            number, T, pose.covariance, CompactSurface.from_surface(surface),
+            FreeSpace.from_frame(frame), max(MIN_DEPTH_M, float(np.median(scan.points_xyz[:, 2]))),
+            None if mount is None else mount.as_matrix(),
+        )  # fmt: skip
+        if reference is not None:
+            key = replace(key, covariance=self.covariance(pose, reference))
+            self._connect(key, pose, reference)
+        transform = RigidTransform.from_matrix(T)
+        self.surface_map = self.surface_map.with_surface(key.surface, transform)
+        seen_through = violated_points(frame, self.surface_map, transform)
+        self._violated = np.union1d(self._violated, seen_through)
+        self._keyframes[number] = key
+        self._poses = np.concatenate([self._poses, T[None]])
+        if len(self) > self.settings.max_keyframes:
+            self._cull()
+        return key
+
+    def _connect(self, key: Keyframe, pose: PoseWithCovariance, reference: int) -> None:
+        """Add the factor of tracking, and note which keyframes to register to this one."""
+        first = self[reference]
+        measured = RigidTransform.from_matrix(first.relative_pose(key.T_map_camera))
+        information = np.linalg.inv(pose.covariance + np.diag(MAP_SIGMAS**2))
+        self._factors.append(BetweenFactor(reference, key.number, measured, information))
+        found = covisible(key, list(self._keyframes.values()), self._poses)
+        self._pending.extend((other.number, key.number) for other in found)
+
+    def free_space_contains(
+        self, points_xyz: NDArray[np.float64], T_map_camera: NDArray[np.float64]
+    ) -> NDArray[np.bool_]:
+        """Which points lie in the free space of keyframes near a camera.
+
+        Args:
+            points_xyz: (n, 3) [m] map frame.
+            T_map_camera: (4, 4) of the camera.
+        """
+        numbers, apart = list(self._keyframes), self._apart(T_map_camera)
+        free = np.zeros(len(points_xyz), bool)
+        for index in np.argsort(apart)[:NEARBY_KEYFRAMES]:
+            others = np.flatnonzero(~free)
+            if not len(others):
+                break
+            free[others] = self[numbers[index]].sees_through(points_xyz[others])
+        return free
+
+    def process_pending(self) -> bool:
+        """Register one or two pending pairs; optimise once a loop is closed and none is pending.
+
+        Returns:
+            Whether keyframes were moved.
+        """
+        for _ in range(2 if len(self._pending) > MAX_PENDING else 1):
+            if self._pending:
+                self._register(*self._pending.popleft())
+        if self._loop_is_new and not self._pending:
+            return self.optimise()
+        return False
+
+    def finalise(self) -> bool:
+        """Register all pending pairs and optimise; returns whether keyframes were moved."""
+        while self._pending:
+            self._register(*self._pending.popleft())
+        return len(self) > 1 and self.optimise(anyway=True)
+
+    def optimise(self, anyway: bool = False) -> bool:
+        """Optimise the graph, move keyframes, and recompute their covariances.
+
+        Args:
+            anyway: Move them even if the correction is small.
+
+        Returns:
+            Whether they were moved.
+        """
+        self._loop_is_new = False
+        optimised = self._graph().optimised()
+        there = np.stack([pose.as_matrix() for pose in optimised.poses])
+        changes = se3_matrices.logs(se3_matrices.inverse(self._poses) @ there)
+        rotation, translation = np.linalg.norm(changes.reshape(-1, 2, 3), axis=2).max(axis=0)
+        s = self.settings
+        moves = anyway or translation >= s.min_correction or rotation >= s.min_correction_rotation
+        poses = there if moves else self._poses
+        first = next(iter(self._keyframes.values()))
+        covariances = marginal_covariances(optimised, first.covariance)
+        for key, T, covariance in zip(list(self._keyframes.values()), poses, covariances, strict=True):
+            self._keyframes[key.number] = replace(key, T_map_camera=T, covariance=covariance)
+        if moves:
+            self._poses = poses
+            self.corrections += 1
+            self._merge_surfaces()
+        return moves
+
+    def _graph(self) -> PoseGraph:
+        """The pose graph; its poses are in the order of the keyframes."""
+        index = {number: n for n, number in enumerate(self._keyframes)}
+        factors = tuple(
+            replace(factor, first=index[factor.first], second=index[factor.second])
+            for factor in self._factors
+        )
+        levels = tuple(
+            LevelFactor(
+                index[number], RigidTransform.from_matrix(key.T_base_camera), self._level_information
+            )
+            for number, key in self._keyframes.items()
+            if key.T_base_camera is not None
+        )
+        return PoseGraph(tuple(map(RigidTransform.from_matrix, self._poses)), factors, levels)
+
+    def _merge_surfaces(self) -> None:
+        merged, keys = SurfaceMap(self._voxel), list(self._keyframes.values())
+        for start in range(0, len(keys), MERGED_TOGETHER):
+            some = keys[start : start + MERGED_TOGETHER]
+            merged = merged.with_surfaces(
+                [(key.surface, RigidTransform.from_matrix(key.T_map_camera)) for key in some]
+            )
+        self.surface_map = merged
+
+    def _register(self, first: int, second: int) -> None:
+        factor = registered(self[first], self[second], self._voxel, self._registration)
+        if factor is not None:
+            self._factors.append(factor)
+            self._loop_is_new |= closes_loop(first, second)
+
+    def _neighbours(self, number: int) -> list[int]:
+        ends = [(factor.first, factor.second) for factor in self._factors]
+        return [number, *(b if a == number else a for a, b in ends if number in (a, b))]
+
+    def _apart(self, T_map_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,) distances to all keyframes; from 1 on a frame shows a new view."""
+        translation, rotation = distances(self._poses, T_map_camera)
+        depths = np.array([key.depth for key in self._keyframes.values()])
+        s = self.settings
+        return np.maximum(translation / (s.max_baseline * depths), rotation / s.max_rotation)
+
+    def _cull(self) -> None:
+        """Remove the keyframe nearest to another one, never the first or the last."""
+        numbers = list(self._keyframes)
+        nearest = [self._nearest_other(index) for index in range(1, len(numbers) - 1)]
+        _, index, heir_index = min(nearest)
+        number, heir = numbers[index], numbers[heir_index]
+        for pair in [pair for pair in self._pending if number in pair]:
+            self._pending.remove(pair)
+        T_heir_culled = self[heir].relative_pose(self[number].T_map_camera)
+        self._culled.add(number, heir, T_heir_culled)
+        factors = bridged(self._factors, number, heir, RigidTransform.from_matrix(T_heir_culled))
+        self._factors = thinned(factors, MAX_FACTORS_PER_KEYFRAME * self.settings.max_keyframes)
+        del self._keyframes[number]
+        self._poses = np.delete(self._poses, index, axis=0)
+
+    def _nearest_other(self, index: int) -> tuple[float, int, int]:
+        apart = self._apart(self._poses[index])
+        apart[index] = np.inf
+        return float(apart.min()), index, int(apart.argmin())

@@ -1,0 +1,135 @@
+"""Keyframes that show the same surface, registered to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry.pose_distance import distances
+from circumspect.pose_graph.factors import BetweenFactor
+from circumspect.pose_graph.keyframe import Keyframe
+from circumspect.registration import (
+    Registration,
+    RegistrationSettings,
+    SurfaceMap,
+    register,
+)
+from circumspect.registration.scan_surface import MAX_FLOOR_HEIGHT_M
+
+LOOP_GAP = 12
+"""Covisible keyframes whose numbers differ by more close a loop."""
+COVISIBILITY_GAPS = (2, 4, LOOP_GAP)
+"""A keyframe is registered to one covisible keyframe of each of these differences or more."""
+MIN_COVISIBILITY, MAX_DEPTH_DIFFERENCE_M = 0.3, 0.15
+"""Share of the surface off the floor that a covisible keyframe shows, and how closely."""
+COVISIBILITY_SAMPLE = 300
+MAX_VIEW_ANGLE = float(np.radians(75.0))
+"""Views that differ by more [rad] show different sides."""
+NEIGHBOUR_SIGMAS = np.array([np.radians(0.3)] * 3 + [0.005] * 3)
+LOOP_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
+"""Prior of a registration of keyframes [rad, m]; it guides the search and is taken off again."""
+VIEW_SIGMAS = np.array([np.radians(0.25)] * 3 + [0.01] * 3)
+"""Error of a registration per radian between the two views [rad, m]: edges and thin parts look
+different from different sides."""
+MIN_VIEW_ANGLE = 0.01
+MIN_INLIERS, MIN_OVERLAP, MAX_RESIDUAL = 200, 0.35, 2.5
+"""A registration that is used has so many inliers, this overlap, and at most this residual in
+standard deviations."""
+STRIDE = 2
+"""Every second point is enough to register two keyframes."""
+
+
+def covisible(
+    key: Keyframe, others: Sequence[Keyframe], poses: NDArray[np.float64]
+) -> list[Keyframe]:
+    """The keyframes to register a new one to: the most covisible one of each gap.
+
+    Args:
+        key: The new keyframe.
+        others: All others.
+        poses: (n, 4, 4) `T_map_camera` of the others.
+    """
+    surface, T = key.surface, key.T_map_camera
+    step = max(1, len(surface.scan) // COVISIBILITY_SAMPLE)
+    points = surface.scan.points_xyz[::step] @ T[:3, :3].T + T[:3, 3]
+    normals = surface.normals_xyz[::step] @ T[:3, :3].T
+    off_floor = np.abs(points[:, 2]) > MAX_FLOOR_HEIGHT_M
+    if not off_floor.any():
+        return []
+    points, normals = points[off_floor], normals[off_floor]
+    _, angles = distances(poses, T)
+    shares = {
+        n: float(other.shows(points, normals, MAX_DEPTH_DIFFERENCE_M).mean())
+        for n, (other, angle) in enumerate(zip(others, angles, strict=True))
+        if angle < MAX_VIEW_ANGLE
+    }
+    chosen: list[int] = []
+    for gap in COVISIBILITY_GAPS:
+        old = [n for n in shares if key.number - others[n].number >= gap]
+        best = max(old, key=lambda n: shares[n], default=None)
+        if best is not None and shares[best] >= MIN_COVISIBILITY and best not in chosen:
+            chosen.append(best)
+    return [others[n] for n in chosen]
+
+
+def closes_loop(first: int, second: int) -> bool:
+    """Whether two keyframes, by their numbers, were taken long after each other."""
+    return abs(second - first) > LOOP_GAP
+
+
+def registered(
+    first: Keyframe, second: Keyframe, voxel: float, settings: RegistrationSettings
+) -> BetweenFactor | None:
+    """Register the second keyframe to the first one.
+
+    Args:
+        first: The earlier keyframe.
+        second: The later keyframe.
+        voxel: Resolution of the surface map of the first [m].
+        settings: Of the registration.
+
+    Returns:
+        The measured relative pose; None if the two do not fit.
+    """
+    expected = first.relative_pose(second.T_map_camera)
+    sigmas = LOOP_SIGMAS if closes_loop(first.number, second.number) else NEIGHBOUR_SIGMAS
+    prior = np.diag(sigmas**-2.0)
+    target = SurfaceMap(voxel).with_surface(first.surface, RigidTransform.identity())
+    scan = second.surface.scan.subsampled(STRIDE)
+    found = register(scan, target, RigidTransform.from_matrix(expected), prior, settings)
+    if not _fits(found, prior):
+        return None
+    measured, information = found.measured()
+    angle = float(distances(measured, np.eye(4))[1])
+    view_information = np.diag((VIEW_SIGMAS * max(angle, MIN_VIEW_ANGLE)) ** -2.0)
+    return BetweenFactor(
+        first.number,
+        second.number,
+        RigidTransform.from_matrix(measured),
+        with_further_noise(information, view_information),
+        robust=True,
+    )
+
+
+def with_further_noise(
+    information: NDArray[np.floating], further: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """(6, 6) (C + V)⁻¹ of C⁻¹, which may be singular, and V⁻¹, which may not."""
+    return further - further @ np.linalg.solve(information + further, further)
+
+
+def _fits(found: Registration, prior: NDArray[np.float64]) -> bool:
+    return (
+        found.converged
+        and found.inliers >= MIN_INLIERS
+        and found.overlap >= MIN_OVERLAP
+        and found.normalised_residual <= MAX_RESIDUAL
+        and found.squared_innovation(prior) <= MAX_SQUARED_INNOVATION
+    )
+
+
+MAX_SQUARED_INNOVATION = 38.0
+"""χ² with six degrees of freedom exceeds this once in a million."""

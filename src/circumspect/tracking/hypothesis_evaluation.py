@@ -1,0 +1,217 @@
+"""Continues a hypothesis by one frame: predict, register, smooth, evaluate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.motion import MotionModel, PoseWithCovariance, RelativeMotion
+from circumspect.pose_graph import KeyframeMap
+from circumspect.registration import Registration, RegistrationSettings, Scan, register
+from circumspect.sensing import RgbdFrame
+from circumspect.tracking.fixed_lag_smoother import (
+    UNMEASURED,
+    FixedLagSmoother,
+    LevelFactor,
+    PoseFactor,
+)
+from circumspect.tracking.hypothesis import Hypothesis
+from circumspect.tracking.scan_likelihood import ScanLikelihood, scan_likelihood
+
+MIN_POINTS = 50
+"""Scans and registrations with fewer points or inliers measure nothing."""
+MIN_SUPPORT = 5.0
+"""A scan determines the pose if its support is at least this."""
+ALTERNATIVE_PENALTY, RELOCALISATION_PENALTY = 4.0, 10.0
+"""Log prior of a motion other than the odometry's, and of a jump to another place."""
+MAX_INNOVATION_PENALTY = 50.0
+"""Largest log-likelihood that the innovation of a registration costs."""
+MAX_SQUARED_INNOVATION = 22.5
+"""Alternatives are evaluated from this innovation on: χ² with six degrees of freedom, 99.9 %."""
+UNEXPLAINED_SIGMAS = np.array([np.radians(1.0)] * 3 + [0.02] * 3)
+"""Further uncertainty of a frame that contradicts the map [rad, m]."""
+SCALE_SIGMA = 0.05
+"""Standard deviation of an odometry scale that has not been estimated."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameInput:
+    """A frame with all that continues a hypothesis.
+
+    Attributes:
+        frame: The frame.
+        previous: The frame before it.
+        scan: Its scan.
+        stamps: Times of the last frames and of this one [s], ascending.
+    """
+
+    frame: RgbdFrame
+    previous: RgbdFrame
+    scan: Scan
+    stamps: Sequence[float]
+
+    @property
+    def time(self) -> float:
+        """Time since the previous frame [s]."""
+        return max(self.stamps[-1] - self.stamps[-2], 1e-3)
+
+    @property
+    def level(self) -> NDArray[np.float64] | None:
+        """(4, 4) mount of the camera."""
+        mount = self.frame.T_base_camera
+        return None if mount is None else mount.as_matrix()
+
+
+class HypothesisEvaluation:
+    """Continues hypotheses in a map."""
+
+    def __init__(
+        self, keyframes: KeyframeMap, motion: MotionModel, registration: RegistrationSettings
+    ) -> None:
+        """Use a map and a motion model."""
+        self._keyframes, self._motion, self._registration = keyframes, motion, registration
+        self._level_covariance = motion.settings.level_covariance
+        self._level_information = np.linalg.inv(self._level_covariance)
+
+    def continued(self, hypothesis: Hypothesis, data: FrameInput) -> Hypothesis:
+        """The hypothesis after a frame, by the motion that explains the frame best.
+
+        Odometry comes first. Other motions are evaluated if the frame contradicts it: constant
+        velocity, standing still, and dead reckoning without the scan.
+        """
+        motions = self._motions(hypothesis, data)
+        first = self._by_motion(hypothesis, motions[0], data)
+        if not _is_doubtful(first):
+            return first
+        candidates = [first]
+        for motion in motions[1:]:
+            candidates.append(self._by_motion(hypothesis, motion, data, ALTERNATIVE_PENALTY))
+        if first.likelihood.contradicts:
+            candidates.append(self._dead_reckoned(hypothesis, motions[0], data))
+        return max(candidates, key=lambda candidate: candidate.frame_log_ratio)
+
+    def relocalised(
+        self, start: PoseWithCovariance, best: Hypothesis, data: FrameInput
+    ) -> Hypothesis:
+        """A new hypothesis at a candidate pose of the relocaliser.
+
+        Args:
+            start: The candidate.
+            best: The hypothesis that it competes with; the odometry scale is taken from it.
+            data: The frame.
+        """
+        prior = self._levelled(start, data)
+        found = self._registered(prior, data)
+        posterior = PoseWithCovariance(
+            found.T_map_camera.as_matrix(), np.linalg.inv(found.information)
+        )
+        smoother = FixedLagSmoother.from_pose(
+            posterior.T_map_camera, posterior.covariance, SCALE_SIGMA, best.smoother.scale
+        )
+        fresh = Hypothesis(smoother, log_ratio=best.log_ratio, motion="relocalisation")
+        return self._evaluated(fresh, found, prior, data, RELOCALISATION_PENALTY)
+
+    def _motions(self, hypothesis: Hypothesis, data: FrameInput) -> list[RelativeMotion]:
+        """Possible motions since the previous frame, the most likely one first."""
+        time, unmeasured, model = data.time, hypothesis.unmeasured, self._motion
+        asked = min(time, model.settings.max_extrapolation)
+        back, elapsed = 0, 0.0
+        window = len(hypothesis.smoother.window.poses)
+        while back + 1 < window and elapsed * MIN_VELOCITY_SHARE < asked:
+            back += 1
+            elapsed = data.stamps[-2] - data.stamps[-2 - back]
+        recent = hypothesis.smoother.recent_motion(back)
+        odometry = model.by_odometry(data.previous, data.frame)
+        velocity = model.by_constant_velocity(recent, elapsed, time, unmeasured)
+        standing = model.by_standing_still(time, unmeasured)
+        return [motion for motion in (odometry, velocity, standing) if motion is not None]
+
+    def _by_motion(
+        self, hypothesis: Hypothesis, motion: RelativeMotion, data: FrameInput, penalty: float = 0.0
+    ) -> Hypothesis:
+        """Predict, register, smooth, evaluate."""
+        prior = self._levelled(hypothesis.smoother.predicted(motion), data)
+        found = None if len(data.scan) < MIN_POINTS else self._registered(prior, data)
+        if found is not None and found.inliers < MIN_POINTS:
+            found = None
+        start = prior.T_map_camera if found is None else found.T_map_camera.as_matrix()
+        smoother = hypothesis.smoother.extended(
+            motion, start, _factor(found), self._level_factor(data)
+        )
+        moved = replace(hypothesis, smoother=smoother, motion=motion.source)
+        return self._evaluated(moved, found, prior, data, penalty)
+
+    def _dead_reckoned(
+        self, hypothesis: Hypothesis, motion: RelativeMotion, data: FrameInput
+    ) -> Hypothesis:
+        """As if the scan showed something that is not in the map."""
+        further = np.diag(UNEXPLAINED_SIGMAS**2)
+        motion = replace(motion, covariance=motion.covariance + further, source="dead reckoning")
+        prior = self._levelled(hypothesis.smoother.predicted(motion), data)
+        smoother = hypothesis.smoother.extended(
+            motion, prior.T_map_camera, UNMEASURED, self._level_factor(data)
+        )
+        moved = replace(hypothesis, smoother=smoother, motion=motion.source)
+        return self._evaluated(moved, None, prior, data, 0.0)
+
+    def _evaluated(
+        self,
+        hypothesis: Hypothesis,
+        found: Registration | None,
+        prior: PoseWithCovariance,
+        data: FrameInput,
+        penalty: float,
+    ) -> Hypothesis:
+        likelihood = ScanLikelihood()
+        if len(data.scan) >= MIN_POINTS:
+            likelihood = scan_likelihood(
+                data.frame, data.scan, self._keyframes, hypothesis.T_map_camera
+            )
+        innovation = 0.0
+        if found is not None:
+            squared = float(found.innovation @ prior.information @ found.innovation)
+            innovation = min(squared / 2, MAX_INNOVATION_PENALTY)
+        measured = found is not None and likelihood.support >= MIN_SUPPORT
+        measured = measured and not likelihood.contradicts
+        return replace(
+            hypothesis,
+            registration=found,
+            likelihood=likelihood,
+            innovation=innovation,
+            frame_log_ratio=likelihood.total - innovation - penalty,
+            unmeasured=0.0 if measured else hypothesis.unmeasured + data.time,
+        )
+
+    def _registered(self, prior: PoseWithCovariance, data: FrameInput) -> Registration:
+        return register(
+            data.scan,
+            self._keyframes.surface_map,
+            RigidTransform.from_matrix(prior.T_map_camera),
+            prior.information,
+            self._registration,
+        )
+
+    def _levelled(self, pose: PoseWithCovariance, data: FrameInput) -> PoseWithCovariance:
+        return pose if data.level is None else pose.levelled(data.level, self._level_covariance)
+
+    def _level_factor(self, data: FrameInput) -> LevelFactor | None:
+        return None if data.level is None else LevelFactor(data.level, self._level_information)
+
+
+MIN_VELOCITY_SHARE = 2.5
+
+
+def _factor(found: Registration | None) -> PoseFactor:
+    return UNMEASURED if found is None else PoseFactor(*found.measured())
+
+
+def _is_doubtful(hypothesis: Hypothesis) -> bool:
+    """Whether a frame speaks against the motion that was assumed."""
+    return (
+        hypothesis.likelihood.contradicts
+        or 2 * hypothesis.innovation > MAX_SQUARED_INNOVATION
+    )

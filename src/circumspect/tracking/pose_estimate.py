@@ -1,0 +1,97 @@
+"""The pose of one frame, and how it was found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry import PlanarPose, se3
+from circumspect.geometry.composition import between, composed
+from circumspect.tracking.tracking_state import TrackingState
+
+ACCURATE_SIGMAS = (float(np.radians(1.0)), 0.05 / 3)
+"""Standard deviations [rad, m] of an accurate pose: 3° and 50 mm are three of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class PoseEstimate:
+    """The pose of one frame, and how it was found.
+
+    Attributes:
+        T_map_camera: The pose, optical frame.
+        state: What is known of the camera.
+        reason: Why the pose is not reliable; empty if it is.
+        source: Where the pose was expected from: "odometry", "constant velocity", "standing
+            still", "relocalisation", "initial pose" or "given".
+        converged: Whether the registration converged.
+        inliers: Points of the frame that support the pose.
+        residual: Root mean square distance of the inliers to the map [m].
+        covariance: (6, 6) of right perturbations since the first pose [rad, m], optical frame;
+            None if the pose is taken as true.
+        hypotheses: Number of poses that are still possible.
+        T_map_base: Pose of the robot on the floor; None if the mount is unknown.
+        T_map_odom: Correction of the odometry's drift (REP 105); None without odometry.
+        reference: Number of the reference keyframe, with which the pose moves in corrections.
+        T_reference_camera: The pose in that keyframe.
+        number: Of the frame, to look up its smoothed pose; None if there is none.
+    """
+
+    T_map_camera: RigidTransform
+    state: TrackingState = TrackingState.TRACKING
+    reason: str = ""
+    source: str = "given"
+    converged: bool = True
+    inliers: int = 0
+    residual: float = 0.0
+    covariance: NDArray[np.floating] | None = None
+    hypotheses: int = 1
+    T_map_base: PlanarPose | None = None
+    T_map_odom: PlanarPose | None = None
+    reference: int | None = None
+    T_reference_camera: RigidTransform | None = None
+    number: int | None = None
+
+    @property
+    def reliable(self) -> bool:
+        """Whether the pose is consistent with the map, so that frames may be fused at it.
+
+        The local map may itself have drifted; see `accurate`.
+        """
+        return self.state is TrackingState.TRACKING
+
+    @property
+    def lost(self) -> bool:
+        """Whether the camera may be anywhere."""
+        return self.state is TrackingState.LOST
+
+    @property
+    def sigmas(self) -> tuple[float, float] | None:
+        """Largest standard deviations of rotation [rad] and translation [m] since the first pose.
+
+        None if the pose is taken as true.
+        """
+        return None if self.covariance is None else se3.largest_deviations(self.covariance)
+
+    @property
+    def accurate(self) -> bool:
+        """Whether the pose is reliable, and by its covariance within 3° and 50 mm of the truth."""
+        rotation, translation = self.sigmas or (0.0, 0.0)
+        return (
+            self.reliable
+            and rotation <= ACCURATE_SIGMAS[0]
+            and translation <= ACCURATE_SIGMAS[1]
+        )
+
+    def at(self, T_map_camera: RigidTransform) -> PoseEstimate:
+        """The same estimate at a corrected pose."""
+        if self.T_map_base is None:
+            return replace(self, T_map_camera=T_map_camera)
+        moved = composed(T_map_camera, between(self.T_map_camera, self.T_map_base.as_transform()))
+        base = PlanarPose.from_transform(moved)
+        odom = self.T_map_odom
+        if odom is not None:
+            odom = base @ self.T_map_base.inverse() @ odom
+        return replace(self, T_map_camera=T_map_camera, T_map_base=base, T_map_odom=odom)

@@ -1,0 +1,113 @@
+r"""How well a scan agrees with the map at a pose, as one log-likelihood ratio.
+
+Every scan point is explained by one of three models; the ratio is taken against chance, a uniform
+distribution of points near surfaces:
+
+- on a mapped surface: $\log((1 - \varepsilon) N(r; 0, \sigma^2) 2 d + \varepsilon)$ with the
+  residual r, its standard deviation σ and the correspondence distance d,
+- in space that no keyframe has seen: 0,
+- in the free space of a keyframe: $\log \varepsilon$.
+
+Map points that the frame sees through count $\log \varepsilon$ each. Neighbouring points have
+correlated errors, so that each counts as the inverse of `Scan.correlations`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.pose_graph import KeyframeMap
+from circumspect.registration import Scan, count_violations
+from circumspect.sensing import RgbdFrame
+
+OUTLIER_RATIO = 0.05
+"""ε: share of measurements that no model explains."""
+MAX_DISTANCE_M = 0.05
+"""d: points farther from the map than this are not on a mapped surface."""
+SCAN_SAMPLE, MAP_SAMPLE = 500, 2000
+"""So many scan points and map points are evaluated."""
+ROUGHNESS_WEIGHT = 3.0
+"""Multiple of the surface roughness in σ²."""
+MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.5, 3.0
+"""A pose is contradicted if the violations exceed this share of the support plus an allowance."""
+
+
+@dataclass(frozen=True)
+class ScanLikelihood:
+    """Log-likelihood ratio of a scan at a pose.
+
+    Attributes:
+        support: Sum over points on mapped surfaces.
+        violations: Sum over points in free space and over map points that are seen through; not
+            positive.
+    """
+
+    support: float = 0.0
+    violations: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """The log-likelihood ratio."""
+        return self.support + self.violations
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the scan contradicts the map at this pose."""
+        allowed = MAX_VIOLATION_SHARE * max(self.support, 0.0) + VIOLATION_ALLOWANCE
+        return -self.violations > allowed
+
+
+def scan_likelihood(
+    frame: RgbdFrame, scan: Scan, keyframes: KeyframeMap, T_map_camera: NDArray[np.float64]
+) -> ScanLikelihood:
+    """Evaluate a scan at a pose.
+
+    Args:
+        frame: The frame, for what it sees through.
+        scan: Its points.
+        keyframes: The map.
+        T_map_camera: (4, 4) pose to evaluate.
+    """
+    if len(scan) == 0 or len(keyframes.surface_map) == 0:
+        return ScanLikelihood()
+    step = max(1, len(scan) // SCAN_SAMPLE)
+    sample = scan.subsampled(step)
+    weights = step / sample.correlations
+    R, t = T_map_camera[:3, :3], T_map_camera[:3, 3]
+    points = sample.points_xyz @ R.T + t
+    on_surface, ratios = _on_surface(points, sample.sigmas, keyframes, t)
+    support = float((weights * ratios)[on_surface].sum())
+    others = np.flatnonzero(~on_surface)
+    free = keyframes.free_space_contains(points[others], T_map_camera)
+    seen_through, _ = count_violations(
+        frame, keyframes.surface_map, RigidTransform.from_matrix(T_map_camera), MAP_SAMPLE,
+        keyframes.violated,
+    )  # fmt: skip
+    independent = float(weights.mean()) / step * seen_through
+    violations = np.log(OUTLIER_RATIO) * (float(weights[others[free]].sum()) + independent)
+    return ScanLikelihood(support, violations)
+
+
+def _on_surface(
+    points_xyz: NDArray[np.float64],
+    sigmas: NDArray[np.float64],
+    keyframes: KeyframeMap,
+    camera_xyz: NDArray[np.float64],
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Which points lie on mapped surfaces, and the log-likelihood ratio of each."""
+    surface = keyframes.surface_map
+    nearest, distances = surface.nearest(points_xyz)
+    normals = surface.normals_xyz[nearest]
+    sight = points_xyz - camera_xyz
+    along = np.einsum("ij,ij->i", sight, normals)
+    facing = along < MAX_BACKFACE_COSINE * np.linalg.norm(sight, axis=1)
+    residuals = np.einsum("ij,ij->i", points_xyz - surface.points_xyz[nearest], normals)
+    variances = sigmas**2 + surface.sigmas[nearest] ** 2
+    variances = variances + ROUGHNESS_WEIGHT * surface.roughness[nearest]
+    density = np.exp(-(residuals**2) / (2 * variances)) / np.sqrt(2 * np.pi * variances)
+    ratios = np.log((1 - OUTLIER_RATIO) * density * 2 * MAX_DISTANCE_M + OUTLIER_RATIO)
+    return (distances < MAX_DISTANCE_M) & facing, ratios

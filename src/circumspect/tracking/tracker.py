@@ -1,0 +1,224 @@
+"""Tracks the camera: scan-to-map registration, odometry and several hypotheses in one estimator."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.geometry import PlanarPose, se3_matrices
+from circumspect.geometry.composition import composed
+from circumspect.motion import MotionModel
+from circumspect.pose_graph import KeyframeMap
+from circumspect.registration import Scan
+from circumspect.sensing import RgbdFrame
+from circumspect.tracking.fixed_lag_smoother import LAG, FixedLagSmoother
+from circumspect.tracking.hypothesis import Hypothesis, survivors
+from circumspect.tracking.hypothesis_evaluation import (
+    SCALE_SIGMA,
+    FrameInput,
+    HypothesisEvaluation,
+)
+from circumspect.tracking.initial_pose import InitialPose
+from circumspect.tracking.pose_estimate import PoseEstimate
+from circumspect.tracking.pose_estimator import PoseEstimator
+from circumspect.tracking.relocaliser import candidate_poses
+from circumspect.tracking.tracking_settings import TrackingSettings
+from circumspect.tracking.tracking_state import Evidence, TrackingState, next_state
+
+
+class Tracker(PoseEstimator):
+    """Estimates camera poses from scans and odometry, and builds the map they are relative to.
+
+    The map frame is the odom frame of the first frame; without odometry it is the frame in which
+    the first pose is given.
+    """
+
+    def __init__(
+        self,
+        T_map_first: RigidTransform | None = None,
+        settings: TrackingSettings | None = None,
+    ) -> None:
+        """Start with an empty map.
+
+        Args:
+            T_map_first: Pose of the first frame. None means that of its odometry and mount, or else
+                the one that the frame has, or else its mount.
+            settings: Of all parts.
+        """
+        self.settings = s = settings or TrackingSettings()
+        self.state = TrackingState.INITIALISING
+        self.keyframes = KeyframeMap(
+            s.scan.voxel, s.motion.level_covariance, s.keyframes, s.registration
+        )
+        self._evaluation = HypothesisEvaluation(
+            self.keyframes, MotionModel(s.motion), s.registration
+        )
+        self._initial_pose = InitialPose(T_map_first)
+        self._hypotheses: list[Hypothesis] = []
+        self._previous: RgbdFrame | None = None
+        self._stamps: deque[float] = deque(maxlen=LAG + 1)
+        self._contradictions = 0
+        self._keyframe: tuple[RgbdFrame, Scan] | None = None  # to be added
+
+    def track(self, frame: RgbdFrame) -> PoseEstimate:
+        """See `PoseEstimator.track`."""
+        self.process_pending()
+        scan = Scan.from_frame(frame, self.settings.scan)
+        if not self._hypotheses or self._previous is None:
+            return self._initialise(frame, scan)
+        self._stamps.append(frame.stamp)
+        data = FrameInput(frame, self._previous, scan, self._stamps)
+
+        candidates = [self._evaluation.continued(h, data) for h in self._hypotheses]
+        best = max(candidates, key=lambda c: c.log_ratio + c.frame_log_ratio)
+        if best.likelihood.contradicts and len(scan) >= self.settings.min_points:
+            candidates += self._relocalised(best, data)
+        self._hypotheses = [self._referenced(h) for h in survivors(candidates)]
+
+        evidence, reason = self._evidence(scan)
+        self.state = next_state(self.state, evidence)
+        self._previous = frame
+        if self.state is TrackingState.TRACKING and self._is_new_view(scan):
+            self._keyframe = frame, scan
+        return self._estimate(frame, reason)
+
+    def _initialise(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
+        """Start the map with the first frame that shows enough."""
+        pose = self._initial_pose.at(frame, self.settings.motion)
+        smoother = FixedLagSmoother.from_pose(pose.T_map_camera, pose.covariance, SCALE_SIGMA)
+        self._hypotheses, self._previous = [Hypothesis(smoother)], frame
+        if len(scan) < self.settings.min_points:
+            estimate = self._estimate(frame, f"no map yet: {len(scan)} points in range")
+            self._hypotheses = []
+            return estimate
+        self._stamps.append(frame.stamp)
+        key = self.keyframes.add(frame, scan, pose, None)
+        self._hypotheses = [Hypothesis(smoother, key.number)]
+        self.state = next_state(self.state, Evidence.MAP_STARTED)
+        return self._estimate(frame, "")
+
+    def _relocalised(self, best: Hypothesis, data: FrameInput) -> list[Hypothesis]:
+        """New hypotheses elsewhere in the map that the frame does not contradict."""
+        starts = candidate_poses(data.scan, self.keyframes)
+        found = [self._evaluation.relocalised(start, best, data) for start in starts]
+        return [h for h in found if h.unmeasured == 0 and not h.likelihood.contradicts]
+
+    def _referenced(self, hypothesis: Hypothesis) -> Hypothesis:
+        T = hypothesis.T_map_camera
+        reference = self.keyframes.reference(T, hypothesis.reference)
+        return hypothesis.with_reference(reference)
+
+    def _evidence(self, scan: Scan) -> tuple[Evidence, str]:
+        """What the frame says about the best hypothesis, and why it is not reliable."""
+        best, s = self._hypotheses[0], self.settings
+        if best.likelihood.contradicts or best.motion == "dead reckoning":
+            self._contradictions += 1
+            if self._contradictions >= s.max_contradictions:
+                return Evidence.CONTRADICTED, "the scans contradict the map"
+            return Evidence.UNDECIDED, "the scan contradicts the map"
+        if best.unmeasured == 0:
+            self._contradictions = 0
+        if len(self._hypotheses) > 1:
+            return Evidence.UNDECIDED, f"{len(self._hypotheses)} poses are possible"
+        rotation, translation = best.pose.sigmas
+        if rotation >= s.max_rotation_sigma or translation >= s.max_translation_sigma:
+            sigmas = f"{np.degrees(rotation):.1f}° and {1e3 * translation:.0f} mm"
+            return Evidence.UNDECIDED, f"standard deviations of {sigmas}"
+        if self._contradictions:
+            return Evidence.UNDECIDED, "no scan has confirmed the pose since a contradiction"
+        return Evidence.CONFIRMED, ""
+
+    def _is_new_view(self, scan: Scan) -> bool:
+        best = self._hypotheses[0]
+        if best.unmeasured > 0 or len(scan) < self.settings.min_points or best.reference is None:
+            return False
+        return self.keyframes.shows_new_view(best.T_map_camera, best.reference)
+
+    def process_pending(self) -> None:
+        """See `PoseEstimator.process_pending`."""
+        if self._keyframe is not None:
+            (frame, scan), self._keyframe = self._keyframe, None
+            best = self._hypotheses[0]
+            key = self.keyframes.add(frame, scan, best.pose, best.reference)
+            self._hypotheses[0] = best.with_reference(key.number)
+        self._follow(self.keyframes.process_pending)
+
+    def finalise(self) -> None:
+        """See `PoseEstimator.finalise`."""
+        self.process_pending()
+        self._follow(self.keyframes.finalise)
+
+    def _follow(self, correct: Callable[[], bool]) -> None:
+        """Correct the keyframes, and move the hypotheses with their reference keyframes."""
+        before = {h.reference: self.keyframes[h.reference].T_map_camera for h in self._hypotheses if h.reference is not None}
+        if not correct():
+            return
+        moved = []
+        for h in self._hypotheses:
+            after = self.keyframes[h.reference].T_map_camera
+            moved.append(h.transformed(after @ se3_matrices.inverse(before[h.reference])))
+        self._hypotheses = moved
+
+    @property
+    def corrections(self) -> int:
+        """See `PoseEstimator.corrections`."""
+        return self.keyframes.corrections
+
+    def keyframe_pose(self, number: int) -> RigidTransform:
+        """See `PoseEstimator.keyframe_pose`."""
+        return RigidTransform.from_matrix(self.keyframes.pose_of(number, np.eye(4)))
+
+    def corrected(self, estimates: Sequence[PoseEstimate]) -> list[RigidTransform]:
+        """See `PoseEstimator.corrected`."""
+        return [self._corrected(estimate) for estimate in estimates]
+
+    def _corrected(self, estimate: PoseEstimate) -> RigidTransform:
+        number, T_reference_camera = estimate.reference, estimate.T_reference_camera
+        if number is not None and T_reference_camera is not None:
+            # Frames at keyframes that were forgotten stay where they were.
+            with suppress(KeyError):
+                T = self.keyframes.pose_of(number, T_reference_camera.as_matrix())
+                return RigidTransform.from_matrix(T)
+        return estimate.T_map_camera
+
+    def _estimate(self, frame: RgbdFrame, reason: str) -> PoseEstimate:
+        """The best hypothesis as the result of a frame."""
+        best = self._hypotheses[0]
+        T_map_camera = RigidTransform.from_matrix(best.T_map_camera)
+        covariance, T_reference_camera = best.pose.covariance, None
+        if best.reference is not None:
+            covariance = self.keyframes.covariance(best.pose, best.reference)
+            key = self.keyframes[best.reference]
+            T_reference_camera = RigidTransform.from_matrix(key.relative_pose(best.T_map_camera))
+        T_map_base = T_map_odom = None
+        if frame.T_base_camera is not None:
+            T_map_base = PlanarPose.from_transform(
+                composed(T_map_camera, frame.T_base_camera.inv())
+            )
+            if frame.odometry is not None:
+                T_map_odom = T_map_base @ frame.odometry.T_odom_base.inverse()
+        found = best.registration
+        return PoseEstimate(
+            T_map_camera,
+            self.state,
+            reason,
+            best.motion,
+            converged=found is not None and found.converged,
+            inliers=0 if found is None else found.inliers,
+            residual=0.0 if found is None else found.residual,
+            covariance=covariance,
+            hypotheses=len(self._hypotheses),
+            T_map_base=T_map_base,
+            T_map_odom=T_map_odom,
+            reference=best.reference,
+            T_reference_camera=T_reference_camera,
+        )
+
+    def skip(self, frame: RgbdFrame) -> None:
+        """See `PoseEstimator.skip`."""
+        if not self._hypotheses:
+            self._initial_pose.skip(frame)
