@@ -30,7 +30,7 @@ from circumspect.evaluation.markdown import table
 from circumspect.furniture import CATEGORIES
 from circumspect.gathering.job_pool import records, run_all
 from circumspect.mapping.keyframe_pairs import TOO_SURE, TRACKED_SIGMAS, blurred
-from circumspect.registration.point_to_plane import FINE
+from circumspect.registration.scan import WHITE_CORRELATION
 
 COMMAND = "python -m benchmarks.calibration"
 FIRST_VARIANT = 300_000
@@ -121,9 +121,9 @@ SQUARES = ["count", "mean", "median", f"beyond {SELDOM:.1f}"]
 
 
 def of_fits(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
-    """How right `Registration.information` is, and what `FINE.correlation` would make of it."""
+    """How right `Registration.information` is, and what `WHITE_CORRELATION` would make of it."""
     fits = {record["object"].rsplit("-", 1)[0]: np.array(record["fits"]) for record in found}
-    rows, figures, used = [], {}, FINE.correlation
+    rows, figures, used = [], {}, WHITE_CORRELATION
     for name, values in {**fits, "all": np.concatenate(list(fits.values()))}.items():
         squares, held = Squares.of(values[:, 0]), Squares.of(values[:, 1])
         off = {"mean": held.mean / 6, "median": held.median / MIDDLE}

@@ -169,7 +169,9 @@ def _encoded(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 def _decoded(image: NDArray[np.uint8]) -> NDArray[np.float32]:
-    depth = cv2.imdecode(image, cv2.IMREAD_UNCHANGED).astype(np.float32) / 1000
+    millimetres = cv2.imdecode(image, cv2.IMREAD_UNCHANGED)
+    assert millimetres is not None
+    depth = np.asarray(millimetres, np.float32) / np.float32(1000)
     depth[depth <= 0] = np.nan
     return depth
 

@@ -11,7 +11,7 @@ namespace {
 inline double square(double v) { return v * v; }
 
 struct Match {
-  double r, u, inverse_sigma, normal_variance, roughness;
+  double r, u, inverse_sigma, correlation, normal_variance, roughness;
   std::array<double, 3> p, facing;
 };
 
@@ -65,7 +65,7 @@ void accumulate(const std::vector<Match>& matches, double noise, const FitSettin
     const double w = tukey(
         m.u, settings.tukey_cutoff * std::max(settings.min_cutoff, std::sqrt(variance)));
     if (w <= 0.0) continue;
-    const double weight = w / (settings.correlation * variance);
+    const double weight = w / (settings.correlation_factor * m.correlation * variance);
     const auto& [px, py, pz] = m.p;
     const auto& [nx, ny, nz] = m.facing;
     const double s = m.inverse_sigma;
@@ -145,8 +145,15 @@ const Plane* PlaneMap::nearest(double x, double y, double z, const std::array<do
   return best;
 }
 
+int64_t PlaneMap::nearest_row(double x, double y, double z, const std::array<double, 3>& camera,
+                              double max_distance, double max_backface_cosine) const {
+  double within2 = square(max_distance);
+  const Plane* plane = nearest(x, y, z, camera, max_backface_cosine, within2);
+  return plane == nullptr ? -1 : int64_t(cells_.order()[std::size_t(plane - planes_.data())]);
+}
+
 PointToPlaneProblem PlaneMap::linearised(const double* points_xyz, const double* sigmas,
-                                         std::size_t count, const double* T,
+                                         const double* correlations, std::size_t count, const double* T,
                                          const FitSettings& settings) const {
   PointToPlaneProblem problem;
   problem.distance = settings.max_plane_distance;
@@ -170,7 +177,7 @@ PointToPlaneProblem PlaneMap::linearised(const double* points_xyz, const double*
       const double s = 1.0 / std::sqrt(square(sigmas[n]) + plane->variance);
       away = std::min(std::fabs(r), settings.max_plane_distance);
       // The normal in the optical frame.
-      matches.push_back({r, r * s, s, plane->normal_variance, plane->roughness, {px, py, pz},
+      matches.push_back({r, r * s, s, correlations[n], plane->normal_variance, plane->roughness, {px, py, pz},
                          {T[0] * nx + T[4] * ny + T[8] * nz, T[1] * nx + T[5] * ny + T[9] * nz,
                           T[2] * nx + T[6] * ny + T[10] * nz}});
       sizes.push_back(std::fabs(r * s));

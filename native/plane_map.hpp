@@ -18,7 +18,7 @@ struct Plane {
 
 // Correspondences and weights; see point_to_plane.py.
 struct FitSettings {
-  double max_distance, tukey_cutoff, correlation, min_noise_scale, roughness_factor, min_cutoff,
+  double max_distance, tukey_cutoff, correlation_factor, min_noise_scale, roughness_factor, min_cutoff,
       max_floor_height, max_plane_distance, max_backface_cosine;
   int64_t min_points_off_floor, min_correspondences;
 };
@@ -47,9 +47,14 @@ class PlaneMap {
   const Plane* nearest(double x, double y, double z, const std::array<double, 3>& camera,
                        double max_backface_cosine, double& within2) const;
 
-  // A scan's n points and standard deviations, placed by the first three rows of a 4 x 4 pose.
+  // Row of the plane nearest to a point, as `nearest`, or -1.
+  int64_t nearest_row(double x, double y, double z, const std::array<double, 3>& camera,
+                      double max_distance, double max_backface_cosine) const;
+
+  // A scan's n points with standard deviations and numbers of correlated points, placed by the
+  // first three rows of a 4 x 4 pose.
   PointToPlaneProblem linearised(const double* points_xyz, const double* sigmas,
-                                 std::size_t count, const double* pose,
+                                 const double* correlations, std::size_t count, const double* pose,
                                  const FitSettings& settings) const;
 
  private:

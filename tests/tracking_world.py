@@ -9,10 +9,10 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PinholeCamera, PlanarPose
-from circumspect.mapping import RegisteredPoses
 from circumspect.registration import Scan
 from circumspect.sensing import DepthNoise, Odometry, RgbdFrame
 from circumspect.simulation import Scene, SimulatedCamera, Station, Surface, block, looking_at
+from circumspect.tracking import PoseEstimate, Tracker
 
 CAMERA = PinholeCamera(240, 180, 214.0, 214.0, 119.5, 89.5)
 RADIUS, HEIGHT = 1.5, 1.1
@@ -80,9 +80,9 @@ def place_errors(estimates: list, angles: np.ndarray) -> np.ndarray:
     return np.linalg.norm(found - true, axis=1)
 
 
-def follow(frames, poses: RegisteredPoses | None = None) -> list:
-    poses = poses or RegisteredPoses()
-    return [poses.estimate(frame) for frame in frames]
+def follow(frames, tracker: Tracker | None = None) -> list[PoseEstimate]:
+    tracker = tracker or Tracker()
+    return [tracker.track(frame) for frame in frames]
 
 
 def bare_wall(rng: np.random.Generator, noise: float = 2e-3) -> Scan:
@@ -91,4 +91,4 @@ def bare_wall(rng: np.random.Generator, noise: float = 2e-3) -> Scan:
     cells = np.stack([u.ravel(), v.ravel()], axis=1) - [33, 20]
     flat = 0.03 * (cells + rng.uniform(0, 1, cells.shape))
     depth = 1.5 + rng.normal(0, noise, len(flat))
-    return Scan(np.column_stack([flat, depth]), np.full(len(flat), 2e-3))
+    return Scan.with_white_noise(np.column_stack([flat, depth]), np.full(len(flat), 2e-3))

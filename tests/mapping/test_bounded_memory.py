@@ -27,7 +27,7 @@ def corner(rng: np.random.Generator) -> Scan:
     flat = rng.uniform(0.0, 1.0, (3, 150, 2))
     walls = [np.insert(points, axis, 0.0, axis=1) for axis, points in enumerate(flat)]
     ahead = np.array([0.0, 0.0, 1.0])
-    return Scan(np.concatenate(walls) + ahead, np.full(450, 2e-3))
+    return Scan.with_white_noise(np.concatenate(walls) + ahead, np.full(450, 2e-3))
 
 
 def rounds_of_keyframes(most: int, count: int, fitting: bool = True) -> Keyframes:

@@ -27,7 +27,9 @@ FIGURES = (
 
 
 def random_map(rng: np.random.Generator, count: int, spread: float) -> SurfaceMap:
-    scan = Scan(rng.uniform(-spread, spread, (count, 3)), rng.uniform(1e-3, 5e-3, count))
+    scan = Scan.with_white_noise(
+        rng.uniform(-spread, spread, (count, 3)), rng.uniform(1e-3, 5e-3, count)
+    )
     normals = rng.normal(size=(count, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     roughness = rng.uniform(0, 3e-3, count) ** 2
@@ -55,7 +57,9 @@ def test_linearised_agrees_for_random_scans(seed: int, max_distance: float, spre
     rng = np.random.default_rng(seed)
     surface_map = random_map(rng, int(rng.integers(0, 400)), spread)
     count = int(rng.integers(0, 300))
-    scan = Scan(rng.uniform(-spread, spread, (count, 3)), rng.uniform(1e-3, 5e-3, count))
+    scan = Scan.with_white_noise(
+        rng.uniform(-spread, spread, (count, 3)), rng.uniform(1e-3, 5e-3, count)
+    )
     T = se3_matrices.exp(rng.normal(0, 0.05, 6))
     assert_same_problem(scan, surface_map, T, max_distance)
 
@@ -121,7 +125,9 @@ def test_points_that_are_not_finite_have_no_correspondence() -> None:
     surface_map = random_map(np.random.default_rng(0), 200, 0.1)
     invalid = np.full((MIN_CORRESPONDENCES + 2, 3), np.nan)
     invalid[0] = 1e300
-    problem = linearised(Scan(invalid, np.full(len(invalid), 1e-3)), surface_map, np.eye(4), 0.05)
+    problem = linearised(
+        Scan.with_white_noise(invalid, np.full(len(invalid), 1e-3)), surface_map, np.eye(4), 0.05
+    )
     assert problem.inliers == 0
 
 

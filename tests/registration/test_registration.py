@@ -137,7 +137,7 @@ def test_rough_rim_does_not_determine_the_pose_along_a_bare_wall() -> None:
     surface, again = ScanSurface.from_scan(bare_wall(rng)), bare_wall(rng)
     # Both have a rim at the same place, 8 mm apart, with a normal along the wall.
     rim = np.column_stack([np.zeros(12), np.linspace(-0.5, 0.5, 12), np.full(12, 1.4)])
-    scan = Scan(
+    scan = Scan.with_white_noise(
         np.vstack([again.points_xyz, rim + np.array([0.008, 0, 0])]),
         np.append(again.sigmas, [2e-3] * 12),
     )
@@ -145,7 +145,7 @@ def test_rough_rim_does_not_determine_the_pose_along_a_bare_wall() -> None:
 
     def shift(roughness: float) -> float:
         known = ScanSurface(
-            Scan(np.vstack([surface.scan.points_xyz, rim]), scan.sigmas),
+            Scan.with_white_noise(np.vstack([surface.scan.points_xyz, rim]), scan.sigmas),
             np.vstack([surface.normals_xyz, normals]),
             np.append(surface.normal_variances, [1e-3] * 12),
             np.append(surface.roughness, [roughness] * 12),

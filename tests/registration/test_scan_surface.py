@@ -22,7 +22,7 @@ def sheet(rng: np.random.Generator, noise: float, side: int = 30) -> Scan:
         np.stack([u.ravel(), v.ravel()], 1) - side / 2 + rng.uniform(0, 1, (side**2, 2))
     )
     depth = 2.0 + rng.normal(0, noise, side**2)
-    return Scan(np.column_stack([flat, depth]), np.full(side**2, noise))
+    return Scan.with_white_noise(np.column_stack([flat, depth]), np.full(side**2, noise))
 
 
 @settings(max_examples=10)
@@ -40,7 +40,7 @@ def test_normals_near_an_edge_have_a_larger_variance() -> None:
     scan = sheet(np.random.default_rng(0), 1e-3)
     bent = scan.points_xyz.copy()
     bent[:, 2] += np.maximum(bent[:, 0], 0)
-    surface = ScanSurface.from_scan(Scan(bent, scan.sigmas))
+    surface = ScanSurface.from_scan(Scan.with_white_noise(bent, scan.sigmas))
     flat, edge = (np.abs(bent[:, 0]) > 0.15), (np.abs(bent[:, 0]) < 0.02)
     assert np.median(surface.normal_variances[edge]) > 6 * np.median(surface.normal_variances[flat])
     # The roughness of a flat part is the noise of its points.
@@ -50,7 +50,7 @@ def test_normals_near_an_edge_have_a_larger_variance() -> None:
 
 
 def test_scan_with_too_few_points_has_no_normals() -> None:
-    few = Scan(
+    few = Scan.with_white_noise(
         np.random.default_rng(0).normal(size=(NORMAL_NEIGHBOURS - 1, 3)),
         np.full(NORMAL_NEIGHBOURS - 1, 1e-3),
     )
@@ -67,7 +67,7 @@ def test_only_floor_gets_vertical_normals() -> None:
     T_map_camera = RigidTransform.from_translation([0.0, -1.0, 1.2]) * T_map_camera
     points = T_map_camera.inv().apply(np.vstack([floor, wall]))
     surface = ScanSurface.from_scan(
-        Scan(points, np.full(len(points), 2e-3))
+        Scan.with_white_noise(points, np.full(len(points), 2e-3))
     ).with_vertical_floor_normals(T_map_camera)
     up = T_map_camera.as_matrix()[:3, :3] @ surface.normals_xyz.T
     level = surface.normal_variances == 0

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def distances(
-    poses: NDArray[np.float64], pose: NDArray[np.float64]
+    poses: NDArray[np.floating], pose: NDArray[np.floating]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Translation and rotation distances from poses to one reference pose.
 

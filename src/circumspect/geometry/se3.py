@@ -94,7 +94,7 @@ def level_error(
 
 
 def level_errors(
-    T_map_camera: NDArray[np.float64], T_base_camera: NDArray[np.float64]
+    T_map_camera: NDArray[np.floating], T_base_camera: NDArray[np.floating]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """`level_error` for (…, 4, 4) matrices."""
     matrix = T_map_camera @ se3_matrices.inverse(T_base_camera)

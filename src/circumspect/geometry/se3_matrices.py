@@ -32,7 +32,7 @@ def exp(xi: NDArray[np.floating]) -> NDArray[np.float64]:
     return T
 
 
-def log(T: NDArray[np.float64]) -> NDArray[np.float64]:
+def log(T: NDArray[np.floating]) -> NDArray[np.float64]:
     """(6,) [rad, m] logarithm of a (4, 4) transform, the inverse of `exp`."""
     w = 0.5 * np.array([T[2, 1] - T[1, 2], T[0, 2] - T[2, 0], T[1, 0] - T[0, 1]])
     sine, cosine = float(np.sqrt(w @ w)), 0.5 * (T[0, 0] + T[1, 1] + T[2, 2] - 1)
@@ -57,14 +57,14 @@ def exps(xis: NDArray[np.floating]) -> NDArray[np.float64]:
     return RigidTransform.from_exp_coords(xis).as_matrix()
 
 
-def logs(T: NDArray[np.float64]) -> NDArray[np.float64]:
+def logs(T: NDArray[np.floating]) -> NDArray[np.float64]:
     """(n, 6) [rad, m] logarithms of (n, 4, 4) transforms; rotations must be orthonormal."""
     return RigidTransform(T, normalize=False, copy=False).as_exp_coords()
 
 
-def inverse(T: NDArray[np.float64]) -> NDArray[np.float64]:
+def inverse(T: NDArray[np.floating]) -> NDArray[np.float64]:
     """(…, 4, 4) inverse transforms; rotations must be orthonormal."""
-    result = np.zeros_like(T)
+    result = np.zeros(T.shape)
     R = np.swapaxes(T[..., :3, :3], -1, -2)
     result[..., :3, :3] = R
     result[..., :3, 3] = -(R @ T[..., :3, 3, None])[..., 0]
@@ -86,7 +86,7 @@ def skews(v: NDArray[np.floating]) -> NDArray[np.float64]:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def adjoint(T: NDArray[np.float64]) -> NDArray[np.float64]:
+def adjoint(T: NDArray[np.floating]) -> NDArray[np.float64]:
     """(…, 6, 6) adjoint matrices of (…, 4, 4) transforms; see `se3.adjoint`."""
     R, t = T[..., :3, :3], T[..., :3, 3]
     result = np.zeros((*T.shape[:-2], 6, 6))

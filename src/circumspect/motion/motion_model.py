@@ -36,7 +36,9 @@ class MotionSettings:
         min_translation_sigma, min_rotation_sigma: Lower bounds of a step's standard deviation
             [m], [rad].
         speed_sigma, spin_sigma: Standard deviation of a velocity that is assumed to be constant
-            [m/s], [rad/s].
+            [m/s], [rad/s] …
+        acceleration_sigma, spin_acceleration_sigma: … as far as such accelerations [m/s²], [rad/s²]
+            change it within the time between two frames.
         max_extrapolation: A velocity is assumed to last for at most this time [s].
     """
 
@@ -47,10 +49,12 @@ class MotionSettings:
     min_rotation_sigma: float = float(np.radians(0.05))
     speed_sigma: float = 0.3
     spin_sigma: float = float(np.radians(25.0))
+    acceleration_sigma: float = 3.0
+    spin_acceleration_sigma: float = 6.0
     max_extrapolation: float = 1.5
 
     @property
-    def level_covariance(self) -> NDArray[np.float64]:
+    def level_covariance(self) -> NDArray[np.floating]:
         """(3, 3) of roll [rad], pitch [rad] and height [m] of the base."""
         return np.diag([self.level_rotation**2, self.level_rotation**2, self.level_height**2])
 
@@ -95,7 +99,7 @@ class MotionModel:
         )
 
     def by_constant_velocity(
-        self, T_before_now: NDArray[np.float64], measured: float, time: float, unmeasured: float
+        self, T_before_now: NDArray[np.floating], measured: float, time: float, unmeasured: float
     ) -> RelativeMotion:
         """The last motion continued.
 
@@ -116,19 +120,21 @@ class MotionModel:
         return self._by_velocity(np.eye(4), time, unmeasured, "standing still")
 
     def _by_velocity(
-        self, T_before_now: NDArray[np.float64], time: float, unmeasured: float, source: str
+        self, T_before_now: NDArray[np.floating], time: float, unmeasured: float, source: str
     ) -> RelativeMotion:
         """A velocity error ε persists: after t seconds its variance is (ε t)²."""
         s = self.settings
         since = min(unmeasured, MAX_UNMEASURED_S)
         until = min(since + time, MAX_UNMEASURED_S)
-        variances = np.array([s.spin_sigma**2] * 3 + [s.speed_sigma**2] * 3)
-        covariance = np.diag(variances * max(until**2 - since**2, 1e-6))
+        spin = min(s.spin_sigma, s.spin_acceleration_sigma * time)
+        speed = min(s.speed_sigma, s.acceleration_sigma * time)
+        variances = np.array([spin**2] * 3 + [speed**2] * 3)
+        covariance = np.diag(variances * max(until**2 - since**2, 1e-9))
         return RelativeMotion(T_before_now, np.zeros((6, 2)), covariance, source)
 
     def _base_covariance(
         self, before: Odometry, now: Odometry, distance: float, rotation: float
-    ) -> NDArray[np.float64]:
+    ) -> NDArray[np.floating]:
         """(6, 6) of an odometry step in the base frame, apart from its scale."""
         s = self.settings
         translation_sigma = s.min_translation_sigma + s.odometry_noise * distance
@@ -141,7 +147,7 @@ class MotionModel:
         return covariance
 
 
-def _covariance_growth(before: Odometry, now: Odometry) -> NDArray[np.float64]:
+def _covariance_growth(before: Odometry, now: Odometry) -> NDArray[np.floating]:
     """(3, 3) by which the reported covariance grew [m, rad], in the current base frame.
 
     Some drivers report constants or covariances of other poses. Their difference has negative

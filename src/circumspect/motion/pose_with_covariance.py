@@ -19,8 +19,8 @@ class PoseWithCovariance:
         covariance: (6, 6) [rad, m], optical frame.
     """
 
-    T_map_camera: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    T_map_camera: NDArray[np.floating]
+    covariance: NDArray[np.floating]
 
     @property
     def sigmas(self) -> tuple[float, float]:
@@ -28,12 +28,12 @@ class PoseWithCovariance:
         return se3.largest_deviations(self.covariance)
 
     @property
-    def information(self) -> NDArray[np.float64]:
+    def information(self) -> NDArray[np.floating]:
         """(6, 6) inverse covariance."""
         return np.linalg.inv(self.covariance)
 
     def levelled(
-        self, T_base_camera: NDArray[np.float64], covariance: NDArray[np.float64]
+        self, T_base_camera: NDArray[np.floating], covariance: NDArray[np.floating]
     ) -> PoseWithCovariance:
         """The pose given that the robot base stands level at z = 0.
 

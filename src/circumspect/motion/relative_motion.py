@@ -23,7 +23,7 @@ class RelativeMotion:
         source: "odometry", "constant velocity" or "standing still".
     """
 
-    T_before_now: NDArray[np.float64]
-    by_scale: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    T_before_now: NDArray[np.floating]
+    by_scale: NDArray[np.floating]
+    covariance: NDArray[np.floating]
     source: str = "odometry"

@@ -1,7 +1,10 @@
-"""Pose graph: factors between poses, and their optimisation."""
+"""Pose graph: factors between poses, their optimisation and marginals, keyframes, loop closures."""
 
 from circumspect.pose_graph.culling import prune_factors, transfer_factors
 from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
+from circumspect.pose_graph.keyframe import Keyframe
+from circumspect.pose_graph.keyframe_map import KeyframeMap, KeyframeSettings
+from circumspect.pose_graph.marginals import marginal_covariances
 from circumspect.pose_graph.normal_equations import GraphProblem, GraphState
 from circumspect.pose_graph.pose_graph import PoseGraph
 
@@ -9,8 +12,12 @@ __all__ = [
     "BetweenFactor",
     "GraphProblem",
     "GraphState",
+    "Keyframe",
+    "KeyframeMap",
+    "KeyframeSettings",
     "LevelFactor",
     "PoseGraph",
+    "marginal_covariances",
     "prune_factors",
     "transfer_factors",
 ]

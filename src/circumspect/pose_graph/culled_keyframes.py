@@ -19,12 +19,12 @@ class CulledKeyframes:
             max_culled: So many are remembered.
         """
         self._max = max_culled
-        self._heirs: dict[int, tuple[int, NDArray[np.float64]]] = {}
+        self._heirs: dict[int, tuple[int, NDArray[np.floating]]] = {}
 
     def __len__(self) -> int:
         return len(self._heirs)
 
-    def add(self, culled: int, heir: int, T_heir_culled: NDArray[np.float64]) -> None:
+    def add(self, culled: int, heir: int, T_heir_culled: NDArray[np.floating]) -> None:
         """Record a culled keyframe.
 
         Args:
@@ -37,8 +37,8 @@ class CulledKeyframes:
             del self._heirs[next(iter(self._heirs))]
 
     def heir(
-        self, number: int, T_number_x: NDArray[np.float64]
-    ) -> tuple[int, NDArray[np.float64]]:
+        self, number: int, T_number_x: NDArray[np.floating]
+    ) -> tuple[int, NDArray[np.floating]]:
         """The keyframe that represents a number, and a pose in it.
 
         Args:

@@ -26,12 +26,12 @@ class Keyframe:
     """
 
     number: int
-    T_map_camera: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    T_map_camera: NDArray[np.floating]
+    covariance: NDArray[np.floating]
     compact: CompactSurface
     free_space: FreeSpace
     depth: float
-    T_base_camera: NDArray[np.float64] | None = None
+    T_base_camera: NDArray[np.floating] | None = None
 
     @property
     def surface(self) -> ScanSurface:
@@ -39,7 +39,10 @@ class Keyframe:
         return self.compact.expanded()
 
     def shows(
-        self, points_xyz: NDArray[np.float64], normals_xyz: NDArray[np.float64], max_distance: float
+        self,
+        points_xyz: NDArray[np.floating],
+        normals_xyz: NDArray[np.floating],
+        max_distance: float,
     ) -> NDArray[np.bool_]:
         """Which surface points are visible from this keyframe, from their front side.
 
@@ -52,13 +55,13 @@ class Keyframe:
         facing = np.einsum("ij,ij->i", points, normals_xyz @ self.T_map_camera[:3, :3]) < 0
         return facing & self.free_space.agrees_with(points, max_distance)
 
-    def sees_through(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def sees_through(self, points_xyz: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Which points (n, 3) [m], map frame, lie in the free space in front of this keyframe."""
         return self.free_space.contains(self._in_camera(points_xyz))
 
-    def _in_camera(self, points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _in_camera(self, points_xyz: NDArray[np.floating]) -> NDArray[np.floating]:
         return (points_xyz - self.T_map_camera[:3, 3]) @ self.T_map_camera[:3, :3]
 
-    def relative_pose(self, T_map_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    def relative_pose(self, T_map_camera: NDArray[np.floating]) -> NDArray[np.floating]:
         """(4, 4) `T_keyframe_camera` of a camera."""
         return se3_matrices.inverse(self.T_map_camera) @ T_map_camera

@@ -13,7 +13,7 @@ from circumspect.geometry import se3_matrices
 from circumspect.geometry.pose_distance import distances
 from circumspect.motion import PoseWithCovariance
 from circumspect.pose_graph.culled_keyframes import CulledKeyframes
-from circumspect.pose_graph.culling import bridged, thinned
+from circumspect.pose_graph.culling import prune_factors, transfer_factors
 from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
 from circumspect.pose_graph.keyframe import Keyframe
 from circumspect.pose_graph.loop_closure import closes_loop, covisible, registered
@@ -32,6 +32,8 @@ from circumspect.sensing import RgbdFrame
 
 MAP_SIGMAS = np.array([np.radians(0.03)] * 3 + [0.0005] * 3)
 """Errors of the local map that all scans registered to it share [rad, m]."""
+FIRST_SIGMA = 1e-4
+"""Standard deviation of the first keyframe [rad, m]: it defines the map frame."""
 MIN_DEPTH_M = 0.5
 """Baselines of keyframes are not compared with smaller depths."""
 MAX_FACTORS_PER_KEYFRAME = 8
@@ -74,7 +76,7 @@ class KeyframeMap:
     def __init__(
         self,
         voxel: float,
-        level_covariance: NDArray[np.float64],
+        level_covariance: NDArray[np.floating],
         settings: KeyframeSettings | None = None,
         registration: RegistrationSettings | None = None,
     ) -> None:
@@ -108,7 +110,7 @@ class KeyframeMap:
         return self._keyframes[number]
 
     @property
-    def poses(self) -> NDArray[np.float64]:
+    def poses(self) -> NDArray[np.floating]:
         """(n, 4, 4) `T_map_camera` of all keyframes."""
         return self._poses
 
@@ -117,7 +119,7 @@ class KeyframeMap:
         """Keys of map points that a keyframe sees through, ascending: means over thin parts."""
         return self._violated
 
-    def pose_of(self, number: int, T_keyframe_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    def pose_of(self, number: int, T_keyframe_camera: NDArray[np.floating]) -> NDArray[np.floating]:
         """(4, 4) current `T_map_camera` of a frame that was taken near a keyframe.
 
         Args:
@@ -130,7 +132,7 @@ class KeyframeMap:
         number, T_keyframe_camera = self._culled.heir(number, T_keyframe_camera)
         return self[number].T_map_camera @ T_keyframe_camera
 
-    def reference(self, T_map_camera: NDArray[np.float64], last: int | None) -> int:
+    def reference(self, T_map_camera: NDArray[np.floating], last: int | None) -> int:
         """The reference keyframe of a camera: the nearest among the neighbours of the last one.
 
         Neighbours are connected by a factor of the graph. A camera that returns to old keyframes
@@ -147,7 +149,7 @@ class KeyframeMap:
             apart = np.where(np.isin(numbers, self._neighbours(last)), apart, np.inf)
         return int(numbers[apart.argmin()])
 
-    def covariance(self, pose: PoseWithCovariance, reference: int) -> NDArray[np.float64]:
+    def covariance(self, pose: PoseWithCovariance, reference: int) -> NDArray[np.floating]:
         """(6, 6) covariance of a pose since the first keyframe.
 
         Args:
@@ -158,7 +160,7 @@ class KeyframeMap:
         Ad = se3_matrices.adjoint(back)
         return Ad @ self[reference].covariance @ Ad.T + pose.covariance + np.diag(MAP_SIGMAS**2)
 
-    def shows_new_view(self, T_map_camera: NDArray[np.float64], reference: int) -> bool:
+    def shows_new_view(self, T_map_camera: NDArray[np.floating], reference: int) -> bool:
         """Whether a frame is far enough from its reference keyframe to become one."""
         index = list(self._keyframes).index(reference)
         return bool(self._apart(T_map_camera)[index] >= 1)
@@ -178,16 +180,18 @@ class KeyframeMap:
         T, mount = pose.T_map_camera, frame.T_base_camera
         surface = ScanSurface.from_scan(scan)
         if mount is not None:
-            surface = surface.on_level_floor(RigidTransform.from_matrix(T))
+            surface = surface.with_vertical_floor_normals(_transform(T))
         key = Keyframe(
             number, T, pose.covariance, CompactSurface.from_surface(surface),
             FreeSpace.from_frame(frame), max(MIN_DEPTH_M, float(np.median(scan.points_xyz[:, 2]))),
             None if mount is None else mount.as_matrix(),
         )  # fmt: skip
-        if reference is not None:
+        if reference is None:
+            key = replace(key, covariance=np.eye(6) * FIRST_SIGMA**2)
+        else:
             key = replace(key, covariance=self.covariance(pose, reference))
             self._connect(key, pose, reference)
-        transform = RigidTransform.from_matrix(T)
+        transform = _transform(T)
         self.surface_map = self.surface_map.with_surface(key.surface, transform)
         seen_through = violated_points(frame, self.surface_map, transform)
         self._violated = np.union1d(self._violated, seen_through)
@@ -200,14 +204,14 @@ class KeyframeMap:
     def _connect(self, key: Keyframe, pose: PoseWithCovariance, reference: int) -> None:
         """Add the factor of tracking, and note which keyframes to register to this one."""
         first = self[reference]
-        measured = RigidTransform.from_matrix(first.relative_pose(key.T_map_camera))
+        measured = _transform(first.relative_pose(key.T_map_camera))
         information = np.linalg.inv(pose.covariance + np.diag(MAP_SIGMAS**2))
         self._factors.append(BetweenFactor(reference, key.number, measured, information))
         found = covisible(key, list(self._keyframes.values()), self._poses)
         self._pending.extend((other.number, key.number) for other in found)
 
     def free_space_contains(
-        self, points_xyz: NDArray[np.float64], T_map_camera: NDArray[np.float64]
+        self, points_xyz: NDArray[np.floating], T_map_camera: NDArray[np.floating]
     ) -> NDArray[np.bool_]:
         """Which points lie in the free space of keyframes near a camera.
 
@@ -262,8 +266,9 @@ class KeyframeMap:
         poses = there if moves else self._poses
         first = next(iter(self._keyframes.values()))
         covariances = marginal_covariances(optimised, first.covariance)
-        for key, T, covariance in zip(list(self._keyframes.values()), poses, covariances, strict=True):
-            self._keyframes[key.number] = replace(key, T_map_camera=T, covariance=covariance)
+        for number, T, covariance in zip(list(self._keyframes), poses, covariances, strict=True):
+            moved = replace(self[number], T_map_camera=T, covariance=covariance)
+            self._keyframes[number] = moved
         if moves:
             self._poses = poses
             self.corrections += 1
@@ -278,20 +283,18 @@ class KeyframeMap:
             for factor in self._factors
         )
         levels = tuple(
-            LevelFactor(
-                index[number], RigidTransform.from_matrix(key.T_base_camera), self._level_information
-            )
+            LevelFactor(index[number], _transform(key.T_base_camera), self._level_information)
             for number, key in self._keyframes.items()
             if key.T_base_camera is not None
         )
-        return PoseGraph(tuple(map(RigidTransform.from_matrix, self._poses)), factors, levels)
+        return PoseGraph(tuple(map(_transform, self._poses)), factors, levels)
 
     def _merge_surfaces(self) -> None:
         merged, keys = SurfaceMap(self._voxel), list(self._keyframes.values())
         for start in range(0, len(keys), MERGED_TOGETHER):
             some = keys[start : start + MERGED_TOGETHER]
             merged = merged.with_surfaces(
-                [(key.surface, RigidTransform.from_matrix(key.T_map_camera)) for key in some]
+                [(key.surface, _transform(key.T_map_camera)) for key in some]
             )
         self.surface_map = merged
 
@@ -305,7 +308,7 @@ class KeyframeMap:
         ends = [(factor.first, factor.second) for factor in self._factors]
         return [number, *(b if a == number else a for a, b in ends if number in (a, b))]
 
-    def _apart(self, T_map_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _apart(self, T_map_camera: NDArray[np.floating]) -> NDArray[np.floating]:
         """(n,) distances to all keyframes; from 1 on a frame shows a new view."""
         translation, rotation = distances(self._poses, T_map_camera)
         depths = np.array([key.depth for key in self._keyframes.values()])
@@ -322,8 +325,9 @@ class KeyframeMap:
             self._pending.remove(pair)
         T_heir_culled = self[heir].relative_pose(self[number].T_map_camera)
         self._culled.add(number, heir, T_heir_culled)
-        factors = bridged(self._factors, number, heir, RigidTransform.from_matrix(T_heir_culled))
-        self._factors = thinned(factors, MAX_FACTORS_PER_KEYFRAME * self.settings.max_keyframes)
+        max_factors = MAX_FACTORS_PER_KEYFRAME * self.settings.max_keyframes
+        factors = transfer_factors(self._factors, number, heir, _transform(T_heir_culled))
+        self._factors = prune_factors(factors, max_factors)
         del self._keyframes[number]
         self._poses = np.delete(self._poses, index, axis=0)
 
@@ -331,3 +335,8 @@ class KeyframeMap:
         apart = self._apart(self._poses[index])
         apart[index] = np.inf
         return float(apart.min()), index, int(apart.argmin())
+
+
+def _transform(T: NDArray[np.floating]) -> RigidTransform:
+    """The pose of a (4, 4) matrix, without checks."""
+    return RigidTransform(T, normalize=False, copy=False)

@@ -38,12 +38,14 @@ MIN_VIEW_ANGLE = 0.01
 MIN_INLIERS, MIN_OVERLAP, MAX_RESIDUAL = 200, 0.35, 2.5
 """A registration that is used has so many inliers, this overlap, and at most this residual in
 standard deviations."""
+MAX_SQUARED_INNOVATION = 38.0
+"""χ² with six degrees of freedom exceeds this once in a million."""
 STRIDE = 2
 """Every second point is enough to register two keyframes."""
 
 
 def covisible(
-    key: Keyframe, others: Sequence[Keyframe], poses: NDArray[np.float64]
+    key: Keyframe, others: Sequence[Keyframe], poses: NDArray[np.floating]
 ) -> list[Keyframe]:
     """The keyframes to register a new one to: the most covisible one of each gap.
 
@@ -100,7 +102,7 @@ def registered(
     target = SurfaceMap(voxel).with_surface(first.surface, RigidTransform.identity())
     scan = second.surface.scan.subsampled(STRIDE)
     found = register(scan, target, RigidTransform.from_matrix(expected), prior, settings)
-    if not _fits(found, prior):
+    if not _fits(found):
         return None
     measured, information = found.measured()
     angle = float(distances(measured, np.eye(4))[1])
@@ -116,20 +118,16 @@ def registered(
 
 def with_further_noise(
     information: NDArray[np.floating], further: NDArray[np.floating]
-) -> NDArray[np.float64]:
+) -> NDArray[np.floating]:
     """(6, 6) (C + V)⁻¹ of C⁻¹, which may be singular, and V⁻¹, which may not."""
     return further - further @ np.linalg.solve(information + further, further)
 
 
-def _fits(found: Registration, prior: NDArray[np.float64]) -> bool:
+def _fits(found: Registration) -> bool:
     return (
         found.converged
         and found.inliers >= MIN_INLIERS
         and found.overlap >= MIN_OVERLAP
         and found.normalised_residual <= MAX_RESIDUAL
-        and found.squared_innovation(prior) <= MAX_SQUARED_INNOVATION
+        and found.squared_innovation() <= MAX_SQUARED_INNOVATION
     )
-
-
-MAX_SQUARED_INNOVATION = 38.0
-"""χ² with six degrees of freedom exceeds this once in a million."""

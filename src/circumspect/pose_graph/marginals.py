@@ -10,8 +10,8 @@ from circumspect.pose_graph.pose_graph import PoseGraph
 
 
 def marginal_covariances(
-    graph: PoseGraph, first_covariance: NDArray[np.float64]
-) -> NDArray[np.float64]:
+    graph: PoseGraph, first_covariance: NDArray[np.floating]
+) -> NDArray[np.floating]:
     """Marginal covariances of all poses at the current estimate.
 
     They are the diagonal blocks of the inverse Hessian (Kaess and Dellaert, "Covariance recovery
@@ -31,7 +31,7 @@ def marginal_covariances(
     n = len(graph.poses)
     covariances = np.zeros((n, 6, 6))
     if n > 1:
-        inverse = splu(graph.hessian()[6:, 6:]).solve(np.eye(6 * n - 6)).reshape(n - 1, 6, n - 1, 6)
+        inverse = splu(graph.hessian[6:, 6:]).solve(np.eye(6 * n - 6)).reshape(n - 1, 6, n - 1, 6)
         k = np.arange(n - 1)
         covariances[1:] = inverse[k, :, k]
     poses = np.stack([pose.as_matrix() for pose in graph.poses])

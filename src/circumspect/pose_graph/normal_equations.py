@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,15 @@ from numpy.typing import NDArray
 from circumspect.geometry import se3, se3_matrices
 from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
 
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
 CAUCHY_SCALE = 6.0
 """Scale c of Cauchy's kernel, in units of the normalised error. Six degrees of freedom give √6."""
+MIN_INFORMATION = 1e-9
+"""Added to the diagonal of Hessians, so that poses without factors stay."""
 
-Stack = NDArray[np.float64]
+Stack = NDArray[np.floating]
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,19 +115,30 @@ class GraphState:
         Returns:
             (n, 6) changes of the poses in their own frames; zero for the first pose.
         """
-        from scipy.sparse import coo_array, csc_array, diags_array
+        from scipy.sparse import csc_array, diags_array
         from scipy.sparse.linalg import spsolve
+
+        H, gradient = self.linearised()
+        # Poses without factors stay.
+        H = csc_array(H + diags_array(damping * H.diagonal() + MIN_INFORMATION))
+        step = np.zeros(gradient.size)
+        step[6:] = -spsolve(H[6:, 6:], gradient.ravel()[6:])
+        return step.reshape(-1, 6)
+
+    def linearised(self) -> tuple[csc_array, Stack]:
+        """The normal equations with robust weights.
+
+        Returns:
+            (6 n, 6 n) sparse Hessian, and (n, 6) gradient of half the cost.
+        """
+        from scipy.sparse import coo_array
 
         blocks, rows, columns, gradient = self._normal_equations()
         size, cell = gradient.size, np.arange(6)
         i = np.broadcast_to(6 * rows[:, None, None] + cell[:, None], blocks.shape)
         j = np.broadcast_to(6 * columns[:, None, None] + cell[None, :], blocks.shape)
         H = coo_array((blocks.ravel(), (i.ravel(), j.ravel())), shape=(size, size))
-        # Poses without factors stay.
-        H = csc_array(H + diags_array(damping * H.diagonal() + 1e-9))
-        step = np.zeros(size)
-        step[6:] = -spsolve(H[6:, 6:], gradient.ravel()[6:])
-        return step.reshape(-1, 6)
+        return H.tocsc(), gradient
 
     def moved(self, step: Stack) -> GraphState:
         """The state after a step (n, 6)."""

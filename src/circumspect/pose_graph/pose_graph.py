@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.composition import orthonormal
 from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
-from circumspect.pose_graph.normal_equations import GraphProblem, GraphState
+from circumspect.pose_graph.normal_equations import MIN_INFORMATION, GraphProblem, GraphState
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 MAX_ITERATIONS = 30
 """Maximum number of steps, rejected ones included."""
@@ -67,6 +71,14 @@ class PoseGraph:
             if np.abs(step).max() < CONVERGENCE_TOLERANCE:
                 break
         return replace(self, poses=tuple(map(orthonormal, state.poses)))
+
+    @property
+    def hessian(self) -> csc_array:
+        """(6 n, 6 n) of half the cost, with robust weights; poses without factors have little."""
+        from scipy.sparse import csc_array, eye_array
+
+        H, _ = self._state.linearised()
+        return csc_array(H + MIN_INFORMATION * eye_array(6 * len(self.poses)))
 
     @property
     def _state(self) -> GraphState:

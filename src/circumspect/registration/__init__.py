@@ -2,7 +2,11 @@
 
 from circumspect.registration.compact_surface import CompactSurface
 from circumspect.registration.free_space import FreeSpace
-from circumspect.registration.free_space_violations import violated_points, violation_ratio
+from circumspect.registration.free_space_violations import (
+    violated_count,
+    violated_points,
+    violation_ratio,
+)
 from circumspect.registration.point_to_plane import PointToPlaneProblem, Weighting, linearised
 from circumspect.registration.registration import Registration, RegistrationSettings, register
 from circumspect.registration.scan import DownsamplingSettings, Scan
@@ -22,6 +26,7 @@ __all__ = [
     "Weighting",
     "linearised",
     "register",
+    "violated_count",
     "violated_points",
     "violation_ratio",
 ]

@@ -13,15 +13,23 @@ class PlaneMap:
         roughness: NDArray[np.float64],
         cell: float,
     ) -> None: ...
+    def nearest(
+        self,
+        points_xyz: NDArray[np.float64],
+        camera_xyz: NDArray[np.float64],
+        max_distance: float,
+        max_backface_cosine: float,
+    ) -> NDArray[np.int64]: ...
     def linearised(
         self,
         points_xyz: NDArray[np.float64],
         sigmas: NDArray[np.float64],
+        correlations: NDArray[np.float64],
         pose: NDArray[np.float64],
         *,
         max_distance: float,
         tukey_cutoff: float,
-        correlation: float,
+        correlation_factor: float,
         min_noise_scale: float,
         roughness_factor: float,
         min_cutoff: float,

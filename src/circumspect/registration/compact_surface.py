@@ -18,6 +18,8 @@ class CompactSurface:
     Attributes:
         points_xyz: (n, 3) float32 [m] optical frame.
         sigmas: (n,) float32 [m].
+        correlations: (n,) float32.
+        tilts: (n,) float32 [rad²].
         normals_xyz: (n, 3) float32.
         normal_variances: (n,) float32 [rad²].
         roughness: (n,) float32 [m²].
@@ -25,6 +27,8 @@ class CompactSurface:
 
     points_xyz: NDArray[np.float32]
     sigmas: NDArray[np.float32]
+    correlations: NDArray[np.float32]
+    tilts: NDArray[np.float32]
     normals_xyz: NDArray[np.float32]
     normal_variances: NDArray[np.float32]
     roughness: NDArray[np.float32]
@@ -36,6 +40,8 @@ class CompactSurface:
         arrays = (
             scan.points_xyz,
             scan.sigmas,
+            scan.correlations,
+            scan.tilts,
             surface.normals_xyz,
             surface.normal_variances,
             surface.roughness,
@@ -44,6 +50,7 @@ class CompactSurface:
 
     def expanded(self) -> ScanSurface:
         """The surface in double precision."""
-        scan = Scan(self.points_xyz.astype(np.float64), self.sigmas.astype(np.float64))
+        arrays = (self.points_xyz, self.sigmas, self.correlations, self.tilts)
+        scan = Scan(*(values.astype(np.float64) for values in arrays))
         others = (self.normals_xyz, self.normal_variances, self.roughness)
         return ScanSurface(scan, *(values.astype(np.float64) for values in others))

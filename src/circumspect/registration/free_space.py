@@ -49,7 +49,7 @@ class FreeSpace:
             ndimage.minimum_filter(smallest, 3, mode="nearest").astype(np.float32), frame.camera
         )
 
-    def contains(self, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def contains(self, points_xyz: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Whether points lie in free space.
 
         Args:
@@ -61,7 +61,7 @@ class FreeSpace:
         depth, free = points_xyz[:, 2], self._free_depth_towards(points_xyz)
         return (free > 0) & (depth + MARGIN_M + MARGIN_GROWTH_PER_M * depth**2 < free)
 
-    def agrees_with(self, points_xyz: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
+    def agrees_with(self, points_xyz: NDArray[np.floating], tolerance: float) -> NDArray[np.bool_]:
         """Whether points lie at the depth where free space ends.
 
         Args:
@@ -74,7 +74,7 @@ class FreeSpace:
         free = self._free_depth_towards(points_xyz)
         return (free > 0) & (np.abs(points_xyz[:, 2] - free) < tolerance)
 
-    def _free_depth_towards(self, points_xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _free_depth_towards(self, points_xyz: NDArray[np.floating]) -> NDArray[np.float64]:
         """(n,) [m] `free_depth` in the directions of points; 0 out of view."""
         x, y, z = points_xyz.T
         in_front = z > 1e-6

@@ -53,6 +53,31 @@ def violation_ratio(
     return counts[0] / sum(counts) if sum(counts) >= MIN_POINTS_IN_VIEW else 0.0
 
 
+def violated_count(
+    frame: RgbdFrame,
+    surface_map: SurfaceMap,
+    T_map_camera: RigidTransform,
+    ignored_keys: NDArray[np.int64],
+    sample_size: int = SAMPLE_SIZE,
+) -> float:
+    """Number of map points in view, off the floor, that violate the frame's free space.
+
+    Args:
+        frame: The frame.
+        surface_map: The map.
+        T_map_camera: Pose of the frame.
+        ignored_keys: Ascending keys of map points that do not count; see `violated_points`.
+        sample_size: The number is estimated from so many points.
+    """
+    off_floor = _points_off_floor(surface_map)
+    step = max(1, len(off_floor) // sample_size)
+    sample = off_floor[::step]
+    if len(ignored_keys):
+        sample = sample[~_contained(surface_map.sums.keys[sample], ignored_keys)]
+    _, violated, _ = _compared(frame, surface_map, T_map_camera, sample)
+    return float(step * violated.sum())
+
+
 def violated_points(
     frame: RgbdFrame, surface_map: SurfaceMap, T_map_camera: RigidTransform
 ) -> NDArray[np.int64]:

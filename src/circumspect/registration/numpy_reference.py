@@ -55,7 +55,9 @@ def linearised(
     roughness = surface_map.roughness[targets]
     variance = noise**2 + weighting.roughness_factor * roughness / sigma**2
     cutoff = TUKEY_CUTOFF * np.maximum(weighting.min_cutoff, np.sqrt(variance))
-    weight = np.where(inlier > 0, _tukey(u, cutoff), 0) / (weighting.correlation * variance)
+    weight = np.where(inlier > 0, _tukey(u, cutoff), 0) / (
+        weighting.correlation_factor * scan.correlations[matched] * variance
+    )
     # d r / d(φ, ρ) of T exp(φ, ρ): p × Rᵀn and Rᵀn, both in the optical frame.
     facing = normals @ R
     J = np.concatenate([np.cross(scan.points_xyz[matched], facing), facing], axis=1)

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from circumspect.registration.scan import Scan
 from circumspect.registration.scan_surface import MAX_FLOOR_HEIGHT_M
-from circumspect.registration.surface_map import SurfaceMap
+from circumspect.registration.surface_map import MAX_BACKFACE_COSINE, SurfaceMap
 
 TUKEY_CUTOFF = 4.685
 """Normalised residuals beyond this have weight 0 (95 % efficiency for normal noise)."""
@@ -20,12 +20,9 @@ MIN_POINTS_OFF_FLOOR = 100
 """With at least this many points off the floor, overlap and distance are computed from them."""
 MAX_PLANE_DISTANCE_M = 0.02
 """Upper bound of a point's distance to the map's planes [m] in the mean distance."""
-MAX_BACKFACE_COSINE = 0.1
-"""Map points are back faces if the cosine between normal and line of sight is larger than this.
-They have no correspondence, so that the two sides of a thin board are not confused."""
 MIN_CORRESPONDENCES = 6
 """With fewer correspondences the problem is empty."""
-SPURIOUS_FACTOR = 3.0
+SPURIOUS_FACTOR = 1.5
 """This multiple of the expected spurious information is subtracted."""
 RIDGE_INFORMATION = 1.0
 """Negligible information [1/m², 1/rad²]; regularises the spurious information."""
@@ -36,22 +33,21 @@ class Weighting:
     """Weights of the residuals.
 
     Attributes:
-        correlation: Number of points that count as one independent measurement; see
-            docs/derivations.md for the measurement of this number.
+        correlation_factor: Multiple of `Scan.correlations`.
         roughness_factor: Multiple of the map's roughness that is added to the variance of the
             sensor noise.
         min_cutoff: Lower bound of the cut-off, in units of `TUKEY_CUTOFF` standard deviations of
             the sensor noise.
     """
 
-    correlation: float
+    correlation_factor: float
     roughness_factor: float
     min_cutoff: float
 
 
-COARSE = Weighting(correlation=14.0, roughness_factor=0.0, min_cutoff=1.0)
+COARSE = Weighting(correlation_factor=3.5, roughness_factor=0.0, min_cutoff=1.0)
 """Far from the optimum. Rims show the direction, and large residuals are not outliers yet."""
-FINE = Weighting(correlation=4.0, roughness_factor=3.0, min_cutoff=0.0)
+FINE = Weighting(correlation_factor=1.0, roughness_factor=3.0, min_cutoff=0.0)
 """At the optimum, and for its information. The planes of rims, which are fitted to both of their
 sides, err by far more than the sensor noise."""
 
@@ -126,10 +122,11 @@ def linearised(
         *surface_map.planes.linearised(
             scan.points_xyz,
             scan.sigmas,
+            scan.correlations,
             T,
             max_distance=max_distance,
             tukey_cutoff=TUKEY_CUTOFF,
-            correlation=weighting.correlation,
+            correlation_factor=weighting.correlation_factor,
             min_noise_scale=MIN_NOISE_SCALE,
             roughness_factor=weighting.roughness_factor,
             min_cutoff=weighting.min_cutoff,

@@ -31,6 +31,8 @@ SEARCH_SIGMAS = 1.0
 position, if that is larger than the settings' distance."""
 MAX_COARSE_DISTANCE_M = 0.15
 """Upper bound of the distance that follows from `SEARCH_SIGMAS` [m]."""
+MIN_CONDITION = 1e-6
+"""Eigenvalues of the Hessian below this share of the largest are taken as zero."""
 MAX_CORRESPONDENCE_DISTANCE_M = 0.5
 """Upper bound of `RegistrationSettings.max_distance` [m]. The search visits cell by cell."""
 
@@ -96,6 +98,35 @@ class Registration:
     normalised_residual: float
     iterations: int
     converged: bool
+
+    @property
+    def prior_information(self) -> NDArray[np.float64]:
+        """(6, 6) information of the prior."""
+        return self.information - self.hessian
+
+    def measured(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What the scan alone measures, without the prior.
+
+        At the joint optimum the gradients of scan and prior cancel, so that the optimum of the scan
+        alone is H⁻¹Λδ away, with H the Hessian, Λ the prior's information and δ the innovation.
+
+        Returns:
+            (4, 4) `T_map_camera`, equal to the joint optimum in directions that the scan does not
+            determine, and (6, 6) its information H.
+        """
+        pull = self.prior_information @ self.innovation
+        step = np.linalg.pinv(self.hessian, rcond=MIN_CONDITION, hermitian=True) @ pull
+        return self.T_map_camera.as_matrix() @ se3_matrices.exp(step), self.hessian
+
+    def squared_innovation(self) -> float:
+        """Squared Mahalanobis distance between the optima of scan and prior.
+
+        With ν = δ + H⁻¹Λδ it is νᵀ(Λ⁻¹ + H⁻¹)⁻¹ν = δᵀΛδ + δᵀΛH⁻¹Λδ. Directions that the scan does
+        not determine add nothing.
+        """
+        pull = self.prior_information @ self.innovation
+        inverse = np.linalg.pinv(self.hessian, rcond=MIN_CONDITION, hermitian=True)
+        return float(self.innovation @ pull + pull @ inverse @ pull)
 
 
 def register(

@@ -9,6 +9,11 @@ from numpy.typing import NDArray
 
 from circumspect.sensing import DepthBlocks, DepthNoise, RgbdFrame
 
+PATCHES_PER_ROW = 1 << 20
+WHITE_CORRELATION = 4.0
+"""Points whose white noise carries the information of one independent measurement: averaging over
+blocks, voxels and normals makes the errors of neighbours alike (measured, docs/derivations.md)."""
+
 
 @dataclass(frozen=True)
 class DownsamplingSettings:
@@ -42,11 +47,15 @@ class Scan:
 
     Attributes:
         points_xyz: (n, 3) float64 [m].
-        sigmas: (n,) [m] standard deviation of the depth.
+        sigmas: (n,) [m] standard deviation of the depth, of white and systematic errors.
+        correlations: (n,) number of points that carry the information of one.
+        tilts: (n,) [rad²] variance of the surface's slope by systematic errors.
     """
 
     points_xyz: NDArray[np.float64]
     sigmas: NDArray[np.float64]
+    correlations: NDArray[np.float64]
+    tilts: NDArray[np.float64]
 
     @classmethod
     def from_frame(cls, frame: RgbdFrame, settings: DownsamplingSettings | None = None) -> Scan:
@@ -62,19 +71,44 @@ class Scan:
         points = blocks.points_xyz(rows, columns).astype(np.float64)
         in_range = (points[:, 2] > s.min_depth) & (points[:, 2] < s.max_depth)
         means = _voxel_means(points[in_range], s.voxel)
-        if len(means) < s.min_points or _thickness(means) < s.min_thickness:
-            in_range = (points[:, 2] > s.min_depth) & (points[:, 2] <= s.noise.farthest)
-            means = _voxel_means(points[in_range], s.voxel)
-        return cls(means, s.noise.axial_sigma(means[:, 2]).astype(np.float64))
+        return cls(means, *_errors(means, s.noise))
+
+    @classmethod
+    def with_white_noise(cls, points_xyz: NDArray[np.float64], sigmas: NDArray[np.float64]) -> Scan:
+        """Points without systematic errors; see the attributes."""
+        ones = np.ones(len(points_xyz))
+        return cls(points_xyz, sigmas, WHITE_CORRELATION * ones, 0 * ones)
 
     def __len__(self) -> int:
         return len(self.points_xyz)
 
     def subsampled(self, step: int) -> Scan:
         """Every `step`-th point."""
-        return Scan(
-            np.ascontiguousarray(self.points_xyz[::step]), np.ascontiguousarray(self.sigmas[::step])
-        )
+        arrays = self.points_xyz, self.sigmas, self.correlations, self.tilts
+        return Scan(*(np.ascontiguousarray(values[::step]) for values in arrays))
+
+
+def _errors(
+    points_xyz: NDArray[np.float64], noise: DepthNoise
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Standard deviations [m], correlations and tilts [rad²] of points.
+
+    The depth error has a white part with variance σ², of which `WHITE_CORRELATION` points carry
+    the information of one, and a systematic part with variance ς². All n points of a patch share
+    the latter, so that they inform as one measurement with variance (c σ² + n ς²) / n.
+    """
+    z = points_xyz[:, 2]
+    white = noise.axial_sigma(z).astype(np.float64) ** 2
+    systematic = noise.systematic_sigma(z) ** 2
+    patch = noise.systematic_patch
+    columns, rows = np.floor(points_xyz[:, :2].T / z / patch).astype(np.int64)
+    _, inverse, counts = np.unique(
+        rows * PATCHES_PER_ROW + columns, return_inverse=True, return_counts=True
+    )
+    total = white + systematic
+    correlations = (WHITE_CORRELATION * white + counts[inverse] * systematic) / total
+    extent = patch * z
+    return np.sqrt(total), correlations, 4 / 3 * systematic / extent**2
 
 
 def _voxel_means(points_xyz: NDArray[np.float64], voxel: float) -> NDArray[np.float64]:

@@ -64,7 +64,8 @@ class ScanSurface:
         away = np.einsum("ij,ij->i", normals, points) > 0
         across = np.clip(values[:, 0], 0, None) * neighbours / (neighbours - 3)
         along = 0.5 * (1 / np.maximum(values[:, 1:], 1e-12)).sum(axis=1)
-        variances = np.minimum(across / neighbours * along, MAX_NORMAL_VARIANCE_RAD2)
+        variances = across / neighbours * along + scan.tilts
+        variances = np.minimum(variances, MAX_NORMAL_VARIANCE_RAD2)
         return cls(scan, np.where(away[:, None], -normals, normals), variances, across)
 
     def with_vertical_floor_normals(self, T_map_camera: RigidTransform) -> ScanSurface:

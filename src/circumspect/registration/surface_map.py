@@ -18,6 +18,9 @@ from circumspect.registration.scan_surface import ScanSurface
 if TYPE_CHECKING:
     from small_gicp import KdTree
 
+MAX_BACKFACE_COSINE = 0.1
+"""Map points are back faces if the cosine between normal and line of sight is larger than this.
+They have no correspondence, so that the two sides of a thin board are not confused."""
 SEARCH_CELL_M = 0.07
 """Side of the cells of the nearest-plane search [m], a little larger than the usual maximum
 correspondence distance."""
@@ -109,6 +112,29 @@ class SurfaceMap:
             self.normal_variances,
             self.roughness,
             SEARCH_CELL_M,
+        )
+
+    def visible_nearest(
+        self,
+        points_xyz: NDArray[np.floating],
+        camera_xyz: NDArray[np.floating],
+        max_distance: float,
+    ) -> NDArray[np.int64]:
+        """The nearest map point of each given point that is visible from a camera.
+
+        Args:
+            points_xyz: (n, 3) [m] map frame.
+            camera_xyz: (3,) [m] map frame.
+            max_distance: Farther map points do not count [m].
+
+        Returns:
+            (n,) indices; -1 where there is none.
+        """
+        return self.planes.nearest(
+            np.ascontiguousarray(points_xyz, np.float64),
+            np.ascontiguousarray(camera_xyz, np.float64),
+            max_distance,
+            MAX_BACKFACE_COSINE,
         )
 
     def nearest(

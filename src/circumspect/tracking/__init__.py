@@ -1,1 +1,16 @@
 """Where the camera is: the tracker and its estimator."""
+
+from circumspect.tracking.pose_estimate import PoseEstimate
+from circumspect.tracking.pose_estimator import KnownPoses, PoseEstimator
+from circumspect.tracking.tracker import Tracker
+from circumspect.tracking.tracking_settings import TrackingSettings
+from circumspect.tracking.tracking_state import TrackingState
+
+__all__ = [
+    "KnownPoses",
+    "PoseEstimate",
+    "PoseEstimator",
+    "Tracker",
+    "TrackingSettings",
+    "TrackingState",
+]

@@ -31,7 +31,7 @@ SCALE_DRIFT = 0.01
 KERNEL = 6.0
 """c of Cauchy's kernel, in units of the normalised error; six degrees of freedom make √6."""
 
-Stack = NDArray[np.float64]
+Stack = NDArray[np.floating]
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,7 +265,7 @@ class FixedLagSmoother:
         return PoseWithCovariance(T_map_camera, J @ self.covariance @ J.T + motion.covariance)
 
     def recent_motion(self, poses: int) -> Stack:
-        """(4, 4) the motion from `poses` poses ago, at most the first of the window, to the last."""
+        """(4, 4) the motion since so many poses ago, at most since the first of the window."""
         first = self.window.poses[max(0, len(self.window.poses) - 1 - poses)]
         return se3_matrices.inverse(first) @ self.T_map_camera
 
@@ -303,12 +303,13 @@ class FixedLagSmoother:
             measured=(*window.measured, measured),
             level=(*window.level, level),
         )
+        H, gradient = window.linearised()
         for _ in range(MAX_ITERATIONS):
-            H, gradient = window.linearised()
             step = -np.linalg.solve(H, gradient)
             window = window.moved(step)
             if np.abs(step).max() < CONVERGED:
                 break
+            H, gradient = window.linearised()
         last = np.eye(len(H))[:, -8:]
         covariance = np.linalg.solve(H, last)[-8:]
         if len(window.poses) > LAG:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ class Hypothesis:
     reference: int | None = None
     motion: str = "initial pose"
     registration: Registration | None = None
-    likelihood: ScanLikelihood = ScanLikelihood()
+    likelihood: ScanLikelihood = field(default_factory=ScanLikelihood)
     innovation: float = 0.0
     frame_log_ratio: float = 0.0
     log_ratio: float = 0.0
@@ -54,7 +54,7 @@ class Hypothesis:
         return self.smoother.pose
 
     @property
-    def T_map_camera(self) -> NDArray[np.float64]:
+    def T_map_camera(self) -> NDArray[np.floating]:
         """(4, 4) the current pose."""
         return self.smoother.T_map_camera
 
@@ -62,7 +62,7 @@ class Hypothesis:
         """The same with another reference keyframe."""
         return replace(self, reference=reference)
 
-    def transformed(self, T_new_old: NDArray[np.float64]) -> Hypothesis:
+    def transformed(self, T_new_old: NDArray[np.floating]) -> Hypothesis:
         """The same in a corrected map."""
         return replace(self, smoother=self.smoother.transformed(T_new_old))
 

@@ -30,10 +30,12 @@ ALTERNATIVE_PENALTY, RELOCALISATION_PENALTY = 4.0, 10.0
 """Log prior of a motion other than the odometry's, and of a jump to another place."""
 MAX_INNOVATION_PENALTY = 50.0
 """Largest log-likelihood that the innovation of a registration costs."""
-MAX_SQUARED_INNOVATION = 22.5
-"""Alternatives are evaluated from this innovation on: χ² with six degrees of freedom, 99.9 %."""
+MAX_SQUARED_INNOVATION = 10.6
+"""Alternatives are evaluated from this innovation on: χ² with six degrees of freedom, 90 %."""
 UNEXPLAINED_SIGMAS = np.array([np.radians(1.0)] * 3 + [0.02] * 3)
 """Further uncertainty of a frame that contradicts the map [rad, m]."""
+MAX_EXTRAPOLATION = 2.5
+"""A velocity is taken over at least this share of the time that it is continued for."""
 SCALE_SIGMA = 0.05
 """Standard deviation of an odometry scale that has not been estimated."""
 
@@ -60,7 +62,7 @@ class FrameInput:
         return max(self.stamps[-1] - self.stamps[-2], 1e-3)
 
     @property
-    def level(self) -> NDArray[np.float64] | None:
+    def level(self) -> NDArray[np.floating] | None:
         """(4, 4) mount of the camera."""
         mount = self.frame.T_base_camera
         return None if mount is None else mount.as_matrix()
@@ -113,7 +115,7 @@ class HypothesisEvaluation:
             posterior.T_map_camera, posterior.covariance, SCALE_SIGMA, best.smoother.scale
         )
         fresh = Hypothesis(smoother, log_ratio=best.log_ratio, motion="relocalisation")
-        return self._evaluated(fresh, found, prior, data, RELOCALISATION_PENALTY)
+        return self._evaluated(fresh, found, data, RELOCALISATION_PENALTY)
 
     def _motions(self, hypothesis: Hypothesis, data: FrameInput) -> list[RelativeMotion]:
         """Possible motions since the previous frame, the most likely one first."""
@@ -121,7 +123,7 @@ class HypothesisEvaluation:
         asked = min(time, model.settings.max_extrapolation)
         back, elapsed = 0, 0.0
         window = len(hypothesis.smoother.window.poses)
-        while back + 1 < window and elapsed * MIN_VELOCITY_SHARE < asked:
+        while back + 1 < window and elapsed * MAX_EXTRAPOLATION < asked:
             back += 1
             elapsed = data.stamps[-2] - data.stamps[-2 - back]
         recent = hypothesis.smoother.recent_motion(back)
@@ -143,7 +145,7 @@ class HypothesisEvaluation:
             motion, start, _factor(found), self._level_factor(data)
         )
         moved = replace(hypothesis, smoother=smoother, motion=motion.source)
-        return self._evaluated(moved, found, prior, data, penalty)
+        return self._evaluated(moved, found, data, penalty)
 
     def _dead_reckoned(
         self, hypothesis: Hypothesis, motion: RelativeMotion, data: FrameInput
@@ -156,13 +158,12 @@ class HypothesisEvaluation:
             motion, prior.T_map_camera, UNMEASURED, self._level_factor(data)
         )
         moved = replace(hypothesis, smoother=smoother, motion=motion.source)
-        return self._evaluated(moved, None, prior, data, 0.0)
+        return self._evaluated(moved, None, data, 0.0)
 
     def _evaluated(
         self,
         hypothesis: Hypothesis,
         found: Registration | None,
-        prior: PoseWithCovariance,
         data: FrameInput,
         penalty: float,
     ) -> Hypothesis:
@@ -173,8 +174,7 @@ class HypothesisEvaluation:
             )
         innovation = 0.0
         if found is not None:
-            squared = float(found.innovation @ prior.information @ found.innovation)
-            innovation = min(squared / 2, MAX_INNOVATION_PENALTY)
+            innovation = min(found.squared_innovation() / 2, MAX_INNOVATION_PENALTY)
         measured = found is not None and likelihood.support >= MIN_SUPPORT
         measured = measured and not likelihood.contradicts
         return replace(
@@ -202,16 +202,10 @@ class HypothesisEvaluation:
         return None if data.level is None else LevelFactor(data.level, self._level_information)
 
 
-MIN_VELOCITY_SHARE = 2.5
-
-
 def _factor(found: Registration | None) -> PoseFactor:
     return UNMEASURED if found is None else PoseFactor(*found.measured())
 
 
 def _is_doubtful(hypothesis: Hypothesis) -> bool:
     """Whether a frame speaks against the motion that was assumed."""
-    return (
-        hypothesis.likelihood.contradicts
-        or 2 * hypothesis.innovation > MAX_SQUARED_INNOVATION
-    )
+    return hypothesis.likelihood.contradicts or 2 * hypothesis.innovation > MAX_SQUARED_INNOVATION

@@ -80,9 +80,7 @@ class PoseEstimate:
         """Whether the pose is reliable, and by its covariance within 3° and 50 mm of the truth."""
         rotation, translation = self.sigmas or (0.0, 0.0)
         return (
-            self.reliable
-            and rotation <= ACCURATE_SIGMAS[0]
-            and translation <= ACCURATE_SIGMAS[1]
+            self.reliable and rotation <= ACCURATE_SIGMAS[0] and translation <= ACCURATE_SIGMAS[1]
         )
 
     def at(self, T_map_camera: RigidTransform) -> PoseEstimate:

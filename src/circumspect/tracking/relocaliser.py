@@ -55,9 +55,9 @@ def candidate_poses(scan: Scan, keyframes: KeyframeMap) -> list[PoseWithCovarian
     ]
 
 
-def _separated(poses: Sequence[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
+def _separated(poses: Sequence[NDArray[np.floating]]) -> list[NDArray[np.floating]]:
     """Those that are not near one before them."""
-    kept: list[NDArray[np.float64]] = []
+    kept: list[NDArray[np.floating]] = []
     for pose in poses:
         if kept:
             translation, rotation = distances(np.stack(kept), pose)
@@ -68,10 +68,10 @@ def _separated(poses: Sequence[NDArray[np.float64]]) -> list[NDArray[np.float64]
 
 
 def _aligned(
-    source_xyz: NDArray[np.float64],
-    target_xyz: NDArray[np.float64],
-    T_target_source: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    source_xyz: NDArray[np.floating],
+    target_xyz: NDArray[np.floating],
+    T_target_source: NDArray[np.floating],
+) -> NDArray[np.floating]:
     """(4, 4) `T_target_source` after generalised ICP; the initial one if nothing corresponds."""
     import small_gicp
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.pose_graph import KeyframeMap
-from circumspect.registration import Scan, count_violations
+from circumspect.registration import Scan, violated_count
 from circumspect.sensing import RgbdFrame
 
 OUTLIER_RATIO = 0.05
@@ -32,7 +32,7 @@ SCAN_SAMPLE, MAP_SAMPLE = 500, 2000
 """So many scan points and map points are evaluated."""
 ROUGHNESS_WEIGHT = 3.0
 """Multiple of the surface roughness in σ²."""
-MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.5, 3.0
+MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.1, 3.0
 """A pose is contradicted if the violations exceed this share of the support plus an allowance."""
 
 
@@ -62,7 +62,7 @@ class ScanLikelihood:
 
 
 def scan_likelihood(
-    frame: RgbdFrame, scan: Scan, keyframes: KeyframeMap, T_map_camera: NDArray[np.float64]
+    frame: RgbdFrame, scan: Scan, keyframes: KeyframeMap, T_map_camera: NDArray[np.floating]
 ) -> ScanLikelihood:
     """Evaluate a scan at a pose.
 
@@ -83,9 +83,9 @@ def scan_likelihood(
     support = float((weights * ratios)[on_surface].sum())
     others = np.flatnonzero(~on_surface)
     free = keyframes.free_space_contains(points[others], T_map_camera)
-    seen_through, _ = count_violations(
-        frame, keyframes.surface_map, RigidTransform.from_matrix(T_map_camera), MAP_SAMPLE,
-        keyframes.violated,
+    seen_through = violated_count(
+        frame, keyframes.surface_map, RigidTransform.from_matrix(T_map_camera),
+        keyframes.violated, MAP_SAMPLE,
     )  # fmt: skip
     independent = float(weights.mean()) / step * seen_through
     violations = np.log(OUTLIER_RATIO) * (float(weights[others[free]].sum()) + independent)
@@ -93,21 +93,18 @@ def scan_likelihood(
 
 
 def _on_surface(
-    points_xyz: NDArray[np.float64],
-    sigmas: NDArray[np.float64],
+    points_xyz: NDArray[np.floating],
+    sigmas: NDArray[np.floating],
     keyframes: KeyframeMap,
-    camera_xyz: NDArray[np.float64],
-) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    camera_xyz: NDArray[np.floating],
+) -> tuple[NDArray[np.bool_], NDArray[np.floating]]:
     """Which points lie on mapped surfaces, and the log-likelihood ratio of each."""
     surface = keyframes.surface_map
-    nearest, distances = surface.nearest(points_xyz)
+    nearest = surface.visible_nearest(points_xyz, camera_xyz, MAX_DISTANCE_M)
     normals = surface.normals_xyz[nearest]
-    sight = points_xyz - camera_xyz
-    along = np.einsum("ij,ij->i", sight, normals)
-    facing = along < MAX_BACKFACE_COSINE * np.linalg.norm(sight, axis=1)
     residuals = np.einsum("ij,ij->i", points_xyz - surface.points_xyz[nearest], normals)
     variances = sigmas**2 + surface.sigmas[nearest] ** 2
     variances = variances + ROUGHNESS_WEIGHT * surface.roughness[nearest]
     density = np.exp(-(residuals**2) / (2 * variances)) / np.sqrt(2 * np.pi * variances)
     ratios = np.log((1 - OUTLIER_RATIO) * density * 2 * MAX_DISTANCE_M + OUTLIER_RATIO)
-    return (distances < MAX_DISTANCE_M) & facing, ratios
+    return nearest >= 0, ratios

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose, se3_matrices
@@ -63,10 +64,12 @@ class Tracker(PoseEstimator):
         self._stamps: deque[float] = deque(maxlen=LAG + 1)
         self._contradictions = 0
         self._keyframe: tuple[RgbdFrame, Scan] | None = None  # to be added
+        self._is_finalised = False
 
     def track(self, frame: RgbdFrame) -> PoseEstimate:
         """See `PoseEstimator.track`."""
         self.process_pending()
+        self._is_finalised = False
         scan = Scan.from_frame(frame, self.settings.scan)
         if not self._hypotheses or self._previous is None:
             return self._initialise(frame, scan)
@@ -79,7 +82,7 @@ class Tracker(PoseEstimator):
             candidates += self._relocalised(best, data)
         self._hypotheses = [self._referenced(h) for h in survivors(candidates)]
 
-        evidence, reason = self._evidence(scan)
+        evidence, reason = self._evidence()
         self.state = next_state(self.state, evidence)
         self._previous = frame
         if self.state is TrackingState.TRACKING and self._is_new_view(scan):
@@ -112,7 +115,7 @@ class Tracker(PoseEstimator):
         reference = self.keyframes.reference(T, hypothesis.reference)
         return hypothesis.with_reference(reference)
 
-    def _evidence(self, scan: Scan) -> tuple[Evidence, str]:
+    def _evidence(self) -> tuple[Evidence, str]:
         """What the frame says about the best hypothesis, and why it is not reliable."""
         best, s = self._hypotheses[0], self.settings
         if best.likelihood.contradicts or best.motion == "dead reckoning":
@@ -150,18 +153,25 @@ class Tracker(PoseEstimator):
     def finalise(self) -> None:
         """See `PoseEstimator.finalise`."""
         self.process_pending()
-        self._follow(self.keyframes.finalise)
+        if not self._is_finalised:
+            self._follow(self.keyframes.finalise)
+            self._is_finalised = True  # not before: it may be interrupted
 
     def _follow(self, correct: Callable[[], bool]) -> None:
         """Correct the keyframes, and move the hypotheses with their reference keyframes."""
-        before = {h.reference: self.keyframes[h.reference].T_map_camera for h in self._hypotheses if h.reference is not None}
-        if not correct():
-            return
-        moved = []
-        for h in self._hypotheses:
-            after = self.keyframes[h.reference].T_map_camera
-            moved.append(h.transformed(after @ se3_matrices.inverse(before[h.reference])))
-        self._hypotheses = moved
+        before = self._reference_poses()
+        if correct():
+            corrections = self._reference_poses() @ se3_matrices.inverse(before)
+            self._hypotheses = [
+                hypothesis.transformed(correction)
+                for hypothesis, correction in zip(self._hypotheses, corrections, strict=True)
+            ]
+
+    def _reference_poses(self) -> NDArray[np.floating]:
+        """(n, 4, 4) `T_map_camera` of the hypotheses' reference keyframes."""
+        numbers = [h.reference for h in self._hypotheses if h.reference is not None]
+        poses = [self.keyframes.pose_of(number, np.eye(4)) for number in numbers]
+        return np.array(poses).reshape(-1, 4, 4)
 
     @property
     def corrections(self) -> int:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Self
 
-import numpy as np
-
 from circumspect.motion import MotionSettings
 from circumspect.pose_graph import KeyframeSettings
 from circumspect.registration import DownsamplingSettings, RegistrationSettings
