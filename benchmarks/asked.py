@@ -6,13 +6,17 @@ from argparse import Namespace
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from benchmarks.older_keys import with_todays_keys
 from circumspect.gathering.job_pool import Job
 
 
 def of_jobs(found: Iterable[dict[str, Any]], jobs: Iterable[Job]) -> list[dict[str, Any]]:
-    """The records of some jobs; beside them a file may hold scans of other settings."""
+    """The records of some jobs, with the keys of today.
+
+    Beside them a file may hold scans of other settings.
+    """
     keys = {job.key for job in jobs}
-    return [record for record in found if record["key"] in keys]
+    return [with_todays_keys(record) for record in found if record["key"] in keys]
 
 
 def command_with(command: str, given: Namespace, usual: Namespace, settings: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""One simulated scan, of whose fits is kept what they tell and by what they err."""
+"""One simulated scan: errors of registrations and of factors, with their information."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from scipy.spatial.transform import RigidTransform
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.geometry import Trajectory, se3
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import RegisteredPoses, TrackingSettings
-from circumspect.mapping.keyframe_pairs import is_consecutive
-from circumspect.mapping.keyframes import Keyframes
 from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.pose_graph import BetweenFactor, KeyframeMap
 from circumspect.registration import Scan, ScanSurface, SurfaceMap, register
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import RgbdFrame
+from circumspect.tracking import Tracker, TrackingSettings
 
 EVERY = 8
 """Each such frame makes the map at its true pose; those between are fitted to it."""
@@ -31,7 +30,7 @@ DIGITS = 6
 
 @dataclass(frozen=True)
 class CalibrationJob:
-    """A scan to compare fits with the truth over.
+    """A scan whose registrations and factors are compared with the truth.
 
     Attributes:
         scan: How it is driven.
@@ -45,12 +44,12 @@ class CalibrationJob:
         return self.scan.key
 
 
-class Told(NamedTuple):
-    """A relative pose beside the truth.
+class Measured(NamedTuple):
+    """A measured pose beside the truth.
 
     Attributes:
-        error: (6,) change [rad, m] from the true one to it.
-        information: (6, 6) what was told of that.
+        error: (6,) change [rad, m] from the true pose to the measured one.
+        information: (6, 6) of the measurement.
     """
 
     error: NDArray[np.float64]
@@ -58,38 +57,36 @@ class Told(NamedTuple):
 
     @property
     def squared(self) -> float:
-        """eᵀΩe, where Ω is right of mean 6."""
+        """eᵀΩe; its mean is 6 if Ω is consistent with the errors."""
         return float(self.error @ self.information @ self.error)
+
+    @property
+    def row(self) -> list[float]:
+        """27 numbers: the error, and the upper triangle of the information."""
+        return short([*self.error, *self.information[np.triu_indices(6)]])
 
 
 def run_job(job: CalibrationJob) -> dict[str, Any]:
     """Scan, and compare; JSON types.
 
     Returns:
-        Of each fit to a map of true poses `fits`, eᵀΩe and eᵀHe; of each keyframe that the scene
-        held from the last one on `steps`, the error and the upper triangle of H; of each edge of
-        the final graph `edges`, whether its ends are consecutive, the turn between them [rad],
-        and eᵀΩe.
+        For each registration to a map of true poses `fits`, eᵀΩe and eᵀHe; for each factor from
+        tracking `tracking`, see `Measured.row`; for each pair of registered keyframes `pairs`, the
+        angle between the views [rad] and eᵀΩe.
     """
     parts = prepared(job.scan)
     poses = parts.pipeline.poses
-    assert isinstance(poses, RegisteredPoses)
-    seen, chain = KeptScans(parts.witness, poses.settings), Chain(poses.keyframes)
-    parts.pipeline.observers = (chain,)
+    assert isinstance(poses, Tracker)
+    seen, log = KeptScans(parts.witness, poses.settings), KeyframeLog(poses.keyframes)
+    parts.pipeline.observers = (log,)
     parts.driven_by(seen).scan.run()
     truth = partial(true_pose, parts.witness.trajectory)
     return {
         "key": job.key,
         "object": job.scan.object,
-        "fits": [short([told.squared, held]) for told, held in seen.fits(truth, job.scan.seed)],
-        "steps": [
-            short([*told.error, *told.information[np.triu_indices(6)]])
-            for told in chain.steps(truth)
-        ],
-        "edges": [
-            short([consecutive, turn, told.squared])
-            for consecutive, turn, told in chain.edges(truth)
-        ],
+        "fits": [short([fit.squared, held]) for fit, held in seen.fits(truth, job.scan.seed)],
+        "tracking": [measured.row for measured in log.tracking(truth)],
+        "pairs": [short([angle, measured.squared]) for angle, measured in log.pairs(truth)],
     }
 
 
@@ -117,8 +114,8 @@ class KeptScans(WrappedRobot):
 
     def fits(
         self, truth: Callable[[float], RigidTransform], seed: int
-    ) -> Iterator[tuple[Told, float]]:
-        """What registration tells and errs by, and eᵀHe; the priors are drawn with their noise.
+    ) -> Iterator[tuple[Measured, float]]:
+        """Errors of registrations with their information, and eᵀHe; priors are drawn with noise.
 
         Args:
             truth: The true pose at a stamp.
@@ -132,55 +129,50 @@ class KeptScans(WrappedRobot):
         scene = SurfaceMap(settings.scan.voxel).with_surfaces(surfaces)
         known = np.diag(PRIOR_SIGMAS**-2.0)
         for number, (stamp, scan) in enumerate(self._kept):
-            if number % EVERY == 0 or len(scan) < settings.gate.fewest_points:
+            if number % EVERY == 0 or len(scan) < settings.min_points:
                 continue
             prior = composed(truth(stamp), se3.exp(rng.normal(0, PRIOR_SIGMAS)))
             found = register(scan, scene, prior, known, settings.registration)
             error = se3.log(between(truth(stamp), found.T_map_camera))
-            yield Told(error, found.information), float(error @ found.hessian @ error)
+            yield Measured(error, found.information), float(error @ found.hessian @ error)
 
 
-class Chain:
-    """Keyframes as they were when they were taken; a `PipelineObserver`."""
+class KeyframeLog:
+    """Times of the keyframes; a `PipelineObserver`."""
 
-    def __init__(self, keyframes: Keyframes) -> None:
+    def __init__(self, keyframes: KeyframeMap) -> None:
         self._keyframes = keyframes
-        self._stamps: dict[int, float] = {}
-        self._steps: list[tuple[int, RigidTransform]] = []
+        self._stamps: list[float] = []
 
-    def on_step(self, step: RecognitionStep) -> None:  # noqa: ARG002 - the keyframes tell it
-        """Keep the keyframe that the frame became, if it did."""
-        number = self._keyframes.numbers[-1] if len(self._keyframes) else None
-        if number is None or number in self._stamps:
-            return
-        self._stamps[number] = self._keyframes[number].stamp
-        if number - 1 in self._stamps:
-            last, this = self._keyframes[number - 1], self._keyframes[number]
-            self._steps.append((number, between(last.T_map_camera, this.T_map_camera)))
+    def on_step(self, step: RecognitionStep) -> None:
+        """Keep the time of the keyframe that the frame became, if it did."""
+        if len(self._keyframes) > len(self._stamps):
+            self._stamps.append(step.stamp)
 
     def on_end(self, result: RecognitionResult) -> None:
         """Nothing more to keep."""
 
-    def steps(self, truth: Callable[[float], RigidTransform]) -> Iterator[Told]:
-        """Tracking from keyframe to keyframe, where the scene held all frames, and its H."""
-        for number, found in self._steps:
-            last, this = self._keyframes[number - 1].passage, self._keyframes[number].passage
-            if last.stretch == this.stretch and this.by_scene is not None and not this.broken:
-                error = se3.log(between(self._true(truth, number - 1, number), found))
-                yield Told(error, this.by_scene)
+    def tracking(self, truth: Callable[[float], RigidTransform]) -> Iterator[Measured]:
+        """Factors between keyframes and their reference keyframes."""
+        for factor in self._factors():
+            if not factor.robust:
+                yield self._measured(factor, truth)
 
-    def edges(self, truth: Callable[[float], RigidTransform]) -> Iterator[tuple[bool, float, Told]]:
-        """Edges of the graph: consecutive, the turn between the two [rad], and what they tell."""
-        numbers, graph = sorted(self._stamps), self._keyframes.graph()
-        # Edges name keyframes by their place: all must have been seen, and none given way.
-        assert len(numbers) == len(graph.poses)
-        for edge in graph.between_factors:
-            first, second = numbers[edge.first], numbers[edge.second]
-            true = self._true(truth, first, second)
-            told = Told(se3.log(between(true, edge.T_first_second)), edge.information)
-            yield is_consecutive(first, second), float(true.rotation.magnitude()), told
+    def pairs(self, truth: Callable[[float], RigidTransform]) -> Iterator[tuple[float, Measured]]:
+        """Factors of keyframes that were registered to each other, with the view angle [rad]."""
+        for factor in self._factors():
+            if factor.robust:
+                angle = float(factor.T_first_second.rotation.magnitude())
+                yield angle, self._measured(factor, truth)
 
-    def _true(
-        self, truth: Callable[[float], RigidTransform], first: int, second: int
-    ) -> RigidTransform:
-        return between(truth(self._stamps[first]), truth(self._stamps[second]))
+    def _factors(self) -> tuple[BetweenFactor, ...]:
+        # Numbers are those of the stamps as long as no keyframe was culled.
+        assert len(self._keyframes) == len(self._stamps) < self._keyframes.settings.max_keyframes
+        return self._keyframes.factors
+
+    def _measured(
+        self, factor: BetweenFactor, truth: Callable[[float], RigidTransform]
+    ) -> Measured:
+        first, second = (truth(self._stamps[number]) for number in (factor.first, factor.second))
+        error = se3.log(between(between(first, second), factor.T_first_second))
+        return Measured(error, factor.information)

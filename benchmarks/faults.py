@@ -199,8 +199,8 @@ def rows(found: list[dict[str, Any]]) -> list[list[str]]:
             lines.append([
                 fault, _correct(answered), _correct([r for r in answered if r.get("confident")]),
                 _worst(some, "ate_rmse_m"),
-                _while_certain(some), _mean(some, "trusted"),
-                _worst(some, "worst_sure_m"), _mean(some, "sure"),
+                _while_reliable(some), _mean(some, "reliable"),
+                _worst(some, "worst_accurate_m"), _mean(some, "accurate"),
                 "; ".join(sorted({str(r["ended"]) for r in some})),
             ])  # fmt: skip
     return lines
@@ -216,9 +216,10 @@ def _worst(some: list[dict[str, Any]], name: str) -> str:
     return f"{max(known):.0f}" if known else "–"
 
 
-def _while_certain(some: list[dict[str, Any]]) -> str:
-    sigmas = [r["worst_trusted_sigmas"] for r in some if r.get("worst_trusted_sigmas") is not None]
-    return _worst(some, "worst_trusted_m") + (f" ({max(sigmas):.1f} σ)" if sigmas else "")
+def _while_reliable(some: list[dict[str, Any]]) -> str:
+    name = "worst_reliable_sigmas"
+    sigmas = [record[name] for record in some if record.get(name) is not None]
+    return _worst(some, "worst_reliable_m") + (f" ({max(sigmas):.1f} σ)" if sigmas else "")
 
 
 def _mean(some: list[dict[str, Any]], name: str) -> str:
@@ -261,8 +262,8 @@ def write(lines: list[list[str]], folder: Path, command: str, made: str) -> None
     """Write `faults.md`."""
     head = [
         "fault", "correct answers", "of confident ones", "ATE [mm], worst",
-        "certain poses, worst error [mm]", "certain poses",
-        "sure poses, worst error [mm]", "sure poses", "ended",
+        "reliable poses, worst error [mm]", "reliable poses",
+        "accurate poses, worst error [mm]", "accurate poses", "ended",
     ]  # fmt: skip
     facts = "".join(f"- {key}: {value}\n" for key, value in machine().items())
     path = folder / "faults.md"

@@ -1,4 +1,4 @@
-"""How far poses were from the truth as they were told, and how sure the pipeline was of them."""
+"""Errors of poses when they were estimated, and whether they were called reliable and accurate."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import Trajectory, se3
-from circumspect.mapping import PoseEstimate
 from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.tracking import PoseEstimate
 
 SMALL_M = 0.01
-"""Errors below this [m] mislead nobody, however sure the pipeline was."""
+"""Smaller errors [m] are not counted in standard deviations: they mislead nobody."""
 
 
 class LivePoses:
-    """Keeps poses as they were told, before later corrections; a `PipelineObserver`."""
+    """Keeps poses as they were estimated, before later corrections; a `PipelineObserver`."""
 
     def __init__(self) -> None:
         self.told: list[tuple[float, PoseEstimate | None]] = []
@@ -31,26 +31,26 @@ class LivePoses:
 
 
 class Trust(NamedTuple):
-    """What the pipeline's confidence was worth; None where no pose was told.
+    """Errors of poses that may be used; None where there is no pose.
 
     Attributes:
-        worst_trusted_m: The largest error [m] of a pose that was told as certain.
-        worst_trusted_sigmas: The largest error of such a pose beyond `SMALL_M` in standard
-            deviations, as the pose's covariance told them, along the error.
-        trusted: Share of the frames whose pose was.
-        worst_sure_m, sure: The same of poses that were told as sure, `PoseEstimate.sure`.
+        worst_reliable_m: Largest error [m] of a reliable pose.
+        worst_reliable_sigmas: Largest error of a reliable pose beyond `SMALL_M` in standard
+            deviations along the error, by the covariance of the pose.
+        reliable: Share of the frames with a reliable pose.
+        worst_accurate_m, accurate: The same for accurate poses, see `PoseEstimate.accurate`.
         nees_median: Of the normalised estimation error squared eᵀP⁻¹e over all poses. Where the
             covariances P are right it is that of χ² with six degrees of freedom, 5.3 (Bar-Shalom,
             Li and Kirubarajan, "Estimation with applications to tracking and navigation", 2001,
-            section 5.4); above it the pipeline is too sure, below too cautious.
+            section 5.4); above it the covariances are too small, below too large.
     """
 
-    worst_trusted_m: float | None = None
-    worst_trusted_sigmas: float | None = None
-    trusted: float | None = None
+    worst_reliable_m: float | None = None
+    worst_reliable_sigmas: float | None = None
+    reliable: float | None = None
     nees_median: float | None = None
-    worst_sure_m: float | None = None
-    sure: float | None = None
+    worst_accurate_m: float | None = None
+    accurate: float | None = None
 
 
 def trust(told: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> Trust:
@@ -60,27 +60,27 @@ def trust(told: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> T
         return Trust()
     first, pose = posed[0]
     T_map_world = pose.T_map_camera * _at(truth, first).inv()
-    trusted, sure, sigmas, nees = [], [], [], []
+    reliable, accurate, sigmas, nees = [], [], [], []
     for stamp, pose in posed:
         T_map_true = T_map_world * _at(truth, stamp)
         error = se3.log(T_map_true.inv() * pose.T_map_camera)
         away = float(np.linalg.norm(T_map_true.translation - pose.T_map_camera.translation))
-        if pose.certain:
-            trusted.append(away)
-        if pose.sure:
-            sure.append(away)
+        if pose.reliable:
+            reliable.append(away)
+        if pose.accurate:
+            accurate.append(away)
         if pose.covariance is None:
             continue
         nees.append(_squared(error, pose.covariance))
-        if pose.certain and away > SMALL_M:
+        if pose.reliable and away > SMALL_M:
             sigmas.append(_in_sigmas(error[3:], pose.covariance[3:, 3:]))
     return Trust(
-        max(trusted, default=None),
+        max(reliable, default=None),
         max(sigmas, default=None),
-        len(trusted) / len(told),
+        len(reliable) / len(told),
         float(np.median(nees)) if nees else None,
-        max(sure, default=None),
-        len(sure) / len(told),
+        max(accurate, default=None),
+        len(accurate) / len(told),
     )
 
 

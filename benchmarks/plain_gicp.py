@@ -25,7 +25,8 @@ HORIZON = 1_000_000
 class PlainGicp:
     """Voxelised GICP of each frame to all before it, as in small_gicp's example of odometry.
 
-    The prediction is that of constant velocity; nothing is gated, and nothing is corrected later.
+    The prediction is that of constant velocity. No registration is rejected, and no pose is
+    corrected later.
 
     Attributes:
         farthest: Depth beyond it is not used [m].
@@ -40,7 +41,7 @@ class PlainGicp:
         self._model = small_gicp.GaussianVoxelMap(VOXEL)
         self._model.set_lru(horizon=HORIZON, clear_cycle=HORIZON)
 
-    def estimate(self, frame: RgbdFrame) -> RigidTransform:
+    def track(self, frame: RgbdFrame) -> RigidTransform:
         """The frame's pose; of the first one its own is taken."""
         near = frame.valid & (frame.depth < self.farthest)
         points_xyz = frame.camera.back_project(frame.depth, near)

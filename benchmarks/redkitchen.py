@@ -1,4 +1,4 @@
-"""Real frames with hidden poses: registration alone, from a constant-velocity prior.
+"""Real frames with hidden poses: registration alone, with constant velocity as the prior.
 
     python -m benchmarks.redkitchen DIR
 
@@ -32,9 +32,9 @@ from circumspect.evaluation.trajectory_error import (
     relative_pose_error,
 )
 from circumspect.geometry import Trajectory
-from circumspect.mapping import PoseEstimate, RegisteredPoses
 from circumspect.recording import open_recording
 from circumspect.registration import DownsamplingSettings
+from circumspect.tracking import PoseEstimate, Tracker
 
 FOLDER = Path(__file__).resolve().parents[2] / "shared" / "data" / "redkitchen"
 NAME = "redkitchen_registration"
@@ -67,15 +67,15 @@ class Run:
 
 def run(folder: Path, every: int, frames: int | None) -> Run:
     """Register all frames of a recording."""
-    poses, told, true, stamps, spent = RegisteredPoses(), [], [], [], []
+    poses, told, true, stamps, spent = Tracker(), [], [], [], []
     for number, frame in enumerate(islice(open_recording(folder, every), frames)):
         true.append(frame.pose)
         stamps.append(frame.stamp)
         seen = frame if number == 0 else replace(frame, T_map_camera=None)
         start = time.perf_counter()
-        told.append(poses.estimate(seen))
+        told.append(poses.track(seen))
         spent.append(1e3 * (time.perf_counter() - start))
-    poses.settle()
+    poses.finalise()
     final = RigidTransform.concatenate(poses.corrected(told))
     truth = Trajectory(np.array(stamps), RigidTransform.concatenate(true))
     return Run(truth, tuple(told), Trajectory(truth.stamps, final), np.array(spent))
@@ -88,7 +88,7 @@ def run_plain(
     poses, found, spent = PlainGicp(farthest), [], []
     for frame in islice(open_recording(folder, every), frames):
         start = time.perf_counter()
-        found.append(poses.estimate(frame))
+        found.append(poses.track(frame))
         spent.append(1e3 * (time.perf_counter() - start))
     return RigidTransform.concatenate(found), np.array(spent)
 
@@ -108,7 +108,7 @@ def figures(result: Run, plain: Mapping[str, tuple[RigidTransform, np.ndarray]])
     }
     return {
         "frames": len(result.told),
-        "gates": dict(Counter(pose.gate for pose in result.told)),
+        "states": dict(Counter(pose.state for pose in result.told)),
         **{name: _errors(poses, result.truth, took) for name, (poses, took) in found.items()},
     }
 
@@ -162,12 +162,12 @@ def main() -> int:
     asked = arguments.folder, arguments.every, arguments.frames
     plain = {name: run_plain(*asked, farthest) for name, farthest in RANGES.items()}
     measured = figures(run(*asked), plain)
-    gates = ", ".join(f"{gate}: {count}" for gate, count in measured["gates"].items())
+    states = ", ".join(f"{state}: {count}" for state, count in measured["states"].items())
     text = (
-        f"{table(HEAD, rows(measured))}\n\n{measured['frames']} frames; gate {gates}; load "
+        f"{table(HEAD, rows(measured))}\n\n{measured['frames']} frames; states {states}; load "
         f"{os.getloadavg()[0]:.1f}. small_gicp: voxelised GICP to the model of all frames before, "
-        f"voxels of {100 * VOXEL:g} cm, constant velocity, {THREADS} threads; no gate, and nothing "
-        "is corrected later. Per frame: the error of the step from the frame before."
+        f"voxels of {100 * VOXEL:g} cm, constant velocity, {THREADS} threads; nothing is rejected, "
+        "and nothing is corrected later. Per frame: the error of the step from the frame before."
     )
     title = "RedKitchen with hidden poses"
     write_page(NAME, title, "python -m benchmarks.redkitchen", text, measured, arguments.out)

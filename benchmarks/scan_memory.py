@@ -19,9 +19,9 @@ from benchmarks.asked import command_with
 from benchmarks.report import RESULTS, write_page
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.evaluation.markdown import table
-from circumspect.mapping import RegisteredPoses
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.planning import CirclePlanner, Finished, NextView, Situation, ViewPlanner
+from circumspect.tracking import Tracker
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
 TELL_EVERY_S = 120.0
@@ -103,7 +103,7 @@ def main() -> int:
     job = ScanJob("memory", arguments.object, 0.0, 0, frames=round(arguments.minutes * 60 / 0.5))
     parts = prepared(job, RestlessPlanner())
     poses = parts.pipeline.poses
-    assert isinstance(poses, RegisteredPoses)
+    assert isinstance(poses, Tracker)
     watch = MemoryWatch(lambda: len(poses.keyframes))
     parts.pipeline.observers = (watch,)
     start = time.monotonic()

@@ -81,12 +81,12 @@ def trajectory_and_shape(
             _shown(f["ate_mm"], "ate_mm"), _shown(f["yaw_deg"], "yaw_deg", 2),
             f"{f['odometry_mm']['median']:.0f}", _shown(f["ratio"], "ratio", 3),
             _shown(f["chamfer_mm"], "chamfer_mm"), _shown(f["completeness"], "completeness", 3, -1),
-            _plain(f["nees"], 1), _while_sure(f),
+            _plain(f["nees"], 1), _while_reliable(f),
             f"{f['correct']}/{f['scans']}",
         ])  # fmt: skip
     head = [
         of, "scans", "ATE [mm]", "yaw [°]", "odometry [mm]", "ATE / odometry",
-        "chamfer [mm]", "completeness", "NEES", "worst while certain [mm]", "correct",
+        "chamfer [mm]", "completeness", "NEES", "worst while reliable [mm]", "correct",
     ]  # fmt: skip
     note = (
         "Median (worst) of the scans; ATE and yaw are root mean squares over a scan's frames. "
@@ -159,11 +159,13 @@ def _errors(some: list[Record]) -> dict[str, Any]:
         "chamfer_mm": _spread(1e3 * r["chamfer_m"] for r in shaped),
         "completeness": _spread((r["completeness"] for r in shaped), worst=min),
         "nees": _spread(r["nees_median"] for r in measured if r.get("nees_median") is not None),
-        "trusted_mm": _spread(
-            1e3 * r["worst_trusted_m"] for r in measured if r.get("worst_trusted_m") is not None
+        "reliable_mm": _spread(
+            1e3 * r["worst_reliable_m"] for r in measured if r.get("worst_reliable_m") is not None
         ),
-        "trusted_sigmas": _spread(
-            r["worst_trusted_sigmas"] for r in measured if r.get("worst_trusted_sigmas") is not None
+        "reliable_sigmas": _spread(
+            r["worst_reliable_sigmas"]
+            for r in measured
+            if r.get("worst_reliable_sigmas") is not None
         ),
         "correct": sum(r["label"] == r.get("true_label") for r in some),
     }
@@ -267,8 +269,8 @@ def _plain(spread: dict[str, float], digits: int) -> str:
     return f"{spread['median']:.{digits}f} ({spread['worst']:.0f})"
 
 
-def _while_sure(figures: dict[str, Any]) -> str:
-    millimetres, sigmas = _plain(figures["trusted_mm"], 0), figures["trusted_sigmas"]
+def _while_reliable(figures: dict[str, Any]) -> str:
+    millimetres, sigmas = _plain(figures["reliable_mm"], 0), figures["reliable_sigmas"]
     if np.isnan(sigmas["median"]):
         return millimetres
     return f"{millimetres}; {sigmas['median']:.1f} ({sigmas['worst']:.1f}) σ"

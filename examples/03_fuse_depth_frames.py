@@ -4,9 +4,9 @@ python examples/03_fuse_depth_frames.py    # needs: pip install "circumspect[sim
 """
 
 import circumspect as cs
-from circumspect.mapping import KnownPoses
 from circumspect.sensing import DepthNoise, GroundSegmentation
 from circumspect.simulation import Orbit, Scene, SimulatedCamera
+from circumspect.tracking import KnownPoses
 
 FRAMES = 12
 

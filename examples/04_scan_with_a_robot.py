@@ -7,11 +7,11 @@ import sys
 
 import circumspect as cs
 from circumspect.evaluation import Alignment, absolute_trajectory_error
-from circumspect.mapping import RegisteredPoses, TrackingSettings
 from circumspect.pipeline import ObjectScan, ScanSettings, camera_path
 from circumspect.planning import SurfaceNormalPlanner
 from circumspect.sensing import DepthNoise, GroundSegmentation
 from circumspect.simulation import RobotSettings, SimulatedRobot, Witness, room
+from circumspect.tracking import Tracker, TrackingSettings
 
 
 def main(arguments: list[str]) -> None:
@@ -24,7 +24,7 @@ def main(arguments: list[str]) -> None:
             place.scene, place.start(40.0), place.mount, RobotSettings(slip=0.05), noise=noise
         )
     )
-    poses = RegisteredPoses(settings=TrackingSettings.calibrated(noise))
+    poses = Tracker(settings=TrackingSettings.for_noise(noise))
     pipeline = cs.RecognitionPipeline(GroundSegmentation(noise=noise), poses, cs.Classifier.load())
     settings = ScanSettings(speed=0.2, frame_interval=0.5, most_frames=frames)
     scan = ObjectScan(robot, pipeline, SurfaceNormalPlanner(), settings)

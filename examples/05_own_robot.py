@@ -9,12 +9,12 @@ from scipy.spatial.transform import RigidTransform
 
 import circumspect as cs
 from circumspect.geometry import PlanarPose
-from circumspect.mapping import RegisteredPoses
 from circumspect.pipeline import ObjectScan, ScanSettings
 from circumspect.planning import CirclePlanner
 from circumspect.robot import MobileRobot, Velocity, arc
 from circumspect.sensing import GroundSegmentation, Odometry
 from circumspect.simulation import Room, SimulatedCamera, Station, room
+from circumspect.tracking import Tracker
 
 
 class MyRobot(MobileRobot):
@@ -67,7 +67,7 @@ class MyRobot(MobileRobot):
 
 if __name__ == "__main__":
     robot = MyRobot(room(cs.make_furniture("sofa", 1), seed=3))
-    pipeline = cs.RecognitionPipeline(GroundSegmentation(), RegisteredPoses(), cs.Classifier.load())
+    pipeline = cs.RecognitionPipeline(GroundSegmentation(), Tracker(), cs.Classifier.load())
     frames = int(sys.argv[1]) if len(sys.argv) > 1 else 300
     settings = ScanSettings(speed=0.2, most_frames=frames)
     scan = ObjectScan(robot, pipeline, CirclePlanner(), settings)

@@ -11,9 +11,9 @@ from benchmarks.redkitchen import HEAD, WORDS, Run, figures, rows
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PinholeCamera, Trajectory
-from circumspect.mapping import RegisteredPoses
 from circumspect.sensing import DepthNoise, RgbdFrame
 from circumspect.simulation import Scene, SimulatedCamera, Station, Surface, block, looking_at
+from circumspect.tracking import Tracker
 
 CAMERA = PinholeCamera(240, 180, 214.0, 214.0, 119.5, 89.5)
 CORNER = (
@@ -43,10 +43,10 @@ def truth(frames: tuple[RgbdFrame, ...]) -> Trajectory:
 
 def test_a_camera_that_stands_stays_where_it_was_told_to_be(frames: tuple[RgbdFrame, ...]) -> None:
     poses = PlainGicp(farthest=3.5)
-    begun = poses.estimate(frames[0])
+    begun = poses.track(frames[0])
     np.testing.assert_allclose(begun.as_matrix(), frames[0].pose.as_matrix(), atol=1e-9)
     for _ in range(3):
-        stands = poses.estimate(replace(frames[0], T_map_camera=None))
+        stands = poses.track(replace(frames[0], T_map_camera=None))
         moved = frames[0].pose.inv() * stands
         assert np.linalg.norm(moved.translation) < 1e-3
         assert moved.rotation.magnitude() < 1e-3
@@ -56,15 +56,15 @@ def test_what_is_too_far_is_not_used(frames: tuple[RgbdFrame, ...]) -> None:
     sizes = []
     for farthest in (1.5, 3.5):
         poses = PlainGicp(farthest)
-        poses.estimate(frames[0])
+        poses.track(frames[0])
         sizes.append(poses._model.size())
     assert 0 < sizes[0] < sizes[1]
 
 
 def test_each_row_is_of_its_own_poses(frames: tuple[RgbdFrame, ...], truth: Trajectory) -> None:
-    ours = RegisteredPoses()
-    told = [ours.estimate(frames[0])]
-    told += [ours.estimate(replace(frame, T_map_camera=None)) for frame in frames[1:]]
+    ours = Tracker()
+    told = [ours.track(frames[0])]
+    told += [ours.track(replace(frame, T_map_camera=None)) for frame in frames[1:]]
     final = Trajectory(truth.stamps, RigidTransform.concatenate(ours.corrected(told)))
     true, took = truth.T_map_camera, np.full(len(told), 7.0)
     astray = RigidTransform.concatenate([true[:-1], RigidTransform.from_translation([0, 0, 9])])

@@ -16,9 +16,9 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.cli.main import main
 from circumspect.cli.recorded_poses import RecordedPoses
 from circumspect.geometry import PinholeCamera
-from circumspect.mapping import RegisteredPoses
 from circumspect.sensing import DepthNoise, RgbdFrame
 from circumspect.simulation import Orbit, Scene, SimulatedCamera, Surface, block
+from circumspect.tracking import Tracker
 
 CAMERA = PinholeCamera(320, 240, 285.0, 285.0, 159.5, 119.5)
 THING = block((-0.25, -0.35, 0.0), (0.25, 0.35, 0.6))
@@ -126,6 +126,6 @@ def test_poses_after_the_one_that_the_map_begins_with_have_no_say(frames: list[R
 
 
 def found(frames: list[RgbdFrame]) -> np.ndarray:
-    poses = RegisteredPoses()
+    poses = Tracker()
     noted = RecordedPoses().noted(frames)
-    return np.array([poses.estimate(frame).T_map_camera.as_matrix() for frame in noted])
+    return np.array([poses.track(frame).T_map_camera.as_matrix() for frame in noted])

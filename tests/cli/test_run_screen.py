@@ -11,7 +11,6 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.cli.run_screen import RunScreen, answer_sentences
-from circumspect.mapping import PoseEstimate
 from circumspect.pipeline import (
     CLASSIFIED,
     NO_OBJECT,
@@ -20,8 +19,7 @@ from circumspect.pipeline import (
     RecognitionStep,
 )
 from circumspect.reconstruction import ObjectModel
-
-FREE = "the scene leaves one direction free"
+from circumspect.tracking import PoseEstimate, TrackingState
 
 
 def lines(pose: PoseEstimate, outcome: str, capsys: pytest.CaptureFixture) -> str:
@@ -32,22 +30,29 @@ def lines(pose: PoseEstimate, outcome: str, capsys: pytest.CaptureFixture) -> st
 
 
 @pytest.mark.parametrize(
-    ("gate", "doubt", "told"),
+    ("state", "reason", "end"),
     [
-        ("open", "", None),
-        (FREE, "", f"gate closed: {FREE}"),
-        ("open", "a frame must agree first", "pose not certain: a frame must agree first"),
-        ("few inliers", "lost", "pose not certain: few inliers; lost"),
+        (TrackingState.TRACKING, "", None),
+        (
+            TrackingState.DEAD_RECKONING,
+            "2 poses are possible",
+            "pose not reliable: 2 poses are possible",
+        ),
+        (
+            TrackingState.LOST,
+            "the scans contradict the map",
+            "pose not reliable: the scans contradict the map",
+        ),
     ],
 )
-def test_what_speaks_against_a_pose_follows_the_answer(
-    gate: str, doubt: str, told: str | None, capsys: pytest.CaptureFixture
+def test_why_a_pose_is_not_reliable_follows_the_answer(
+    state: TrackingState, reason: str, end: str | None, capsys: pytest.CaptureFixture
 ) -> None:
-    pose = PoseEstimate(RigidTransform.identity(), gate=gate, doubt=doubt)
-    outcome = NO_POSE if doubt else CLASSIFIED
+    pose = PoseEstimate(RigidTransform.identity(), state, reason)
+    outcome = NO_POSE if reason else CLASSIFIED
     text = lines(pose, outcome, capsys)
     assert "frame   1/10  coverage  25 %" in text
-    assert text.rstrip().endswith(told or outcome)
+    assert text.rstrip().endswith(end or outcome)
 
 
 def step(

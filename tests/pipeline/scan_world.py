@@ -8,7 +8,6 @@ import numpy as np
 from volume_classifier import VolumeClassifier
 
 from circumspect.geometry import PinholeCamera, PlanarPose, TriangleMesh
-from circumspect.mapping import KnownPoses, PoseEstimator
 from circumspect.pipeline import PipelineObserver, RecognitionPipeline
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.scan_settings import ScanSettings
@@ -16,6 +15,7 @@ from circumspect.planning import CirclePlanner, ViewPlanner
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import DepthNoise, GroundSegmentation, RgbdFrame
 from circumspect.simulation import CameraMount, Scene, SimulatedRobot, Surface, block
+from circumspect.tracking import KnownPoses, PoseEstimator
 
 CAMERA = PinholeCamera(160, 120, 142.5, 142.5, 79.5, 59.5)
 BOX = block((-0.25, -0.2, 0.0), (0.25, 0.2, 0.6))

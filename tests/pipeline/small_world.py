@@ -8,7 +8,6 @@ import numpy as np
 from volume_classifier import VolumeClassifier
 
 from circumspect.geometry import PinholeCamera
-from circumspect.mapping import KnownPoses
 from circumspect.pipeline import (
     PipelineObserver,
     RecognitionPipeline,
@@ -18,6 +17,7 @@ from circumspect.pipeline import (
 from circumspect.pipeline.aside import Aside
 from circumspect.sensing import DepthNoise, GroundSegmentation, RgbdFrame
 from circumspect.simulation import Orbit, Scene, SimulatedCamera, block
+from circumspect.tracking import KnownPoses
 
 CAMERA = PinholeCamera(320, 240, 285.0, 285.0, 159.5, 119.5)
 BOX = block((-0.25, -0.35, 0.0), (0.25, 0.35, 0.6))

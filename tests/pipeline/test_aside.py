@@ -8,10 +8,10 @@ import pytest
 from scan_world import scan
 from small_world import Inline, frames, pipeline
 
-from circumspect.mapping import KnownPoses, PoseEstimate, RegisteredPoses
 from circumspect.pipeline import RecognitionPipeline
 from circumspect.pipeline.aside import Aside
 from circumspect.sensing import GroundSegmentation
+from circumspect.tracking import KnownPoses, PoseEstimate, Tracker, TrackingState
 
 
 def test_calls_are_made_in_order_beside_what_goes_on() -> None:
@@ -41,20 +41,20 @@ def test_a_fault_is_raised_when_waited_for_and_once() -> None:
 class Busy(KnownPoses):
     """Leaves something to be done by every frame."""
 
-    def __init__(self, doubt: str = "", fails_at: int = -1) -> None:
-        self.doubt, self.fails_at = doubt, fails_at
-        self.estimated, self.caught_up, self.threads = 0, 0, set[int]()
+    def __init__(self, state: TrackingState = TrackingState.TRACKING, fails_at: int = -1) -> None:
+        self.state, self.fails_at = state, fails_at
+        self.tracked, self.processed, self.threads = 0, 0, set[int]()
 
-    def estimate(self, frame) -> PoseEstimate:
-        assert self.caught_up == self.estimated
-        self.estimated += 1
-        return replace(super().estimate(frame), doubt=self.doubt)
+    def track(self, frame) -> PoseEstimate:
+        assert self.processed == self.tracked
+        self.tracked += 1
+        return replace(super().track(frame), state=self.state)
 
-    def catch_up(self) -> None:
+    def process_pending(self) -> None:
         self.threads.add(threading.get_ident())
-        if self.caught_up == self.fails_at:
+        if self.processed == self.fails_at:
             raise ValueError("a fault")
-        self.caught_up += 1
+        self.processed += 1
 
 
 def busy_line(poses: Busy) -> RecognitionPipeline:
@@ -62,13 +62,13 @@ def busy_line(poses: Busy) -> RecognitionPipeline:
     return RecognitionPipeline(parts.segmentation, poses, parts.classifier)
 
 
-@pytest.mark.parametrize("doubt", ["", "a frame contradicted"])
-def test_the_poses_catch_up_in_another_thread_before_a_step_is_told(doubt: str) -> None:
-    poses = Busy(doubt)
+@pytest.mark.parametrize("state", [TrackingState.TRACKING, TrackingState.LOST])
+def test_pending_work_is_done_in_another_thread_before_a_step_ends(state: TrackingState) -> None:
+    poses = Busy(state)
     line = busy_line(poses)
     for number, frame in enumerate(frames(4), start=1):
         line.step(frame)
-        assert poses.caught_up == number
+        assert poses.processed == number
     assert threading.get_ident() not in poses.threads
 
 
@@ -101,15 +101,15 @@ def test_an_interrupted_frame_waits_for_what_goes_on_beside_it(fails_at: int, mo
     monkeypatch.setattr(GroundSegmentation, "object_mask", interrupted)
     with pytest.raises(KeyboardInterrupt):
         line.run(shots)
-    assert poses.caught_up == (0 if fails_at == 0 else 1)
-    assert poses.estimated == 1
+    assert poses.processed == (0 if fails_at == 0 else 1)
+    assert poses.tracked == 1
 
 
 def test_a_step_waits_for_what_an_interrupted_one_left_behind(monkeypatch) -> None:
     class Slow(Busy):
-        def catch_up(self) -> None:
+        def process_pending(self) -> None:
             threading.Event().wait(0.3)
-            super().catch_up()
+            super().process_pending()
 
     poses = Slow()
     line, (first, second) = busy_line(poses), frames(2)
@@ -123,14 +123,14 @@ def test_a_step_waits_for_what_an_interrupted_one_left_behind(monkeypatch) -> No
     with pytest.raises(KeyboardInterrupt):
         line.step(first)
     line.step(second)
-    assert (poses.estimated, poses.caught_up) == (2, 2)
+    assert (poses.tracked, poses.processed) == (2, 2)
 
 
 def test_beside_or_before_the_rest_all_comes_out_the_same() -> None:
     """Ways, poses, model and answer of a robot that drives round a box and closes its loop."""
     results = []
     for aside in (Aside(), Inline()):
-        going = scan(poses=RegisteredPoses())
+        going = scan(poses=Tracker())
         going.pipeline._aside = aside
         results.append((going.run(), going.pipeline.poses.corrections))
     (one, corrections), (other, also) = results
@@ -146,10 +146,10 @@ def test_beside_or_before_the_rest_all_comes_out_the_same() -> None:
 
 def test_the_time_waited_for_it_counts_as_registration() -> None:
     class Slow(Busy):
-        def catch_up(self) -> None:
+        def process_pending(self) -> None:
             threading.Event().wait(0.3)
 
-    line = busy_line(Slow(doubt="a frame contradicted"))
+    line = busy_line(Slow(TrackingState.LOST))
     step = line.step(next(iter(frames(1))))
     assert step.milliseconds["register"] > 250
     assert np.isclose(sum(step.milliseconds.values()), step.milliseconds["register"])

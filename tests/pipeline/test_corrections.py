@@ -9,7 +9,6 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 from small_world import Inline, frames, pipeline
 
-from circumspect.mapping import PoseEstimate, PoseEstimator
 from circumspect.pipeline import (
     RecognitionPipeline,
     RecognitionResult,
@@ -17,6 +16,7 @@ from circumspect.pipeline import (
     object_fusion,
     recognition_pipeline,
 )
+from circumspect.tracking import PoseEstimate, PoseEstimator
 
 DRIFT = RigidTransform.from_translation([0.1, -0.05, 0.0])
 TWO_SUBMAPS = 10_500
@@ -33,18 +33,20 @@ class Corrected(PoseEstimator):
     def corrections(self):
         return int(len(self.true) > self.at)
 
-    def estimate(self, frame):
+    def track(self, frame):
         self.true.append(frame.pose)
         number = len(self.true) - 1
         return PoseEstimate(
-            self.anchor_pose(number), anchor=number, T_anchor_camera=RigidTransform.identity()
+            self.keyframe_pose(number),
+            reference=number,
+            T_reference_camera=RigidTransform.identity(),
         )
 
-    def anchor_pose(self, number):
+    def keyframe_pose(self, number):
         return self.true[number] if self.corrections else DRIFT * self.true[number]
 
     def corrected(self, told):
-        return [self.anchor_pose(estimate.anchor) for estimate in told]
+        return [self.keyframe_pose(estimate.reference) for estimate in told]
 
 
 class Restless(Corrected):
@@ -132,7 +134,7 @@ class Twice(Corrected):
     def corrections(self):
         return int(len(self.true) > self.at) + int(len(self.true) > self.again)
 
-    def anchor_pose(self, number):
+    def keyframe_pose(self, number):
         left = RigidTransform.from_translation((1 - self.corrections / 2) * DRIFT.translation)
         return left * self.true[number]
 

@@ -16,7 +16,6 @@ from volume_classifier import VolumeClassifier
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.errors import InputError, OutputError
 from circumspect.geometry import PlanarPose
-from circumspect.mapping import KnownPoses, PoseEstimate
 from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
 from circumspect.pipeline.journey_log import JourneyLog
 from circumspect.pipeline.scan import INTERRUPTED, LOST
@@ -31,6 +30,7 @@ from circumspect.simulation import SimulatedRobot, block
 from circumspect.simulation.camera_faults import Blackout, DroppedFrames, UnorderedFrames
 from circumspect.simulation.motion_faults import Blocked
 from circumspect.simulation.odometry_faults import OdometryGone, OdometryStuck
+from circumspect.tracking import KnownPoses, PoseEstimate, TrackingState
 
 
 @pytest.mark.parametrize("planner", [SurfaceNormalPlanner(), CirclePlanner()])
@@ -171,12 +171,12 @@ class Doubtful(KnownPoses):
     def __init__(self, after: int, until: int = 10**6) -> None:
         self.count, self.after, self.until = 0, after, until
 
-    def estimate(self, frame: RgbdFrame) -> PoseEstimate:
+    def track(self, frame: RgbdFrame) -> PoseEstimate:
         self.count += 1
-        known = super().estimate(frame)
+        known = super().track(frame)
         if not self.after <= self.count < self.until:
             return known
-        return replace(known, doubt="a frame contradicted", gate="too few inliers")
+        return replace(known, state=TrackingState.LOST, reason="the scans contradict the map")
 
 
 def test_a_robot_that_is_lost_for_good_says_so() -> None:

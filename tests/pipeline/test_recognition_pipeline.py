@@ -13,7 +13,6 @@ from circumspect.classification import GridRecipe, Prediction
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.errors import InputError, WeightsError
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import KnownPoses, PoseEstimate, PoseEstimator
 from circumspect.pipeline import (
     CLASSIFIED,
     NO_DEPTH,
@@ -28,6 +27,7 @@ from circumspect.pipeline import (
 from circumspect.pipeline.panels import draw_probabilities
 from circumspect.reconstruction import object_model
 from circumspect.sensing import NO_FLOOR, GroundSegmentation, RgbdFrame, Segmentation
+from circumspect.tracking import KnownPoses, PoseEstimate, PoseEstimator
 
 
 def test_every_frame_leads_to_a_step_and_an_answer() -> None:
@@ -349,8 +349,8 @@ def test_a_pose_estimator_drops_in() -> None:
     drift = RigidTransform.from_translation([0.03, -0.02, 0.01])
 
     class Correcting(PoseEstimator):
-        def estimate(self, frame):
-            return PoseEstimate(drift.inv() * frame.pose, inliers=5, residual=0.002, gate="open")
+        def track(self, frame):
+            return PoseEstimate(drift.inv() * frame.pose, inliers=5, residual=0.002)
 
     line = pipeline()
     line.poses = Correcting()

@@ -16,7 +16,6 @@ from small_world import blind, frames, pipeline
 from circumspect.errors import OutputError
 from circumspect.geometry import read_cloud, read_tum
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import KnownPoses, PoseEstimate
 from circumspect.pipeline import (
     RecognitionPipeline,
     RecognitionResult,
@@ -26,7 +25,10 @@ from circumspect.pipeline import (
 from circumspect.pipeline.run_folder import result_document
 from circumspect.reconstruction import ObjectModel
 from circumspect.sensing import RgbdFrame
+from circumspect.tracking import KnownPoses, PoseEstimate, TrackingState
 
+TRACKING, LOST = TrackingState.TRACKING, TrackingState.LOST
+DEAD_RECKONING = TrackingState.DEAD_RECKONING
 CONFIG = {"command": "test", "truth": "full", "start_deg": 30.0}
 
 
@@ -52,7 +54,13 @@ def test_log_has_a_line_a_frame(finished: tuple[Path, RecognitionResult]) -> Non
     assert [line["frame"] for line in lines] == [0, 1, 2, 3, 4]
     assert lines[2]["outcome"] == "no depth in the frame"
     assert lines[4]["label"] == result.prediction.label
-    assert lines[4]["gate"] == "open"
+    assert (lines[4]["state"], lines[4]["reliable"], lines[4]["accurate"]) == (
+        "tracking",
+        True,
+        True,
+    )
+    assert (lines[4]["source"], lines[4]["pose_reason"]) == ("given", "")
+    assert lines[2]["state"] is None
 
 
 def test_result_is_the_answer(finished: tuple[Path, RecognitionResult]) -> None:
@@ -106,19 +114,21 @@ def test_a_run_that_saw_nothing_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("gates", "lost_from"),
+    ("states", "lost_from"),
     [
-        (["open", "open"], None),
-        (["open", "few inliers", "lost: few inliers", None, "lost: few inliers", None], 1),
-        (["open", "lost: few inliers", "open"], None),
-        (["open", "lost: few inliers", "few inliers"], None),
+        ([TRACKING, TRACKING], None),
+        ([TRACKING, DEAD_RECKONING, LOST, None, LOST, None], 1),
+        ([TRACKING, LOST, TRACKING], None),
+        ([TRACKING, LOST, DEAD_RECKONING], None),
         ([None, None], None),
         ([], None),
     ],
 )
-def test_from_where_on_a_camera_was_lost(gates: list[str | None], lost_from: int | None) -> None:
+def test_from_where_on_a_camera_was_lost(
+    states: list[TrackingState | None], lost_from: int | None
+) -> None:
     T = RigidTransform.identity()
-    poses = [g and PoseEstimate(T, gate=g, doubt="" if g == "open" else g) for g in gates]
+    poses = [state and PoseEstimate(T, state) for state in states]
     steps = tuple(
         RecognitionStep(number, float(number), "", pose or None, 0, 0.0, ObjectModel(), None, None)
         for number, pose in enumerate(poses)
@@ -128,18 +138,21 @@ def test_from_where_on_a_camera_was_lost(gates: list[str | None], lost_from: int
     assert result_document(result, {})["lost_from"] == lost_from
 
 
-def test_the_log_says_why_a_pose_is_in_doubt(tmp_path: Path) -> None:
+def test_the_log_says_why_a_pose_is_not_reliable(tmp_path: Path) -> None:
     class Unsure(KnownPoses):
-        def estimate(self, frame: RgbdFrame) -> PoseEstimate:
-            return replace(super().estimate(frame), doubt="2 frames must agree first")
+        def track(self, frame: RgbdFrame) -> PoseEstimate:
+            return replace(
+                super().track(frame), state=DEAD_RECKONING, reason="2 poses are possible"
+            )
 
     parts = pipeline()
     RecognitionPipeline(
         parts.segmentation, Unsure(), parts.classifier, observers=(RunFolder(tmp_path, CONFIG),)
     ).run(frames(2))
     rows = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
-    assert [row["doubt"] for row in rows] == ["2 frames must agree first"] * 2
-    assert [row["certain"] for row in rows] == [False] * 2
+    assert [row["pose_reason"] for row in rows] == ["2 poses are possible"] * 2
+    assert [row["state"] for row in rows] == ["dead_reckoning"] * 2
+    assert [(row["reliable"], row["accurate"]) for row in rows] == [(False, False)] * 2
 
 
 def test_an_interrupted_run_is_saved(tmp_path: Path) -> None:

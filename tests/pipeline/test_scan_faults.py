@@ -12,7 +12,6 @@ from scan_world import NOTHING, QUICK, scan, wall
 
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PinholeCamera, PlanarPose
-from circumspect.mapping import KnownPoses, PoseEstimator, RegisteredPoses
 from circumspect.pipeline import (
     NO_OBJECT,
     NO_POSE,
@@ -36,6 +35,7 @@ from circumspect.simulation import (
     UnorderedFrames,
     WrongUnit,
 )
+from circumspect.tracking import KnownPoses, PoseEstimator, Tracker
 
 CAMERA = PinholeCamera(320, 240, 285.0, 285.0, 159.5, 119.5)
 CHAIR = make_furniture("chair", 3)
@@ -69,19 +69,19 @@ FAULTS = {
 }
 
 ENDS = {
-    "millimetres from then on": "lost: no frame can be placed with certainty any more",
+    "millimetres from then on": "lost: no pose has been reliable for too long",
     "millimetres": "no object in view after a look round",
 }
 
 
 class Trusted:
-    """How far poses were off that were told as certain, or sure, from the first one on [m]."""
+    """Errors of reliable and of accurate poses, from the first one on [m]."""
 
     def __init__(self, robot: SimulatedRobot) -> None:
         self.robot = robot
         self.first = None
         self.off: list[float] = []
-        self.sure_off: list[float] = []
+        self.accurate_off: list[float] = []
 
     def on_step(self, step: RecognitionStep) -> None:
         if step.pose is None:
@@ -91,10 +91,10 @@ class Trusted:
             self.first = truth * step.pose.T_map_camera.inv()
         found = self.first * step.pose.T_map_camera
         away = float(np.linalg.norm(found.translation - truth.translation))
-        if step.pose.certain:
+        if step.pose.reliable:
             self.off.append(away)
-        if step.pose.sure:
-            self.sure_off.append(away)
+        if step.pose.accurate:
+            self.accurate_off.append(away)
 
     def on_end(self, result) -> None:
         pass
@@ -126,7 +126,7 @@ def test_the_walls_of_an_empty_room_are_no_object(
 
 
 def test_a_camera_that_is_lost_between_walls_concludes_nothing(tmp_path: Path) -> None:
-    result = in_an_empty_room(RegisteredPoses(), tmp_path)
+    result = in_an_empty_room(Tracker(), tmp_path)
     assert NO_POSE in {step.outcome for step in result.steps}
     told = json.loads((tmp_path / "result.json").read_text())
     assert (told["label"], told["confident"]) == (None, False)
@@ -137,7 +137,7 @@ def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
     fault: str, tmp_path: Path
 ) -> None:
     going = scan(
-        fault=FAULTS[fault], mesh=CHAIR, others=ROOM, poses=RegisteredPoses(), camera=CAMERA,
+        fault=FAULTS[fault], mesh=CHAIR, others=ROOM, poses=Tracker(), camera=CAMERA,
         settings=replace(QUICK, speed=0.1, frame_interval=0.5, most_frames=60),
     )  # fmt: skip
     trusted = Trusted(going.robot.simulated)
@@ -145,8 +145,8 @@ def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
     result = going.run()
     assert going.ended.startswith(ENDS.get(fault, "the limit of 60 frames is reached"))
     assert max(trusted.off, default=0.0) < 0.05
-    assert max(trusted.sure_off, default=0.0) < 0.03
-    assert bool(trusted.sure_off) == (fault != "millimetres")
+    assert max(trusted.accurate_off, default=0.0) < 0.03
+    assert bool(trusted.accurate_off) == (fault != "millimetres")
     told = json.loads((tmp_path / "result.json").read_text())
     assert told["frames"] == len(result.steps)
     # Of what it saw of the first side alone nothing is concluded.

@@ -12,13 +12,13 @@ from scan_world import QUICK, scan
 from volume_classifier import VolumeClassifier
 
 from circumspect.classification.confidence_rule import ConfidenceRule
-from circumspect.mapping import KnownPoses
 from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.view_record import BLOCKED
 from circumspect.planning import CirclePlanner, ConfidencePlanner, StoppingCriterion
 from circumspect.robot import MobileRobot, OperatedRobot, Operator, Velocity, WrappedRobot
 from circumspect.sensing import RgbdFrame
+from circumspect.tracking import KnownPoses
 
 STILL = Velocity()
 FEW = replace(QUICK, most_frames=8)
@@ -41,7 +41,7 @@ class Settling(KnownPoses):
         self.wheels: Wheels | None = None
         self.told: list[Velocity] = []
 
-    def settle(self) -> None:
+    def finalise(self) -> None:
         assert self.wheels is not None
         self.told.append(self.wheels.told)
 

@@ -40,10 +40,10 @@ def told() -> list[RecognitionStep]:
             pose = replace(
                 pose,
                 T_map_camera=T * pose.T_map_camera,
-                T_anchor_camera=None if number == 0 else T * T,
+                T_reference_camera=None if number == 0 else T * T,
                 covariance=None if number == 1 else rng.normal(size=(6, 6)),
                 T_map_base=PlanarPose(1.0, 2.0, 3.0),
-                anchor=number,
+                reference=number,
             )
         steps.append(replace(step, pose=pose))
     return steps
@@ -60,14 +60,14 @@ def test_poses_come_back_to_the_last_bit(told: list[RecognitionStep]) -> None:
         if step.pose is None or before.pose is None:
             assert step.pose is before.pose is None
             continue
-        for name in ("T_map_camera", "T_anchor_camera"):
+        for name in ("T_map_camera", "T_reference_camera"):
             one, other = getattr(step.pose, name), getattr(before.pose, name)
             assert (one is None) == (other is None)
             if one is not None:
                 np.testing.assert_array_equal(one.as_matrix(), other.as_matrix())
         np.testing.assert_equal(step.pose.covariance, before.pose.covariance)
         assert step.pose.T_map_base == before.pose.T_map_base
-        assert step.pose.anchor == before.pose.anchor
+        assert step.pose.reference == before.pose.reference
         assert step.prediction is before.prediction
         assert step.milliseconds == before.milliseconds
 

@@ -14,12 +14,12 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.errors import InputError
-from circumspect.mapping import PoseEstimate
-from circumspect.pipeline import CLASSIFIED, NO_OBJECT
+from circumspect.pipeline import CLASSIFIED, NO_OBJECT, NO_POSE
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS
 from circumspect.ros.health import ERROR, WARNING, WELL, Health
 from circumspect.ros.log_throttle import LogThrottle
 from circumspect.ros.wire_messages import unpacked
+from circumspect.tracking import PoseEstimate, TrackingState
 
 
 class Clock:
@@ -76,16 +76,26 @@ def test_how_well_the_place_is_known_is_told() -> None:
     health = Health()
     health.step(step(), 20.0)
     assert not any(name.startswith("pose") for name in health.status(True, None, 0).values)
-    for millimetres, sure in ((12, "yes"), (30, "no")):
+    for millimetres, accurate in ((12, "yes"), (30, "no")):
         covariance = np.diag([0.001, 0.001, 0.002, 0.001, 0.001, 1e-3 * millimetres]) ** 2
         pose = PoseEstimate(RigidTransform.identity(), covariance=covariance)
         health.step(step(pose=pose), 20.0)
         values = health.status(True, None, 0).values
-        assert values["pose sure"] == sure
+        assert (values["pose state"], values["pose accurate"]) == ("tracking", accurate)
         assert values["pose, standard deviation [mm]"] == str(millimetres)
         assert values["pose, standard deviation [°]"] == "0.1"
     health.forget_answer()
-    assert "pose sure" not in health.status(True, None, 0).values
+    assert "pose accurate" not in health.status(True, None, 0).values
+
+
+def test_a_pose_that_is_not_reliable_is_a_warning_with_the_reason() -> None:
+    health = Health()
+    why = "the scans contradict the map"
+    pose = PoseEstimate(RigidTransform.identity(), TrackingState.LOST, why, covariance=np.eye(6))
+    health.step(step(pose=pose, outcome=NO_POSE), 20.0)
+    status = health.status(True, None, 0)
+    assert (status.level, status.text) == (WARNING, f"pose not reliable: {why}")
+    assert (status.values["pose state"], status.values["pose accurate"]) == ("lost", "no")
 
 
 def test_reasons_do_not_grow_without_end() -> None:

@@ -155,8 +155,8 @@ def test_odometry_that_ends_is_told(bus: MemoryBus, node: RecognitionNode) -> No
     time.sleep(0.55)
     # The next message tells that enough time went by.
     robot.tell_info(camera_info(frame.camera, 105.2, OPTICAL))
-    priors = [step.pose.prior for step in worked_off(node)]
-    assert priors == ["first frame", "constant velocity", "constant velocity"]
+    sources = [step.pose.source for step in worked_off(node)]
+    assert sources == ["initial pose", "constant velocity", "constant velocity"]
     assert "by registration alone" in node.health.status(True, None, 0).text
 
 
@@ -196,7 +196,7 @@ def test_one_odometry_from_the_far_future_does_not_end_odometry(
     robot.tell_place(1e6, robot.frames[0][1])
     for number in range(1, 4):
         robot.drive(number)
-    assert [step.pose.prior for step in worked_off(node)][1:] == ["odometry"] * 3
+    assert [step.pose.source for step in worked_off(node)][1:] == ["odometry"] * 3
 
 
 def test_the_diagnostics_go_on_while_a_frame_takes_long(

@@ -26,7 +26,7 @@ def test_a_chair_is_named_and_everything_is_told(bus: MemoryBus, node: Recogniti
         robot.drive(number)
     steps = worked_off(node)
     assert [step.outcome for step in steps] == [CLASSIFIED] * 20
-    assert steps[-1].pose.prior == "odometry"
+    assert steps[-1].pose.source == "odometry"
     answers = bus.told("/circumspect/detections")
     assert len(answers) == 20
     best = answers[-1].detections[0].results[0].hypothesis
@@ -111,7 +111,7 @@ def test_odometry_of_a_topic_or_of_transforms(bus: MemoryBus, made: Any, odometr
     robot.stand()
     for number in range(3):
         robot.drive(number)
-    assert [step.pose.prior for step in worked_off(node)] == ["first frame"] + 2 * ["odometry"]
+    assert [step.pose.source for step in worked_off(node)] == ["initial pose"] + 2 * ["odometry"]
 
 
 @pytest.mark.parametrize(
@@ -158,7 +158,7 @@ def test_given_poses_and_a_box(bus: MemoryBus, made: Any) -> None:
     for number in range(3):
         robot.drive(number)
     steps = worked_off(node)
-    assert [step.pose.prior for step in steps] == ["given"] * 3
+    assert [step.pose.source for step in steps] == ["given"] * 3
     assert bus.told("/circumspect/detections")[-1].header.frame_id == "odom"
 
 

@@ -14,7 +14,8 @@ from circumspect.cli.main import main
 from circumspect.errors import InputError
 from circumspect.geometry import read_cloud
 from circumspect.viewer import PlayedRun, SavedRun
-from circumspect.viewer.panel_html import answer_html
+from circumspect.viewer.older_keys import with_todays_keys
+from circumspect.viewer.panel_html import answer_html, faults_html
 
 
 def test_a_finished_run_can_be_shown_at_every_frame(finished_run):
@@ -200,6 +201,33 @@ def test_keys_of_older_versions_are_read_as_those_of_today(
     assert run.result["reason"] == reason
     shown = answer_html(PlayedRun(run).shown(5).row)
     assert reason is None or f"not confident: {reason}" in shown
+
+
+POSE_KEYS = ("state", "pose_reason", "source", "reliable", "accurate")
+
+
+@pytest.mark.parametrize(
+    ("gate", "doubt", "reason"),
+    [
+        ("open", "", ""),
+        ("too few inliers", "", "too few inliers"),
+        ("open", "2 frames must agree first", "2 frames must agree first"),
+        ("lost: too few inliers", "a frame", "lost: too few inliers; a frame"),
+    ],
+)
+def test_pose_keys_of_older_versions_are_read_as_those_of_today(copied_run, gate, doubt, reason):
+    log = copied_run / "log.jsonl"
+    older = {"gate": gate, "doubt": doubt, "certain": not doubt, "sure": False, "prior": "odometry"}
+    rows = [json.loads(line) for line in log.read_text().splitlines()]
+    kept = [{k: v for k, v in row.items() if k not in POSE_KEYS} | older for row in rows]
+    log.write_text("".join(json.dumps(row) + "\n" for row in kept))
+    today = with_todays_keys(kept[0])
+    assert (today["reliable"], today["accurate"], today["source"]) == (not doubt, False, "odometry")
+    assert not set(today) & set(older)
+    loaded = SavedRun.load(copied_run).rows
+    assert [row.get("pose_reason") for row in loaded] == [reason] * len(rows)
+    shown = faults_html(loaded, len(rows))
+    assert (reason or "no fault, all poses reliable") in shown
 
 
 def test_what_is_no_run_is_told_with_the_remedy(tmp_path, capsys):

@@ -127,7 +127,7 @@ class TestTurned:
 def row(**changes):
     told = {
         "frame": 4, "stamp": 2.0, "outcome": "classified", "label": "chair", "probability": 0.9,
-        "probabilities": {"chair": 0.9, "sofa": 0.1}, "coverage": 0.5, "points": 1234, "gate": "open",
+        "probabilities": {"chair": 0.9, "sofa": 0.1}, "coverage": 0.5, "points": 1234, "pose_reason": "",
         "milliseconds": {"register": 10.0, "fuse": 5.0},
     }  # fmt: skip
     return told | changes
@@ -157,14 +157,14 @@ class TestPanel:
 
     def test_faults_come_with_the_latest_first(self):
         rows = [
-            row(frame=i, gate="residual too large" if i in (2, 5) else "open") for i in range(8)
+            row(frame=i, pose_reason="2 poses are possible" if i in (2, 5) else "")
+            for i in range(8)
         ]
         text = faults_html(rows, 8)
         assert text.index("frame 6") < text.index("frame 3")
         assert "frame 6" not in faults_html(rows, 5)
-        doubtful = faults_html([row(doubt="2 frames must agree first")], 1)
-        assert "2 frames must agree first" in doubtful
-        assert "every gate open, no pose in doubt" in faults_html(rows, 2)
+        assert "2 poses are possible" in text
+        assert "no fault, all poses reliable" in faults_html(rows, 2)
         many = faults_html([row(frame=i, outcome="no depth") for i in range(50)], 50)
         assert many.count("no depth") == 6
 
@@ -175,7 +175,7 @@ class TestPanel:
     @pytest.mark.parametrize("bad", ["<script>alert(1)</script>", "<img src=x onerror=alert(1)>"])
     def test_what_comes_from_files_is_text(self, bad):
         told = row(
-            label=bad, outcome=bad, gate=bad, probabilities={bad: 1.0}, milliseconds={bad: 1.0},
+            label=bad, outcome=bad, pose_reason=bad, probabilities={bad: 1.0}, milliseconds={bad: 1.0},
             confident=False, reason=bad, alternatives={bad: 0.5, "b": 0.4},
         )  # fmt: skip
         for text in (
@@ -187,7 +187,7 @@ class TestPanel:
             assert "&lt;" in text
 
     def test_history_is_a_column_a_frame(self):
-        rows = [row() for _ in range(30)] + [row(outcome="no depth in the frame", gate=None)]
+        rows = [row() for _ in range(30)] + [row(outcome="no depth in the frame", pose_reason=None)]
         picture = probability_picture(rows, 31)
         assert picture.shape[1] == WIDTH
         assert tuple(picture[-1, -1]) == FAULT

@@ -22,7 +22,7 @@ class RecordedPoses:
     def noted(self, frames: Iterable[RgbdFrame]) -> Iterator[RgbdFrame]:
         """The same frames.
 
-        They keep their poses: which frame shows enough to begin a map, only `RegisteredPoses`
+        They keep their poses: which frame shows enough to begin a map, only `Tracker`
         knows, and it takes the pose of that one and looks at no other.
         """
         for frame in frames:

@@ -80,16 +80,15 @@ class RunScreen:
             self.label = step.prediction.label
             answer = step.prediction.text + ("" if step.confident else ", not confident")
         note = f"coverage {percent(step.coverage):>5}  {answer}"
-        remark = short = ""
-        if step.pose is not None and (remark := step.pose.remark):
-            short = "gate closed" if step.pose.certain else "pose not certain"
+        is_reliable = step.pose is None or step.pose.reliable
         count = step.index + 1
         done = count if self._done is None else min(self._done(step), self._total)
-        live = f"{note}  {short}" if short else note
+        live = note if is_reliable else f"{note}  pose not reliable"
         self._progress.update(self._task, completed=done, note=live)
         last = self._done is None and count == self._total
         if not self._live and (step.index % TELL_EVERY == 0 or last):
-            note += f"  {short}: {remark}" if remark else ""
+            if step.pose is not None and not is_reliable:
+                note += f"  pose not reliable: {step.pose.reason}"
             where = f"/{self._total}" if self._done is None else f"  {done:3.0f}/{self._total}"
             print(f"frame {count:3}{where}  {note}", file=sys.stderr)  # noqa: T201
 

@@ -166,11 +166,11 @@ class Scan:
         """The scan, with a recorder where one is asked for."""
         import json
 
-        from circumspect.recording import CALIBRATED, RunRecorder
+        from circumspect.recording import RunRecorder
 
         if self.record is None:
             return scan, None
-        notes = {CALIBRATED: "true", "config": json.dumps(scan.config)}
+        notes = {"config": json.dumps(scan.config)}
         recorder = RunRecorder(self.record, notes)
         return scan.recorded(recorder), recorder
 

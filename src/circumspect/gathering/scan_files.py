@@ -50,10 +50,10 @@ def told_quality(result: RecognitionResult) -> dict[str, Any]:
     """What the robot itself knows of how good a scan is, JSON types."""
     prediction, last = result.prediction, result.last
     poses = [step.pose for step in result.steps if step.pose is not None]
-    certain = float(np.mean([pose.certain for pose in poses])) if poses else 0.0
+    reliable = float(np.mean([pose.reliable for pose in poses])) if poses else 0.0
     return {
         "frames": len(result.steps),
-        "certain": certain,
+        "reliable": reliable,
         "coverage": 0.0 if last is None else last.coverage,
         "points": 0 if last is None or last.grid is None else len(last.model.cloud()),
         "answer": None if prediction is None else prediction.label,

@@ -11,10 +11,10 @@ MOST = 2.0
 
 
 class DrivenWay:
-    """Sums up the way, by the poses of frames where these are certain.
+    """Sums up the way, by the poses of frames where these are reliable.
 
-    Between two frames, and where poses are not certain, it is what the wheels say; over a stretch
-    without certain poses at least what lies between its ends, for wheels may be stuck.
+    Between two frames, and where poses are not reliable, it is what the wheels say; over a stretch
+    without reliable poses at least what lies between its ends, for wheels may be stuck.
     """
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class DrivenWay:
         """Take where a frame was taken from.
 
         Args:
-            T_map_base: Of the base; None where that is not certain.
+            T_map_base: Of the base; None where that is not reliable.
         """
         if T_map_base is None:
             self._doubtful = True
@@ -63,7 +63,7 @@ class DrivenWay:
         self._T_map_base, self._doubtful = T_map_base, False
 
     def _step(self, T_map_base: PlanarPose) -> float:
-        """From the last certain pose to this one [m]."""
+        """From the last reliable pose to this one [m]."""
         if self._T_map_base is None:
             return self._wheels
         away = float(np.linalg.norm(T_map_base.xy - self._T_map_base.xy))

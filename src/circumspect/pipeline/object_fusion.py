@@ -7,7 +7,6 @@ from typing import TypeAlias
 
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.mapping import PoseEstimate, PoseEstimator
 from circumspect.pipeline.aside import Aside
 from circumspect.reconstruction import (
     FrameContribution,
@@ -18,11 +17,12 @@ from circumspect.reconstruction import (
     SubmapFusion,
     ViewDensity,
 )
+from circumspect.tracking import PoseEstimate, PoseEstimator
 
 VOXELS_A_FRAME = 25_000
 """Voxels of submaps that are fused per frame after a correction."""
 
-Anchor: TypeAlias = tuple[int, RigidTransform]
+ReferenceKeyframe: TypeAlias = tuple[int, RigidTransform]
 """Number of a keyframe, and its `T_map_camera`."""
 
 
@@ -50,15 +50,16 @@ class ObjectFusion:
         self._submap_fusion: SubmapFusion | None = None
         self._corrections = poses.corrections
 
-    def anchor(self, pose: PoseEstimate) -> Anchor | None:
+    def reference(self, pose: PoseEstimate) -> ReferenceKeyframe | None:
         """The reference keyframe of a frame with its current pose, if there is one."""
-        return None if pose.anchor is None else (pose.anchor, self._poses.anchor_pose(pose.anchor))
+        number = pose.reference
+        return None if number is None else (number, self._poses.keyframe_pose(number))
 
     def fuse(
         self,
         surface: FrameSurface,
         T_map_camera: RigidTransform,
-        anchor: Anchor | None,
+        reference: ReferenceKeyframe | None,
         aside: Aside,
     ) -> bool:
         """Add a frame to the model and to the submap of its reference keyframe.
@@ -66,7 +67,7 @@ class ObjectFusion:
         Args:
             surface: The object's surface in the frame, map frame.
             T_map_camera: Pose of the camera.
-            anchor: The frame's reference keyframe, if there is one.
+            reference: The frame's reference keyframe, if there is one.
             aside: Runs the update of the submap.
 
         Returns:
@@ -76,8 +77,8 @@ class ObjectFusion:
         contribution = self.model.contribution(surface)
         if contribution is None or not self._views.accept(T_map_camera):
             return False
-        if anchor is not None:
-            aside.begin(partial(self._add_to_submap, *anchor, contribution))
+        if reference is not None:
+            aside.begin(partial(self._add_to_submap, *reference, contribution))
         if self._submap_fusion is not None:
             aside.begin(partial(self._submap_fusion.add_contribution, contribution))
         self.model = self.model.with_contribution(contribution)
@@ -95,7 +96,9 @@ class ObjectFusion:
             return
         self._corrections = self._poses.corrections
         settings, voxel = self.model.settings, self.model.voxel
-        self._submap_fusion = SubmapFusion(self._submaps, settings, voxel, self._poses.anchor_pose)
+        self._submap_fusion = SubmapFusion(
+            self._submaps, settings, voxel, self._poses.keyframe_pose
+        )
 
     def fuse_pending(self, aside: Aside) -> None:
         """Fuse some of the pending submaps, if there are any."""
@@ -115,6 +118,6 @@ class ObjectFusion:
         return True
 
     def _add_to_submap(
-        self, anchor: int, T_map_anchor: RigidTransform, contribution: FrameContribution
+        self, number: int, T_map_keyframe: RigidTransform, contribution: FrameContribution
     ) -> None:
-        self._submaps = self._submaps.with_contribution(anchor, T_map_anchor, contribution)
+        self._submaps = self._submaps.with_contribution(number, T_map_keyframe, contribution)

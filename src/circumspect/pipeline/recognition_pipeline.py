@@ -13,9 +13,8 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import GeometryError
 from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid, hits_views
-from circumspect.mapping import PoseEstimate, PoseEstimator
 from circumspect.pipeline.aside import Aside
-from circumspect.pipeline.object_fusion import Anchor, ObjectFusion
+from circumspect.pipeline.object_fusion import ObjectFusion, ReferenceKeyframe
 from circumspect.pipeline.records import (
     CLASSIFIED,
     NO_DEPTH,
@@ -36,6 +35,7 @@ from circumspect.pipeline.step_log import StepLog
 from circumspect.pipeline.views import azimuth_coverage
 from circumspect.reconstruction import FrameSurface, ModelSettings, ObjectModel
 from circumspect.sensing import RgbdFrame, Segmentation
+from circumspect.tracking import PoseEstimate, PoseEstimator
 
 SHORTEST, LONGEST = 0.05, 50.0
 """Median depths outside of this [m] are in another unit."""
@@ -66,7 +66,7 @@ class RecognitionPipeline:
 
         Args:
             segmentation: Tells the object from its surroundings.
-            poses: Says where frames were taken from.
+            poses: Estimates the poses of frames.
             classifier: Names the object; also says how it wants its grid.
             settings: How frames are fused.
             observers: Told of every step and of the end.
@@ -145,7 +145,7 @@ class RecognitionPipeline:
     def step(self, frame: RgbdFrame) -> RecognitionStep:
         """Take one frame.
 
-        A frame that comes too late, without depth, without a certain pose, without the object, or
+        A frame that comes too late, without depth, without a reliable pose, without the object, or
         with too little of it adds nothing but is told in the step's `outcome`; so does, before
         anything of the object is known, one without the floor that the segmentation counts on.
 
@@ -156,23 +156,23 @@ class RecognitionPipeline:
         self._aside.wait()  # after an interrupt something may go on
         if (fault := self._fault(frame)) is not None:
             if fault != OUT_OF_ORDER:
-                self.poses.pass_over(frame)
+                self.poses.skip(frame)
             return self._told(frame, fault, clock)
 
         # Where the camera was
         with clock.stage("register"):
-            pose = self.poses.estimate(frame)
+            pose = self.poses.track(frame)
             placed = frame.at(pose.T_map_camera)
             self._swap_model()
             self._fusion.follow_corrections()
-            anchor = self._fusion.anchor(pose)
+            reference = self._fusion.reference(pose)
         outcome, pixels = NO_POSE, 0
         try:
             # What no answer waits for is done beside the rest.
-            self._aside.begin(self.poses.catch_up)
+            self._aside.begin(self.poses.process_pending)
             self._fusion.fuse_pending(self._aside)
-            if pose.certain:
-                outcome, pixels = self._looked_at(placed, pose.T_map_camera, anchor, clock)
+            if pose.reliable:
+                outcome, pixels = self._looked_at(placed, pose.T_map_camera, reference, clock)
         except BaseException:
             self._aside.wait()  # what failed there as well is told by the next join
             raise
@@ -184,7 +184,7 @@ class RecognitionPipeline:
         self,
         frame: RgbdFrame,
         T_map_camera: RigidTransform,
-        anchor: Anchor | None,
+        reference: ReferenceKeyframe | None,
         clock: StageClock,
     ) -> tuple[str, int]:
         """Model and name what a frame shows.
@@ -192,7 +192,7 @@ class RecognitionPipeline:
         Args:
             frame: A frame that brings its pose.
             T_map_camera: That pose.
-            anchor: The keyframe that it hangs on, if any.
+            reference: Its reference keyframe, if there is one.
             clock: Told of the stages.
 
         Returns:
@@ -210,7 +210,7 @@ class RecognitionPipeline:
         # What the object looks like
         with clock.stage("fuse"):
             surface = FrameSurface.from_frame(frame, mask, T_map_camera)
-            if self._fusion.fuse(surface, T_map_camera, anchor, self._aside):
+            if self._fusion.fuse(surface, T_map_camera, reference, self._aside):
                 self._is_hurried = True
 
         # Its occupancy around the principal axis, ray traced (section 3.2)
@@ -233,7 +233,7 @@ class RecognitionPipeline:
             Whether that may have changed poses, model or answer.
         """
         self._aside.join()
-        self.poses.settle()
+        self.poses.finalise()
         self._fusion.follow_corrections(anyway=True)
         self._fusion.finish()
         if not (self._swap_model() or self._is_hurried):

@@ -13,10 +13,10 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Prediction
 from circumspect.errors import CircumspectError
 from circumspect.grid import OccupancyGrid
-from circumspect.mapping import PoseEstimate
 from circumspect.planning import Answer
 from circumspect.reconstruction import ObjectModel
 from circumspect.robot import RunStopped
+from circumspect.tracking import PoseEstimate
 
 ANSWER_KEYS = (
     "label", "in_distribution", "in_distribution_probability", "confident", "reason",
@@ -28,7 +28,7 @@ OUT_OF_ORDER = "not later than the frame before"
 WRONG_UNIT = "depths that no camera has; are they in metres?"
 NO_DEPTH = "no depth in the frame"
 NO_OBJECT = "no object in view"
-NO_POSE = "the pose is not certain enough to build on"
+NO_POSE = "the pose is not reliable"
 TOO_LITTLE = "too little of the object seen to span a shape"
 TOO_WIDE = "what stands there is too wide for an object; is it the room?"
 
@@ -88,7 +88,7 @@ class RecognitionStep:
     def summary(self) -> dict[str, Any]:
         """The record in JSON types, without arrays."""
         position = None if self.pose is None else self.pose.T_map_camera.translation.tolist()
-        deviations = None if self.pose is None else self.pose.deviations
+        sigmas = None if self.pose is None else self.pose.sigmas
         return {
             "frame": self.index,
             "stamp": self.stamp,
@@ -101,13 +101,13 @@ class RecognitionStep:
             "converged": None if self.pose is None else self.pose.converged,
             "inliers": None if self.pose is None else self.pose.inliers,
             "residual": None if self.pose is None else self.pose.residual,
-            "gate": None if self.pose is None else self.pose.gate,
-            "prior": None if self.pose is None else self.pose.prior,
-            "certain": None if self.pose is None else self.pose.certain,
-            "doubt": None if self.pose is None else self.pose.doubt,
-            "sure": None if self.pose is None else self.pose.sure,
-            "deviation_rad": None if deviations is None else deviations[0],
-            "deviation_m": None if deviations is None else deviations[1],
+            "state": None if self.pose is None else self.pose.state,
+            "pose_reason": None if self.pose is None else self.pose.reason,
+            "source": None if self.pose is None else self.pose.source,
+            "reliable": None if self.pose is None else self.pose.reliable,
+            "accurate": None if self.pose is None else self.pose.accurate,
+            "deviation_rad": None if sigmas is None else sigmas[0],
+            "deviation_m": None if sigmas is None else sigmas[1],
             "milliseconds": {name: round(ms, 3) for name, ms in self.milliseconds.items()},
         }
 
@@ -142,14 +142,14 @@ class RecognitionResult:
     def lost_from(self) -> int | None:
         """Number of the frame from which on the camera was lost to the end; None where it was not.
 
-        The last frames are those after the last one that could be built on, and the last one of
-        them that was looked into is one of a `PoseEstimate.lost`.
+        The camera is lost to the end if the last estimated pose is `PoseEstimate.lost`. The frames
+        after the last reliable pose are counted.
         """
         first, lost = None, None
         for step in reversed(self.steps):
             if step.pose is None:
                 continue
-            if step.pose.certain:
+            if step.pose.reliable:
                 break
             lost = step.pose.lost if lost is None else lost
             first = step.index

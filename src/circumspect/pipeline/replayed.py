@@ -6,10 +6,10 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Classifier
 from circumspect.errors import InputError
-from circumspect.mapping import KnownPoses, RegisteredPoses, TrackingSettings
 from circumspect.pipeline.recognition_pipeline import RecognitionPipeline
-from circumspect.recording import CALIBRATED, BagRecording, Recording
+from circumspect.recording import BagRecording, Recording
 from circumspect.sensing import DepthNoise, GroundSegmentation, Segmentation
+from circumspect.tracking import KnownPoses, PoseEstimator, Tracker, TrackingSettings
 
 
 def replay_pipeline(
@@ -20,7 +20,7 @@ def replay_pipeline(
     T_map_first: RigidTransform | None = None,
     noise: DepthNoise | None = None,
 ) -> RecognitionPipeline:
-    """The pipeline that a live run had, where the recording is of one, or one that suits it.
+    """The pipeline that a live run on the same frames has.
 
     Args:
         recording: What is replayed.
@@ -34,20 +34,15 @@ def replay_pipeline(
     Raises:
         InputError: Nothing tells where the floor is.
     """
+    noise = noise or DepthNoise()
     if segmentation is None:
         if not isinstance(recording, BagRecording) and T_map_first is None:
             raise InputError(
                 f"{recording.path}: nothing tells where the floor is; give the object's --box "
                 "X Y Z X Y Z, or --first-pose X Y Z PAN TILT"
             )
-        segmentation = GroundSegmentation(noise=noise or DepthNoise())
-    poses = KnownPoses()
+        segmentation = GroundSegmentation(noise=noise)
+    poses: PoseEstimator = KnownPoses()
     if hidden:
-        poses = RegisteredPoses(T_map_first, _tracking(recording, noise or DepthNoise()))
+        poses = Tracker(T_map_first, TrackingSettings.for_noise(noise))
     return RecognitionPipeline(segmentation, poses, classifier)
-
-
-def _tracking(recording: Recording, noise: DepthNoise) -> TrackingSettings:
-    if isinstance(recording, BagRecording) and recording.bag.notes.get(CALIBRATED) == "true":
-        return TrackingSettings.calibrated(noise)
-    return TrackingSettings.uncalibrated(noise)

@@ -38,7 +38,7 @@ from circumspect.planning import (
 from circumspect.robot import MobileRobot, PathFollower, Velocity
 from circumspect.sensing import Odometry, RgbdFrame
 
-LOST = "lost: no frame can be placed with certainty any more"
+LOST = "lost: no pose has been reliable for too long"
 NO_OBJECT_ANYWHERE = "no object in view after a look round"
 INTERRUPTED = "interrupted"
 TRIES = 2
@@ -161,7 +161,7 @@ class ObjectScan:
                 # Drive there, looking all the time
                 self.target = view
                 yield from self._drive(view, way)
-                yield from self._turn_until(lambda: self._known.certain, LOST)
+                yield from self._turn_until(lambda: self._known.reliable, LOST)
         except ScanOver as over:
             self.ended = str(over)
         finally:
@@ -251,7 +251,7 @@ class ObjectScan:
         """Take back what was driven since the last frame that could be placed, until one can be."""
         unplaced, self._unplaced = tuple(self._unplaced), []
         for velocity in reversed(unplaced):
-            if self._known.certain:
+            if self._known.reliable:
                 break
             yield from self._tick(Velocity(-velocity.forward, -velocity.turn))
         self._stop()
@@ -340,8 +340,8 @@ class ObjectScan:
         # A late frame says nothing of where the robot is.
         if step.outcome != OUT_OF_ORDER:
             self._went(self.robot.odometry())
-            self._way.placed(self.T_map_base if self._known.certain else None)
-        if self._known.certain:
+            self._way.placed(self.T_map_base if self._known.reliable else None)
+        if self._known.reliable:
             self._unplaced.clear()
 
 

@@ -28,7 +28,7 @@ class ScanKnowledge:
         whereabouts: Where the robot is.
         frames: How many frames went through the pipeline.
         in_view: Whether the latest one showed the object.
-        certain: Whether the latest one could be placed with certainty.
+        reliable: Whether the pose of the latest one is reliable.
         unreachable: Views that could not be reached, since the last one that was.
     """
 
@@ -37,8 +37,8 @@ class ScanKnowledge:
         self._robot = robot
         self.whereabouts = Whereabouts(robot.T_base_camera)
         self.frames = 0
-        self.in_view = self.certain = False
-        self._certain_at = self._clock
+        self.in_view = self.reliable = False
+        self._reliable_at = self._clock
         self._doubtful = False
         self.unreachable: list[NextView] = []
         self._given_up: list[NextView] = []
@@ -55,13 +55,13 @@ class ScanKnowledge:
 
     @property
     def doubted_for(self) -> float:
-        """So long no frame could be placed with certainty though there was depth [s]."""
-        return self._clock - self._certain_at if self._doubtful else 0.0
+        """Time without a reliable pose, if the latest frame had depth [s]."""
+        return self._clock - self._reliable_at if self._doubtful else 0.0
 
     @property
     def blind_for(self) -> float:
-        """So long no frame could be placed with certainty for whatever reason [s]."""
-        return self._clock - self._certain_at
+        """Time without a reliable pose for whatever reason [s]."""
+        return self._clock - self._reliable_at
 
     @property
     def _clock(self) -> float:
@@ -72,12 +72,12 @@ class ScanKnowledge:
         """Take what a frame led to."""
         self.frames += 1
         self.in_view = step.outcome == CLASSIFIED
-        self.certain = step.pose is not None and step.pose.certain
+        self.reliable = step.pose is not None and step.pose.reliable
         if step.pose is not None:
             self.whereabouts.corrected(step.pose, frame.odometry)
-            self._doubtful = not self.certain
-            if self.certain:
-                self._certain_at = self._clock
+            self._doubtful = not self.reliable
+            if self.reliable:
+                self._reliable_at = self._clock
                 self._obstacles = self._obstacles.with_frame(frame, step.pose.T_map_camera)
         if self.in_view and (answer := step.answer) is not None:
             self._visit()

@@ -27,7 +27,7 @@ class ScanSettings:
         back_off: So far it then goes back [m].
         most_blocks: So often it may be blocked before it gives up.
         most_frames: The scan ends after so many frames.
-        doubt_after: When no frame could be placed with certainty for so long, or for five frames,
+        doubt_after: When no pose was reliable for so long, or for five frames,
             the robot stops and looks round [s].
         blind_after: The same when there was no depth, as beside a wall: the wheels are trusted
             for longer [s].
@@ -77,5 +77,5 @@ class ScanSettings:
 
     @property
     def unsure_after(self) -> float:
-        """Without a frame placed with certainty for this long the robot looks round [s]."""
+        """Without a reliable pose for this long the robot looks round [s]."""
         return max(self.doubt_after, 5 * self.frame_interval)

@@ -10,7 +10,6 @@ import numpy as np
 
 from circumspect.classification import Classifier
 from circumspect.geometry import PinholeCamera, PlanarPose, TriangleMesh
-from circumspect.mapping import RegisteredPoses, TrackingSettings
 from circumspect.pipeline import RecognitionPipeline
 from circumspect.pipeline.scan import ObjectScan
 from circumspect.pipeline.scan_settings import ScanSettings
@@ -26,6 +25,7 @@ from circumspect.simulation import (
     Witness,
     room,
 )
+from circumspect.tracking import Tracker, TrackingSettings
 
 CLUTTER = 4
 """Things that stand about."""
@@ -134,8 +134,8 @@ class SimulatedScan:
         )  # fmt: skip
         witness = Witness(robot)
         segmentation = GroundSegmentation(noise=noise)
-        tracking = TrackingSettings.calibrated(noise)
-        pipeline = RecognitionPipeline(segmentation, RegisteredPoses(settings=tracking), classifier)
+        tracking = TrackingSettings.for_noise(noise)
+        pipeline = RecognitionPipeline(segmentation, Tracker(settings=tracking), classifier)
         told = {
             **config,
             "room": asdict(world),

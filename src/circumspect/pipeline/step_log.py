@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.growing_table import GrowingTable
-from circumspect.mapping import PoseEstimate
 from circumspect.pipeline.records import RecognitionStep
 from circumspect.reconstruction import ModelSettings, ObjectModel
+from circumspect.tracking import PoseEstimate
 
-_CAMERA, _ANCHOR, _COVARIANCE, _COLUMNS = slice(0, 16), slice(16, 32), slice(32, 68), 68
+_CAMERA, _REFERENCE, _COVARIANCE, _COLUMNS = slice(0, 16), slice(16, 32), slice(32, 68), 68
 _ELSEWHERE = RigidTransform.identity()
 """Stands in for a pose whose numbers are in the table."""
 
@@ -47,7 +47,7 @@ class StepLog:
         pose = step.pose
         self._poses.append(np.full(_COLUMNS, np.nan) if pose is None else _row(pose))
         if pose is not None:
-            pose = replace(pose, T_map_camera=_ELSEWHERE, T_anchor_camera=None, covariance=None)
+            pose = replace(pose, T_map_camera=_ELSEWHERE, T_reference_camera=None, covariance=None)
         model = _without_surface(step.model.settings)
         return replace(step, model=model, grid=None, pose=pose)
 
@@ -56,8 +56,8 @@ def _row(pose: PoseEstimate) -> NDArray[np.float64]:
     """The numbers of a pose; NaN for what it does not have."""
     row = np.full(_COLUMNS, np.nan)
     row[_CAMERA] = pose.T_map_camera.as_matrix().ravel()
-    if pose.T_anchor_camera is not None:
-        row[_ANCHOR] = pose.T_anchor_camera.as_matrix().ravel()
+    if pose.T_reference_camera is not None:
+        row[_REFERENCE] = pose.T_reference_camera.as_matrix().ravel()
     if pose.covariance is not None:
         row[_COVARIANCE] = pose.covariance.ravel()
     return row
@@ -66,10 +66,12 @@ def _row(pose: PoseEstimate) -> NDArray[np.float64]:
 def _unpacked(step: RecognitionStep, row: NDArray[np.float64]) -> RecognitionStep:
     if step.pose is None:
         return step
-    camera, anchor = _transform(row[_CAMERA]), _transform(row[_ANCHOR])
+    camera, in_reference = _transform(row[_CAMERA]), _transform(row[_REFERENCE])
     assert camera is not None
     covariance = None if np.isnan(row[_COVARIANCE.start]) else row[_COVARIANCE].reshape(6, 6)
-    pose = replace(step.pose, T_map_camera=camera, T_anchor_camera=anchor, covariance=covariance)
+    pose = replace(
+        step.pose, T_map_camera=camera, T_reference_camera=in_reference, covariance=covariance
+    )
     return replace(step, pose=pose)
 
 

@@ -13,7 +13,7 @@ REACHED = "reached"
 BLOCKED = "blocked on the way"
 CLOSED = "something stands in the way"
 HIDDEN = "the object is not in view from there"
-UNSURE = "not sure where it was"
+UNSURE = "the pose was not reliable"
 NO_NEWS = "the robot stands there already"
 
 

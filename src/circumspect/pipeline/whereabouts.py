@@ -6,9 +6,9 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
 from circumspect.geometry.composition import composed
-from circumspect.mapping import PoseEstimate
 from circumspect.robot import Velocity, arc
 from circumspect.sensing import Odometry
+from circumspect.tracking import PoseEstimate
 
 
 class Whereabouts:

@@ -115,6 +115,11 @@ class KeyframeMap:
         return self._poses
 
     @property
+    def factors(self) -> tuple[BetweenFactor, ...]:
+        """Measurements between keyframes; `first` and `second` are numbers of keyframes."""
+        return tuple(self._factors)
+
+    @property
     def violated(self) -> NDArray[np.int64]:
         """Keys of map points that a keyframe sees through, ascending: means over thin parts."""
         return self._violated

@@ -6,13 +6,12 @@ from circumspect.recording.frame_folder import FrameFolder
 from circumspect.recording.open_recording import is_bag, open_bag, open_recording
 from circumspect.recording.recording import Recording
 from circumspect.recording.recording_robot import RecordingRobot
-from circumspect.recording.run_recorder import CALIBRATED, RunRecorder
+from circumspect.recording.run_recorder import RunRecorder
 from circumspect.recording.seven_scenes import SevenScenesFolder
 from circumspect.recording.topic_choice import TopicNames
 from circumspect.recording.tum_rgbd import TumRgbdFolder
 
 __all__ = [
-    "CALIBRATED",
     "BagRecording",
     "BagSettings",
     "CeilingBag",

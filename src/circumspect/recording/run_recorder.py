@@ -52,8 +52,6 @@ DETECTIONS_TOPIC = "/circumspect/detections"
 MAP, ODOM, BASE, OPTICAL = "map", "odom", "base_link", "camera_optical"
 SYNCHRONOUS = "synchronous"
 """Note of a recording in which the odometry before each depth image is that image's own."""
-CALIBRATED = "calibrated"
-"""Note of a recording whose depth is true, but for the Xtion's noise, as far as it reaches."""
 
 _log = logging.getLogger(__name__)
 

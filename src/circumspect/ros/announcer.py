@@ -11,7 +11,6 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.errors import GeometryError
-from circumspect.mapping import PoseEstimator
 from circumspect.pipeline import CLASSIFIED, RecognitionPipeline, RecognitionStep
 from circumspect.planning import NextView
 from circumspect.reconstruction import ObjectModel
@@ -38,6 +37,7 @@ from circumspect.ros.outgoing import (
 from circumspect.ros.path_log import PathLog
 from circumspect.ros.wire_messages import packed
 from circumspect.sensing import RgbdFrame
+from circumspect.tracking import PoseEstimator
 
 EVERY = 1.0
 """Between two models, paths and next views, which are large or take long [s]."""
@@ -145,7 +145,7 @@ class Announcer:
         pose = step.pose
         if self._tell_transforms is None or pose is None or pose.T_map_odom is None:
             return
-        if frame.odometry is None or not pose.certain:
+        if frame.odometry is None or not pose.reliable:
             return
         T_odom_told = pose.T_map_odom.inverse().as_transform()
         moved = transform_message(T_odom_told, step.stamp, odom_frame, self._frame)

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from circumspect.classification import Prediction
-from circumspect.mapping import PoseEstimate
 from circumspect.pipeline import CLASSIFIED, RecognitionStep
+from circumspect.tracking import PoseEstimate
 
 WELL, WARNING, ERROR = 0, 1, 2
 SILENT = 3.0
@@ -162,6 +162,8 @@ class Health:
             return WARNING, "waiting for the first frame"
         if now - self._outcome[0] > RECENT:
             return WARNING, "no frame went through the pipeline lately"
+        if self._pose is not None and not self._pose.reliable:
+            return WARNING, f"pose not reliable: {self._pose.reason}"
         if self._outcome[1] != CLASSIFIED:
             return WARNING, self._outcome[1]
         if not self.with_odometry:
@@ -192,11 +194,12 @@ def _yes_or_no(value: bool) -> str:
 
 def _placed(pose: PoseEstimate | None) -> dict[str, str]:
     """How well the place of the latest frame is known."""
-    if pose is None or pose.deviations is None:
+    if pose is None or pose.sigmas is None:
         return {}
-    turn, place = pose.deviations
+    turn, place = pose.sigmas
     return {
-        "pose sure": _yes_or_no(pose.sure),
+        "pose state": str(pose.state),
+        "pose accurate": _yes_or_no(pose.accurate),
         "pose, standard deviation [mm]": f"{1e3 * place:.0f}",
         "pose, standard deviation [°]": f"{np.degrees(turn):.1f}",
     }

@@ -47,7 +47,7 @@ class NextViews:
 
     def heard(self, step: RecognitionStep, frame: RgbdFrame) -> None:
         """Take what a frame led to."""
-        if step.pose is None or not step.pose.certain:
+        if step.pose is None or not step.pose.reliable:
             return
         self._obstacles = self._obstacles.with_frame(frame, step.pose.T_map_camera)
         here = step.pose.T_map_base
@@ -66,7 +66,7 @@ class NextViews:
             frame: Its frame.
         """
         mount, pose = frame.T_base_camera, step.pose
-        if mount is None or pose is None or pose.T_map_base is None or not pose.certain:
+        if mount is None or pose is None or pose.T_map_base is None or not pose.reliable:
             return None
         situation = self._situation(step, frame, mount, pose.T_map_base)
         return None if situation is None else self._planner.next_view(situation)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry.composition import between, composed
-from circumspect.mapping import PoseEstimate, PoseEstimator
+from circumspect.tracking import PoseEstimate, PoseEstimator
 
 STRIDE, TURN = 0.02, float(np.radians(5.0))
 """Poses nearer than this to the last one are not kept [m, rad]."""
@@ -31,7 +31,7 @@ class PathLog:
             pose: Where it was taken from.
             T_base_camera: Where the camera was mounted; None makes it a path of the camera.
         """
-        if not pose.certain:
+        if not pose.reliable:
             return
         if self._kept:
             moved = between(self._kept[-1][1].T_map_camera, pose.T_map_camera)

@@ -11,13 +11,7 @@ from typing import Protocol
 
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import CircumspectError, InputError
-from circumspect.mapping import KnownPoses, PoseEstimator, RegisteredPoses, TrackingSettings
-from circumspect.pipeline import (
-    CLASSIFIED,
-    NO_POSE,
-    RecognitionPipeline,
-    RecognitionStep,
-)
+from circumspect.pipeline import CLASSIFIED, RecognitionPipeline, RecognitionStep
 from circumspect.planning import NextView
 from circumspect.ros.announcer import Announcer
 from circumspect.ros.health import Health, Status
@@ -26,6 +20,7 @@ from circumspect.ros.middleware import COMMANDS, Middleware
 from circumspect.ros.node_settings import NodeSettings
 from circumspect.ros.outgoing import EMPTY
 from circumspect.sensing import BoxSegmentation, GroundSegmentation, RgbdFrame
+from circumspect.tracking import KnownPoses, PoseEstimator, Tracker, TrackingSettings
 
 START, STOP, RESET = "start", "stop", "reset"
 REPORT_EVERY = 1.0
@@ -156,7 +151,7 @@ class RecognitionNode:
         s = self.settings
         poses: PoseEstimator = KnownPoses()
         if s.poses == "found":
-            poses = RegisteredPoses(settings=TrackingSettings.uncalibrated(s.noise))
+            poses = Tracker(settings=TrackingSettings.for_noise(s.noise))
         segmentation = GroundSegmentation(noise=s.noise)
         if s.box:
             segmentation = BoxSegmentation(s.box[:3], s.box[3:], s.noise)
@@ -178,8 +173,8 @@ class RecognitionNode:
         spent = 1e3 * (time.perf_counter() - start)
         if step.outcome != CLASSIFIED:
             _log.warning("a frame left the model as it was: %s", step.outcome)
-        if step.outcome == NO_POSE and step.pose is not None:
-            _log.warning("the pose is not certain: %s", step.pose.remark)
+        if step.pose is not None and not step.pose.reliable:
+            _log.warning("pose not reliable: %s", step.pose.reason)
         self.health.step(step, spent)
         for observer in self.observers:
             observer.on_step(step)

@@ -8,9 +8,14 @@ from typing import Any
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.prediction import UNKNOWN_OBJECT
 
-OLDER = {"known": "in_distribution", "conclusive": "confident", "seen": "coverage"}
-"""Older key of an answer to that of today. In the same files `reason` was what is `end_reason`
-today."""
+OLDER = {
+    "known": "in_distribution", "conclusive": "confident", "seen": "coverage",
+    "certain": "reliable", "sure": "accurate", "prior": "source",
+}  # fmt: skip
+"""Older key of an answer or a pose to that of today. Where an answer has `conclusive`, `reason` is
+what is `end_reason` today."""
+GATE, DOUBT, OPEN = "gate", "doubt", "open"
+"""Older keys that are `pose_reason` today, and the gate of a registration that was used."""
 
 
 def with_todays_keys(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -19,12 +24,15 @@ def with_todays_keys(row: Mapping[str, Any]) -> dict[str, Any]:
     Args:
         row: As it was read; nothing in it is believed.
     """
-    if "conclusive" not in row:
-        return {OLDER.get(key, key): value for key, value in row.items()}
-    found = {OLDER.get(key, key): value for key, value in row.items() if key != "reason"}
-    if "reason" in row:
-        found["end_reason"] = row["reason"]
-    found["reason"] = _reason(row)
+    found = {OLDER.get(key, key): row[key] for key in row if key not in (GATE, DOUBT)}
+    if GATE in row:
+        gate = None if row[GATE] == OPEN else row[GATE]
+        found["pose_reason"] = "; ".join(str(why) for why in (gate, row.get(DOUBT)) if why)
+    if "conclusive" in row:
+        found.pop("reason", None)
+        if "reason" in row:
+            found["end_reason"] = row["reason"]
+        found["reason"] = _reason(row)
     return found
 
 

@@ -11,7 +11,6 @@ from circumspect.pipeline import CLASSIFIED
 from circumspect.viewer.colouring import CLASSES
 
 MOST_BARS, MOST_FAULTS = 6, 6
-OPEN = "open"
 QUIET = "color:#64748b"
 
 
@@ -86,10 +85,10 @@ def times_html(row: Mapping[str, Any]) -> str:
 
 
 def faults_html(rows: Sequence[Mapping[str, Any]], count: int) -> str:
-    """What went wrong lately: frames that changed nothing, gates that closed, poses in doubt."""
+    """What went wrong lately: frames that changed nothing, poses that are not reliable."""
     told = list(_faults(rows, count))
     if not told:
-        return _box(f"<span style='{QUIET}'>no fault, every gate open, no pose in doubt</span>")
+        return _box(f"<span style='{QUIET}'>no fault, all poses reliable</span>")
     lines = "".join(
         f"<li><b>frame {frame + 1}</b> {_text(what)}</li>" for frame, what in told[:MOST_FAULTS]
     )
@@ -104,10 +103,8 @@ def _faults(rows: Sequence[Mapping[str, Any]], count: int) -> Iterable[tuple[int
         row, reasons = rows[index], []
         if row.get("outcome") != CLASSIFIED:
             reasons.append(str(row.get("outcome")))
-        if row.get("gate") not in (None, OPEN):
-            reasons.append(f"gate closed: {row['gate']}")
-        if row.get("doubt"):
-            reasons.append(str(row["doubt"]))
+        if row.get("pose_reason"):
+            reasons.append(str(row["pose_reason"]))
         if reasons:
             yield int(row.get("frame", index)), "; ".join(reasons)
             found += 1

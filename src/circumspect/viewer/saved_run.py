@@ -28,7 +28,7 @@ LARGEST_LOG, LARGEST_JSON, LARGEST_ODOMETRY = 512 << 20, 16 << 20, 16 << 20
 """Bytes."""
 LARGEST_NUMBER = 1e30
 """Sums of larger ones might overflow."""
-LOG_KEYS = ("outcome", "label", "reason", "gate", "doubt")
+LOG_KEYS = ("outcome", "label", "reason", "pose_reason")
 ANSWER = (*ANSWER_KEYS, "coverage")
 """Of a row and of the result: over all grids, and after the last loop was closed."""
 Row = Mapping[str, Any]
