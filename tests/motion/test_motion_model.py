@@ -128,3 +128,15 @@ def test_frequent_frames_are_predicted_better() -> None:
 def test_covariances_stay_invertible_after_a_long_pause() -> None:
     motion = MODEL.by_standing_still(1e9, 1e9)
     assert np.isfinite(np.linalg.inv(motion.covariance)).all()
+
+
+@pytest.mark.parametrize("rate", [2, 30, 100])
+def test_a_camera_that_nothing_measures_is_as_uncertain_at_any_frame_rate(rate: int) -> None:
+    """After one second; a flat wall must not become reliable because frames are frequent."""
+    model, covariance = MotionModel(), np.zeros((6, 6))
+    for number in range(rate):
+        motion = model.by_constant_velocity(np.eye(4), 1 / rate, 1 / rate, number / rate)
+        covariance = covariance + motion.covariance
+    sigmas = np.sqrt(np.diag(covariance))
+    assert sigmas[3] == pytest.approx(model.settings.speed_sigma, rel=0.01)
+    assert sigmas[0] == pytest.approx(model.settings.spin_sigma, rel=0.01)

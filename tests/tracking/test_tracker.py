@@ -285,3 +285,64 @@ def test_keyframes_stay_few_and_frames_at_culled_ones_stay_placed() -> None:
     assert len(tracker.keyframes) == 5
     final = [e.at(T) for e, T in zip(tracked, tracker.corrected(tracked), strict=True)]
     assert place_errors(final, SHORT).max() < NEAR
+
+
+def after_a_blind_passage(end_deg: float, off: float) -> tuple[list[PoseEstimate], np.ndarray]:
+    """The drive goes on blindly to an azimuth, where the odometry is off by so much [m]."""
+    angles = np.concatenate([SHORT, np.radians(np.arange(60.0, end_deg + 1, 2.5))])
+    frames = drive(angles)
+    odometry, variance = frames[-1].odometry, np.diag([2 * off, 2 * off, off / 5]) ** 2
+    there = replace(odometry.T_odom_base, x=odometry.T_odom_base.x + off)
+    moved = replace(odometry, T_odom_base=there, covariance=odometry.covariance + variance)
+    frames[-1] = replace(frames[-1], odometry=moved)
+    dark = map(blind, frames[len(SHORT) : -1])
+    return follow([*frames[: len(SHORT)], *dark, frames[-1]]), angles
+
+
+@pytest.mark.parametrize(("end_deg", "off"), [(100.0, 0.0), (180.0, 0.1)])
+def test_unexplored_space_does_not_confirm_an_uncertain_pose(end_deg: float, off: float) -> None:
+    tracked, angles = after_a_blind_passage(end_deg, off)
+    assert_reliable_poses_are_right(tracked, angles)
+    assert off == 0 or not tracked[-1].reliable
+
+
+def test_after_two_blind_frames_without_odometry_a_new_view_is_not_reliable() -> None:
+    angles = np.concatenate([SHORT, np.radians([60.0, 62.5, 120.0])])
+    frames = drive(angles)
+    mute = with_odometry(frames[16:], lambda *_: None)
+    tracked = follow([*frames[:16], blind(mute[0]), blind(mute[1]), mute[2]])
+    assert_reliable_poses_are_right(tracked, angles)
+    assert not tracked[-1].reliable
+
+
+def test_odometry_that_jumps_twice_does_not_mislead() -> None:
+    jumps = {14: PlanarPose(0.0, 0.12, 0.0), 15: PlanarPose(0.0, 0.16, 0.0)}
+    frames = with_odometry(list(short_drive()), lambda n, pose: pose @ jumps.get(n, PlanarPose()))
+    tracked = follow(frames)
+    assert_reliable_poses_are_right(tracked, SHORT)
+    assert tracked[14].source != "odometry"
+
+
+@pytest.mark.parametrize("step_deg", [5.0, 12.5])
+def test_loops_are_closed_while_a_robot_drives_fast(step_deg: float) -> None:
+    """13 cm or 33 cm a frame."""
+    keyframes = KeyframeSettings(min_correction=0.0, min_correction_rotation=0.0)
+    tracker = Tracker(settings=TrackingSettings(keyframes=keyframes))
+    follow(drive(np.radians(np.arange(45, 45 + 360 + 35, step_deg))), tracker)
+    assert tracker.corrections > 0
+
+
+def test_an_interrupted_finalisation_may_be_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
+    tracker = Tracker()
+    follow(short_drive(), tracker)
+
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(tracker.keyframes, "optimise", lambda **_: interrupted())
+        with pytest.raises(KeyboardInterrupt):
+            tracker.finalise()
+    before = tracker.corrections
+    tracker.finalise()
+    assert tracker.corrections == before + 1
