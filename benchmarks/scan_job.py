@@ -138,7 +138,7 @@ def measured(
 def told(result: RecognitionResult) -> dict[str, Any]:
     """What the pipeline says."""
     prediction, last = result.prediction, result.last
-    poses = [step.pose for step in result.steps if step.pose is not None]
+    states = Counter(step.pose.state for step in result.steps if step.pose is not None)
     return {
         "label": None if prediction is None else prediction.label,
         "probability": None if prediction is None else prediction.probability,
@@ -147,8 +147,7 @@ def told(result: RecognitionResult) -> dict[str, Any]:
         "frames": len(result.steps),
         "coverage": 0.0 if last is None else last.coverage,
         "outcomes": dict(Counter(step.outcome for step in result.steps)),
-        "states": dict(Counter(pose.state for pose in poses)),
-        "pose_reasons": dict(Counter(pose.reason for pose in poses if pose.reason)),
+        "states": dict(states),
     }
 
 
