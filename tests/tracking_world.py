@@ -12,9 +12,12 @@ from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.registration import Scan
 from circumspect.sensing import DepthNoise, Odometry, RgbdFrame
 from circumspect.simulation import Scene, SimulatedCamera, Station, Surface, block, looking_at
-from circumspect.tracking import PoseEstimate, Tracker
+from circumspect.tracking import PoseEstimate, Tracker, TrackingSettings
 
 CAMERA = PinholeCamera(240, 180, 214.0, 214.0, 119.5, 89.5)
+UNDISTORTED = DepthNoise(systematic_disparity=0.0)
+"""Noise of the simulated camera, which has no systematic errors."""
+SETTINGS = TrackingSettings.for_noise(UNDISTORTED)
 RADIUS, HEIGHT = 1.5, 1.1
 T_BASE_CAMERA = looking_at((0.0, 0.0, HEIGHT), (0.0, RADIUS, 0.3))
 SLIP = 0.04
@@ -43,7 +46,7 @@ def drive(
 ) -> list[RgbdFrame]:
     """Frames with odometry and mount, without poses; one a second."""
     camera = SimulatedCamera(Scene(things), lambda: Station(0.0, RigidTransform.identity()),
-                             CAMERA, DepthNoise(), seed)  # fmt: skip
+                             CAMERA, UNDISTORTED, seed)  # fmt: skip
     odom, covariance, frames = PlanarPose(), np.zeros((3, 3)), []
     for number, angle in enumerate(angles):
         if number:
@@ -81,7 +84,7 @@ def place_errors(estimates: list, angles: np.ndarray) -> np.ndarray:
 
 
 def follow(frames, tracker: Tracker | None = None) -> list[PoseEstimate]:
-    tracker = tracker or Tracker()
+    tracker = tracker or Tracker(settings=SETTINGS)
     return [tracker.track(frame) for frame in frames]
 
 

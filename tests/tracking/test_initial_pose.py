@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
-from tracking_world import SHORT, blind, follow, place_errors, short_drive, true_camera
+from tracking_world import SETTINGS, SHORT, blind, follow, place_errors, short_drive, true_camera
 
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
@@ -26,7 +26,7 @@ def test_frames_that_do_not_start_a_map_are_not_reliable() -> None:
 
 def test_odometry_moves_a_given_first_pose_until_there_is_a_map() -> None:
     frames, first = short_drive(), true_camera(float(SHORT[0]))
-    tracked = follow([*map(blind, frames[:6]), *frames[6:]], Tracker(first))
+    tracked = follow([*map(blind, frames[:6]), *frames[6:]], Tracker(first, SETTINGS))
     errors = place_errors(tracked, SHORT)
     # The odometry claims 4 % more than the truth.
     way = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
@@ -36,7 +36,7 @@ def test_odometry_moves_a_given_first_pose_until_there_is_a_map() -> None:
 
 def test_skipped_frames_move_a_given_first_pose_as_well() -> None:
     frames, first = short_drive(), true_camera(float(SHORT[0]))
-    tracker = Tracker(first)
+    tracker = Tracker(first, SETTINGS)
     for frame in frames[:6]:
         tracker.skip(frame)
     way = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
@@ -49,7 +49,7 @@ def test_a_given_first_pose_is_moved_over_a_frame_without_odometry() -> None:
     frames, first = short_drive(), true_camera(float(SHORT[0]))
     early = [*map(blind, frames[:6])]
     early[3] = replace(early[3], odometry=None)
-    tracked = follow([*early, *frames[6:8]], Tracker(first))
+    tracked = follow([*early, *frames[6:8]], Tracker(first, SETTINGS))
     way = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
     assert place_errors(tracked, SHORT[:8])[6] < 0.05 * way
 
@@ -59,7 +59,7 @@ def test_odometry_that_starts_far_away_is_refused_with_the_remedy(east: float) -
     frame = short_drive()[0]
     far = replace(frame.odometry, T_odom_base=PlanarPose(east, 5.4e6, 0.3))
     with pytest.raises(InputError, match="5400 km from the origin; subtract the position"):
-        Tracker().track(replace(frame, odometry=far))
+        Tracker(settings=SETTINGS).track(replace(frame, odometry=far))
 
 
 def test_a_camera_on_a_panning_head_is_tracked() -> None:
@@ -70,7 +70,7 @@ def test_a_camera_on_a_panning_head_is_tracked() -> None:
         for n in range(6)
     ]
     mounts = [turn * frame.T_base_camera for turn in turned]
-    tracker = Tracker()
+    tracker = Tracker(settings=SETTINGS)
     tracker.track(frame)
     for number, mount in enumerate(mounts[1:], 1):
         # Nothing is in sight: odometry and mount alone say where the camera looks.

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
-from tracking_world import THINGS, blind, drive, follow, true_camera
+from tracking_world import SETTINGS, THINGS, blind, drive, follow, true_camera
 
 from circumspect.geometry.pose_distance import distances
 from circumspect.registration import Scan
@@ -27,7 +27,7 @@ SQUARE = (Surface("object", block((-0.25, -0.25, 0.0), (0.25, 0.25, 0.8))), THIN
 
 def tracked_round(angles: np.ndarray, things: tuple[Surface, ...] = THINGS) -> Tracker:
     """A tracker after a drive, its map in the frame of the world."""
-    tracker = Tracker(true_camera(float(angles[0])))
+    tracker = Tracker(true_camera(float(angles[0])), SETTINGS)
     follow(drive(angles, things=things), tracker)
     tracker.finalise()
     return tracker
@@ -37,7 +37,7 @@ def test_a_candidate_is_near_the_truth() -> None:
     """The nearest keyframe is 8° and 0.2 m away."""
     keyframes = tracked_round(np.radians(np.arange(-30, 25, 4.0))).keyframes
     angle = float(np.radians(30.0))
-    scan = Scan.from_frame(drive(np.array([angle]))[0])
+    scan = Scan.from_frame(drive(np.array([angle]))[0], SETTINGS.scan)
     candidates = candidate_poses(scan, keyframes)
     assert 0 < len(candidates) <= MAX_CANDIDATES
     poses = np.stack([candidate.T_map_camera for candidate in candidates])
@@ -46,7 +46,7 @@ def test_a_candidate_is_near_the_truth() -> None:
 
 def test_without_scan_or_map_there_are_no_candidates() -> None:
     frame = drive(np.array([0.0]))[0]
-    tracker = Tracker()
+    tracker = Tracker(settings=SETTINGS)
     assert candidate_poses(Scan.from_frame(frame), tracker.keyframes) == []
     tracker.track(frame)
     assert candidate_poses(Scan.from_frame(blind(frame)), tracker.keyframes) == []
@@ -77,7 +77,7 @@ def test_a_robot_lost_at_a_square_pillar_is_not_reliable() -> None:
     angles = np.radians(np.arange(5, 366, 10.0))
     away = np.radians(np.arange(50, 62, 2.5))
     frames = drive(np.concatenate([angles, away]), things=SQUARE)
-    tracker = Tracker(true_camera(float(angles[0])))
+    tracker = Tracker(true_camera(float(angles[0])), SETTINGS)
     before = follow(frames[: len(angles)], tracker)
     assert before[-1].reliable
     last = frames[len(angles) - 1]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
-from tracking_world import SHORT, blind, drive, follow, place_errors, short_drive, true_camera
+from tracking_world import SETTINGS, SHORT, blind, drive, follow, place_errors, short_drive, true_camera
 
 from circumspect.sensing import RgbdFrame
 from circumspect.tracking import Tracker
@@ -23,7 +23,7 @@ def stamped(angles: np.ndarray, stamps: list[float]) -> list[RgbdFrame]:
 def test_a_camera_that_stands_stays_in_pairs_of_frames(gap: float) -> None:
     angles = np.full(16, np.radians(60.0))
     stamps = [number // 2 * 0.1 + number % 2 * gap for number in range(len(angles))]
-    tracked = follow(stamped(angles, stamps), Tracker(true_camera(float(angles[0]))))
+    tracked = follow(stamped(angles, stamps), Tracker(true_camera(float(angles[0])), SETTINGS))
     assert all(estimate.reliable for estimate in tracked)
     assert place_errors(tracked, angles).max() < 0.006
 
@@ -33,7 +33,7 @@ def test_a_frame_stamped_on_arrival_does_not_lose_a_moving_camera(gap: float) ->
     angles = np.radians(np.arange(60.0, 70.0, 0.5))
     stamps = [number * 0.1 for number in range(len(angles))]
     stamps[12] = stamps[13] - gap
-    tracked = follow(stamped(angles, stamps), Tracker(true_camera(float(angles[0]))))
+    tracked = follow(stamped(angles, stamps), Tracker(true_camera(float(angles[0])), SETTINGS))
     assert all(estimate.reliable for estimate in tracked)
     assert place_errors(tracked, angles).max() < 0.015
 
@@ -41,7 +41,7 @@ def test_a_frame_stamped_on_arrival_does_not_lose_a_moving_camera(gap: float) ->
 def test_a_lost_camera_does_not_move_on() -> None:
     angles = np.radians(np.arange(60.0, 66.0, 0.5))
     frames = stamped(angles, [number * 0.1 for number in range(len(angles))])
-    tracker = Tracker(true_camera(float(angles[0])))
+    tracker = Tracker(true_camera(float(angles[0])), SETTINGS)
     follow(frames, tracker)
     # The sensor is dead and shows a wall in front of the lens.
     wall = np.full_like(frames[-1].depth, 0.6)

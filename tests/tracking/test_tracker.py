@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 from tracking_world import (
+    SETTINGS,
     SHORT,
     THINGS,
     blind,
@@ -69,7 +70,7 @@ def test_a_drive_is_tracked_better_than_by_odometry() -> None:
 
 
 def test_the_map_is_the_odom_frame_of_the_first_frame() -> None:
-    first = Tracker().track(short_drive()[0])
+    first = Tracker(settings=SETTINGS).track(short_drive()[0])
     assert first.T_map_odom is not None
     np.testing.assert_allclose([*first.T_map_odom.xy, first.T_map_odom.yaw], 0, atol=1e-12)
 
@@ -88,14 +89,14 @@ def test_a_common_motion_of_the_odometry_moves_all_poses() -> None:
 def test_without_odometry_the_first_pose_must_be_given() -> None:
     frame = replace(short_drive()[0], odometry=None, T_base_camera=None)
     with pytest.raises(InputError, match="needs the pose of the first frame"):
-        Tracker().track(frame)
-    given = Tracker(RigidTransform.identity()).track(frame)
+        Tracker(settings=SETTINGS).track(frame)
+    given = Tracker(RigidTransform.identity(), SETTINGS).track(frame)
     np.testing.assert_allclose(given.T_map_camera.as_matrix(), np.eye(4), atol=1e-12)
 
 
 def test_a_robot_without_odometry_starts_its_map_where_it_stands() -> None:
     frame = replace(short_drive()[0], odometry=None)
-    first = Tracker().track(frame)
+    first = Tracker(settings=SETTINGS).track(frame)
     mount = frame.T_base_camera
     assert mount is not None
     np.testing.assert_allclose(first.T_map_camera.as_matrix(), mount.as_matrix(), atol=1e-12)
@@ -119,7 +120,7 @@ def test_a_camera_without_robot_is_tracked_by_constant_velocity() -> None:
         replace(frame, odometry=None, T_base_camera=None, stamp=0.1 * frame.stamp)
         for frame in drive(SHORT, things=steps_and_pillars())
     ]
-    tracked = follow(frames, Tracker(start))
+    tracked = follow(frames, Tracker(start, SETTINGS))
     assert "constant velocity" in sources(tracked)
     assert {(e.T_map_base, e.T_map_odom) for e in tracked} == {(None, None)}
     assert_reliable_poses_are_right(tracked, SHORT)
@@ -174,7 +175,7 @@ def test_rotation_and_position_must_both_be_known_for_a_reliable_pose(
     bounds: tuple[float, float],
 ) -> None:
     strict = replace(
-        TrackingSettings(), max_rotation_sigma=bounds[0], max_translation_sigma=bounds[1]
+        SETTINGS, max_rotation_sigma=bounds[0], max_translation_sigma=bounds[1]
     )
     tracked = follow(short_drive()[:3], Tracker(settings=strict))[1:]
     assert not any(estimate.reliable for estimate in tracked)
@@ -248,7 +249,7 @@ def test_a_kidnapped_robot_relocalises_though_every_second_frame_is_empty() -> N
 
 def test_a_loop_is_closed_and_corrected() -> None:
     angles = np.radians(np.arange(45, 430, 5.0))
-    tracker = Tracker()
+    tracker = Tracker(settings=SETTINGS)
     tracked = follow(drive(angles), tracker)
     tracker.finalise()
     final = [e.at(T) for e, T in zip(tracked, tracker.corrected(tracked), strict=True)]
@@ -263,7 +264,7 @@ def test_a_loop_is_closed_and_corrected() -> None:
 
 def test_pending_work_may_be_done_at_any_time() -> None:
     """At once, or only when the next frame comes; and what was returned does not change."""
-    frames, tracker = short_drive(), Tracker()
+    frames, tracker = short_drive(), Tracker(settings=SETTINGS)
     at_once = []
     for frame in frames:
         estimate = tracker.track(frame)
@@ -279,7 +280,7 @@ def test_pending_work_may_be_done_at_any_time() -> None:
 
 def test_keyframes_stay_few_and_frames_at_culled_ones_stay_placed() -> None:
     keyframes = KeyframeSettings(max_baseline=0.02, max_rotation=0.05, max_keyframes=5)
-    tracker = Tracker(settings=TrackingSettings(keyframes=keyframes))
+    tracker = Tracker(settings=replace(SETTINGS, keyframes=keyframes))
     tracked = follow(short_drive(), tracker)
     tracker.finalise()
     assert len(tracker.keyframes) == 5
@@ -327,13 +328,13 @@ def test_odometry_that_jumps_twice_does_not_mislead() -> None:
 def test_loops_are_closed_while_a_robot_drives_fast(step_deg: float) -> None:
     """13 cm or 33 cm a frame."""
     keyframes = KeyframeSettings(min_correction=0.0, min_correction_rotation=0.0)
-    tracker = Tracker(settings=TrackingSettings(keyframes=keyframes))
+    tracker = Tracker(settings=replace(SETTINGS, keyframes=keyframes))
     follow(drive(np.radians(np.arange(45, 45 + 360 + 35, step_deg))), tracker)
     assert tracker.corrections > 0
 
 
 def test_an_interrupted_finalisation_may_be_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
-    tracker = Tracker()
+    tracker = Tracker(settings=SETTINGS)
     follow(short_drive(), tracker)
 
     def interrupted() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +39,8 @@ class MotionSettings:
             [m/s], [rad/s] …
         acceleration_sigma, spin_acceleration_sigma: … as far as such accelerations [m/s²], [rad/s²]
             change it within the time between two frames.
-        max_extrapolation: A velocity is assumed to last for at most this time [s].
+        max_extrapolation: A velocity is assumed to last for at most this time [s] after
+            it was measured.
     """
 
     level_rotation: float = float(np.radians(0.3))
@@ -51,7 +52,7 @@ class MotionSettings:
     spin_sigma: float = float(np.radians(25.0))
     acceleration_sigma: float = 3.0
     spin_acceleration_sigma: float = 6.0
-    max_extrapolation: float = 1.5
+    max_extrapolation: float = 0.7
 
     @property
     def level_covariance(self) -> NDArray[np.floating]:
@@ -99,7 +100,12 @@ class MotionModel:
         )
 
     def by_constant_velocity(
-        self, T_before_now: NDArray[np.floating], measured: float, time: float, unmeasured: float
+        self,
+        T_before_now: NDArray[np.floating],
+        measured: float,
+        time: float,
+        unmeasured: float,
+        time_sigma: float = 0.0,
     ) -> RelativeMotion:
         """The last motion continued.
 
@@ -108,12 +114,18 @@ class MotionModel:
             measured: How long it took [s].
             time: How long to continue it [s].
             unmeasured: For how long [s] the velocity has not been measured.
+            time_sigma: Standard deviation of `time` [s], for frames may be stamped on arrival.
         """
-        ratio = 0.0
+        ratio, change = 0.0, se3_matrices.log(T_before_now)
         if measured > 0:
-            ratio = min(min(time, self.settings.max_extrapolation) / measured, MAX_EXTRAPOLATION)
-        motion = se3_matrices.exp(ratio * se3_matrices.log(T_before_now))
-        return self._by_velocity(motion, time, unmeasured, "constant velocity")
+            left = min(time, max(self.settings.max_extrapolation - unmeasured, 0.0))
+            ratio = min(left / measured, MAX_EXTRAPOLATION)
+            change = change / measured
+        motion = self._by_velocity(
+            se3_matrices.exp(ratio * measured * change), time, unmeasured, "constant velocity"
+        )
+        by_time = time_sigma * change
+        return replace(motion, covariance=motion.covariance + np.outer(by_time, by_time))
 
     def by_standing_still(self, time: float, unmeasured: float) -> RelativeMotion:
         """No motion; arguments as in `by_constant_velocity`."""
@@ -122,14 +134,13 @@ class MotionModel:
     def _by_velocity(
         self, T_before_now: NDArray[np.floating], time: float, unmeasured: float, source: str
     ) -> RelativeMotion:
-        """A velocity error ε persists: after t seconds its variance is (ε t)²."""
         s = self.settings
         since = min(unmeasured, MAX_UNMEASURED_S)
         until = min(since + time, MAX_UNMEASURED_S)
-        spin = min(s.spin_sigma, s.spin_acceleration_sigma * time)
-        speed = min(s.speed_sigma, s.acceleration_sigma * time)
-        variances = np.array([spin**2] * 3 + [speed**2] * 3)
-        covariance = np.diag(variances * max(until**2 - since**2, 1e-9))
+        spin, speed = s.spin_sigma, s.speed_sigma
+        rotation = _growth(spin, s.spin_acceleration_sigma, since, until)
+        translation = _growth(speed, s.acceleration_sigma, since, until)
+        covariance = np.diag([max(rotation, 1e-9)] * 3 + [max(translation, 1e-9)] * 3)
         return RelativeMotion(T_before_now, np.zeros((6, 2)), covariance, source)
 
     def _base_covariance(
@@ -145,6 +156,16 @@ class MotionModel:
         )
         covariance[np.ix_(LEVEL, LEVEL)] = s.level_covariance
         return covariance
+
+
+def _growth(speed_sigma: float, acceleration_sigma: float, since: float, until: float) -> float:
+    """Variance by which the position grows between two times [s] after the last measurement.
+
+    A velocity error persists: after t seconds the standard deviation is min(speed, acceleration t)
+    t. The steps between frames add up to the same at any frame rate.
+    """
+    before, after = (min(speed_sigma, acceleration_sigma * t) * t for t in (since, until))
+    return after**2 - before**2
 
 
 def _covariance_growth(before: Odometry, now: Odometry) -> NDArray[np.floating]:

@@ -39,6 +39,8 @@ MIN_DEPTH_M = 0.5
 MAX_FACTORS_PER_KEYFRAME = 8
 MAX_PENDING = 4
 """If more pairs wait for registration, two are registered per frame instead of one."""
+MAX_LOOP_DELAY = 3
+"""A closed loop is optimised after at most so many frames."""
 MERGED_TOGETHER = 8
 """Surfaces merged into the surface map at once; more would take more memory."""
 NEARBY_KEYFRAMES = 40
@@ -101,7 +103,7 @@ class KeyframeMap:
         self._violated = np.empty(0, np.int64)
         self._poses = np.empty((0, 4, 4))
         self._next = 0
-        self._loop_is_new = False
+        self._loop_is_new, self._frames_since_loop = False, 0
 
     def __len__(self) -> int:
         return len(self._keyframes)
@@ -234,7 +236,9 @@ class KeyframeMap:
         return free
 
     def process_pending(self) -> bool:
-        """Register one or two pending pairs; optimise once a loop is closed and none is pending.
+        """Register one or two pending pairs, and optimise after a loop closure.
+
+        Optimisation waits until no pair is pending, but at most for `MAX_LOOP_DELAY` frames.
 
         Returns:
             Whether keyframes were moved.
@@ -242,9 +246,9 @@ class KeyframeMap:
         for _ in range(2 if len(self._pending) > MAX_PENDING else 1):
             if self._pending:
                 self._register(*self._pending.popleft())
-        if self._loop_is_new and not self._pending:
-            return self.optimise()
-        return False
+        self._frames_since_loop += self._loop_is_new
+        waited = not self._pending or self._frames_since_loop >= MAX_LOOP_DELAY
+        return self._loop_is_new and waited and self.optimise()
 
     def finalise(self) -> bool:
         """Register all pending pairs and optimise; returns whether keyframes were moved."""
@@ -261,7 +265,7 @@ class KeyframeMap:
         Returns:
             Whether they were moved.
         """
-        self._loop_is_new = False
+        self._loop_is_new, self._frames_since_loop = False, 0
         optimised = self._graph().optimised()
         there = np.stack([pose.as_matrix() for pose in optimised.poses])
         changes = se3_matrices.logs(se3_matrices.inverse(self._poses) @ there)

@@ -73,6 +73,7 @@ class Registration:
         T_map_camera: The pose at the optimum of scan and prior together.
         hessian: (6, 6) information of the scan alone, for changes of the pose in the optical frame.
         information: (6, 6) information of scan and prior.
+        gradient: (6,) gradient of the scan's cost alone at the optimum.
         innovation: (6,) change from the prior to the optimum.
         points: Number of points of the scan.
         inliers: Number of points with a correspondence and a positive weight.
@@ -89,6 +90,7 @@ class Registration:
     T_map_camera: RigidTransform
     hessian: NDArray[np.float64]
     information: NDArray[np.floating]
+    gradient: NDArray[np.float64]
     innovation: NDArray[np.float64]
     points: int
     inliers: int
@@ -107,26 +109,29 @@ class Registration:
     def measured(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """What the scan alone measures, without the prior.
 
-        At the joint optimum the gradients of scan and prior cancel, so that the optimum of the scan
-        alone is H⁻¹Λδ away, with H the Hessian, Λ the prior's information and δ the innovation.
+        The optimum of the scan alone is -H⁻¹g away from the joint optimum, with H the Hessian and g
+        the gradient of the scan's cost.
 
         Returns:
             (4, 4) `T_map_camera`, equal to the joint optimum in directions that the scan does not
             determine, and (6, 6) its information H.
         """
-        pull = self.prior_information @ self.innovation
-        step = np.linalg.pinv(self.hessian, rcond=MIN_CONDITION, hermitian=True) @ pull
+        step = -self._inverse_hessian @ self.gradient
         return self.T_map_camera.as_matrix() @ se3_matrices.exp(step), self.hessian
 
     def squared_innovation(self) -> float:
         """Squared Mahalanobis distance between the optima of scan and prior.
 
-        With ν = δ + H⁻¹Λδ it is νᵀ(Λ⁻¹ + H⁻¹)⁻¹ν = δᵀΛδ + δᵀΛH⁻¹Λδ. Directions that the scan does
-        not determine add nothing.
+        With the innovation δ, ν = δ - H⁻¹g and the prior's information Λ it is
+        νᵀ(Λ⁻¹ + H⁻¹)⁻¹ν = δᵀΛδ + gᵀH⁻¹g, as g = -Λδ at the joint optimum. Directions that the scan
+        does not determine add nothing.
         """
-        pull = self.prior_information @ self.innovation
-        inverse = np.linalg.pinv(self.hessian, rcond=MIN_CONDITION, hermitian=True)
-        return float(self.innovation @ pull + pull @ inverse @ pull)
+        of_prior = self.innovation @ self.prior_information @ self.innovation
+        return float(of_prior + self.gradient @ self._inverse_hessian @ self.gradient)
+
+    @property
+    def _inverse_hessian(self) -> NDArray[np.float64]:
+        return np.linalg.pinv(self.hessian, rcond=MIN_CONDITION, hermitian=True)
 
 
 def register(
@@ -164,6 +169,7 @@ def register(
         T_map_camera=RigidTransform.from_matrix(solver.T) if solver.moved else T_map_prior,
         hessian=problem.hessian,
         information=problem.hessian + prior_information,
+        gradient=problem.gradient + problem.hessian @ solver.last_step,
         innovation=solver.change,
         points=len(scan),
         inliers=problem.inliers,
@@ -187,6 +193,7 @@ class _GaussNewton:
         prior_information: NDArray[np.floating],
     ) -> None:
         self.T, self.change, self.problem = prior, np.zeros(6), PointToPlaneProblem()
+        self.last_step = np.zeros(6)
         self.steps = 0
         self.moved = self.converged = self.finished = False
         self._prior, self._inverse_prior = prior, se3_matrices.inverse(prior)
@@ -207,12 +214,13 @@ class _GaussNewton:
         ).without_spurious_information()
         if self.problem.inliers < MIN_CORRESPONDENCES:
             self.T, self.change = self._prior, np.zeros(6)
+            self.last_step = np.zeros(6)
             self.moved, self.finished = False, True
             return
         gradient = self.problem.gradient + self._prior_information @ self.change
         information = self.problem.hessian + self._prior_information
         delta = -np.linalg.solve(information + 1e-9 * np.eye(6), gradient)
-        self.T = self.T @ se3_matrices.exp(delta)
+        self.T, self.last_step = self.T @ se3_matrices.exp(delta), delta
         self.change = se3_matrices.log(self._inverse_prior @ self.T)
         self.moved = True
         self._check_convergence(delta, information, s)

@@ -23,21 +23,14 @@ class DownsamplingSettings:
         block: Depths are averaged over square blocks of this side [px].
         voxel: Points are then averaged over voxels of this side [m].
         min_depth: Smaller depths are discarded [m].
-        max_depth: Larger depths are discarded [m]. An uncalibrated structured-light camera
-            distorts depth beyond about 2.5 m.
-        min_points: A scan with fewer points is extended to the maximum range of the sensor.
-        min_thickness: A scan is extended likewise if the standard deviation of its points across
-            their common plane is smaller than this [m]. A bare floor constrains neither position
-            nor heading.
-        noise: Noise of the camera. Its `farthest` is the maximum range of the sensor.
+        max_depth: Larger depths are discarded [m].
+        noise: Noise of the camera.
     """
 
     block: int = 4
     voxel: float = 0.03
     min_depth: float = 0.3
     max_depth: float = 2.5
-    min_points: int = 1200
-    min_thickness: float = 0.05
     noise: DepthNoise = field(default_factory=DepthNoise)
 
 
@@ -118,8 +111,3 @@ def _voxel_means(points_xyz: NDArray[np.float64], voxel: float) -> NDArray[np.fl
         return points_xyz
     points = small_gicp.voxelgrid_sampling(points_xyz, voxel).points()
     return np.ascontiguousarray(np.asarray(points)[:, :3])
-
-
-def _thickness(points_xyz: NDArray[np.float64]) -> float:
-    """Standard deviation [m] of the points across the plane that fits them best."""
-    return float(np.sqrt(max(np.linalg.eigvalsh(np.cov(points_xyz.T))[0], 0.0)))

@@ -62,6 +62,16 @@ class FrameInput:
         return max(self.stamps[-1] - self.stamps[-2], 1e-3)
 
     @property
+    def time_sigma(self) -> float:
+        """Standard deviation of that time [s].
+
+        Stamps at regular intervals are exact. A frame that is stamped on arrival may be wrong by as
+        much as the interval deviates, at most by a whole usual one.
+        """
+        usual = float(np.median(np.diff(self.stamps)))
+        return min(abs(self.time - usual), usual)
+
+    @property
     def level(self) -> NDArray[np.floating] | None:
         """(4, 4) mount of the camera."""
         mount = self.frame.T_base_camera
@@ -128,7 +138,9 @@ class HypothesisEvaluation:
             elapsed = data.stamps[-2] - data.stamps[-2 - back]
         recent = hypothesis.smoother.recent_motion(back)
         odometry = model.by_odometry(data.previous, data.frame)
-        velocity = model.by_constant_velocity(recent, elapsed, time, unmeasured)
+        velocity = model.by_constant_velocity(
+            recent, elapsed, time, unmeasured, data.time_sigma
+        )
         standing = model.by_standing_still(time, unmeasured)
         return [motion for motion in (odometry, velocity, standing) if motion is not None]
 

@@ -34,6 +34,8 @@ ROUGHNESS_WEIGHT = 3.0
 """Multiple of the surface roughness in σ²."""
 MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.1, 3.0
 """A pose is contradicted if the violations exceed this share of the support plus an allowance."""
+MAX_CONFIRMED_SHARE = 0.02
+"""A pose is confirmed if they are below this smaller share plus the allowance."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,15 @@ class ScanLikelihood:
     @property
     def contradicts(self) -> bool:
         """Whether the scan contradicts the map at this pose."""
-        allowed = MAX_VIOLATION_SHARE * max(self.support, 0.0) + VIOLATION_ALLOWANCE
-        return -self.violations > allowed
+        return -self.violations > self._allowed(MAX_VIOLATION_SHARE)
+
+    @property
+    def confirms(self) -> bool:
+        """Whether the scan agrees with the map so well that a new pose may be assumed."""
+        return -self.violations <= self._allowed(MAX_CONFIRMED_SHARE)
+
+    def _allowed(self, share: float) -> float:
+        return share * max(self.support, 0.0) + VIOLATION_ALLOWANCE
 
 
 def scan_likelihood(

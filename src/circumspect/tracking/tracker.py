@@ -108,7 +108,7 @@ class Tracker(PoseEstimator):
         """New hypotheses elsewhere in the map that the frame does not contradict."""
         starts = candidate_poses(data.scan, self.keyframes)
         found = [self._evaluation.relocalised(start, best, data) for start in starts]
-        return [h for h in found if h.unmeasured == 0 and not h.likelihood.contradicts]
+        return [h for h in found if h.unmeasured == 0 and h.likelihood.confirms]
 
     def _referenced(self, hypothesis: Hypothesis) -> Hypothesis:
         T = hypothesis.T_map_camera
