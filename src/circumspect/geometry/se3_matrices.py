@@ -80,10 +80,11 @@ def skew(v: NDArray[np.floating]) -> NDArray[np.float64]:
 
 def skews(v: NDArray[np.floating]) -> NDArray[np.float64]:
     """(…, 3, 3) matrices [v]× of (…, 3) vectors."""
-    x, y, z = np.moveaxis(np.asarray(v, np.float64), -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    result = np.zeros((*v.shape[:-1], 3, 3))
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    result[..., 0, 1], result[..., 0, 2], result[..., 1, 2] = -z, y, -x
+    result[..., 1, 0], result[..., 2, 0], result[..., 2, 1] = z, -y, x
+    return result
 
 
 def adjoint(T: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -54,7 +54,9 @@ class KeyframeSettings:
     Attributes:
         max_baseline: A frame becomes a keyframe if it is farther than this from its reference
             keyframe, as a share of its median depth …
-        max_rotation: … or rotated by more than this [rad].
+        max_rotation: … or rotated by more than this [rad], …
+        min_overlap: … or if less than this share of its points lies on the map, and it is as far as
+            `min_step` of the other bounds.
         max_keyframes: If there are more, the one nearest to another is culled.
         min_correction, min_correction_rotation: Smaller corrections of all keyframes [m], [rad]
             wait until the tracker is finalised.
@@ -62,6 +64,8 @@ class KeyframeSettings:
 
     max_baseline: float = 0.1
     max_rotation: float = float(np.radians(6.0))
+    min_overlap: float = 0.9
+    min_step: float = 0.25
     max_keyframes: int = 240
     min_correction: float = 0.004
     min_correction_rotation: float = float(np.radians(0.3))
@@ -167,10 +171,19 @@ class KeyframeMap:
         Ad = se3_matrices.adjoint(back)
         return Ad @ self[reference].covariance @ Ad.T + pose.covariance + np.diag(MAP_SIGMAS**2)
 
-    def shows_new_view(self, T_map_camera: NDArray[np.floating], reference: int) -> bool:
-        """Whether a frame is far enough from its reference keyframe to become one."""
-        index = list(self._keyframes).index(reference)
-        return bool(self._apart(T_map_camera)[index] >= 1)
+    def shows_new_view(
+        self, T_map_camera: NDArray[np.floating], reference: int, overlap: float
+    ) -> bool:
+        """Whether a frame shows enough new to become a keyframe.
+
+        Args:
+            T_map_camera: (4, 4) its pose.
+            reference: Its reference keyframe.
+            overlap: Share of its points that lie on the map.
+        """
+        apart = self._apart(T_map_camera)[list(self._keyframes).index(reference)]
+        s = self.settings
+        return bool(apart >= 1 or (overlap < s.min_overlap and apart >= s.min_step))
 
     def add(
         self, frame: RgbdFrame, scan: Scan, pose: PoseWithCovariance, reference: int | None

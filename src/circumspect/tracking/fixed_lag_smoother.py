@@ -24,7 +24,7 @@ from circumspect.motion import PoseWithCovariance, RelativeMotion
 
 LAG = 15
 """Poses in the window."""
-MAX_ITERATIONS, CONVERGED = 5, 1e-6
+MAX_ITERATIONS, CONVERGED = 5, 2e-4
 """Gauss-Newton steps at most, and the step [rad, m] below which the estimate has converged."""
 SCALE_DRIFT = 0.01
 """Standard deviation of the odometry scale's random walk after 1 m and after 1 rad."""

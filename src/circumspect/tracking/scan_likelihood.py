@@ -30,9 +30,12 @@ MAX_DISTANCE_M = 0.05
 """d: points farther from the map than this are not on a mapped surface."""
 SCAN_SAMPLE, MAP_SAMPLE = 500, 2000
 """So many scan points and map points are evaluated."""
+FLOOR_THICKNESS_M = 0.05
+"""Points of a robot's scan within this height are on the floor. It looks alike everywhere, and they
+support no pose."""
 ROUGHNESS_WEIGHT = 3.0
 """Multiple of the surface roughness in σ²."""
-MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.1, 3.0
+MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.25, 3.0
 """A pose is contradicted if the violations exceed this share of the support plus an allowance."""
 MAX_CONFIRMED_SHARE = 0.02
 """A pose is confirmed if they are below this smaller share plus the allowance."""
@@ -89,7 +92,10 @@ def scan_likelihood(
     R, t = T_map_camera[:3, :3], T_map_camera[:3, 3]
     points = sample.points_xyz @ R.T + t
     on_surface, ratios = _on_surface(points, sample.sigmas, keyframes, t)
-    support = float((weights * ratios)[on_surface].sum())
+    counted = on_surface
+    if frame.T_base_camera is not None:
+        counted = on_surface & (np.abs(points[:, 2]) > FLOOR_THICKNESS_M)
+    support = float((weights * ratios)[counted].sum())
     others = np.flatnonzero(~on_surface)
     free = keyframes.free_space_contains(points[others], T_map_camera)
     seen_through = violated_count(

@@ -137,9 +137,13 @@ class Tracker(PoseEstimator):
 
     def _is_new_view(self, scan: Scan) -> bool:
         best = self._hypotheses[0]
-        if best.unmeasured > 0 or len(scan) < self.settings.min_points or best.reference is None:
+        found = best.registration
+        if best.unmeasured > 0 or found is None or len(scan) < self.settings.min_points:
             return False
-        return self.keyframes.shows_new_view(best.T_map_camera, best.reference)
+        if best.reference is None:
+            return False
+        overlap = found.inliers / found.points
+        return self.keyframes.shows_new_view(best.T_map_camera, best.reference, overlap)
 
     def process_pending(self) -> None:
         """See `PoseEstimator.process_pending`."""
