@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.motion import MotionModel, PoseWithCovariance, RelativeMotion
+from circumspect.motion.motion_model import MAX_EXTRAPOLATION
 from circumspect.pose_graph import KeyframeMap
 from circumspect.registration import Registration, RegistrationSettings, Scan, register
 from circumspect.sensing import RgbdFrame
@@ -34,8 +35,6 @@ MAX_SQUARED_INNOVATION = 10.6
 """Alternatives are evaluated from this innovation on: χ² with six degrees of freedom, 90 %."""
 UNEXPLAINED_SIGMAS = np.array([np.radians(1.0)] * 3 + [0.02] * 3)
 """Further uncertainty of a frame that contradicts the map [rad, m]."""
-MAX_EXTRAPOLATION = 2.5
-"""A velocity is taken over at least this share of the time that it is continued for."""
 SCALE_SIGMA = 0.05
 """Standard deviation of an odometry scale that has not been estimated."""
 

@@ -36,7 +36,6 @@ class PoseEstimate:
         T_map_odom: Correction of the odometry's drift (REP 105); None without odometry.
         reference: Number of the reference keyframe, with which the pose moves in corrections.
         T_reference_camera: The pose in that keyframe.
-        number: Of the frame, to look up its smoothed pose; None if there is none.
     """
 
     T_map_camera: RigidTransform
@@ -52,7 +51,6 @@ class PoseEstimate:
     T_map_odom: PlanarPose | None = None
     reference: int | None = None
     T_reference_camera: RigidTransform | None = None
-    number: int | None = None
 
     @property
     def reliable(self) -> bool:

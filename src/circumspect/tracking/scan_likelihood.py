@@ -22,6 +22,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.pose_graph import KeyframeMap
 from circumspect.registration import Scan, violated_count
+from circumspect.registration.point_to_plane import FINE
 from circumspect.sensing import RgbdFrame
 
 OUTLIER_RATIO = 0.05
@@ -33,8 +34,6 @@ SCAN_SAMPLE, MAP_SAMPLE = 500, 2000
 FLOOR_THICKNESS_M = 0.05
 """Points of a robot's scan within this height are on the floor. It looks alike everywhere, and they
 support no pose."""
-ROUGHNESS_WEIGHT = 3.0
-"""Multiple of the surface roughness in σ²."""
 MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.25, 3.0
 """A pose is contradicted if the violations exceed this share of the support plus an allowance."""
 MAX_CONFIRMED_SHARE = 0.02
@@ -119,7 +118,7 @@ def _on_surface(
     normals = surface.normals_xyz[nearest]
     residuals = np.einsum("ij,ij->i", points_xyz - surface.points_xyz[nearest], normals)
     variances = sigmas**2 + surface.sigmas[nearest] ** 2
-    variances = variances + ROUGHNESS_WEIGHT * surface.roughness[nearest]
+    variances = variances + FINE.roughness_factor * surface.roughness[nearest]
     density = np.exp(-(residuals**2) / (2 * variances)) / np.sqrt(2 * np.pi * variances)
     ratios = np.log((1 - OUTLIER_RATIO) * density * 2 * MAX_DISTANCE_M + OUTLIER_RATIO)
     return nearest >= 0, ratios
