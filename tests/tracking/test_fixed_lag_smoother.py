@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from circumspect.geometry import se3_matrices
 from circumspect.motion import RelativeMotion
-from circumspect.tracking import fixed_lag_smoother
+from circumspect.tracking import fixed_lag_smoother, smoother_window
 from circumspect.tracking.fixed_lag_smoother import (
     UNMEASURED,
     FixedLagSmoother,
@@ -87,7 +87,7 @@ def test_the_scale_of_slipping_wheels_is_learnt() -> None:
 
 def test_a_short_window_loses_nothing_of_the_past(monkeypatch: pytest.MonkeyPatch) -> None:
     """The prior stands for all that left the window, up to its linearisation."""
-    monkeypatch.setattr(fixed_lag_smoother, "SCALE_DRIFT", 0.0)
+    monkeypatch.setattr(smoother_window, "SCALE_DRIFT", 0.0)
     _, short = drive(1)
     monkeypatch.setattr(fixed_lag_smoother, "LAG", 1000)
     _, whole = drive(1)
@@ -143,11 +143,12 @@ def test_the_gradient_is_the_derivative_of_the_cost() -> None:
     rng = np.random.default_rng(0)
     window = window.moved(rng.normal(size=92) * 1e-3)
     # The kernel's weights are constants of the linearisation; weak factors make them one.
-    window = replace(
-        window,
-        motions=tuple(replace(m, covariance=m.covariance * 1e6) for m in window.motions),
-        measured=tuple(replace(m, information=m.information * 1e-6) for m in window.measured),
+    factors = window.factors
+    factors = factors._replace(
+        motion_information=factors.motion_information * 1e-6,
+        measured_information=factors.measured_information * 1e-6,
     )
+    window = replace(window, factors=factors)
     _, gradient = window.linearised()
     for column in (0, 4, 50, 88, 90, 91):
         step = np.zeros(92)
@@ -156,25 +157,19 @@ def test_the_gradient_is_the_derivative_of_the_cost() -> None:
         assert gradient[column] == pytest.approx(slope, rel=1e-3, abs=1e-5), column
 
 
-def _cost(window: fixed_lag_smoother.Window) -> float:
+def _cost(window: smoother_window.Window) -> float:
     """Half the sum of squares, factor by factor."""
     inverse, log = se3_matrices.inverse, se3_matrices.log
-    prior = window.prior
-    errors = [
-        (
-            np.concatenate([
-                log(inverse(prior.T_map_camera) @ window.poses[0]), window.scale - prior.scale
-            ]),
-            prior.information,
-        )
-    ]  # fmt: skip
-    for k, factor in enumerate(window.motions):
-        expected = factor.T_before_now @ se3_matrices.exp(factor.by_scale @ (window.scale - 1))
-        between = inverse(window.poses[k]) @ window.poses[k + 1]
-        errors.append((log(inverse(expected) @ between), np.linalg.inv(factor.covariance)))
-    for pose, factor, level in zip(window.poses, window.measured, window.level, strict=True):
-        errors.append((log(inverse(factor.T_map_camera) @ pose), factor.information))
-        if level is not None:
-            base = pose @ inverse(level.T_base_camera)
-            errors.append((np.array([base[2, 1], -base[2, 0], base[2, 3]]), level.information))
+    poses, prior, factors = window.poses, window.prior, window.factors
+    change = log(inverse(prior.T_map_camera) @ poses[0])
+    errors = [(np.concatenate([change, window.scale - prior.scale]), prior.information)]
+    for k, T in enumerate(factors.motions):
+        expected = T @ se3_matrices.exp(factors.by_scale[k] @ (window.scale - 1))
+        error = log(inverse(expected) @ inverse(poses[k]) @ poses[k + 1])
+        errors.append((error, factors.motion_information[k]))
+    for k, T in enumerate(poses):
+        errors.append((log(inverse(factors.measured[k]) @ T), factors.measured_information[k]))
+        base = T @ inverse(factors.mounts[k])
+        level = np.array([base[2, 1], -base[2, 0], base[2, 3]])
+        errors.append((level, factors.level_information[k]))
     return float(sum(0.5 * e @ omega @ e for e, omega in errors))

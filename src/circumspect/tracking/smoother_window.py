@@ -1,0 +1,199 @@
+r"""The most recent poses of a camera and the scale of its odometry, with what measures them.
+
+The cost of the poses $T_1 \dots T_n$ of a window and of the odometry scale $s$ is
+
+$$\sum_k \rho(\|\log(Z_k(s)^{-1} T_k^{-1} T_{k+1})\|^2_{\Omega_k})
++ \sum_k \rho(\|\log(\hat T_k^{-1} T_k)\|^2_{H_k})
++ \sum_k \|\mathrm{level}(T_k)\|^2_{\Lambda_k} + \|\mathrm{prior}(T_1, s)\|^2$$
+
+with Cauchy's kernel ρ. $Z_k$ are motions of the odometry, $\hat T_k$ measured poses, and
+$\mathrm{level}$ is roll, pitch and height of the robot's base.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.geometry import se3_matrices
+from circumspect.motion import RelativeMotion
+from circumspect.tracking import _native
+
+SCALE_DRIFT = 0.01
+"""Standard deviation of the odometry scale's random walk after 1 m and after 1 rad."""
+KERNEL = 6.0
+"""c of Cauchy's kernel, in units of the normalised error; six degrees of freedom make √6."""
+
+Stack = NDArray[np.floating]
+
+
+class PoseFactor(NamedTuple):
+    """A measured pose.
+
+    Attributes:
+        T_map_camera: (4, 4) the pose.
+        information: (6, 6) inverse covariance of changes after it [rad, m]; zero in directions
+            that were not measured.
+    """
+
+    T_map_camera: Stack
+    information: Stack
+
+
+class LevelFactor(NamedTuple):
+    """A robot that stands level at z = 0.
+
+    Attributes:
+        T_base_camera: (4, 4) mount of its camera.
+        information: (3, 3) inverse covariance of roll [rad], pitch [rad] and height [m].
+    """
+
+    T_base_camera: Stack
+    information: Stack
+
+
+UNMEASURED = PoseFactor(np.eye(4), np.zeros((6, 6)))
+"""The factor of a pose that no scan measured."""
+NOT_LEVEL = LevelFactor(np.eye(4), np.zeros((3, 3)))
+"""The factor of a camera whose mount is unknown."""
+
+
+class WindowPrior(NamedTuple):
+    """What all measurements before the window say about its first pose and about the scale.
+
+    Attributes:
+        T_map_camera: (4, 4) the pose.
+        scale: (2,) of the distance and of the rotation.
+        information: (8, 8) inverse covariance of both.
+    """
+
+    T_map_camera: Stack
+    scale: Stack
+    information: Stack
+
+
+class WindowFactors(NamedTuple):
+    """The measurements of n poses.
+
+    Attributes:
+        motions: (n - 1, 4, 4) between consecutive poses, for a scale of 1.
+        by_scale: (n - 1, 6, 2) their derivatives with respect to the scale.
+        motion_information: (n - 1, 6, 6) their inverse covariances.
+        measured: (n, 4, 4) measured poses.
+        measured_information: (n, 6, 6) of them; zero where no scan measured.
+        mounts: (n, 4, 4) `T_base_camera`.
+        level_information: (n, 3, 3) of roll, pitch and height; zero where the mount is unknown.
+    """
+
+    motions: Stack
+    by_scale: Stack
+    motion_information: Stack
+    measured: Stack
+    measured_information: Stack
+    mounts: Stack
+    level_information: Stack
+
+    @classmethod
+    def of_one_pose(cls) -> Self:
+        """Of a pose that nothing but the prior measures."""
+        motions = (np.empty((0, *shape)) for shape in ((4, 4), (6, 2), (6, 6)))
+        return cls(*motions, *(array[None] for array in (*UNMEASURED, *NOT_LEVEL)))
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """The variables and factors of the smoother.
+
+    Attributes:
+        poses: (n, 4, 4) `T_map_camera`.
+        scale: (2,) of the odometry: of the distance and of the rotation.
+        prior: On the first pose and on the scale.
+        factors: Motions, measured poses and mounts.
+    """
+
+    poses: Stack
+    scale: Stack
+    prior: WindowPrior
+    factors: WindowFactors
+
+    @classmethod
+    def from_prior(cls, prior: WindowPrior) -> Self:
+        """A window with a single pose."""
+        return cls(prior.T_map_camera[None], prior.scale, prior, WindowFactors.of_one_pose())
+
+    def with_pose(
+        self, T_map_camera: Stack, motion: RelativeMotion, measured: PoseFactor, level: LevelFactor
+    ) -> Window:
+        """The window with one more pose, at an initial value."""
+        information = np.linalg.inv(motion.covariance)
+        added = motion.T_before_now, motion.by_scale, information, *measured, *level
+        factors = WindowFactors(*map(_appended, self.factors, added))
+        return replace(self, poses=_appended(self.poses, T_map_camera), factors=factors)
+
+    def linearised(self, count: int | None = None) -> tuple[Stack, Stack]:
+        """The normal equations at the current estimate.
+
+        Args:
+            count: Of the prior and of the factors of the first poses only, including the motions
+                that start there; None means of all.
+
+        Returns:
+            (6 m + 2, 6 m + 2) Hessian and (6 m + 2,) gradient of half the cost, for the m poses
+            that the factors depend on; the last two rows belong to the scale. The kernel's weights
+            are constants.
+        """
+        count = len(self.poses) if count is None else count
+        return _native.linearised(self.poses, self.scale, *self.prior, *self.factors, KERNEL, count)
+
+    def gauss_newton_step(self, count: int | None = None) -> tuple[Stack, Stack]:
+        """The minimum of the linearised cost.
+
+        Args:
+            count: As in `linearised`.
+
+        Returns:
+            (6 m + 2,) changes of the poses [rad, m] and of the scale, and (8, 8) marginal
+            covariance of the last pose and of the scale.
+
+        Raises:
+            ValueError: The factors do not determine all variables.
+        """
+        solution, covariance = _native.solved(*self.linearised(count), 8)
+        return -solution, covariance
+
+    def moved(self, step: Stack) -> Window:
+        """The same factors at another estimate.
+
+        Args:
+            step: (6 n + 2,) changes of all poses [rad, m] and of the scale.
+        """
+        poses = _native.moved(self.poses, step[:-2].reshape(-1, 6))
+        return replace(self, poses=poses, scale=self.scale + step[-2:])
+
+    def without_oldest(self) -> Window:
+        """The window without its first pose, whose factors become the prior of the second."""
+        # Marginalisation: what these factors alone say about the second pose and the scale.
+        step, covariance = self.gauss_newton_step(1)
+        second = self.poses[1] @ se3_matrices.exp(step[6:12])
+        # The scale drifts, for floors change.
+        drift = SCALE_DRIFT**2 * np.linalg.norm(self.factors.by_scale[0], axis=0)
+        covariance[[6, 7], [6, 7]] += drift
+        prior = WindowPrior(second, self.scale + step[12:], np.linalg.inv(covariance))
+        factors = WindowFactors(*(array[1:] for array in self.factors))
+        return Window(self.poses[1:], self.scale, prior, factors)
+
+    def transformed(self, T_new_old: Stack) -> Window:
+        """The same in another map frame."""
+        return replace(
+            self,
+            poses=T_new_old @ self.poses,
+            prior=self.prior._replace(T_map_camera=T_new_old @ self.prior.T_map_camera),
+            factors=self.factors._replace(measured=T_new_old @ self.factors.measured),
+        )
+
+
+def _appended(array: Stack, row: Stack) -> Stack:
+    return np.concatenate([array, row[None]])
