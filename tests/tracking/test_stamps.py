@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
-from tracking_world import SETTINGS, SHORT, blind, drive, follow, place_errors, short_drive, true_camera
+from tracking_world import (
+    SETTINGS,
+    SHORT,
+    blind,
+    drive,
+    follow,
+    place_errors,
+    short_drive,
+    true_camera,
+)
 
 from circumspect.sensing import RgbdFrame
 from circumspect.tracking import Tracker

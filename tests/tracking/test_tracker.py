@@ -26,7 +26,7 @@ from circumspect.geometry import PlanarPose, se3
 from circumspect.pose_graph import KeyframeSettings
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Surface, block
-from circumspect.tracking import PoseEstimate, Tracker, TrackingSettings, TrackingState
+from circumspect.tracking import PoseEstimate, Tracker, TrackingState
 
 NEAR = 0.03
 """A reliable pose is no further off than this [m] or three standard deviations."""
@@ -174,9 +174,7 @@ def test_odometry_that_fails_does_not_mislead(kind: str) -> None:
 def test_rotation_and_position_must_both_be_known_for_a_reliable_pose(
     bounds: tuple[float, float],
 ) -> None:
-    strict = replace(
-        SETTINGS, max_rotation_sigma=bounds[0], max_translation_sigma=bounds[1]
-    )
+    strict = replace(SETTINGS, max_rotation_sigma=bounds[0], max_translation_sigma=bounds[1])
     tracked = follow(short_drive()[:3], Tracker(settings=strict))[1:]
     assert not any(estimate.reliable for estimate in tracked)
     assert all(estimate.reason.startswith("standard deviations of") for estimate in tracked)

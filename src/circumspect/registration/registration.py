@@ -130,7 +130,7 @@ class Registration:
         return float(of_prior + self.gradient @ self._inverse_hessian @ self.gradient)
 
     @property
-    def _inverse_hessian(self) -> NDArray[np.float64]:
+    def _inverse_hessian(self) -> NDArray[np.floating]:
         return np.linalg.pinv(self.hessian, rcond=MIN_CONDITION, hermitian=True)
 
 

@@ -137,9 +137,7 @@ class HypothesisEvaluation:
             elapsed = data.stamps[-2] - data.stamps[-2 - back]
         recent = hypothesis.smoother.recent_motion(back)
         odometry = model.by_odometry(data.previous, data.frame)
-        velocity = model.by_constant_velocity(
-            recent, elapsed, time, unmeasured, data.time_sigma
-        )
+        velocity = model.by_constant_velocity(recent, elapsed, time, unmeasured, data.time_sigma)
         standing = model.by_standing_still(time, unmeasured)
         return [motion for motion in (odometry, velocity, standing) if motion is not None]
 
