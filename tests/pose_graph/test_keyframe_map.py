@@ -10,7 +10,8 @@ from tracking_world import drive, follow
 from circumspect.geometry import PinholeCamera, se3_matrices
 from circumspect.motion import PoseWithCovariance
 from circumspect.pose_graph import BetweenFactor, KeyframeMap, KeyframeSettings, keyframe_map
-from circumspect.pose_graph.keyframe_map import MAX_FACTORS_PER_KEYFRAME, MERGED_TOGETHER
+from circumspect.pose_graph.keyframe_graph import MAX_FACTORS_PER_KEYFRAME
+from circumspect.pose_graph.keyframe_map import MERGED_TOGETHER
 from circumspect.pose_graph.loop_closure import COVISIBILITY_GAPS, LOOP_GAP
 from circumspect.registration import Scan, SurfaceMap
 from circumspect.sensing import RgbdFrame
@@ -54,7 +55,7 @@ def parts(factors: tuple[BetweenFactor, ...], numbers: set[int]) -> int:
 
 
 def numbers(keyframes: KeyframeMap) -> set[int]:
-    return set(keyframes._keyframes)
+    return set(keyframes._graph.numbers)
 
 
 def test_keyframes_factors_and_pending_pairs_stay_few() -> None:

@@ -15,12 +15,12 @@ def distances(
 
     Args:
         poses: (…, 4, 4).
-        pose: (4, 4) reference.
+        pose: (4, 4) reference, or one for each pose.
 
     Returns:
         (…) [m] and (…) [rad].
     """
-    between = poses[..., :3, :] - pose[:3, :]
+    between = poses[..., :3, :] - pose[..., :3, :]
     translation = np.sqrt(np.einsum("...i,...i->...", between[..., 3], between[..., 3]))
     rotation = between[..., :3]
     half_sine = np.sqrt(np.einsum("...ij,...ij->...", rotation, rotation) / 8)

@@ -3,7 +3,8 @@
 from circumspect.pose_graph.culling import prune_factors, transfer_factors
 from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
 from circumspect.pose_graph.keyframe import Keyframe
-from circumspect.pose_graph.keyframe_map import KeyframeMap, KeyframeSettings
+from circumspect.pose_graph.keyframe_graph import KeyframeSettings
+from circumspect.pose_graph.keyframe_map import KeyframeMap
 from circumspect.pose_graph.marginals import marginal_covariances
 from circumspect.pose_graph.normal_equations import GraphProblem, GraphState
 from circumspect.pose_graph.pose_graph import PoseGraph

@@ -19,24 +19,24 @@ class CulledKeyframes:
             max_culled: So many are remembered.
         """
         self._max = max_culled
-        self._heirs: dict[int, tuple[int, NDArray[np.floating]]] = {}
+        self._substitutes: dict[int, tuple[int, NDArray[np.floating]]] = {}
 
     def __len__(self) -> int:
-        return len(self._heirs)
+        return len(self._substitutes)
 
-    def add(self, culled: int, heir: int, T_heir_culled: NDArray[np.floating]) -> None:
+    def add(self, culled: int, substitute: int, T_substitute_culled: NDArray[np.floating]) -> None:
         """Record a culled keyframe.
 
         Args:
             culled: Its number.
-            heir: Number of the keyframe that represents it.
-            T_heir_culled: (4, 4) its pose there.
+            substitute: Number of the keyframe that represents it.
+            T_substitute_culled: (4, 4) its pose there.
         """
-        self._heirs[culled] = (heir, T_heir_culled)
-        if len(self._heirs) > self._max:
-            del self._heirs[next(iter(self._heirs))]
+        self._substitutes[culled] = (substitute, T_substitute_culled)
+        if len(self._substitutes) > self._max:
+            del self._substitutes[next(iter(self._substitutes))]
 
-    def heir(
+    def substitute(
         self, number: int, T_number_x: NDArray[np.floating]
     ) -> tuple[int, NDArray[np.floating]]:
         """The keyframe that represents a number, and a pose in it.
@@ -46,9 +46,9 @@ class CulledKeyframes:
             T_number_x: (4, 4) a pose in it.
 
         Returns:
-            The number of a keyframe that exists, or of one that was forgotten; and `T_heir_x`.
+            The number of a keyframe that exists or was forgotten, and `T_substitute_x`.
         """
-        while number in self._heirs:
-            number, T_heir_number = self._heirs[number]
-            T_number_x = T_heir_number @ T_number_x
+        while number in self._substitutes:
+            number, T_substitute_number = self._substitutes[number]
+            T_number_x = T_substitute_number @ T_number_x
         return number, T_number_x

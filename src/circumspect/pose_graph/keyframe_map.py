@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import se3_matrices
-from circumspect.geometry.pose_distance import distances
 from circumspect.motion import PoseWithCovariance
-from circumspect.pose_graph.culled_keyframes import CulledKeyframes
-from circumspect.pose_graph.culling import prune_factors, transfer_factors
-from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
+from circumspect.pose_graph.factors import BetweenFactor
 from circumspect.pose_graph.keyframe import Keyframe
+from circumspect.pose_graph.keyframe_graph import KeyframeGraph, KeyframeSettings
 from circumspect.pose_graph.loop_closure import closes_loop, covisible, registered
-from circumspect.pose_graph.marginals import marginal_covariances
-from circumspect.pose_graph.pose_graph import PoseGraph
 from circumspect.registration import (
     CompactSurface,
     FreeSpace,
@@ -36,7 +32,6 @@ FIRST_SIGMA = 1e-4
 """Standard deviation of the first keyframe [rad, m]: it defines the map frame."""
 MIN_DEPTH_M = 0.5
 """Baselines of keyframes are not compared with smaller depths."""
-MAX_FACTORS_PER_KEYFRAME = 8
 MAX_PENDING = 4
 """If more pairs wait for registration, two are registered per frame instead of one."""
 MAX_LOOP_DELAY = 3
@@ -45,30 +40,6 @@ MERGED_TOGETHER = 8
 """Surfaces merged into the surface map at once; more would take more memory."""
 NEARBY_KEYFRAMES = 40
 """Free space is looked up in so many of the nearest keyframes."""
-
-
-@dataclass(frozen=True)
-class KeyframeSettings:
-    """Selection and correction of keyframes.
-
-    Attributes:
-        max_baseline: A frame becomes a keyframe if it is farther than this from its reference
-            keyframe, as a share of its median depth …
-        max_rotation: … or rotated by more than this [rad], …
-        min_overlap: … or if less than this share of its points lies on the map, and it is as far as
-            `min_step` of the other bounds.
-        max_keyframes: If there are more, the one nearest to another is culled.
-        min_correction, min_correction_rotation: Smaller corrections of all keyframes [m], [rad]
-            wait until the tracker is finalised.
-    """
-
-    max_baseline: float = 0.1
-    max_rotation: float = float(np.radians(6.0))
-    min_overlap: float = 0.9
-    min_step: float = 0.25
-    max_keyframes: int = 240
-    min_correction: float = 0.004
-    min_correction_rotation: float = float(np.radians(0.3))
 
 
 class KeyframeMap:
@@ -94,36 +65,30 @@ class KeyframeMap:
             settings: Selection and correction.
             registration: Of keyframes to each other.
         """
-        self.settings = settings or KeyframeSettings()
         self.surface_map = SurfaceMap(voxel)
         self.corrections = 0
+        self._graph = KeyframeGraph(level_covariance, settings or KeyframeSettings())
         self._voxel = voxel
         self._registration = registration or RegistrationSettings()
-        self._level_information = np.linalg.inv(level_covariance)
-        self._keyframes: dict[int, Keyframe] = {}
-        self._factors: list[BetweenFactor] = []
         self._pending: deque[tuple[int, int]] = deque()
-        self._culled = CulledKeyframes()
         self._violated = np.empty(0, np.int64)
-        self._poses = np.empty((0, 4, 4))
-        self._next = 0
         self._loop_is_new, self._frames_since_loop = False, 0
 
     def __len__(self) -> int:
-        return len(self._keyframes)
+        return len(self._graph)
 
     def __getitem__(self, number: int) -> Keyframe:
-        return self._keyframes[number]
+        return self._graph[number]
 
     @property
     def poses(self) -> NDArray[np.floating]:
         """(n, 4, 4) `T_map_camera` of all keyframes."""
-        return self._poses
+        return self._graph.poses
 
     @property
     def factors(self) -> tuple[BetweenFactor, ...]:
         """Measurements between keyframes; `first` and `second` are numbers of keyframes."""
-        return tuple(self._factors)
+        return self._graph.factors
 
     @property
     def violated(self) -> NDArray[np.int64]:
@@ -140,8 +105,7 @@ class KeyframeMap:
         Raises:
             KeyError: The keyframe was culled so long ago that it is forgotten.
         """
-        number, T_keyframe_camera = self._culled.heir(number, T_keyframe_camera)
-        return self[number].T_map_camera @ T_keyframe_camera
+        return self._graph.pose_of(number, T_keyframe_camera)
 
     def reference(self, T_map_camera: NDArray[np.floating], last: int | None) -> int:
         """The reference keyframe of a camera: the nearest among the neighbours of the last one.
@@ -153,11 +117,9 @@ class KeyframeMap:
             T_map_camera: (4, 4).
             last: Reference keyframe of the last frame; None after relocalisation.
         """
-        numbers = np.array(list(self._keyframes))
-        apart = self._apart(T_map_camera)
+        numbers, apart = np.array(self._graph.numbers), self._graph.apart(T_map_camera)
         if last is not None:
-            last, _ = self._culled.heir(last, np.eye(4))
-            apart = np.where(np.isin(numbers, self._neighbours(last)), apart, np.inf)
+            apart = np.where(np.isin(numbers, self._graph.neighbours(last)), apart, np.inf)
         return int(numbers[apart.argmin()])
 
     def covariance(self, pose: PoseWithCovariance, reference: int) -> NDArray[np.floating]:
@@ -181,8 +143,8 @@ class KeyframeMap:
             reference: Its reference keyframe.
             overlap: Share of its points that lie on the map.
         """
-        apart = self._apart(T_map_camera)[list(self._keyframes).index(reference)]
-        s = self.settings
+        apart = self._graph.apart(T_map_camera)[self._graph.numbers.index(reference)]
+        s = self._graph.settings
         return bool(apart >= 1 or (overlap < s.min_overlap and apart >= s.min_step))
 
     def add(
@@ -196,7 +158,7 @@ class KeyframeMap:
             pose: Its pose with the covariance in the local map.
             reference: Its reference keyframe; None for the first keyframe of all.
         """
-        number, self._next = self._next, self._next + 1
+        number = self._graph.next_number()
         T, mount = pose.T_map_camera, frame.T_base_camera
         surface = ScanSurface.from_scan(scan)
         if mount is not None:
@@ -215,10 +177,10 @@ class KeyframeMap:
         self.surface_map = self.surface_map.with_surface(key.surface, transform)
         seen_through = violated_points(frame, self.surface_map, transform)
         self._violated = np.union1d(self._violated, seen_through)
-        self._keyframes[number] = key
-        self._poses = np.concatenate([self._poses, T[None]])
-        if len(self) > self.settings.max_keyframes:
-            self._cull()
+        self._graph.add(key)
+        if len(self) > self._graph.settings.max_keyframes:
+            culled = self._graph.cull()
+            self._pending = deque(pair for pair in self._pending if culled not in pair)
         return key
 
     def _connect(self, key: Keyframe, pose: PoseWithCovariance, reference: int) -> None:
@@ -226,8 +188,8 @@ class KeyframeMap:
         first = self[reference]
         measured = _transform(first.relative_pose(key.T_map_camera))
         information = np.linalg.inv(pose.covariance + np.diag(MAP_SIGMAS**2))
-        self._factors.append(BetweenFactor(reference, key.number, measured, information))
-        found = covisible(key, list(self._keyframes.values()), self._poses)
+        self._graph.add_factor(BetweenFactor(reference, key.number, measured, information))
+        found = covisible(key, self._graph.keyframes, self.poses)
         self._pending.extend((other.number, key.number) for other in found)
 
     def free_space_contains(
@@ -239,7 +201,7 @@ class KeyframeMap:
             points_xyz: (n, 3) [m] map frame.
             T_map_camera: (4, 4) of the camera.
         """
-        numbers, apart = list(self._keyframes), self._apart(T_map_camera)
+        numbers, apart = self._graph.numbers, self._graph.apart(T_map_camera)
         free = np.zeros(len(points_xyz), bool)
         for index in np.argsort(apart)[:NEARBY_KEYFRAMES]:
             others = np.flatnonzero(~free)
@@ -270,7 +232,7 @@ class KeyframeMap:
         return len(self) > 1 and self.optimise(anyway=True)
 
     def optimise(self, anyway: bool = False) -> bool:
-        """Optimise the graph, move keyframes, and recompute their covariances.
+        """Optimise the graph, and build the surface map again if keyframes were moved.
 
         Args:
             anyway: Move them even if the correction is small.
@@ -279,40 +241,14 @@ class KeyframeMap:
             Whether they were moved.
         """
         self._loop_is_new, self._frames_since_loop = False, 0
-        optimised = self._graph().optimised()
-        there = np.stack([pose.as_matrix() for pose in optimised.poses])
-        changes = se3_matrices.logs(se3_matrices.inverse(self._poses) @ there)
-        rotation, translation = np.linalg.norm(changes.reshape(-1, 2, 3), axis=2).max(axis=0)
-        s = self.settings
-        moves = anyway or translation >= s.min_correction or rotation >= s.min_correction_rotation
-        poses = there if moves else self._poses
-        first = next(iter(self._keyframes.values()))
-        covariances = marginal_covariances(optimised, first.covariance)
-        for number, T, covariance in zip(list(self._keyframes), poses, covariances, strict=True):
-            moved = replace(self[number], T_map_camera=T, covariance=covariance)
-            self._keyframes[number] = moved
-        if moves:
-            self._poses = poses
+        moved = self._graph.optimise(anyway)
+        if moved:
             self.corrections += 1
             self._merge_surfaces()
-        return moves
-
-    def _graph(self) -> PoseGraph:
-        """The pose graph; its poses are in the order of the keyframes."""
-        index = {number: n for n, number in enumerate(self._keyframes)}
-        factors = tuple(
-            replace(factor, first=index[factor.first], second=index[factor.second])
-            for factor in self._factors
-        )
-        levels = tuple(
-            LevelFactor(index[number], _transform(key.T_base_camera), self._level_information)
-            for number, key in self._keyframes.items()
-            if key.T_base_camera is not None
-        )
-        return PoseGraph(tuple(map(_transform, self._poses)), factors, levels)
+        return moved
 
     def _merge_surfaces(self) -> None:
-        merged, keys = SurfaceMap(self._voxel), list(self._keyframes.values())
+        merged, keys = SurfaceMap(self._voxel), self._graph.keyframes
         for start in range(0, len(keys), MERGED_TOGETHER):
             some = keys[start : start + MERGED_TOGETHER]
             merged = merged.with_surfaces(
@@ -323,40 +259,8 @@ class KeyframeMap:
     def _register(self, first: int, second: int) -> None:
         factor = registered(self[first], self[second], self._voxel, self._registration)
         if factor is not None:
-            self._factors.append(factor)
+            self._graph.add_factor(factor)
             self._loop_is_new |= closes_loop(first, second)
-
-    def _neighbours(self, number: int) -> list[int]:
-        ends = [(factor.first, factor.second) for factor in self._factors]
-        return [number, *(b if a == number else a for a, b in ends if number in (a, b))]
-
-    def _apart(self, T_map_camera: NDArray[np.floating]) -> NDArray[np.floating]:
-        """(n,) distances to all keyframes; from 1 on a frame shows a new view."""
-        translation, rotation = distances(self._poses, T_map_camera)
-        depths = np.array([key.depth for key in self._keyframes.values()])
-        s = self.settings
-        return np.maximum(translation / (s.max_baseline * depths), rotation / s.max_rotation)
-
-    def _cull(self) -> None:
-        """Remove the keyframe nearest to another one, never the first or the last."""
-        numbers = list(self._keyframes)
-        nearest = [self._nearest_other(index) for index in range(1, len(numbers) - 1)]
-        _, index, heir_index = min(nearest)
-        number, heir = numbers[index], numbers[heir_index]
-        for pair in [pair for pair in self._pending if number in pair]:
-            self._pending.remove(pair)
-        T_heir_culled = self[heir].relative_pose(self[number].T_map_camera)
-        self._culled.add(number, heir, T_heir_culled)
-        max_factors = MAX_FACTORS_PER_KEYFRAME * self.settings.max_keyframes
-        factors = transfer_factors(self._factors, number, heir, _transform(T_heir_culled))
-        self._factors = prune_factors(factors, max_factors)
-        del self._keyframes[number]
-        self._poses = np.delete(self._poses, index, axis=0)
-
-    def _nearest_other(self, index: int) -> tuple[float, int, int]:
-        apart = self._apart(self._poses[index])
-        apart[index] = np.inf
-        return float(apart.min()), index, int(apart.argmin())
 
 
 def _transform(T: NDArray[np.floating]) -> RigidTransform:
