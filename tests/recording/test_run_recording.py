@@ -262,3 +262,17 @@ def test_a_folder_with_one_mcap_file_is_a_bag(tmp_path: Path) -> None:
     assert bag.kind == "MCAP"
     assert bag.topics["/odom"].count == 2
     assert len(list(open_recording(tmp_path))) == 2
+
+
+@pytest.mark.parametrize(
+    ("note", "error"), [("0.0", 0.0), ("1.7e-4", 1.7e-4), ("nan", None), ("-1", None), ("x", None)]
+)
+def test_the_systematic_error_of_the_camera_is_read_from_a_note(
+    note: str, error: float | None, tmp_path: Path
+) -> None:
+    recorder = RunRecorder(tmp_path / "run.mcap", {"systematic_disparity": note})
+    recorder.frame(frame(0))
+    recorder.close()
+    recording = open_recording(tmp_path / "run.mcap")
+    assert isinstance(recording, BagRecording)
+    assert recording.systematic_disparity == error

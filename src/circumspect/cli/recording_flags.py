@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -80,7 +80,7 @@ class RecordingFlags:
             MissingExtraError: It is a bag, and what reads bags is not installed.
         """
         from circumspect.cli.opened_recording import OpenedRecording
-        from circumspect.recording import is_bag, open_recording
+        from circumspect.recording import BagRecording, is_bag, open_recording
         from circumspect.recording.frame_folder import FrameFolder
         from circumspect.sensing import DepthNoise
 
@@ -100,6 +100,8 @@ class RecordingFlags:
                     "registration finds the others: --first-pose X Y Z PAN TILT"
                 )
             frames.poses = False
+        if isinstance(frames, BagRecording) and frames.systematic_disparity is not None:
+            noise = replace(noise, systematic_disparity=frames.systematic_disparity)
         first = None if self.first_pose is None else _view(self.first_pose)
         return OpenedRecording(frames, self._boxed(frames, noise), hidden, first, noise)
 

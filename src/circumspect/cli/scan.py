@@ -167,10 +167,15 @@ class Scan:
         import json
 
         from circumspect.recording import RunRecorder
+        from circumspect.recording.run_recorder import SYSTEMATIC_DISPARITY
 
         if self.record is None:
             return scan, None
-        notes = {"config": json.dumps(scan.config)}
+        noise = scan.config["tracking"]["scan"]["noise"]
+        notes = {
+            "config": json.dumps(scan.config),
+            SYSTEMATIC_DISPARITY: repr(noise["systematic_disparity"]),
+        }
         recorder = RunRecorder(self.record, notes)
         return scan.recorded(recorder), recorder
 

@@ -19,6 +19,7 @@ from circumspect.robot import MobileRobot
 from circumspect.sensing import DepthNoise, GroundSegmentation
 from circumspect.simulation import (
     CameraMount,
+    DepthDistortion,
     RobotSettings,
     Room,
     SimulatedRobot,
@@ -44,6 +45,7 @@ class RoomSettings:
         tilt_deg: How far it looks down [degrees]; None for what the object asks for.
         wheel_error: Share by which the right wheel is larger than the odometry believes.
         bump_height: The highest ridge on the floor [m].
+        distorted: Whether the camera's depth is distorted as `DepthNoise` describes.
     """
 
     slip: float = 0.05
@@ -52,6 +54,7 @@ class RoomSettings:
     tilt_deg: float | None = None
     wheel_error: float = 0.0
     bump_height: float = 0.0
+    distorted: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,26 +123,15 @@ class SimulatedScan:
         """
         seed, camera, noise = int(config["seed"]), camera or PinholeCamera.xtion(), DepthNoise()
         place = room(mesh, seed, camera, world.mast_height, noise, CLUTTER * world.clutter)
-        mount = place.mount
-        if world.tilt_deg is not None:
-            mount = CameraMount(world.mast_height, float(np.radians(world.tilt_deg)))
-        robot_settings = RobotSettings(
-            slip=world.slip, wheel_radius_error=world.wheel_error, bump_height=world.bump_height
-        )
-        askew = float(np.random.default_rng(seed).uniform(-ASKEW, ASKEW))
-        start = place.start(float(config["start_deg"])) @ PlanarPose(0.0, 0.0, askew)
-        robot = SimulatedRobot(
-            place.scene, start, mount, robot_settings, camera, noise, seed, colour,
-            1.0 if real_time else None,
-        )  # fmt: skip
+        robot = _robot(place, world, config, camera, noise, colour, real_time)
         witness = Witness(robot)
         segmentation = GroundSegmentation(noise=noise)
-        tracking = TrackingSettings.for_noise(noise)
+        tracking = TrackingSettings.for_noise(noise if world.distorted else _undistorted(noise))
         pipeline = RecognitionPipeline(segmentation, Tracker(settings=tracking), classifier)
         told = {
             **config,
             "room": asdict(world),
-            "mount": asdict(mount),
+            "mount": asdict(robot.mount),
             "scan": asdict(driving),
             "segmentation": asdict(segmentation),
             "tracking": asdict(tracking),
@@ -148,3 +140,33 @@ class SimulatedScan:
         }
         scan = ObjectScan(faulty(witness) if faulty else witness, pipeline, planner, driving)
         return cls(scan, witness, place, camera, told)
+
+
+def _robot(
+    place: Room,
+    world: RoomSettings,
+    config: Mapping[str, Any],
+    camera: PinholeCamera,
+    noise: DepthNoise,
+    colour: bool,
+    real_time: bool,
+) -> SimulatedRobot:
+    """The robot at its start; arguments as in `SimulatedScan.prepared`."""
+    seed, mount = int(config["seed"]), place.mount
+    if world.tilt_deg is not None:
+        mount = CameraMount(world.mast_height, float(np.radians(world.tilt_deg)))
+    settings = RobotSettings(
+        slip=world.slip, wheel_radius_error=world.wheel_error, bump_height=world.bump_height
+    )
+    askew = float(np.random.default_rng(seed).uniform(-ASKEW, ASKEW))
+    start = place.start(float(config["start_deg"])) @ PlanarPose(0.0, 0.0, askew)
+    return SimulatedRobot(
+        place.scene, start, mount, settings, camera, noise, seed, colour,
+        1.0 if real_time else None,
+        DepthDistortion.drawn(noise, camera, seed) if world.distorted else None,
+    )  # fmt: skip
+
+
+def _undistorted(noise: DepthNoise) -> DepthNoise:
+    """The noise of a camera without systematic errors of its disparity."""
+    return replace(noise, systematic_disparity=0.0)

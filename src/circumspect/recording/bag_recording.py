@@ -13,7 +13,7 @@ from circumspect.geometry import PinholeCamera
 from circumspect.recording.bag import Bag
 from circumspect.recording.frame_assembly import AssemblySettings, ClockError, FrameAssembly
 from circumspect.recording.recording import Recording
-from circumspect.recording.run_recorder import MAP, SYNCHRONOUS
+from circumspect.recording.run_recorder import MAP, SYNCHRONOUS, SYSTEMATIC_DISPARITY
 from circumspect.recording.topic_choice import TopicNames, chosen, require_info
 from circumspect.sensing import RgbdFrame
 
@@ -75,6 +75,15 @@ class BagRecording(Recording):
         self.topics = chosen(bag, self.settings.topics)
         if self.settings.camera is None:
             require_info(bag, self.topics)
+
+    @property
+    def systematic_disparity(self) -> float | None:
+        """Systematic error of the camera's disparity [rad]; None if the bag holds no valid note."""
+        try:
+            error = float(self.bag.notes.get(SYSTEMATIC_DISPARITY, "nan"))
+        except ValueError:
+            return None
+        return error if 0 <= error < 1 else None
 
     def __len__(self) -> int:
         """See `Recording.__len__`."""

@@ -52,6 +52,8 @@ DETECTIONS_TOPIC = "/circumspect/detections"
 MAP, ODOM, BASE, OPTICAL = "map", "odom", "base_link", "camera_optical"
 SYNCHRONOUS = "synchronous"
 """Note of a recording in which the odometry before each depth image is that image's own."""
+SYSTEMATIC_DISPARITY = "systematic_disparity"
+"""Note of a recording whose camera has this systematic error [rad], see `DepthNoise`."""
 
 _log = logging.getLogger(__name__)
 

@@ -19,6 +19,7 @@ from circumspect.simulation.ceiling import ceiling_cameras
 from circumspect.simulation.ceiling_camera import CeilingCamera, CeilingOptics, Shown
 from circumspect.simulation.ceiling_rig import CeilingRig
 from circumspect.simulation.ceiling_watch import CeilingWatch
+from circumspect.simulation.depth_distortion import DepthDistortion
 from circumspect.simulation.motion_faults import Blocked, Kidnapped
 from circumspect.simulation.odometry_faults import OdometryGone, OdometryJumping, OdometryStuck
 from circumspect.simulation.orbit import Orbit
@@ -41,6 +42,7 @@ __all__ = [
     "CeilingOptics",
     "CeilingRig",
     "CeilingWatch",
+    "DepthDistortion",
     "DroppedFrames",
     "EqualStamps",
     "Kidnapped",

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import PinholeCamera
 from circumspect.sensing import DepthNoise, RgbdCamera, RgbdFrame
+from circumspect.simulation.depth_distortion import DepthDistortion
 from circumspect.simulation.ray_caster import RayCaster, View
 from circumspect.simulation.scene import Scene
 from circumspect.simulation.station import Station
@@ -28,6 +29,7 @@ class SimulatedCamera(RgbdCamera):
         rng: np.random.Generator | int = 0,
         colour: bool = False,
         tell_pose: bool = True,
+        distortion: DepthDistortion | None = None,
     ) -> None:
         """Set up.
 
@@ -39,11 +41,16 @@ class SimulatedCamera(RgbdCamera):
             rng: Source of the noise; the same seed gives the same frames.
             colour: Also make shaded colour images.
             tell_pose: Frames carry the pose that they were taken from.
+            distortion: Errors that stay the same in every image; None means none.
 
         Raises:
+            InputError: The distortion is that of another image size.
             MissingExtraError: Embree is not installed.
         """
         self._intrinsics = intrinsics or PinholeCamera.xtion()
+        if distortion is not None:
+            distortion.require_size(self._intrinsics)
+        self._distortion = distortion
         self._caster = RayCaster(scene)
         self._station = station
         self._noise = noise
@@ -69,6 +76,8 @@ class SimulatedCamera(RgbdCamera):
         """The frame from a given place."""
         view = self.truth(station)
         depth = view.depth
+        if self._distortion is not None:
+            depth = self._distortion.applied(depth)
         if self._noise is not None:
             depth = self._noise.applied(depth, view.incidence, self._intrinsics, self._rng)
         colour = shaded(view, self._caster.scene) if self._colour else None

@@ -16,6 +16,7 @@ from circumspect.robot import DifferentialDrive, MobileRobot, Velocity, WheelOdo
 from circumspect.sensing import DepthNoise, Odometry
 from circumspect.simulation import pioneer
 from circumspect.simulation.camera_mount import CameraMount
+from circumspect.simulation.depth_distortion import DepthDistortion
 from circumspect.simulation.obstacles import footprint_boxes
 from circumspect.simulation.robot_physics import TICK, RobotPhysics
 from circumspect.simulation.scene import Scene
@@ -87,6 +88,7 @@ class SimulatedRobot(MobileRobot):
         seed: int = 0,
         colour: bool = False,
         real_time: float | None = None,
+        distortion: DepthDistortion | None = None,
     ) -> None:
         """Put a robot into a scene.
 
@@ -100,9 +102,11 @@ class SimulatedRobot(MobileRobot):
             seed: Of all chance.
             colour: Make shaded colour images, too.
             real_time: Seconds simulated in each second at most; None means as fast as it goes.
+            distortion: Of its depth; None means none.
 
         Raises:
-            InputError: `real_time` is not positive.
+            InputError: `real_time` is not positive, or the distortion is that of another image
+                size.
             MissingExtraError: Embree or MuJoCo is not installed.
         """
         if real_time is not None and not 0 < real_time < np.inf:
@@ -127,7 +131,7 @@ class SimulatedRobot(MobileRobot):
         self._T_base_camera = self.mount.T_base_camera
         station = partial(_station, self._physics, self._T_base_camera)
         self._camera = SimulatedCamera(
-            scene, station, intrinsics, noise, depth_rng, colour, tell_pose=False
+            scene, station, intrinsics, noise, depth_rng, colour, False, distortion
         )
         self._wanted = Velocity()
         self._ticks = 0
