@@ -97,6 +97,31 @@ def test_a_growing_covariance_counts_and_a_constant_one_does_not() -> None:
     np.testing.assert_allclose(constant.covariance, without.covariance)
 
 
+@given(SMALL, SMALL, st.floats(-3.0, 3.0), st.lists(st.floats(-1.0, 1.0), min_size=9, max_size=9))
+def test_a_constant_covariance_adds_nothing_on_any_step(
+    x: float, y: float, yaw: float, root: list[float]
+) -> None:
+    half = np.reshape(root, (3, 3))
+    constant, step = half @ half.T, PlanarPose(x, y, yaw)
+    motion = MODEL.by_odometry(frame(0.0, PlanarPose(), constant), frame(1.0, step, constant))
+    without = MODEL.by_odometry(frame(0.0, PlanarPose()), frame(1.0, step))
+    assert motion is not None
+    assert without is not None
+    added = np.linalg.eigvalsh(motion.covariance - without.covariance)
+    assert np.abs(added).max() < 0.05 * max(np.trace(constant), 1e-12)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1.0, 1e308])
+def test_an_absurd_covariance_leaves_a_finite_invertible_one(value: float) -> None:
+    bad = np.diag([value, value, value])
+    step = PlanarPose(0.1, -0.05, 0.2)
+    for before, now in ((None, bad), (bad, bad), (bad, None)):
+        motion = MODEL.by_odometry(frame(0.0, PlanarPose(), before), frame(1.0, step, now))
+        assert motion is not None
+        assert np.isfinite(motion.covariance).all()
+        assert np.isfinite(np.linalg.inv(motion.covariance)).all()
+
+
 @given(st.floats(0.01, 1.0), st.floats(0.05, 1.0))
 def test_a_constant_velocity_is_continued_in_proportion(time: float, measured: float) -> None:
     velocity = np.array([0.02, -0.1, 0.05, 0.1, 0.02, -0.03])

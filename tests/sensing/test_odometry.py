@@ -15,9 +15,22 @@ def test_the_covariance_is_kept_read_only():
     assert not odometry.covariance.flags.writeable
 
 
-@pytest.mark.parametrize(
-    "covariance", [np.eye(2), np.arange(9.0).reshape(3, 3), np.full((3, 3), np.nan)]
-)
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_covariance_that_is_not_finite_is_unknown(bad):
+    covariance = np.eye(3)
+    covariance[0, 1] = bad
+    odometry = Odometry(1.0, PlanarPose(), covariance)
+    np.testing.assert_array_equal(odometry.covariance, np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize("name", ["stamp", "forward", "turn"])
+def test_a_value_that_is_not_finite_is_refused(name):
+    values = {"stamp": 0.0, "T_odom_base": PlanarPose(), name: np.nan}
+    with pytest.raises(InputError, match="finite"):
+        Odometry(**values)
+
+
+@pytest.mark.parametrize("covariance", [np.eye(2), np.arange(9.0).reshape(3, 3)])
 def test_an_impossible_covariance_is_refused(covariance):
     with pytest.raises(InputError):
         Odometry(0.0, PlanarPose(), covariance)

@@ -15,6 +15,8 @@ MAX_STEP_M = 100.0
 """Odometry that moves farther between two frames is a counter overflow or a corrupt message."""
 MAX_UNMEASURED_S, MAX_VARIANCE = 1e3, 1e6
 """Bounds that keep covariances invertible in double precision [s; m², rad²]."""
+MAX_GROWTH = 1e100
+"""Larger covariances overflow in double precision."""
 MAX_EXTRAPOLATION = 2.5
 """A velocity is extrapolated over at most this multiple of the time in which it was measured."""
 MIN_GROWTH_RATIO, ROUNDING = -0.01, 1e-6
@@ -172,9 +174,12 @@ def _covariance_growth(before: Odometry, now: Odometry) -> NDArray[np.floating]:
     """(3, 3) by which the reported covariance grew [m, rad], in the current base frame.
 
     Some drivers report constants or covariances of other poses. Their difference has negative
-    eigenvalues and is replaced by zero.
+    eigenvalues and is replaced by zero, and so is one that overflows.
     """
-    growth = now.growth_since(before)
+    with np.errstate(over="ignore", invalid="ignore"):
+        growth = now.growth_since(before)
+    if not np.abs(growth).max() < MAX_GROWTH:
+        return np.zeros((3, 3))
     values, vectors = np.linalg.eigh((growth + growth.T) / 2)
     if values[0] < MIN_GROWTH_RATIO * values[-1] - ROUNDING * np.trace(now.covariance):
         return np.zeros((3, 3))

@@ -21,13 +21,14 @@ class Odometry(ReadOnlyArrays):
         stamp: Time [s].
         T_odom_base: Where the robot believes to be. May be given as one RigidTransform, of which
             height, roll and pitch are left out.
-        covariance: (3, 3) of x, y [m] and yaw [rad] in the odom frame, grown since the start.
+        covariance: (3, 3) of x, y [m] and yaw [rad] in the odom frame, grown since the start. Zero
+            if it is unknown; a covariance that is not finite is unknown.
         forward: Velocity [m/s].
         turn: Rate [rad/s], counter-clockwise.
 
     Raises:
-        InputError: A value is not finite, the pose is of another type, or the covariance is not
-            (3, 3) or not symmetric.
+        InputError: A value other than the covariance is not finite, the pose is of another type,
+            or the covariance is not (3, 3) or not symmetric.
     """
 
     stamp: float
@@ -39,8 +40,10 @@ class Odometry(ReadOnlyArrays):
     def __post_init__(self) -> None:
         object.__setattr__(self, "T_odom_base", _planar(self.T_odom_base))
         covariance = frozen(self.covariance)
+        if not np.isfinite(covariance).all():
+            covariance = frozen(np.zeros_like(covariance))
         _require_symmetric(covariance)
-        if not np.isfinite([self.stamp, self.forward, self.turn, *covariance.ravel()]).all():
+        if not np.isfinite([self.stamp, self.forward, self.turn]).all():
             raise InputError(f"the odometry at {self.stamp} s is not finite")
         object.__setattr__(self, "covariance", covariance)
 
