@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from node_world import SETTINGS, status, values, worked_off
-from orbiting_robot import DEPTH, INFO, OPTICAL, MemoryBus, OrbitingRobot
+from orbiting_robot import DEPTH, INFO, INTERVAL, OPTICAL, MemoryBus, OrbitingRobot
 
 from circumspect.classification import Classifier
 from circumspect.pipeline import CLASSIFIED
@@ -109,6 +109,32 @@ def test_poses_that_are_no_numbers(bus: MemoryBus, node: RecognitionNode) -> Non
     robot.drive(1)
     assert [step.outcome for step in worked_off(node)] == [CLASSIFIED] * 2
     assert sum(1 for what in values(node) if what.startswith("left out: a pose")) == 2
+
+
+def test_odometry_of_another_epoch_is_reported(bus: MemoryBus, node: RecognitionNode) -> None:
+    robot = OrbitingRobot(bus)
+    robot.stand()
+    for number in range(6):
+        frame, place = robot.frames[number]
+        stamp = 100.0 + INTERVAL * number
+        robot.tell_place(stamp + 1.7e9, place)
+        robot.tell_info(camera_info(frame.camera, stamp, OPTICAL))
+        robot.tell_depth(depth_message(frame.depth, stamp, OPTICAL))
+    steps = worked_off(node)
+    assert len(steps) == 6
+    assert all(step.pose.T_map_odom is None for step in steps)
+    assert "different clocks" in status(bus, "different clocks").message
+
+
+def test_a_clock_that_starts_at_zero_is_a_clock(bus: MemoryBus, node: RecognitionNode) -> None:
+    robot = OrbitingRobot(bus)
+    robot.stand()
+    for number in range(3):
+        robot.drive(number, late=-100.0)
+    steps = worked_off(node)
+    assert [step.stamp for step in steps] == pytest.approx([0.0, 0.2, 0.4])
+    assert [step.outcome for step in steps] == [CLASSIFIED] * 3
+    assert [step.pose.source for step in steps[1:]] == ["odometry"] * 2
 
 
 def test_without_a_mount_there_is_no_answer_but_a_remedy(

@@ -15,6 +15,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import CircumspectError, InputError
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.recording.bag import BagMessage
+from circumspect.recording.clock_comparison import ClockComparison
 from circumspect.recording.image_messages import camera_of, colour_of, depth_of, is_distorted
 from circumspect.recording.odometry_buffer import OdometryBuffer
 from circumspect.recording.pose_messages import odometry_of, transform_of
@@ -121,6 +122,7 @@ class FrameAssembly:
         self._strange: _Moment | None = None
         """Of the last image, where its stamp leapt."""
         self._count = 0
+        self._clocks = ClockComparison()
 
     @property
     def known_frames(self) -> set[str]:
@@ -141,9 +143,9 @@ class FrameAssembly:
                 self._learn_camera(told)
             elif message.topic in topics.transforms:
                 self._tree.heard(told, lasting=message.topic.endswith(LASTING))
-                self._hear_moving_base(told)
+                self._hear_moving_base(told, message.log_time)
             elif message.topic == topics.odometry:
-                self._hear_odometry(told)
+                self._hear_odometry(told, message.log_time)
             elif message.topic == topics.colour:
                 self._colours.append(told)
         except CircumspectError as error:
@@ -156,6 +158,7 @@ class FrameAssembly:
     def restart(self) -> None:
         """Forget what belongs to the time before a leap; the camera and what stands still stay."""
         self._buffer, self._since_image = OdometryBuffer(), None
+        self._clocks = ClockComparison()
         self._clock = self._strange = None
         self._colours.clear()
         self.let_go()
@@ -170,13 +173,14 @@ class FrameAssembly:
         while self._waiting:
             yield from self._next()
 
-    def _hear_odometry(self, told: Any) -> None:
+    def _hear_odometry(self, told: Any, log_time: int) -> None:
         self._base = told.child_frame_id or self._base
         self._since_image = odometry_of(told)
         self._buffer.heard(self._since_image)
+        self._clocks.on_odometry(self._since_image.stamp, log_time / NANOSECONDS)
         self.odom_frame = plain(told.header.frame_id) or self.odom_frame
 
-    def _hear_moving_base(self, told: Any) -> None:
+    def _hear_moving_base(self, told: Any, log_time: int) -> None:
         """Take transforms for odometry where no topic holds it."""
         odom = self._settings.odom_frame
         if odom is None or self._topics.odometry is not None:
@@ -188,6 +192,7 @@ class FrameAssembly:
                 T_odom_base = transform_of(moved.translation, moved.rotation)
                 pose = PlanarPose.from_transform(T_odom_base)
                 self._buffer.heard(Odometry(seconds(stamped), pose))
+                self._clocks.on_odometry(seconds(stamped), log_time / NANOSECONDS)
 
     def _learn_camera(self, info: Any) -> None:
         if self._camera is None and is_distorted(info):
@@ -244,10 +249,22 @@ class FrameAssembly:
         message, own = self._waiting.popleft()
         self._count += 1
         try:
-            yield self._frame(message.told, own)
+            frame = self._frame(message.told, own)
+            self._compare_clocks(frame, message.log_time)
+            yield frame
         except CircumspectError as error:
             self.skipped[f"frame {self._count} at {seconds(message.told):.3f} s"] = str(error)
             _log.warning("frame %d left out: %s", self._count, error)
+
+    def _compare_clocks(self, frame: RgbdFrame, log_time: int) -> None:
+        was_known = self._clocks.warning
+        warning = self._clocks.on_image(
+            frame.stamp, log_time / NANOSECONDS, frame.odometry is not None
+        )
+        if warning:
+            self.skipped["odometry"] = warning
+        if warning and not was_known:
+            _log.warning("%s; frames have no odometry", warning)
 
     def _frame(self, image: Any, own: Odometry | None) -> RgbdFrame:
         settings, stamp, camera = self._settings, seconds(image), self._camera
