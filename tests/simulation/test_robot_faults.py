@@ -13,12 +13,16 @@ from circumspect.sensing import RgbdFrame
 from circumspect.simulation import (
     Blackout,
     Blocked,
+    ClockStartingAt,
     DroppedFrames,
     EqualStamps,
     Kidnapped,
     NanFrame,
+    OdometryCovariance,
     OdometryGone,
     OdometryJumping,
+    OdometryLagging,
+    OdometryOfAnotherEpoch,
     OdometryStuck,
     SimulatedRobot,
     UnorderedFrames,
@@ -54,6 +58,10 @@ MAKERS: dict[str, Callable[[SimulatedRobot, int], MobileRobot]] = {
     "gone": lambda r, s: OdometryGone(r, 3.0),
     "jumping": lambda r, s: OdometryJumping(r, 3.0, seed=s),
     "stuck": lambda r, s: OdometryStuck(r, 3.0),
+    "covariance": lambda r, s: OdometryCovariance(r, 0.1),
+    "clock": lambda r, s: ClockStartingAt(r, 0.0),
+    "epoch": lambda r, s: OdometryOfAnotherEpoch(r),
+    "lag": lambda r, s: OdometryLagging(r, 0.5),
     "blocked": lambda r, s: Blocked(r, 3.0),
     "kidnapped": lambda r, s: Kidnapped(r, 3.0, PlanarPose(0.2, 0.3, 1.0)),
 }
@@ -239,3 +247,35 @@ def test_impossible_shares_are_refused(
 ) -> None:
     with pytest.raises(InputError, match="share"):
         fault(robot(), share)
+
+
+def test_a_clock_starts_where_it_is_told_to() -> None:
+    plain, shifted = drive_on(robot(), 3), drive_on(ClockStartingAt(robot(), 1000.0), 3)
+    np.testing.assert_allclose(stamps(shifted) - stamps(plain), 1000.0)
+    for frame in shifted:
+        assert frame.odometry is not None
+        assert frame.odometry.stamp == pytest.approx(frame.stamp)
+    assert ClockStartingAt(robot(), 1000.0).now == 1000.0
+
+
+def test_odometry_of_another_epoch_differs_in_its_stamps_alone() -> None:
+    plain, shifted = drive_on(robot(), 3), drive_on(OdometryOfAnotherEpoch(robot(), 50.0), 3)
+    np.testing.assert_array_equal(stamps(shifted), stamps(plain))
+    assert poses(shifted) == poses(plain)
+    assert [f.odometry.stamp - f.stamp for f in shifted if f.odometry] == pytest.approx([50.0] * 3)
+
+
+def test_lagging_odometry_is_that_of_earlier_frames() -> None:
+    plain, lagging = drive_on(robot(), 8), drive_on(OdometryLagging(robot(), 1.0), 8)
+    assert lagging[0].odometry is None
+    assert poses(lagging[2:]) == poses(plain[:-2])
+    for frame in lagging[2:]:
+        assert frame.odometry is not None
+        assert frame.odometry.stamp == frame.stamp
+
+
+@pytest.mark.parametrize(("variance", "kept"), [(0.1, 0.1), (np.nan, 0.0)])
+def test_a_constant_covariance_is_that_of_all_frames(variance: float, kept: float) -> None:
+    for frame in drive_on(OdometryCovariance(robot(), variance), 3):
+        assert frame.odometry is not None
+        np.testing.assert_array_equal(frame.odometry.covariance, np.eye(3) * kept)

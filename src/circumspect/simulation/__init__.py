@@ -19,9 +19,19 @@ from circumspect.simulation.ceiling import ceiling_cameras
 from circumspect.simulation.ceiling_camera import CeilingCamera, CeilingOptics, Shown
 from circumspect.simulation.ceiling_rig import CeilingRig
 from circumspect.simulation.ceiling_watch import CeilingWatch
+from circumspect.simulation.clock_faults import (
+    ClockStartingAt,
+    OdometryLagging,
+    OdometryOfAnotherEpoch,
+)
 from circumspect.simulation.depth_distortion import DepthDistortion
 from circumspect.simulation.motion_faults import Blocked, Kidnapped
-from circumspect.simulation.odometry_faults import OdometryGone, OdometryJumping, OdometryStuck
+from circumspect.simulation.odometry_faults import (
+    OdometryCovariance,
+    OdometryGone,
+    OdometryJumping,
+    OdometryStuck,
+)
 from circumspect.simulation.orbit import Orbit
 from circumspect.simulation.outlines import outlines
 from circumspect.simulation.plate import Plate
@@ -42,13 +52,17 @@ __all__ = [
     "CeilingOptics",
     "CeilingRig",
     "CeilingWatch",
+    "ClockStartingAt",
     "DepthDistortion",
     "DroppedFrames",
     "EqualStamps",
     "Kidnapped",
     "NanFrame",
+    "OdometryCovariance",
     "OdometryGone",
     "OdometryJumping",
+    "OdometryLagging",
+    "OdometryOfAnotherEpoch",
     "OdometryStuck",
     "Orbit",
     "Plate",

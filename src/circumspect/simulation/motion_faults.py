@@ -36,7 +36,7 @@ class Blocked(WrappedRobot):
 
     def wait(self, seconds: float) -> None:
         """See `MobileRobot.wait`."""
-        for piece in _slices(seconds):
+        for piece in slices(seconds):
             self.robot.drive(Velocity() if self._blocked else self._wanted)
             odometry = self.robot.odometry()
             if self._blocked and odometry is not None:
@@ -77,7 +77,7 @@ class Kidnapped(WrappedRobot):
 
     def wait(self, seconds: float) -> None:
         """See `MobileRobot.wait`."""
-        for piece in _slices(seconds):
+        for piece in slices(seconds):
             if not self._done and self.now >= self._after - SLICE / 2:
                 here = PlanarPose.from_transform(self._simulated.truth().T_map_base)
                 self._simulated.place(here @ self._by)
@@ -85,7 +85,7 @@ class Kidnapped(WrappedRobot):
             self.robot.wait(piece)
 
 
-def _slices(seconds: float) -> list[float]:
+def slices(seconds: float) -> list[float]:
     """Pieces of at most `SLICE` that make up `seconds`."""
     whole = int(seconds / SLICE)
     rest = seconds - whole * SLICE

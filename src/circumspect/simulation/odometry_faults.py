@@ -72,3 +72,16 @@ class OdometryStuck(WrappedRobot):
             self._last = odometry
             return odometry
         return replace(self._last, stamp=odometry.stamp, forward=0.0, turn=0.0)
+
+
+class OdometryCovariance(WrappedRobot):
+    """The covariance of the odometry is a constant, which may be NaN."""
+
+    def __init__(self, robot: MobileRobot, variance: float) -> None:
+        super().__init__(robot)
+        self._covariance = np.diag([variance] * 3)
+
+    def _told(self, odometry: Odometry | None) -> Odometry | None:
+        if odometry is None:
+            return None
+        return replace(odometry, covariance=self._covariance)
