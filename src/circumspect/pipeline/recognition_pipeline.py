@@ -35,7 +35,7 @@ from circumspect.pipeline.step_log import StepLog
 from circumspect.pipeline.views import azimuth_coverage
 from circumspect.reconstruction import FrameSurface, ModelSettings, ObjectModel
 from circumspect.sensing import RgbdFrame, Segmentation
-from circumspect.tracking import PoseEstimate, PoseEstimator
+from circumspect.tracking import OdometryClockCheck, PoseEstimate, PoseEstimator
 
 SHORTEST, LONGEST = 0.05, 50.0
 """Median depths outside of this [m] are in another unit."""
@@ -75,6 +75,7 @@ class RecognitionPipeline:
         self.poses = poses
         self.classifier = classifier
         self.observers = tuple(observers)
+        self._odometry_clock = OdometryClockCheck()
         self._fusion = ObjectFusion(settings or ModelSettings(), poses)
         self._grids: list[OccupancyGrid] = []
         self.prediction: Prediction | None = None
@@ -161,7 +162,9 @@ class RecognitionPipeline:
 
         # Where the camera was
         with clock.stage("register"):
+            frame = self._odometry_clock.checked(frame)
             pose = self.poses.track(frame)
+            self._odometry_clock.update(frame, pose)
             placed = frame.at(pose.T_map_camera)
             self._swap_model()
             self._fusion.follow_corrections()
@@ -354,6 +357,7 @@ class RecognitionPipeline:
             grid=self.grid,
             prediction=self.prediction,
             milliseconds=dict(clock.milliseconds),
+            warning=self._odometry_clock.warning,
         )
 
 

@@ -62,6 +62,7 @@ class Health:
         self.with_odometry = True
         self._prediction: Prediction | None = None
         self._pose: PoseEstimate | None = None
+        self._warning = ""
 
     def message(self, what: str) -> None:
         """A message of an input came: "depth", "camera info", …."""
@@ -99,6 +100,7 @@ class Health:
             self._outcome = self._clock(), step.outcome
             self._milliseconds = milliseconds
             self._prediction, self._pose = step.prediction, step.pose
+            self._warning = step.warning
 
     def settled(self, prediction: Prediction) -> None:
         """What is known when no more frames come for now.
@@ -164,6 +166,8 @@ class Health:
             return WARNING, "no frame went through the pipeline lately"
         if self._pose is not None and not self._pose.reliable:
             return WARNING, f"pose not reliable: {self._pose.reason}"
+        if self._warning:
+            return WARNING, self._warning
         if self._outcome[1] != CLASSIFIED:
             return WARNING, self._outcome[1]
         if not self.with_odometry:

@@ -1,0 +1,159 @@
+"""Odometry on another clock, noticed by the motions that registration finds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+from tracking_world import short_drive
+
+from circumspect.geometry import PlanarPose
+from circumspect.robot import arc
+from circumspect.sensing import Odometry, RgbdFrame
+from circumspect.tracking import OdometryClockCheck, PoseEstimate, TrackingState
+from circumspect.tracking.odometry_clock_check import odometry_lag
+
+TICK = 0.1
+NOISE = (0.002, 0.002, 0.002)
+"""Of registered poses [m], [rad]."""
+
+
+@lru_cache(maxsize=8)
+def drive(seed: int, seconds: float = 30.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, true poses and odometry with 5 % of slip: the robot turns and drives by turns."""
+    rng, count = np.random.default_rng(seed), round(seconds / TICK)
+    speed = spin = 0.0
+    true, told = [PlanarPose()], [PlanarPose()]
+    for tick in range(count):
+        if tick % 15 == 0:
+            wanted = [(0.05, 0.0), (0.0, 0.2), (0.05, -0.1), (0.0, -0.2)][tick // 15 % 4]
+        speed += np.clip(wanted[0] - speed, -0.3 * TICK, 0.3 * TICK)
+        spin += np.clip(wanted[1] - spin, -TICK, TICK)
+        slip = 1 + 0.05 * rng.exponential()
+        true.append(true[-1] @ arc(speed * TICK, spin * TICK))
+        told.append(told[-1] @ arc(slip * speed * TICK, slip * spin * TICK))
+    return TICK * np.arange(count + 1), as_array(true), as_array(told)
+
+
+def as_array(poses: list[PlanarPose]) -> np.ndarray:
+    rows = np.array([(pose.x, pose.y, pose.yaw) for pose in poses])
+    return np.column_stack([rows[:, :2], np.unwrap(rows[:, 2])])
+
+
+def seen(
+    interval: float, lag: float, count: int, seed: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stamps, registered poses and odometry of so many frames."""
+    times, true, told = drive(seed)
+    stamps = 2.0 + interval * np.arange(count)
+    registered = at(stamps, times, true)
+    registered += np.random.default_rng(seed).normal(size=registered.shape) * NOISE
+    return stamps, registered, at(stamps - lag, times, told)
+
+
+def at(when: np.ndarray, times: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    return np.column_stack([np.interp(when, times, column) for column in poses.T])
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("lag", [-1.0, -0.5, 0.5, 1.0])
+def test_another_clock_is_noticed_within_20_frames(lag: float, seed: int) -> None:
+    found = odometry_lag(*seen(0.5, lag, 20, seed))
+    assert found == pytest.approx(lag, abs=0.21)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("lag", [-0.2, 0.0, 0.1, 0.2])
+@pytest.mark.parametrize("interval", [0.2, 0.5, 1.0])
+def test_usual_latency_is_no_other_clock(interval: float, lag: float, seed: int) -> None:
+    for count in range(2, round(26 / interval), 3):
+        assert odometry_lag(*seen(interval, lag, count, seed)) is None
+
+
+@pytest.mark.parametrize("fault", ["jump", "stuck", "blocked", "slip", "kidnapped"])
+def test_other_faults_are_no_other_clock(fault: str) -> None:
+    for seed in range(4):
+        stamps, registered, odometry = seen(0.5, 0.0, 40, seed)
+        if fault == "jump":
+            odometry[20:] += (0.3, -0.2, 0.4)
+        elif fault == "stuck":
+            odometry[15:] = odometry[15]
+        elif fault == "blocked":
+            registered[15:] = registered[15]
+        elif fault == "slip":
+            odometry *= 1.25
+        else:
+            registered[20:] += (0.3, -0.1, 0.35)
+        for count in range(2, 41):
+            assert odometry_lag(stamps[:count], registered[:count], odometry[:count]) is None
+
+
+def test_an_even_motion_says_nothing() -> None:
+    stamps = 0.5 * np.arange(30)
+    poses = as_array([arc(0.05 * stamp, 0.1 * stamp) for stamp in stamps])
+    lagging = as_array([arc(0.05 * (stamp - 1), 0.1 * (stamp - 1)) for stamp in stamps])
+    assert odometry_lag(stamps, poses, lagging) is None
+
+
+def frames(lag: float, count: int = 30) -> list[tuple[RgbdFrame, PoseEstimate]]:
+    """Frames with odometry, and their registered poses."""
+    stamps, registered, odometry = seen(0.5, lag, count, 0)
+    some = short_drive()[0]
+    pairs = []
+    for stamp, pose, told in zip(stamps, registered, odometry, strict=True):
+        base = PlanarPose(*pose)
+        frame = replace(
+            some, stamp=float(stamp), odometry=Odometry(float(stamp), PlanarPose(*told))
+        )
+        pairs.append((frame, PoseEstimate(RigidTransform.identity(), T_map_base=base)))
+    return pairs
+
+
+def test_odometry_of_another_clock_is_removed_and_reported_once(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    check = OdometryClockCheck()
+    kept = []
+    for frame, pose in frames(lag=1.0):
+        checked = check.checked(frame)
+        check.update(checked, pose)
+        kept.append(checked.odometry is not None)
+    first = kept.index(False)
+    assert 5 <= first <= 20
+    assert not any(kept[first:])
+    assert check.warning.startswith("odometry and images are on different clocks: odometry lags")
+    assert caplog.text.count("different clocks") == 1
+
+
+def test_odometry_of_the_same_clock_is_kept() -> None:
+    check = OdometryClockCheck()
+    for frame, pose in frames(lag=0.0):
+        assert check.checked(frame) is frame
+        check.update(frame, pose)
+    assert not check.warning
+
+
+def test_poses_that_are_not_reliable_are_no_evidence() -> None:
+    check = OdometryClockCheck()
+    for frame, pose in frames(lag=1.0):
+        check.update(check.checked(frame), replace(pose, state=TrackingState.DEAD_RECKONING))
+    assert not check.warning
+
+
+@pytest.mark.parametrize("ahead", [-1.7e9, 1.7e9, 3.0])
+def test_odometry_of_another_epoch_is_removed_at_once(
+    ahead: float, caplog: pytest.LogCaptureFixture
+) -> None:
+    check = OdometryClockCheck()
+    for frame, _ in frames(lag=0.0, count=3):
+        assert frame.odometry is not None
+        told = replace(frame.odometry, stamp=frame.stamp + ahead)
+        assert check.checked(replace(frame, odometry=told)).odometry is None
+    assert check.warning.endswith(f"their stamps differ by {abs(ahead):.1f} s")
+    assert caplog.text.count("different clocks") == 1
+    frame = frames(lag=0.0, count=1)[0][0]
+    assert check.checked(frame).odometry is not None
+    assert not check.warning
