@@ -23,12 +23,16 @@ from circumspect.pipeline import (
 from circumspect.simulation import (
     Blackout,
     Blocked,
+    ClockStartingAt,
     DroppedFrames,
     EqualStamps,
     Kidnapped,
     NanFrame,
+    OdometryCovariance,
     OdometryGone,
     OdometryJumping,
+    OdometryLagging,
+    OdometryOfAnotherEpoch,
     OdometryStuck,
     SimulatedRobot,
     Surface,
@@ -66,8 +70,16 @@ FAULTS = {
     "odometry stuck": lambda robot: OdometryStuck(robot, AFTER),
     "blocked": lambda robot: Blocked(robot, AFTER, 5.0),
     "kidnapped": lambda robot: Kidnapped(robot, AFTER, PlanarPose(0.3, -0.1, 0.35)),
+    "clock from zero": lambda robot: ClockStartingAt(robot, 0.0),
+    "clock from 1970": lambda robot: ClockStartingAt(robot, 1.7e9),
+    "NaN covariance": lambda robot: OdometryCovariance(robot, np.nan),
+    "constant covariance": lambda robot: OdometryCovariance(robot, 0.1),
+    "images 0.5 s behind": lambda robot: OdometryLagging(robot, 0.5),
+    "images 1 s behind": lambda robot: OdometryLagging(robot, 1.0),
+    "another epoch": lambda robot: OdometryOfAnotherEpoch(robot),
 }
 
+OTHER_CLOCKS = ("images 0.5 s behind", "images 1 s behind", "another epoch")
 ENDS = {
     "millimetres from then on": "lost: no pose has been reliable for too long",
     "millimetres": "no object in view after a look round",
@@ -147,6 +159,13 @@ def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
     assert max(trusted.off, default=0.0) < 0.05
     assert max(trusted.accurate_off, default=0.0) < 0.03
     assert bool(trusted.accurate_off) == (fault != "millimetres")
+    warned = [step.index for step in result.steps if step.odometry_warning]
+    assert bool(warned) == (fault in OTHER_CLOCKS)
+    if warned:
+        # The robot moves from the first frame on.
+        assert warned == list(range(warned[0], 60))
+        assert warned[0] <= 20
+        assert not any(step.pose.source == "odometry" for step in result.steps[warned[0] :])
     told = json.loads((tmp_path / "result.json").read_text())
     assert told["frames"] == len(result.steps)
     # Of what it saw of the first side alone nothing is concluded.

@@ -357,7 +357,7 @@ class RecognitionPipeline:
             grid=self.grid,
             prediction=self.prediction,
             milliseconds=dict(clock.milliseconds),
-            warning=self._odometry_clock.warning,
+            odometry_warning=self._odometry_clock.warning,
         )
 
 

@@ -50,8 +50,7 @@ class RecognitionStep:
         prediction: The answer so far, see `RecognitionPipeline.prediction`; None before the first
             classified frame.
         milliseconds: Stage to time spent [ms].
-        warning: What is wrong with the inputs although the frame could be used; empty if nothing
-            is.
+        odometry_warning: Why odometry is not used; empty if it is, or if the frame has none.
     """
 
     index: int
@@ -64,7 +63,7 @@ class RecognitionStep:
     grid: OccupancyGrid | None
     prediction: Prediction | None
     milliseconds: Mapping[str, float] = field(default_factory=dict)
-    warning: str = ""
+    odometry_warning: str = ""
 
     def __repr__(self) -> str:
         return f"RecognitionStep(frame {self.index}, {self.outcome!r}, {_told(self.prediction)})"
@@ -96,7 +95,7 @@ class RecognitionStep:
             "frame": self.index,
             "stamp": self.stamp,
             "outcome": self.outcome,
-            "warning": self.warning,
+            "odometry_warning": self.odometry_warning,
             **answer_record(self.prediction),
             "coverage": self.coverage,
             "object_pixels": self.object_pixels,

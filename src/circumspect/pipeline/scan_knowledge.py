@@ -74,7 +74,8 @@ class ScanKnowledge:
         self.in_view = step.outcome == CLASSIFIED
         self.reliable = step.pose is not None and step.pose.reliable
         if step.pose is not None:
-            self.whereabouts.corrected(step.pose, frame.odometry)
+            odometry = None if step.odometry_warning else frame.odometry
+            self.whereabouts.corrected(step.pose, odometry)
             self._doubtful = not self.reliable
             if self.reliable:
                 self._reliable_at = self._clock

@@ -100,7 +100,7 @@ class Health:
             self._outcome = self._clock(), step.outcome
             self._milliseconds = milliseconds
             self._prediction, self._pose = step.prediction, step.pose
-            self._warning = step.warning
+            self._warning = step.odometry_warning
 
     def settled(self, prediction: Prediction) -> None:
         """What is known when no more frames come for now.

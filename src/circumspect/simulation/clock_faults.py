@@ -73,6 +73,7 @@ class OdometryLagging(WrappedRobot):
         frame = super().observe()
         if frame.odometry is None:
             return frame
+        self._remember()
         while len(self._past) > 1 and self._past[1].stamp <= frame.stamp - self._lag + TOLERANCE:
             self._past.popleft()
         earlier = self._past[0]
@@ -82,5 +83,6 @@ class OdometryLagging(WrappedRobot):
 
     def _remember(self) -> None:
         odometry = self.robot.odometry()
-        if odometry is not None:
+        is_new = not self._past or odometry is None or odometry.stamp > self._past[-1].stamp
+        if odometry is not None and is_new:
             self._past.append(odometry)
