@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,13 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from benchmarks.faults import FAULTS, FaultJob, prepared_fault
+from benchmarks.fault_scenarios import FaultJob, prepared_fault
 from benchmarks.report import telling
 from benchmarks.scan_job import ScanJob
 from benchmarks.scans import furniture_jobs
 from circumspect.gathering.job_pool import run_all
 from circumspect.geometry import PinholeCamera, PlanarPose
-from circumspect.pipeline.scan import ObjectScan
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import Odometry, RgbdFrame
 from circumspect.simulation import Witness
@@ -78,9 +77,8 @@ class FrameRecorder(WrappedRobot):
 def record(job: FaultJob) -> dict[str, Any]:
     """Drive a scan and write its frames."""
     parts = prepared_fault(job)
-    wrapper: Callable[[MobileRobot], MobileRobot] = FAULTS.get(job.fault, FAULTS["none"])
-    recorder = FrameRecorder(wrapper(parts.witness), parts.witness)
-    scan = ObjectScan(recorder, parts.pipeline, parts.scan.planner, parts.scan.settings)
+    recorder = FrameRecorder(parts.scan.robot, parts.witness)
+    scan = parts.driven_by(recorder).scan
     scan.run()
     write(path_of(job), recorder.frames)
     return {"key": job.key, "frames": len(recorder.frames), "ended": scan.ended}
