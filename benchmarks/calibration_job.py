@@ -14,8 +14,8 @@ from scipy.spatial.transform import RigidTransform
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.geometry import Trajectory, se3
 from circumspect.geometry.composition import between, composed
-from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.pose_graph import BetweenFactor, KeyframeMap
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.registration import Scan, ScanSurface, SurfaceMap, register
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import RgbdFrame

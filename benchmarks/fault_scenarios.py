@@ -12,11 +12,11 @@ from benchmarks.live_poses import LivePoses, trust
 from benchmarks.provenance import provenance
 from benchmarks.scan_job import ROOM, ScanJob, measured, prepared, told
 from circumspect.errors import CircumspectError
+from circumspect.exploration.simulated_scan import SimulatedScan
 from circumspect.geometry import PlanarPose, TriangleMesh
-from circumspect.pipeline import RecognitionResult
-from circumspect.pipeline.journey_log import JourneyLog
-from circumspect.pipeline.simulated_scan import SimulatedScan
+from circumspect.recognition import RecognitionResult
 from circumspect.robot import MobileRobot, WrappedRobot
+from circumspect.runs.run_path_log import JourneyLog
 from circumspect.simulation import (
     Blackout,
     Blocked,

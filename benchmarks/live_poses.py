@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import Trajectory, se3
-from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.tracking import PoseEstimate
 
 SMALL_M = 0.01

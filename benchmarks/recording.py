@@ -25,8 +25,8 @@ from PIL import Image
 from benchmarks.report import RESULTS, write_page
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.evaluation.markdown import table
-from circumspect.pipeline import RecognitionResult, RecognitionStep
-from circumspect.pipeline.scan import ObjectScan
+from circumspect.exploration.object_scan import ObjectScan
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.recording import RunRecorder, open_recording
 from circumspect.sensing import RgbdFrame
 from circumspect.sensing.millimetres import millimetres

@@ -16,19 +16,19 @@ from circumspect.classification import Classifier
 from circumspect.classification.shipped import DEFAULT
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
+from circumspect.exploration.scan_settings import ScanSettings
+from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.gathering.scanned_object import scanned_object
-from circumspect.pipeline import RecognitionResult
-from circumspect.pipeline.camera_path import camera_path
-from circumspect.pipeline.journey_log import JourneyLog
-from circumspect.pipeline.scan_settings import ScanSettings
-from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
-from circumspect.pipeline.stage_times import stage_lists, stage_times
 from circumspect.planning import (
     CirclePlanner,
     ConfidencePlanner,
     SurfaceNormalPlanner,
     ViewPlanner,
 )
+from circumspect.recognition import RecognitionResult
+from circumspect.runs.camera_path import camera_path
+from circumspect.runs.run_path_log import JourneyLog
+from circumspect.runs.stage_times import stage_lists, stage_times
 
 PLANNERS = {
     "normals": SurfaceNormalPlanner,

@@ -19,8 +19,8 @@ from benchmarks.asked import command_with
 from benchmarks.report import RESULTS, write_page
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.evaluation.markdown import table
-from circumspect.pipeline import RecognitionResult, RecognitionStep
 from circumspect.planning import CirclePlanner, Finished, NextView, Situation, ViewPlanner
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.tracking import Tracker
 
 PAGE = os.sysconf("SC_PAGE_SIZE")

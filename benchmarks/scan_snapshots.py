@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from benchmarks.provenance import provenance
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.errors import CircumspectError
-from circumspect.pipeline import RecognitionResult, RecognitionStep
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.reconstruction import ObjectModel
 from circumspect.storage import atomic_open
 

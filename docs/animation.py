@@ -19,15 +19,15 @@ from PIL import Image
 
 from circumspect.classification import Classifier
 from circumspect.classification.answer_text import percent
+from circumspect.exploration.object_scan import ObjectScan
+from circumspect.exploration.scan_settings import ScanSettings
+from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.gathering.scanned_object import scanned_object
-from circumspect.pipeline import RecognitionResult, RecognitionStep
-from circumspect.pipeline.journey_log import JourneyLog
-from circumspect.pipeline.panels import thinned
-from circumspect.pipeline.plan_panel import draw_plan
-from circumspect.pipeline.scan import ObjectScan
-from circumspect.pipeline.scan_settings import ScanSettings
-from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.planning import SurfaceNormalPlanner
+from circumspect.recognition import RecognitionResult, RecognitionStep
+from circumspect.runs.panels import thinned
+from circumspect.runs.plan_panel import draw_plan
+from circumspect.runs.run_path_log import JourneyLog
 from circumspect.sensing import DepthNoise, RgbdFrame
 from circumspect.simulation import RobotSettings, SimulatedRobot, Witness, outlines
 from circumspect.storage import atomic_path

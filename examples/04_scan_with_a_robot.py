@@ -7,8 +7,9 @@ import sys
 
 import circumspect as cs
 from circumspect.evaluation import Alignment, absolute_trajectory_error
-from circumspect.pipeline import ObjectScan, ScanSettings, camera_path
+from circumspect.exploration import ObjectScan, ScanSettings
 from circumspect.planning import SurfaceNormalPlanner
+from circumspect.runs import camera_path
 from circumspect.sensing import DepthNoise, GroundSegmentation
 from circumspect.simulation import RobotSettings, SimulatedRobot, Witness, room
 from circumspect.tracking import Tracker, TrackingSettings

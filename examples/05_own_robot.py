@@ -8,8 +8,8 @@ import sys
 from scipy.spatial.transform import RigidTransform
 
 import circumspect as cs
+from circumspect.exploration import ObjectScan, ScanSettings
 from circumspect.geometry import PlanarPose
-from circumspect.pipeline import ObjectScan, ScanSettings
 from circumspect.planning import CirclePlanner
 from circumspect.robot import MobileRobot, Velocity, arc
 from circumspect.sensing import GroundSegmentation, Odometry

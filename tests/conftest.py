@@ -38,7 +38,7 @@ def data_folder() -> Path:
 @pytest.fixture
 def ctrl_c_at(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
     """Arms a Ctrl-C that comes while the pipeline takes its n-th frame, from 1."""
-    from circumspect.pipeline import RecognitionPipeline
+    from circumspect.recognition import RecognitionPipeline
 
     def arm(frame: int) -> None:
         step, numbers = RecognitionPipeline.step, itertools.count(1)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from circumspect.grid import OccupancyGrid as OccupancyGrid
     from circumspect.grid import RectangularGrid as RectangularGrid
     from circumspect.grid import angular_spectrum as angular_spectrum
-    from circumspect.pipeline import RecognitionPipeline as RecognitionPipeline
+    from circumspect.recognition import RecognitionPipeline as RecognitionPipeline
     from circumspect.reconstruction import ObjectModel as ObjectModel
     from circumspect.sensing import Odometry as Odometry
     from circumspect.sensing import RgbdFrame as RgbdFrame
@@ -58,7 +58,7 @@ _HOMES = {
         "write_ply",
     ),
     "grid": ("CylindricalGrid", "OccupancyGrid", "RectangularGrid", "angular_spectrum"),
-    "pipeline": ("RecognitionPipeline",),
+    "recognition": ("RecognitionPipeline",),
     "reconstruction": ("ObjectModel",),
     "sensing": ("Odometry", "RgbdFrame"),
 }

@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.cli.run_screen import RunScreen, answer_sentences
-from circumspect.pipeline import (
+from circumspect.recognition import (
     CLASSIFIED,
     NO_OBJECT,
     NO_POSE,

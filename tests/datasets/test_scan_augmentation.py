@@ -17,7 +17,7 @@ from circumspect.datasets.training_objects import OTHER
 from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
 from circumspect.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN
-from circumspect.pipeline import views
+from circumspect.recognition.azimuth_coverage import azimuth_coverage as coverage_in_recognition
 
 CLEAN = ScanAugmentation(
     mirror=0.0, stretch=0.0, resize=0.0, complete=0.0, occluded=0.0, beside=0.0, cluttered=0.0,
@@ -108,7 +108,7 @@ def test_what_an_older_document_lacks_was_not_simulated():
 def test_coverage_is_that_of_the_pipeline():
     _, scan = scan_of(seed=2)
     grid = traced(scan, drawn_cylinder(scan, np.random.default_rng(0)))
-    expected = views.azimuth_coverage(scan.views_xyz, grid)
+    expected = coverage_in_recognition(scan.views_xyz, grid)
     assert azimuth_coverage(scan.views_xyz, grid.grid.centre_xyz) == pytest.approx(
         expected, abs=0.03
     )

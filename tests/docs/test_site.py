@@ -42,11 +42,11 @@ def test_nothing_is_fetched_from_elsewhere(site):
 
 
 def test_the_api_is_described_and_refers_to_itself(site):
-    page = (site / "api" / "pipeline.html").read_text()
-    assert 'id="circumspect.pipeline.RecognitionPipeline.step"' in page
+    page = (site / "api" / "recognition.html").read_text()
+    assert 'id="circumspect.recognition.RecognitionPipeline.step"' in page
     # Types of arguments, and names in back-ticks, lead to where they are described.
     assert 'href="sensing.html#circumspect.sensing.Segmentation"' in page
-    assert 'href="#circumspect.pipeline.PipelineObserver"' in page
+    assert 'href="#circumspect.recognition.PipelineObserver"' in page
     assert "system-message" not in "".join(p.read_text() for p in site.rglob("*.html"))
 
 

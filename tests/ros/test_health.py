@@ -14,7 +14,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.errors import InputError
-from circumspect.pipeline import CLASSIFIED, NO_OBJECT, NO_POSE
+from circumspect.recognition import CLASSIFIED, NO_OBJECT, NO_POSE
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS
 from circumspect.ros.health import ERROR, WARNING, WELL, Health
 from circumspect.ros.log_throttle import LogThrottle

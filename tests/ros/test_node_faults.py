@@ -12,7 +12,7 @@ from node_world import SETTINGS, status, values, worked_off
 from orbiting_robot import DEPTH, INFO, INTERVAL, OPTICAL, MemoryBus, OrbitingRobot
 
 from circumspect.classification import Classifier
-from circumspect.pipeline import CLASSIFIED
+from circumspect.recognition import CLASSIFIED
 from circumspect.recording.image_messages import camera_info, depth_message
 from circumspect.recording.pose_messages import odometry_message, transforms_message
 from circumspect.recording.ros_types import IMAGE

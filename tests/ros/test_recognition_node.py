@@ -9,8 +9,8 @@ import pytest
 from node_world import send, values, worked_off
 from orbiting_robot import DEPTH, INFO, OPTICAL, MemoryBus, OrbitingRobot, orbit
 
-from circumspect.pipeline import CLASSIFIED, TOO_WIDE, RecognitionPipeline
 from circumspect.planning import Finished
+from circumspect.recognition import CLASSIFIED, TOO_WIDE, RecognitionPipeline
 from circumspect.recording.image_messages import camera_info, depth_message
 from circumspect.recording.ros_types import DETECTIONS
 from circumspect.ros.middleware import ANSWERS, LATEST

@@ -17,10 +17,10 @@ from circumspect.errors import InputError
 
 if TYPE_CHECKING:
     from circumspect.datasets.gathered_set import GatheredScan
+    from circumspect.exploration.simulated_scan import SimulatedScan
     from circumspect.gathering import GatherSettings
-    from circumspect.pipeline import RecognitionResult
-    from circumspect.pipeline.journey_log import JourneyLog
-    from circumspect.pipeline.simulated_scan import SimulatedScan
+    from circumspect.recognition import RecognitionResult
+    from circumspect.runs.run_path_log import JourneyLog
 
 SHEET = "contact_sheet.png"
 
@@ -179,7 +179,7 @@ def measured(
 ) -> dict[str, float | None]:
     """What the simulation knows of a scan's quality."""
     from circumspect.evaluation.scan_error import scan_error
-    from circumspect.pipeline.camera_path import camera_path
+    from circumspect.runs.camera_path import camera_path
 
     last = result.last
     if last is None or last.grid is None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from circumspect.errors import MissingExtraError
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import Calibration, SpaceTrack, TagMount
-from circumspect.pipeline.run_folder import LOG
+from circumspect.runs.run_folder import LOG
 from circumspect.storage import require_no_strangers, require_writable, write_json
 
 FIXES = "space.jsonl"

@@ -18,7 +18,7 @@ from circumspect.ros.log_throttle import LogThrottle
 
 if TYPE_CHECKING:
     from circumspect.classification import Prediction
-    from circumspect.pipeline import RecognitionStep
+    from circumspect.recognition import RecognitionStep
     from circumspect.ros.health import Status
     from circumspect.ros.node_settings import NodeSettings
 

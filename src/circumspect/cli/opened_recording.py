@@ -10,9 +10,9 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Classifier
 from circumspect.cli.recorded_poses import RecordedPoses
 from circumspect.cli.run_screen import RunScreen
-from circumspect.pipeline import RecognitionPipeline
-from circumspect.pipeline.replayed import replay_pipeline
+from circumspect.recognition import RecognitionPipeline
 from circumspect.recording import BagRecording, Recording
+from circumspect.runs.replay_pipeline import replay_pipeline
 from circumspect.sensing import BoxSegmentation, DepthNoise, RgbdFrame
 
 

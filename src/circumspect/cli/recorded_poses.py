@@ -8,8 +8,8 @@ from typing import Any
 from circumspect.errors import GeometryError, InputError
 from circumspect.evaluation.trajectory_error import places_and_turns, relative_pose_error
 from circumspect.geometry import TrajectoryLog
-from circumspect.pipeline import RecognitionResult
-from circumspect.pipeline.camera_path import camera_path
+from circumspect.recognition import RecognitionResult
+from circumspect.runs.camera_path import camera_path
 from circumspect.sensing import RgbdFrame
 
 

@@ -15,7 +15,7 @@ from circumspect.cli.recording_flags import RecordingFlags
 if TYPE_CHECKING:
     from circumspect.cli.opened_recording import OpenedRecording
     from circumspect.cli.watched_replay import ReplayWatch
-    from circumspect.pipeline import RecognitionPipeline
+    from circumspect.recognition import RecognitionPipeline
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Replay:
         """
         from circumspect.classification import Classifier
         from circumspect.cli.run_screen import NO_ANSWER, new_run_folder, tell_result, wrapped
-        from circumspect.pipeline import RunFolder
+        from circumspect.runs import RunFolder
         from circumspect.storage import write_json
 
         opened = self.reading.opened(self.recording)

@@ -20,7 +20,8 @@ from circumspect.errors import printable
 from circumspect.storage import make_new_folder
 
 if TYPE_CHECKING:
-    from circumspect.pipeline import RecognitionResult, RecognitionStep, RunFolder
+    from circumspect.recognition import RecognitionResult, RecognitionStep
+    from circumspect.runs import RunFolder
 
 NO_ANSWER = 1
 """Exit code of a run that went well but names nothing."""
@@ -176,7 +177,7 @@ def renamed(result: RecognitionResult, on_the_way: str | None) -> str:
 
 def unused(result: RecognitionResult) -> str:
     """Which frames are not part of the answer, in a sentence; empty where all are."""
-    from circumspect.pipeline import CLASSIFIED, TOO_LITTLE
+    from circumspect.recognition import CLASSIFIED, TOO_LITTLE
 
     if result.prediction is None:
         return ""

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from circumspect.cli.scan_report import ScanReport
     from circumspect.cli.scan_space import ScanSpace
     from circumspect.cli.watched_scan import ScanWatch
-    from circumspect.pipeline.scan_settings import ScanSettings
-    from circumspect.pipeline.simulated_scan import SimulatedScan
+    from circumspect.exploration.scan_settings import ScanSettings
+    from circumspect.exploration.simulated_scan import SimulatedScan
     from circumspect.planning import ViewPlanner
     from circumspect.recording import RunRecorder
 
@@ -121,7 +121,7 @@ class Scan:
             Exit code: 0, or `NO_ANSWER`.
         """
         from circumspect.cli.run_screen import NO_ANSWER, RunScreen
-        from circumspect.pipeline.step_recorder import StepRecorder
+        from circumspect.runs.step_recorder import StepRecorder
 
         scan, recorder = self._recorded(parts if watch is None else watch.operated(parts))
         try:
@@ -186,8 +186,8 @@ class Scan:
         from circumspect import __version__
         from circumspect.classification import Classifier
         from circumspect.cli.model_record import model_record
+        from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
         from circumspect.gathering.scanned_object import scanned_object
-        from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
 
         seed = drawn_seed(self.seed)
         # All chance is drawn in any case, so that a given flag does not change the others.
@@ -238,7 +238,7 @@ class Scan:
         return ScanSpace(scan)
 
     def _settings(self) -> ScanSettings:
-        from circumspect.pipeline.scan_settings import ScanSettings
+        from circumspect.exploration.scan_settings import ScanSettings
 
         if self.frames < 1:
             raise InputError(f"--frames {self.frames}: at least one frame is needed")

@@ -11,18 +11,14 @@ from typing import TYPE_CHECKING, Any
 from circumspect.cli.run_screen import answer_sentences, tell_where, wrapped
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
+from circumspect.exploration.simulated_scan import SimulatedScan
 from circumspect.geometry import Trajectory
-from circumspect.pipeline import (
-    PipelineObserver,
-    RecognitionResult,
-    RecognitionStep,
-    RunFolder,
-)
-from circumspect.pipeline.camera_path import camera_path
-from circumspect.pipeline.journey_log import JourneyLog
-from circumspect.pipeline.playback_log import PlaybackLog
-from circumspect.pipeline.scan_file import ScanFile
-from circumspect.pipeline.simulated_scan import SimulatedScan
+from circumspect.recognition import PipelineObserver, RecognitionResult, RecognitionStep
+from circumspect.runs import RunFolder
+from circumspect.runs.camera_path import camera_path
+from circumspect.runs.playback_log import PlaybackLog
+from circumspect.runs.run_path_log import JourneyLog
+from circumspect.runs.scan_file import ScanFile
 from circumspect.simulation import Witness, outlines
 
 if TYPE_CHECKING:

@@ -9,12 +9,12 @@ import numpy as np
 
 from circumspect.errors import CircumspectError, MissingExtraError
 from circumspect.evaluation.space_error import error_against_space, path_against_space, space_error
+from circumspect.exploration.simulated_scan import SimulatedScan
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import CeilingImage, IntelligentSpace, write_calibration
-from circumspect.pipeline import RecognitionResult, RecognitionStep
-from circumspect.pipeline.camera_path import camera_path
-from circumspect.pipeline.simulated_scan import SimulatedScan
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.recording import RunRecorder
+from circumspect.runs.camera_path import camera_path
 from circumspect.simulation import (
     CeilingRig,
     CeilingWatch,

@@ -8,7 +8,7 @@ from circumspect.ros.recognition_node import RESET, START, STOP
 
 if TYPE_CHECKING:
     from circumspect.classification import Prediction
-    from circumspect.pipeline import RecognitionStep
+    from circumspect.recognition import RecognitionStep
     from circumspect.ros.health import Status
     from circumspect.ros.recognition_node import RecognitionNode
     from circumspect.viewer import Dashboard, LiveWatch

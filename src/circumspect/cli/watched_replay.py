@@ -10,7 +10,7 @@ from circumspect.cli.say import say
 
 if TYPE_CHECKING:
     from circumspect.cli.replay import Replay
-    from circumspect.pipeline import PipelineObserver
+    from circumspect.recognition import PipelineObserver
     from circumspect.sensing import RgbdFrame
     from circumspect.viewer import Dashboard
 

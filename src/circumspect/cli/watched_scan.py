@@ -10,8 +10,8 @@ from circumspect.cli.say import say
 
 if TYPE_CHECKING:
     from circumspect.cli.scan import Scan
-    from circumspect.pipeline import PipelineObserver
-    from circumspect.pipeline.simulated_scan import SimulatedScan
+    from circumspect.exploration.simulated_scan import SimulatedScan
+    from circumspect.recognition import PipelineObserver
     from circumspect.robot import Operator
     from circumspect.viewer import Dashboard
     from circumspect.viewer.next_run import NextRun, RunRequest

@@ -17,7 +17,7 @@ from circumspect.errors import InputError
 from circumspect.gathering.gather import append, begin, require_free
 from circumspect.gathering.scan_files import told_quality, write_scan
 from circumspect.geometry import TrajectoryLog
-from circumspect.pipeline import RecognitionPipeline, RecognitionResult
+from circumspect.recognition import RecognitionPipeline, RecognitionResult
 from circumspect.sensing import RgbdFrame
 
 

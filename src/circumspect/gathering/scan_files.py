@@ -9,8 +9,8 @@ import numpy as np
 
 from circumspect.datasets.gathered_set import FOLDERS, write_cloud
 from circumspect.geometry import Trajectory, write_tum
-from circumspect.pipeline import RecognitionResult
-from circumspect.pipeline.camera_path import camera_path
+from circumspect.recognition import RecognitionResult
+from circumspect.runs.camera_path import camera_path
 
 
 def write_scan(

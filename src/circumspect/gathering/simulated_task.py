@@ -10,14 +10,14 @@ from typing import Any
 from circumspect.classification import Classifier
 from circumspect.datasets.gathered_set import GatheredScan
 from circumspect.errors import InputError
+from circumspect.exploration.scan_settings import ScanSettings
+from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.furniture import make_furniture
 from circumspect.gathering.gather_settings import GatherSettings, ScanTask
 from circumspect.gathering.scan_files import told_quality, write_scan
-from circumspect.pipeline import RecognitionResult
-from circumspect.pipeline.journey_log import JourneyLog
-from circumspect.pipeline.scan_settings import ScanSettings
-from circumspect.pipeline.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.planning import SurfaceNormalPlanner
+from circumspect.recognition import RecognitionResult
+from circumspect.runs.run_path_log import JourneyLog
 
 Measure = Callable[[SimulatedScan, RecognitionResult, JourneyLog], dict[str, Any]]
 """Compares a scan with the truth; JSON types."""

@@ -11,8 +11,8 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.errors import GeometryError
-from circumspect.pipeline import CLASSIFIED, RecognitionPipeline, RecognitionStep
 from circumspect.planning import NextView
+from circumspect.recognition import CLASSIFIED, RecognitionPipeline, RecognitionStep
 from circumspect.reconstruction import ObjectModel
 from circumspect.recording.pose_messages import transform_message, transforms_message
 from circumspect.recording.ros_types import DETECTIONS, TRANSFORMS

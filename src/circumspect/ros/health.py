@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from circumspect.classification import Prediction
-from circumspect.pipeline import CLASSIFIED, RecognitionStep
+from circumspect.recognition import CLASSIFIED, RecognitionStep
 from circumspect.tracking import PoseEstimate
 
 WELL, WARNING, ERROR = 0, 1, 2

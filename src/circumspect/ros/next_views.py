@@ -8,9 +8,8 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import GeometryError
+from circumspect.exploration.obstacle_map import ObstacleMap
 from circumspect.geometry import PlanarPose
-from circumspect.pipeline import RecognitionStep
-from circumspect.pipeline.obstacle_map import ObstacleMap
 from circumspect.planning import (
     Answer,
     Finished,
@@ -20,6 +19,7 @@ from circumspect.planning import (
     ViewPlanner,
     footprint,
 )
+from circumspect.recognition import RecognitionStep
 from circumspect.sensing import RgbdFrame
 
 STRIDE = 0.02

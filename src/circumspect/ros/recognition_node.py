@@ -11,8 +11,8 @@ from typing import Protocol
 
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import CircumspectError, InputError
-from circumspect.pipeline import CLASSIFIED, RecognitionPipeline, RecognitionStep
 from circumspect.planning import NextView
+from circumspect.recognition import CLASSIFIED, RecognitionPipeline, RecognitionStep
 from circumspect.ros.announcer import Announcer
 from circumspect.ros.health import Health, Status
 from circumspect.ros.live_frames import LiveFrames

@@ -13,10 +13,11 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Prediction
 from circumspect.errors import GeometryError
 from circumspect.grid import OccupancyGrid
-from circumspect.pipeline import PlannedView, RecognitionResult, RecognitionStep
-from circumspect.pipeline.surroundings import Surroundings
-from circumspect.pipeline.wheel_path import WheelPath
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.reconstruction import ObjectModel
+from circumspect.runs import PlannedView
+from circumspect.runs.odometry_path import WheelPath
+from circumspect.runs.surroundings import Surroundings
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Scene, Witness
 from circumspect.viewer.dashboard import Dashboard

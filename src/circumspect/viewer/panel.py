@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.pipeline.playback_moment import thinned
+from circumspect.runs.playback_moment import thinned
 from circumspect.viewer.colouring import COLOURINGS, depth_picture
 from circumspect.viewer.panel_html import answer_html, bars_html, faults_html, times_html
 from circumspect.viewer.probability_picture import probability_picture

@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from circumspect.classification.answer_text import answer_parts, percent, truth_text
-from circumspect.pipeline import CLASSIFIED
+from circumspect.recognition import CLASSIFIED
 from circumspect.viewer.colouring import CLASSES
 
 MOST_BARS, MOST_FAULTS = 6, 6

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
-from circumspect.pipeline.playback_moment import PlaybackMoment
+from circumspect.runs.playback_moment import PlaybackMoment
 from circumspect.viewer.saved_run import SavedRun
 from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.pipeline import CLASSIFIED
+from circumspect.recognition import CLASSIFIED
 from circumspect.viewer.colouring import CLASSES
 
 WIDTH, HEIGHT, FOOT = 360, 90, 8

@@ -17,10 +17,10 @@ from circumspect.errors import CircumspectError, InputError, reason_of
 from circumspect.geometry import Trajectory, read_cloud, read_tum
 from circumspect.geometry.npy_stream import read_arrays
 from circumspect.grid import OccupancyGrid
-from circumspect.pipeline.playback_moment import PlaybackMoment
-from circumspect.pipeline.records import ANSWER_KEYS
-from circumspect.pipeline.run_folder import CONFIG, LOG, PLAYBACK
-from circumspect.pipeline.surroundings import Surroundings
+from circumspect.recognition.recognition_step import ANSWER_KEYS
+from circumspect.runs.playback_moment import PlaybackMoment
+from circumspect.runs.run_folder import CONFIG, LOG, PLAYBACK
+from circumspect.runs.surroundings import Surroundings
 from circumspect.viewer.older_keys import with_todays_keys
 
 MOST_FRAMES = 100_000

@@ -12,8 +12,8 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PinholeCamera
 from circumspect.grid import OccupancyGrid
-from circumspect.pipeline.journey import PlannedView
-from circumspect.pipeline.surroundings import Surroundings
+from circumspect.runs.run_path import PlannedView
+from circumspect.runs.surroundings import Surroundings
 
 NOTHING = np.empty((0, 3), np.float32)
 

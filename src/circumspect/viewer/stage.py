@@ -11,8 +11,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.geometry import PinholeCamera
 from circumspect.grid import OccupancyGrid
-from circumspect.pipeline.playback_moment import thinned
-from circumspect.pipeline.surroundings import Surroundings
+from circumspect.runs.playback_moment import thinned
+from circumspect.runs.surroundings import Surroundings
 from circumspect.viewer.colouring import (
     COLOURINGS,
     EVIDENCE,

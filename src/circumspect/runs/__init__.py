@@ -1,0 +1,7 @@
+"""Runs on disk and in pictures: run folder, playback, figures."""
+
+from circumspect.runs.camera_path import camera_path
+from circumspect.runs.run_folder import RunFolder
+from circumspect.runs.run_path import Journey, PlannedView
+
+__all__ = ["Journey", "PlannedView", "RunFolder", "camera_path"]

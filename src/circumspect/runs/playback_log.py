@@ -1,0 +1,124 @@
+"""Keeps moments of a run in its folder, so that it can be played back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.errors import GeometryError
+from circumspect.exploration.object_scan import ObjectScan
+from circumspect.planning import NextView
+from circumspect.recognition.recognition_step import RecognitionResult, RecognitionStep
+from circumspect.runs.odometry_path import WheelPath
+from circumspect.runs.playback_moment import PlaybackMoment, thinned
+from circumspect.runs.run_folder import PLAYBACK
+from circumspect.runs.surroundings import Surroundings
+from circumspect.sensing import RgbdFrame
+from circumspect.simulation import Scene, Witness
+from circumspect.storage import atomic_open
+
+MOST_MOMENTS = 96
+"""When there are more, every second one is removed, and from then on half as many are kept."""
+NO_POINTS = np.empty((0, 3))
+
+
+class PlaybackLog:
+    """Writes playback/NUMBER.npz and what the whole run shares; a `PipelineObserver`.
+
+    A moment takes up to about 100 kB, so a run of any length less than 10 MB.
+    """
+
+    def __init__(
+        self,
+        scan: ObjectScan,
+        folder: Path,
+        scene: Scene | None = None,
+        witness: Witness | None = None,
+    ) -> None:
+        """Write nothing yet.
+
+        Args:
+            scan: The scan that is observed.
+            folder: Of the run.
+            scene: What stands around, where that is known.
+            witness: Knows how the scene lies in the robot's map.
+        """
+        self._scan, self._scene, self._witness = scan, scene, witness
+        self._folder = folder / PLAYBACK
+        self._kept: list[int] = []
+        self._every = 1
+        self._wheels = WheelPath()
+        self.surroundings: Surroundings | None = None
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """Keep the moment if it is one of those to be kept.
+
+        Raises:
+            OutputError: A file can not be written.
+        """
+        frame = self._scan.frame
+        if frame is None:
+            return
+        self._begin(step)
+        self._wheels.follow(step, frame)
+        if step.index % self._every:
+            return
+        self.moment(step, frame).save(self._folder / f"{step.index:06d}.npz")
+        self._kept.append(step.index)
+        if len(self._kept) > MOST_MOMENTS:
+            self._every *= 2
+            for number in self._kept:
+                if number % self._every:
+                    (self._folder / f"{number:06d}.npz").unlink(missing_ok=True)
+            self._kept = [number for number in self._kept if number % self._every == 0]
+
+    def on_end(self, result: RecognitionResult) -> None:  # noqa: ARG002 - all is known already
+        """Write the path by odometry alone.
+
+        Raises:
+            OutputError: The file can not be written.
+        """
+        if not self._wheels.frames:
+            return
+        with atomic_open(self._folder / "odometry.npz", "wb") as stream:
+            np.savez_compressed(
+                stream,
+                frames=np.array(self._wheels.frames),
+                camera_xyz=np.array(self._wheels.places_xyz),
+            )
+
+    def moment(self, step: RecognitionStep, frame: RgbdFrame) -> PlaybackMoment:
+        """What is kept of a step."""
+        points = normals = NO_POINTS
+        seen = np.empty(0, np.int64)
+        try:
+            preview = step.model.preview
+            cloud, seen = preview.cloud(), preview.frames_seen()
+            points = cloud.points_xyz
+            normals = NO_POINTS if cloud.normals_xyz is None else cloud.normals_xyz
+        except GeometryError:
+            pass  # nothing of the object is known yet
+        colour = None if frame.colour is None else thinned(frame.colour)
+        target = None if self._scan.target is None else _packed(self._scan.target)
+        return PlaybackMoment(
+            step.index, points, normals, seen, step.grid, thinned(frame.depth), colour,
+            frame.camera, frame.T_base_camera, target,
+        )  # fmt: skip
+
+    def _begin(self, step: RecognitionStep) -> None:
+        """With the first pose it is known how the scene lies in the robot's map."""
+        if self.surroundings is not None or step.pose is None:
+            return
+        if self._scene is None or self._witness is None:
+            return
+        pose = step.pose.T_map_camera
+        self.surroundings = Surroundings.witnessed(self._scene, self._witness, pose)
+        self.surroundings.save(self._folder / "surroundings.npz")
+
+
+def _packed(view: NextView) -> NDArray[np.float64]:
+    base, normal = view.T_map_base, view.normal_xy
+    azimuth = np.nan if normal is None else float(np.arctan2(normal[1], normal[0]))
+    return np.array([base.x, base.y, base.yaw, *view.looks_at_xy, azimuth])

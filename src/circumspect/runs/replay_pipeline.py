@@ -1,0 +1,48 @@
+"""The pipeline for a recording."""
+
+from __future__ import annotations
+
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.classification import Classifier
+from circumspect.errors import InputError
+from circumspect.recognition.recognition_pipeline import RecognitionPipeline
+from circumspect.recording import BagRecording, Recording
+from circumspect.sensing import DepthNoise, GroundSegmentation, Segmentation
+from circumspect.tracking import KnownPoses, PoseEstimator, Tracker, TrackingSettings
+
+
+def replay_pipeline(
+    recording: Recording,
+    classifier: Classifier,
+    segmentation: Segmentation | None = None,
+    hidden: bool = True,
+    T_map_first: RigidTransform | None = None,
+    noise: DepthNoise | None = None,
+) -> RecognitionPipeline:
+    """The pipeline that a live run on the same frames has.
+
+    Args:
+        recording: What is replayed.
+        classifier: Names the object.
+        segmentation: Tells the object; None means what stands on the floor before the robot.
+        hidden: Poses are found by registration; else the recorded ones are taken as true.
+        T_map_first: Pose of the first frame, above a floor at z = 0; None means that the recording
+            tells it.
+        noise: The camera's noise and range; None means the Xtion PRO's.
+
+    Raises:
+        InputError: Nothing tells where the floor is.
+    """
+    noise = noise or DepthNoise()
+    if segmentation is None:
+        if not isinstance(recording, BagRecording) and T_map_first is None:
+            raise InputError(
+                f"{recording.path}: nothing tells where the floor is; give the object's --box "
+                "X Y Z X Y Z, or --first-pose X Y Z PAN TILT"
+            )
+        segmentation = GroundSegmentation(noise=noise)
+    poses: PoseEstimator = KnownPoses()
+    if hidden:
+        poses = Tracker(T_map_first, TrackingSettings.for_noise(noise))
+    return RecognitionPipeline(segmentation, poses, classifier)

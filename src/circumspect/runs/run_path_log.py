@@ -1,0 +1,113 @@
+"""Writes down a scan's journey while it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from circumspect.exploration.object_scan import ObjectScan
+from circumspect.exploration.view_record import REACHED
+from circumspect.geometry import Trajectory, TrajectoryLog
+from circumspect.recognition.recognition_step import RecognitionResult, RecognitionStep
+from circumspect.runs.run_folder import RunFolder
+from circumspect.runs.run_path import Journey
+
+
+class JourneyLog:
+    """Keeps odometry, distance and views of a scan; a `PipelineObserver`.
+
+    It is told before the run's folder, so that the folder has the journey when it draws.
+    """
+
+    def __init__(
+        self,
+        scan: ObjectScan,
+        folder: RunFolder | None = None,
+        truth: Callable[[], Trajectory | None] | None = None,
+        walls_xy: tuple[NDArray[np.float64], ...] = (),
+    ) -> None:
+        """Begin with an empty log.
+
+        Args:
+            scan: The scan that is observed.
+            folder: Gets the journey when the run ends.
+            truth: Gives the camera's true trajectory when the run ends, in the world's frame.
+            walls_xy: What stands around, outlines in the world's frame [m]; shown only where the
+                truth says how the robot's map lies in the world.
+        """
+        self._scan = scan
+        self._folder = folder
+        self._truth = truth
+        self._walls_xy = walls_xy
+        self._stamps: list[float] = []
+        self._driven: list[float] = []
+        self._wheels = TrajectoryLog()
+
+    @property
+    def odometry(self) -> Trajectory | None:
+        """The camera by odometry alone, odom frame; None where the wheels said nothing."""
+        return self._wheels.trajectory
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """Take down what the robot said with the step's frame."""
+        frame = self._scan.frame
+        if not self._stamps or step.stamp > self._stamps[-1]:
+            self._stamps.append(step.stamp)
+            self._driven.append(self._scan.driven_m)
+        if frame is not None and (T_odom_camera := frame.T_odom_camera) is not None:
+            self._wheels.add(frame.stamp, T_odom_camera)
+
+    def on_end(self, result: RecognitionResult) -> None:
+        """Hand the journey to the folder."""
+        if self._folder is not None:
+            self._folder.journey = self.journey(result)
+
+    def journey(self, result: RecognitionResult) -> Journey:
+        """All of it in the map frame of the result.
+
+        Args:
+            result: The run; its poses say how odometry and world lie in the map.
+        """
+        wheels, world = self.odometry, self._truth() if self._truth is not None else None
+        T_map_odom, T_map_world = _first_offset(wheels, result), _first_offset(world, result)
+        odometry = truth = None
+        walls: tuple[NDArray[np.float64], ...] = ()
+        if wheels is not None and T_map_odom is not None:
+            odometry = wheels.moved(T_map_odom)
+        if world is not None and T_map_world is not None:
+            truth = world.moved(T_map_world)
+            walls = tuple(_carried(T_map_world, line) for line in self._walls_xy)
+        return Journey(
+            stamps=np.array(self._stamps),
+            driven_m=np.array(self._driven),
+            odometry=odometry,
+            truth=truth,
+            views=tuple(record.view for record in self._scan.views if record.outcome == REACHED),
+            missed=tuple(record.view for record in self._scan.views if record.outcome != REACHED),
+            walls_xy=walls,
+        )
+
+
+def _first_offset(
+    trajectory: Trajectory | None, result: RecognitionResult
+) -> RigidTransform | None:
+    """What moves a trajectory onto the run's path at the first frame that both tell a pose of.
+
+    The wheels may be mute at first, and the robot drives meanwhile.
+    """
+    if trajectory is None:
+        return None
+    numbers = {stamp: number for number, stamp in enumerate(trajectory.stamps.tolist())}
+    for step in result.steps:
+        if step.pose is not None and step.stamp in numbers:
+            there = trajectory.T_map_camera[numbers[step.stamp]]
+            return step.pose.T_map_camera * there.inv()
+    return None
+
+
+def _carried(T_map_world: RigidTransform, line_xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    points = np.column_stack([line_xy, np.zeros(len(line_xy))])
+    return T_map_world.apply(points)[:, :2]

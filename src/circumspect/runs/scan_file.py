@@ -1,0 +1,68 @@
+"""A scan's own file in the folder of its run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from circumspect.exploration.object_scan import ObjectScan
+from circumspect.exploration.view_record import ViewRecord
+from circumspect.recognition.recognition_step import RecognitionResult, RecognitionStep
+from circumspect.storage import write_json
+
+
+class ScanFile:
+    """Writes down why a scan ended and what became of its views; a `PipelineObserver`."""
+
+    def __init__(self, scan: ObjectScan, path: Path) -> None:
+        """Write nothing yet.
+
+        Args:
+            scan: The scan.
+            path: The JSON file.
+        """
+        self._scan = scan
+        self._path = path
+
+    def on_step(self, step: RecognitionStep) -> None:
+        """Nothing: the pipeline's log has the steps."""
+
+    def on_end(self, result: RecognitionResult) -> None:  # noqa: ARG002 - the scan knows
+        """Write the file, however the scan ended.
+
+        Raises:
+            OutputError: The file can not be written.
+        """
+        self.write({})
+
+    def write(self, more: Mapping[str, Any]) -> None:
+        """Write the file anew.
+
+        Args:
+            more: Further entries, JSON types.
+
+        Raises:
+            OutputError: The file can not be written.
+        """
+        scan = self._scan
+        document = {
+            "ended": scan.ended,
+            "distance_m": scan.driven_m,
+            "turned_deg": scan.turned_deg,
+            "views": [_told(record) for record in scan.views],
+            **more,
+        }
+        write_json(self._path, document)
+
+
+def _told(record: ViewRecord) -> dict[str, Any]:
+    view, base = record.view, record.view.T_map_base
+    return {
+        "frame": record.frame,
+        "outcome": record.outcome,
+        "why": view.why,
+        "base": {"x": base.x, "y": base.y, "yaw": base.yaw},
+        "looks_at": view.looks_at_xy,
+        "normal": view.normal_xy,
+    }

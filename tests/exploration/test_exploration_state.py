@@ -1,0 +1,28 @@
+"""What a scan learnt, over time that somebody held the robot."""
+
+from __future__ import annotations
+
+from typing import cast
+
+from circumspect.exploration.exploration_state import ScanKnowledge
+from circumspect.robot import MobileRobot
+from circumspect.sensing.viewing import looking
+
+
+class Waiting:
+    """A robot that only waits."""
+
+    T_base_camera = looking((0.1, 0.0, 0.5), 0.0, 0.3)
+
+    def __init__(self) -> None:
+        self.now = self.held = 0.0
+
+
+def test_time_that_the_robot_was_held_is_no_time_without_a_place() -> None:
+    robot = Waiting()
+    known = ScanKnowledge(cast("MobileRobot", robot))
+    robot.now = 5.0
+    assert known.blind_for == 5.0
+    robot.now, robot.held = 65.0, 60.0
+    assert known.blind_for == 5.0
+    assert known.doubted_for == 0.0

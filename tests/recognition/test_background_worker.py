@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scan_world import scan
+from small_world import Inline, frames, pipeline
+
+from circumspect.recognition import RecognitionPipeline
+from circumspect.recognition.background_worker import Aside
+from circumspect.sensing import GroundSegmentation
+from circumspect.tracking import KnownPoses, PoseEstimate, Tracker, TrackingState
+
+
+def test_calls_are_made_in_order_beside_what_goes_on() -> None:
+    aside, done, may_go_on = Aside(), [], threading.Event()
+    aside.begin(lambda: done.append(may_go_on.wait(60)))
+    aside.begin(lambda: done.append("second"))
+    assert done == []
+    may_go_on.set()
+    aside.join()
+    assert done == [True, "second"]
+
+
+def test_a_fault_is_raised_when_waited_for_and_once() -> None:
+    aside, done = Aside(), []
+
+    def fails() -> None:
+        raise ValueError("a fault")
+
+    aside.begin(fails)
+    aside.begin(lambda: done.append("second"))
+    with pytest.raises(ValueError, match="a fault"):
+        aside.join()
+    assert done == ["second"]
+    aside.join()
+
+
+class Busy(KnownPoses):
+    """Leaves something to be done by every frame."""
+
+    def __init__(self, state: TrackingState = TrackingState.TRACKING, fails_at: int = -1) -> None:
+        self.state, self.fails_at = state, fails_at
+        self.tracked, self.processed, self.threads = 0, 0, set[int]()
+
+    def track(self, frame) -> PoseEstimate:
+        assert self.processed == self.tracked
+        self.tracked += 1
+        return replace(super().track(frame), state=self.state)
+
+    def process_pending(self) -> None:
+        self.threads.add(threading.get_ident())
+        if self.processed == self.fails_at:
+            raise ValueError("a fault")
+        self.processed += 1
+
+
+def busy_line(poses: Busy) -> RecognitionPipeline:
+    parts = pipeline()
+    return RecognitionPipeline(parts.segmentation, poses, parts.classifier)
+
+
+@pytest.mark.parametrize("state", [TrackingState.TRACKING, TrackingState.LOST])
+def test_pending_work_is_done_in_another_thread_before_a_step_ends(state: TrackingState) -> None:
+    poses = Busy(state)
+    line = busy_line(poses)
+    for number, frame in enumerate(frames(4), start=1):
+        line.step(frame)
+        assert poses.processed == number
+    assert threading.get_ident() not in poses.threads
+
+
+def test_what_fails_beside_a_frame_ends_the_run_and_keeps_the_steps_before() -> None:
+    line, told = busy_line(Busy(fails_at=3)), []
+
+    class Ends:
+        def on_step(self, step) -> None:
+            pass
+
+        def on_end(self, result) -> None:
+            told.append(result)
+
+    line.observers = (Ends(),)
+    with pytest.raises(ValueError, match="a fault"):
+        line.run(frames(6))
+    assert len(told[0].steps) == 3
+    assert told[0].interrupted
+
+
+@pytest.mark.parametrize("fails_at", [-1, 0])
+def test_an_interrupted_frame_waits_for_what_goes_on_beside_it(fails_at: int, monkeypatch) -> None:
+    """And it is the interrupt that goes on, whatever failed there."""
+    poses = Busy(fails_at=fails_at)
+    line, shots = busy_line(poses), list(frames(2))
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(GroundSegmentation, "object_mask", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        line.run(shots)
+    assert poses.processed == (0 if fails_at == 0 else 1)
+    assert poses.tracked == 1
+
+
+def test_a_step_waits_for_what_an_interrupted_one_left_behind(monkeypatch) -> None:
+    class Slow(Busy):
+        def process_pending(self) -> None:
+            threading.Event().wait(0.3)
+            super().process_pending()
+
+    poses = Slow()
+    line, (first, second) = busy_line(poses), frames(2)
+    join = Aside.join
+
+    def interrupted(self: Aside) -> None:
+        monkeypatch.setattr(Aside, "join", join)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Aside, "join", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        line.step(first)
+    line.step(second)
+    assert (poses.tracked, poses.processed) == (2, 2)
+
+
+def test_beside_or_before_the_rest_all_comes_out_the_same() -> None:
+    """Ways, poses, model and answer of a robot that drives round a box and closes its loop."""
+    results = []
+    for aside in (Aside(), Inline()):
+        going = scan(poses=Tracker())
+        going.pipeline._aside = aside
+        results.append((going.run(), going.pipeline.poses.corrections))
+    (one, corrections), (other, also) = results
+    assert corrections == also > 0
+    for a, b in zip(one.steps, other.steps, strict=True):
+        assert (a.outcome, a.coverage, a.prediction) == (b.outcome, b.coverage, b.prediction)
+        places = [step.pose.T_map_camera.as_matrix() for step in (a, b)]
+        np.testing.assert_array_equal(*places)
+        np.testing.assert_array_equal(a.pose.covariance, b.pose.covariance)
+    np.testing.assert_array_equal(one.last.model.sums.totals, other.last.model.sums.totals)
+    np.testing.assert_array_equal(one.last.grid.states, other.last.grid.states)
+
+
+def test_the_time_waited_for_it_counts_as_registration() -> None:
+    class Slow(Busy):
+        def process_pending(self) -> None:
+            threading.Event().wait(0.3)
+
+    line = busy_line(Slow(TrackingState.LOST))
+    step = line.step(next(iter(frames(1))))
+    assert step.milliseconds["register"] > 250
+    assert np.isclose(sum(step.milliseconds.values()), step.milliseconds["register"])

@@ -1,0 +1,163 @@
+"""Poses that are corrected later: what becomes of the model and of the steps."""
+
+from __future__ import annotations
+
+from itertools import count
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+from small_world import Inline, frames, pipeline
+
+from circumspect.recognition import (
+    RecognitionPipeline,
+    RecognitionResult,
+    RecognitionStep,
+    object_fusion,
+    recognition_pipeline,
+)
+from circumspect.tracking import PoseEstimate, PoseEstimator
+
+DRIFT = RigidTransform.from_translation([0.1, -0.05, 0.0])
+TWO_SUBMAPS = 10_500
+"""About the number of voxels in the submaps of two frames."""
+
+
+class Corrected(PoseEstimator):
+    """Off by `DRIFT` up to some frame; every frame is a keyframe."""
+
+    def __init__(self, at: int) -> None:
+        self.at, self.true = at, []
+
+    @property
+    def corrections(self):
+        return int(len(self.true) > self.at)
+
+    def track(self, frame):
+        self.true.append(frame.pose)
+        number = len(self.true) - 1
+        return PoseEstimate(
+            self.keyframe_pose(number),
+            reference=number,
+            T_reference_camera=RigidTransform.identity(),
+        )
+
+    def keyframe_pose(self, number):
+        return self.true[number] if self.corrections else DRIFT * self.true[number]
+
+    def corrected(self, told):
+        return [self.keyframe_pose(estimate.reference) for estimate in told]
+
+
+class Restless(Corrected):
+    """After the correction another one, which moves nothing, is told with every frame."""
+
+    @property
+    def corrections(self):
+        return max(0, len(self.true) - self.at)
+
+
+class Shares:
+    """Notes how much of the object was seen by each frame."""
+
+    def __init__(self, told: list[float]) -> None:
+        self.told = told
+
+    def on_step(self, step: RecognitionStep) -> None:
+        self.told.append(step.coverage)
+
+    def on_end(self, result: RecognitionResult) -> None:
+        pass
+
+
+def centre(step: RecognitionStep) -> np.ndarray:
+    return step.model.cloud().points_xyz.mean(axis=0)
+
+
+def corrected_line(at: int, poses: type[Corrected] = Corrected) -> RecognitionPipeline:
+    parts = pipeline()
+    return RecognitionPipeline(parts.segmentation, poses(at), parts.classifier)
+
+
+@pytest.mark.parametrize("poses", [Corrected, Restless])
+def test_a_corrected_model_is_put_together_over_several_frames(
+    poses: type[Corrected], monkeypatch
+) -> None:
+    """Further corrections do not keep it from being put together."""
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", TWO_SUBMAPS)
+    shots, at = list(frames(12)), 4
+    true, line = pipeline(), corrected_line(at, poses)
+    wanted, steps = ([one.step(shot) for shot in shots] for one in (true, line))
+    # Four submaps, two per frame: the third frame after the correction has the new model.
+    assert [step.model.frames for step in steps] == list(range(1, 13))
+    off = [np.abs(centre(a) - centre(b)).max() for a, b in zip(steps, wanted, strict=True)]
+    assert min(off[: at + 2]) > 0.04
+    assert max(off[at + 2 :]) < 0.01
+
+
+def test_put_together_beside_or_before_the_rest_the_model_is_the_same(monkeypatch) -> None:
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", TWO_SUBMAPS)
+    shots, beside, before = list(frames(10)), corrected_line(4), corrected_line(4)
+    before._aside = Inline()
+    for shot in shots:
+        one, other = beside.step(shot), before.step(shot)
+        np.testing.assert_array_equal(one.model.sums.totals, other.model.sums.totals)
+        np.testing.assert_array_equal(one.grid.states, other.grid.states)
+
+
+def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> None:
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
+    shots = list(frames(8))
+    wanted, result = pipeline().run(shots), corrected_line(7).run(shots)
+    np.testing.assert_allclose(centre(result.last), centre(wanted.last), atol=0.004)
+    assert result.last.model.frames == 8
+
+
+def test_what_was_seen_is_told_as_it_is_after_a_correction_at_the_end(monkeypatch) -> None:
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
+    shares = count(0.1, 0.01)
+    monkeypatch.setattr(recognition_pipeline, "azimuth_coverage", lambda *_: next(shares))
+    line, told = corrected_line(3), []
+    line.observers = (Shares(told),)
+    result = line.run(frames(4))
+    assert result.last.coverage == line.coverage > max(told)
+
+
+class Twice(Corrected):
+    """Half of `DRIFT` is corrected at one frame, the rest some frames later."""
+
+    def __init__(self, at: int, again: int) -> None:
+        super().__init__(at)
+        self.again = again
+
+    @property
+    def corrections(self):
+        return int(len(self.true) > self.at) + int(len(self.true) > self.again)
+
+    def keyframe_pose(self, number):
+        left = RigidTransform.from_translation((1 - self.corrections / 2) * DRIFT.translation)
+        return left * self.true[number]
+
+
+@pytest.mark.parametrize("again", [5, 6, 7])
+def test_at_the_end_all_lies_where_the_last_correction_puts_it(again: int, monkeypatch) -> None:
+    """Though the model was still being put together by the one before."""
+    monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
+    parts, shots = pipeline(), list(frames(8))
+    line = RecognitionPipeline(parts.segmentation, Twice(4, again), parts.classifier)
+    result = line.run(shots)
+    np.testing.assert_allclose(centre(result.last), centre(pipeline().run(shots).last), atol=0.004)
+    assert result.last.model.frames == 8
+    assert not line.settle()
+
+
+@pytest.mark.parametrize("at", [2, 5, 7])
+def test_steps_are_told_by_the_corrected_poses_whenever_the_correction_was(at: int) -> None:
+    shots = list(frames(8))
+    line = corrected_line(at)
+    for shots_of_run in (shots[:6], shots[6:]):
+        result = line.run(shots_of_run)
+        if not line.poses.corrections:
+            continue
+        for step, shot in zip(result.steps, shots_of_run, strict=True):
+            np.testing.assert_allclose(step.pose.T_map_camera.translation, shot.pose.translation)

@@ -1,0 +1,389 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy.spatial.transform import RigidTransform, Rotation
+from small_world import Diary, blind, frames, pipeline
+from volume_classifier import VolumeClassifier
+
+from circumspect.classification import GridRecipe, Prediction
+from circumspect.classification.confidence_rule import ConfidenceRule
+from circumspect.errors import InputError, WeightsError
+from circumspect.grid import OccupancyGrid
+from circumspect.recognition import (
+    CLASSIFIED,
+    NO_DEPTH,
+    NO_OBJECT,
+    OUT_OF_ORDER,
+    TOO_LITTLE,
+    WRONG_UNIT,
+    RecognitionPipeline,
+    RecognitionResult,
+)
+from circumspect.reconstruction import object_model
+from circumspect.runs import Journey
+from circumspect.runs.panels import draw_probabilities
+from circumspect.sensing import NO_FLOOR, GroundSegmentation, RgbdFrame, Segmentation
+from circumspect.tracking import KnownPoses, PoseEstimate, PoseEstimator
+
+
+def test_every_frame_leads_to_a_step_and_an_answer() -> None:
+    diary = Diary()
+    line = pipeline(diary)
+    result = line.run(frames(5))
+    assert [step.index for step in result.steps] == [0, 1, 2, 3, 4]
+    assert {step.outcome for step in result.steps} == {CLASSIFIED}
+    assert all(step.prediction is not None for step in result.steps)
+    assert [step.index for step in diary.steps] == [0, 1, 2, 3, 4]
+    assert diary.ends == [result]
+    assert not result.interrupted
+    assert list(result.steps[0].milliseconds) == ["register", "segment", "fuse", "grid", "classify"]
+
+
+def test_before_the_object_is_known_frames_must_show_the_floor() -> None:
+    line = pipeline()
+    seen = list(frames(4))
+    too_high = RigidTransform.from_translation([0, 0, 0.3])
+    wrong = [dataclasses.replace(f, T_map_camera=too_high * f.pose) for f in seen]
+    given = [wrong[0], wrong[1], seen[2], wrong[3]]
+    outcomes = [line.step(frame).outcome for frame in given]
+    assert outcomes == [NO_FLOOR, NO_FLOOR, CLASSIFIED, CLASSIFIED]
+
+
+def test_steps_and_results_are_told_in_a_few_words() -> None:
+    result = pipeline().run(frames(2))
+    last = result.last
+    assert last is not None
+    answer = repr(last.prediction)
+    assert answer.startswith("Prediction(")
+    assert repr(last) == f"RecognitionStep(frame 1, 'classified', {answer})"
+    assert repr(result) == f"RecognitionResult(2 steps, {answer})"
+    assert repr(last.model) == f"ObjectModel({len(last.model.points_xyz)} points, 2 frames)"
+    early = RecognitionResult((), interrupted=True)
+    assert repr(early) == "RecognitionResult(0 steps, no prediction, interrupted)"
+
+
+def test_the_answer_is_that_of_the_classifier_on_the_grid_of_the_step() -> None:
+    line = pipeline()
+    for step in map(line.step, frames(3)):
+        assert step.grid is not None
+        assert step.prediction is not None
+        again = line.classifier.classify_grid(step.grid, metric=True)
+        assert step.prediction.probabilities == again.probabilities
+        np.testing.assert_array_equal(step.grid.states, step.model.occupancy(step.grid.grid).states)
+
+
+class ManyViews(VolumeClassifier):
+    def __init__(self, count: int) -> None:
+        super().__init__()
+        self.count = count
+        self.asked: list[tuple[OccupancyGrid, ...]] = []
+
+    @property
+    def recipe(self) -> GridRecipe:
+        recipe = super().recipe
+        return dataclasses.replace(recipe, azimuth_views=self.count, staggered=True, margin=1.5)
+
+    def classify_grid(self, *views: OccupancyGrid, **how) -> Prediction:
+        self.asked.append(views)
+        return super().classify_grid(*views, **how)
+
+
+def test_a_scan_is_named_over_a_traced_grid_and_others_of_its_points() -> None:
+    """As the model card says."""
+    classifier = ManyViews(4)
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
+    step = [line.step(frame) for frame in frames(3)][-1]
+    traced, *others = classifier.asked[-1]
+    assert traced is step.grid
+    np.testing.assert_array_equal(traced.states, step.model.occupancy(traced.grid).states)
+    bounds = classifier.recipe.all_bounds(traced.grid)
+    assert [view.grid for view in others] == bounds[1:]
+    points = step.model.cloud().points_xyz
+    for view in others:
+        np.testing.assert_array_equal(view.states, view.grid.hits(points).states)
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 5, 8])
+def test_a_frame_is_named_over_four_grids_at_most_and_the_end_over_all(count: int) -> None:
+    classifier = ManyViews(count)
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
+    last = line.run(frames(3)).last
+    few = min(count, 4)
+    assert [len(views) for views in classifier.asked] == [few] * 3 + [count] * (count > 4)
+    as_a_frame = ManyViews(few).recipe
+    for views in classifier.asked[:3]:
+        assert [view.grid for view in views] == as_a_frame.all_bounds(views[0].grid)
+    asked = classifier.asked[-1]
+    assert last.prediction == VolumeClassifier.classify_grid(
+        classifier, *asked, metric=True, coverage=last.coverage
+    )
+    assert not line.settle()
+
+
+def test_a_paused_run_goes_on_with_few_grids() -> None:
+    classifier = ManyViews(8)
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
+    for frame in frames(2):
+        line.step(frame)
+        assert line.settle()
+        assert not line.settle()
+    assert [len(views) for views in classifier.asked] == [4, 8, 4, 8]
+
+
+def test_a_blind_end_and_an_early_one_are_named_over_all_grids() -> None:
+    shots = list(frames(3))
+    blind = dataclasses.replace(shots[2], depth=np.full_like(shots[2].depth, np.nan))
+
+    def interrupted():
+        yield from [*shots[:2], blind]
+        raise KeyboardInterrupt
+
+    classifier, diary = ManyViews(8), Diary()
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier, observers=[diary])
+    with pytest.raises(KeyboardInterrupt):
+        line.run(interrupted())
+    assert [len(views) for views in classifier.asked] == [4, 4, 8]
+    assert diary.ends[0].prediction == line.prediction != diary.steps[-1].prediction
+    assert (diary.ends[0].interrupted, diary.ends[0].end_reason) == (True, "")
+
+
+@pytest.mark.parametrize("good", [2, 3])
+def test_a_classifier_that_begins_to_fail_does_not_lose_the_run(good: int) -> None:
+    """With a frame, or when all grids are asked at the end."""
+
+    class Failing(ManyViews):
+        def classify_grid(self, *views: OccupancyGrid, **how) -> Prediction:
+            if len(self.asked) == good:
+                raise WeightsError(f"broken at {len(views)} grids")
+            return super().classify_grid(*views, **how)
+
+    diary = Diary()
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), Failing(8), observers=[diary])
+    with pytest.raises(WeightsError, match="4" if good < 3 else "8"):
+        line.run(frames(3))
+    assert len(diary.ends) == 1
+    assert diary.ends[0].interrupted
+    assert diary.ends[0].end_reason.startswith("broken at")
+    assert len(diary.ends[0].steps) == good
+
+
+def test_a_frame_that_was_modelled_but_not_named_is_named_once_no_more_come() -> None:
+    class FailsOnce(ManyViews):
+        def classify_grid(self, *views: OccupancyGrid, **how) -> Prediction:
+            prediction = super().classify_grid(*views, **how)
+            if len(self.asked) == 3:
+                raise WeightsError("broken for once")
+            return prediction
+
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), FailsOnce(1))
+    first, second, third = frames(3)
+    line.step(first)
+    line.step(second)
+    with pytest.raises(WeightsError):
+        line.step(third)
+    before = line.prediction
+    assert line.settle()
+    assert line.prediction is not before
+    assert not line.settle()
+
+
+def test_of_a_run_only_the_last_model_is_kept() -> None:
+    diary = Diary()
+    result = pipeline(diary).run(frames(4))
+    assert [len(step.model.sums) > 0 for step in result.steps] == [False, False, False, True]
+    assert [step.grid is None for step in result.steps] == [True, True, True, False]
+    assert result.last.model is diary.steps[-1].model
+    assert [step.prediction for step in result.steps] == [step.prediction for step in diary.steps]
+
+
+def test_coverage_grows_with_every_frame_and_travels_with_the_answer() -> None:
+    steps = pipeline().run(frames(8)).steps
+    coverage = [step.coverage for step in steps]
+    assert coverage[0] == pytest.approx(0.25, abs=0.03)
+    assert (np.diff(coverage) >= 0).all()
+    assert coverage[-1] == 1.0
+    assert [step.prediction.coverage for step in steps] == coverage
+
+
+def test_a_step_is_confident_where_the_rule_of_its_answer_says_so() -> None:
+    anything = ConfidenceRule(coverage=(0.5,), probability=(0.0,))
+    steps = pipeline(classifier=VolumeClassifier(anything)).run(frames(8)).steps
+    assert [step.confident for step in steps] == [step.coverage >= 0.5 for step in steps]
+    assert {step.confident for step in steps} == {True, False}
+    first, last = steps[0].summary(), steps[-1].summary()
+    assert (first["confident"], first["reason"]) == (False, "at least 50 % coverage is needed")
+    assert (last["confident"], last["reason"], last["in_distribution"]) == (True, "", True)
+    assert last["coverage"] == 1.0
+    answer = steps[-1].answer
+    assert (answer.coverage, answer.confident, answer.in_distribution) == (1.0, True, True)
+
+
+def test_earlier_steps_are_not_changed_by_later_ones() -> None:
+    line = pipeline()
+    shots = list(frames(3))
+    first = line.step(shots[0])
+    points, states = first.model.points_xyz.copy(), first.grid.states.copy()
+    for frame in shots[1:]:
+        line.step(frame)
+    np.testing.assert_array_equal(first.model.points_xyz, points)
+    np.testing.assert_array_equal(first.grid.states, states)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        first.index = 7  # type: ignore[misc]
+
+
+def test_the_start_does_not_change_the_model_s_shape() -> None:
+    one, other = (pipeline().run(frames(12, start)).last.model.cloud() for start in (0.0, 2.0))
+    np.testing.assert_allclose(
+        one.weights @ one.points_xyz, other.weights @ other.points_xyz, atol=0.01
+    )
+    for outermost in (np.min, np.max):
+        np.testing.assert_allclose(
+            outermost(one.points_xyz, axis=0), outermost(other.points_xyz, axis=0), atol=0.02
+        )
+
+
+def test_blind_frames_change_nothing_and_are_told() -> None:
+    shots = list(frames(4))
+    line = pipeline()
+    before = line.step(shots[0])
+    told = line.step(blind(shots[1]))
+    assert (told.outcome, told.pose, told.index) == (NO_DEPTH, None, 1)
+    assert told.model is before.model
+    assert told.prediction is before.prediction
+    assert line.step(shots[2]).outcome == CLASSIFIED
+
+
+def test_blind_frames_at_the_start_have_no_answer_yet() -> None:
+    step = pipeline().step(blind(next(frames(1))))
+    assert (step.prediction, step.grid, step.coverage) == (None, None, 0.0)
+
+
+def test_frames_without_the_object_change_nothing_and_are_told() -> None:
+    shots = list(frames(2))
+    away = RigidTransform.from_rotation(Rotation.from_euler("z", 90, degrees=True))
+    # Only floor: the same picture with the object's depth gone.
+    line = pipeline()
+    line.step(shots[0])
+    moved = RigidTransform.from_translation([4.0, 0.0, 0.0]) * away
+    told = line.step(shots[1].at(moved * shots[1].pose))
+    assert told.outcome == NO_OBJECT
+    assert told.object_pixels == 0
+    assert told.model.frames == 1
+
+
+@pytest.mark.parametrize("factor", [1000, 0.001])
+def test_depth_in_the_wrong_unit_is_told_and_takes_no_memory(factor: float) -> None:
+    shots = list(frames(2))
+    line = pipeline()
+    line.step(shots[0])
+    wrong = RgbdFrame(
+        shots[1].depth * factor, shots[1].camera, shots[1].stamp, shots[1].T_map_camera
+    )
+    step = line.step(wrong)
+    assert step.outcome == WRONG_UNIT
+    assert step.model.frames == 1
+
+
+@pytest.mark.parametrize("late", [0.0, 0.5])
+def test_frames_out_of_order_or_with_equal_stamps_are_told_and_skipped(late: float) -> None:
+    shots = list(frames(3))
+    line = pipeline()
+    line.step(shots[0])
+    before = line.step(shots[1])
+    again = RgbdFrame(shots[2].depth, shots[2].camera, shots[1].stamp - late, shots[2].T_map_camera)
+    told = line.step(again)
+    assert (told.outcome, told.pose) == (OUT_OF_ORDER, None)
+    assert told.model is before.model
+    assert line.step(shots[2]).outcome == CLASSIFIED
+
+
+def test_a_few_pixels_of_an_object_are_too_little() -> None:
+    class OnePatch(Segmentation):
+        def object_mask(self, frame, known_xyz=None):
+            mask = np.zeros(frame.depth.shape, bool)
+            mask[100:102, 100:102] = True
+            return mask
+
+    line = pipeline()
+    line.segmentation = OnePatch()
+    step = line.step(next(frames(1)))
+    assert step.outcome == TOO_LITTLE
+    assert step.prediction is None
+    assert step.pose is not None
+
+
+def test_a_frame_without_a_pose_is_told_and_steps_so_far_are_kept() -> None:
+    shots = list(frames(3))
+    lost = RgbdFrame(shots[1].depth, shots[1].camera, shots[1].stamp)
+    diary = Diary()
+    with pytest.raises(InputError, match="no pose"):
+        pipeline(diary).run([shots[0], lost, shots[2]])
+    assert len(diary.ends) == 1
+    assert diary.ends[0].interrupted
+    assert "no pose" in diary.ends[0].end_reason
+    assert len(diary.ends[0].steps) == 1
+
+
+def test_a_further_run_counts_its_frames_from_0_and_goes_on_with_the_object() -> None:
+    shots = list(frames(5))
+    line = pipeline()
+    line.run(shots[:3])
+    further = line.run(shots[3:])
+    assert [step.index for step in further.steps] == [0, 1]
+    assert further.last.model.frames == 5
+    figure = Figure()
+    draw_probabilities(figure.add_subplot(), further, Journey())
+
+
+def test_a_run_without_frames_ends_without_an_answer() -> None:
+    result = pipeline().run([])
+    assert (result.last, result.prediction, result.steps) == (None, None, ())
+
+
+def test_a_pose_estimator_drops_in() -> None:
+    """What registration does: correct what the frame brings."""
+    drift = RigidTransform.from_translation([0.03, -0.02, 0.01])
+
+    class Correcting(PoseEstimator):
+        def track(self, frame):
+            return PoseEstimate(drift.inv() * frame.pose, inliers=5, residual=0.002)
+
+    line = pipeline()
+    line.poses = Correcting()
+    drifted = [frame.at(drift * frame.pose) for frame in frames(3)]
+    result = line.run(drifted)
+    true = pipeline().run(frames(3))
+    assert result.steps[0].pose.inliers == 5
+    np.testing.assert_allclose(
+        result.last.model.cloud().points_xyz.mean(axis=0),
+        true.last.model.cloud().points_xyz.mean(axis=0),
+        atol=0.004,
+    )
+
+
+def test_the_parts_are_those_given() -> None:
+    line = pipeline()
+    again = RecognitionPipeline(line.segmentation, line.poses, line.classifier)
+    assert again.model.frames == 0
+    assert again.observers == ()
+
+
+def test_large_object_is_classified_by_its_preview_until_frames_end(monkeypatch) -> None:
+    shots = list(frames(6))
+    plain = pipeline().run(shots).last
+    monkeypatch.setattr(object_model, "MAX_FINE_VOXELS", 3000)
+    line = pipeline()
+    for shot in shots:
+        line.step(shot)
+    assert line.model.preview is not line.model
+    rough = line.grid.occupied
+    assert line.settle()
+    np.testing.assert_array_equal(line.grid.occupied, plain.grid.occupied)
+    assert not line.settle()
+    # On the way it is of fewer points, and about the same.
+    both = (rough & line.grid.occupied).sum()
+    assert 0.5 < both / (rough | line.grid.occupied).sum() < 1

@@ -1,0 +1,122 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+from small_world import frames, pipeline
+
+from circumspect.exploration.object_scan import REACHED
+from circumspect.geometry import PlanarPose, Trajectory
+from circumspect.planning import NextView
+from circumspect.runs import RunFolder
+from circumspect.runs.camera_path import camera_path
+from circumspect.runs.run_path_log import JourneyLog
+from circumspect.sensing import Odometry
+
+T_BASE_CAMERA = RigidTransform.from_components(
+    [0.0, 0.165, 1.2], Rotation.from_euler("x", -110, degrees=True)
+)
+# The wheels began to count elsewhere, and the world lies elsewhere still.
+T_ODOM_MAP = PlanarPose(3.0, -1.0, 0.7)
+T_WORLD_MAP = PlanarPose(-2.0, 5.0, -1.1)
+
+
+class FakeScan:
+    """What the log reads of a scan: odometry without drift, in a frame of its own."""
+
+    def __init__(self, with_odometry: bool = True, mute: int = 0) -> None:
+        """
+        Args:
+            with_odometry: Its wheels are heard at all.
+            mute: Not with so many frames at first.
+        """
+        self.frame = None
+        self.driven_m = 0.0
+        near = NextView(PlanarPose(1.0, 0.0, 0.0), (0.3, 0.0), None, "")
+        far = NextView(PlanarPose(9.0, 0.0, 0.0), (0.3, 0.0), None, "")
+        self.views = [
+            SimpleNamespace(view=near, outcome=REACHED),
+            SimpleNamespace(view=far, outcome="behind a wall"),
+        ]
+        self._with_odometry, self._mute = with_odometry, mute
+
+    def takes(self, frame):
+        base = PlanarPose.from_transform(
+            T_ODOM_MAP.as_transform() * frame.pose * T_BASE_CAMERA.inv()
+        )
+        self._mute -= 1
+        heard = self._with_odometry and self._mute < 0
+        odometry = Odometry(frame.stamp, base) if heard else None
+        self.frame = replace(frame, odometry=odometry, T_base_camera=T_BASE_CAMERA)
+        self.driven_m += 0.5
+        return frame
+
+
+def logged(scan: FakeScan, folder: RunFolder | None = None, **arguments):
+    log = JourneyLog(scan, folder, **arguments)  # type: ignore[arg-type]
+    observers = (log,) if folder is None else (log, folder)
+    result = pipeline(*observers).run(scan.takes(frame) for frame in frames(4))
+    return log, result
+
+
+def test_the_distance_is_that_at_each_frame() -> None:
+    log, result = logged(FakeScan())
+    journey = log.journey(result)
+    np.testing.assert_allclose(journey.driven_m, [0.5, 1.0, 1.5, 2.0])
+    np.testing.assert_allclose(journey.driven_by(journey.stamps), journey.driven_m)
+    assert [view.T_map_base.x for view in journey.views] == [1.0]
+    assert [view.T_map_base.x for view in journey.missed] == [9.0]
+
+
+def test_odometry_and_truth_begin_where_the_run_begins() -> None:
+    path = camera_path(pipeline().run(frames(4)))
+    world = path.moved(T_WORLD_MAP.as_transform())
+    square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 0]])
+    log, result = logged(FakeScan(), truth=lambda: world, walls_xy=(T_WORLD_MAP.applied(square),))
+    journey = log.journey(result)
+    np.testing.assert_allclose(journey.truth.positions_xyz, path.positions_xyz, atol=1e-9)
+    np.testing.assert_allclose(journey.walls_xy[0], square, atol=1e-9)
+    assert np.linalg.norm(journey.odometry.positions_xyz[0] - path.positions_xyz[0]) < 1e-9
+
+
+def test_wheels_that_are_mute_at_first_begin_where_the_robot_is_by_then() -> None:
+    scan = FakeScan(mute=2)
+    log, result = logged(scan)
+    path, wheels = camera_path(result), log.journey(result).odometry
+    assert len(wheels) == len(path) - 2
+    np.testing.assert_allclose(wheels.positions_xyz[0], path.positions_xyz[2], atol=1e-9)
+
+
+def test_without_odometry_or_truth_nothing_is_invented() -> None:
+    log, result = logged(FakeScan(with_odometry=False), walls_xy=(np.zeros((3, 2)),))
+    journey = log.journey(result)
+    assert (journey.odometry, journey.truth, journey.walls_xy) == (None, None, ())
+    assert log.odometry is None
+
+
+def test_the_folder_draws_with_the_journey(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path, {})
+    _, result = logged(FakeScan(), folder)
+    assert len(folder.journey.stamps) == len(result.steps)
+    assert (tmp_path / "picture.png").exists()
+
+
+def test_frames_that_come_twice_or_late_are_counted_once() -> None:
+    scan = FakeScan()
+    log = JourneyLog(scan)  # type: ignore[arg-type]
+    shots = list(frames(3))
+    result = pipeline(log).run(scan.takes(shots[k]) for k in (0, 2, 1, 2))
+    journey = log.journey(result)
+    np.testing.assert_allclose(journey.stamps, [shots[0].stamp, shots[2].stamp])
+    assert len(journey.odometry) == 2
+
+
+def test_a_run_without_any_frame_has_no_paths() -> None:
+    somewhere = Trajectory(np.zeros(1), RigidTransform.identity(1))
+    log = JourneyLog(FakeScan(), truth=lambda: somewhere)  # type: ignore[arg-type]
+    journey = log.journey(pipeline(log).run([]))
+    assert (journey.odometry, journey.truth) == (None, None)
+    assert journey.driven_by(np.array([1.0])) is None
