@@ -75,11 +75,10 @@ def run_job(job: CalibrationJob) -> dict[str, Any]:
         angle between the views [rad] and eᵀΩe.
     """
     parts = prepared(job.scan)
-    poses = parts.pipeline.poses
-    assert isinstance(poses, Tracker)
-    seen, log = KeptScans(parts.witness, poses.settings), KeyframeLog(poses.keyframes)
-    parts.pipeline.observers = (log,)
-    parts.driven_by(seen).scan.run()
+    tracker = parts.pipeline.tracker.estimator
+    assert isinstance(tracker, Tracker)
+    seen, log = KeptScans(parts.witness, tracker.settings), KeyframeLog(tracker.keyframes)
+    parts.driven_by(seen).scan.run((log,))
     truth = partial(true_pose, parts.witness.trajectory)
     return {
         "key": job.key,

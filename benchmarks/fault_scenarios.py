@@ -16,7 +16,7 @@ from circumspect.exploration.simulated_scan import SimulatedScan
 from circumspect.geometry import PlanarPose, TriangleMesh
 from circumspect.recognition import RecognitionResult
 from circumspect.robot import MobileRobot, WrappedRobot
-from circumspect.runs.run_path_log import JourneyLog
+from circumspect.runs.run_path_log import RunPathLog
 from circumspect.simulation import (
     Blackout,
     Blocked,
@@ -124,11 +124,10 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
     except CircumspectError as error:
         return {**head, "ended": f"refused: {error}", "label": None, "frames": 0}
     scan = parts.scan
-    log = JourneyLog(scan)
+    log = RunPathLog(scan)
     live = LivePoses()
-    parts.pipeline.observers = (log, live)
     try:
-        result = scan.run()
+        result = scan.run((log, live))
     except CircumspectError as error:
         return {**head, "ended": f"error: {error}", "label": None, "frames": 0}
     # What stands there instead, if anything, is none of the ten things.

@@ -55,8 +55,7 @@ def seen(count: int) -> list[RgbdFrame]:
     """Frames of a robot that drives round a chair."""
     parts = prepared(ScanJob("recording", "chair-100000", 0.0, 0, frame_interval=2.0, frames=count))
     found: list[RgbdFrame] = []
-    parts.pipeline.observers = (FrameKeeper(parts.scan, found),)
-    parts.scan.run()
+    parts.scan.run((FrameKeeper(parts.scan, found),))
     return found
 
 

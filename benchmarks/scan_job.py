@@ -27,7 +27,7 @@ from circumspect.planning import (
 )
 from circumspect.recognition import RecognitionResult
 from circumspect.runs.camera_path import camera_path
-from circumspect.runs.run_path_log import JourneyLog
+from circumspect.runs.run_path_log import RunPathLog
 from circumspect.runs.stage_times import stage_lists, stage_times
 
 PLANNERS = {
@@ -104,10 +104,9 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         parts = prepared(job)
     except CircumspectError as error:
         return {**head, "label": None, "ended": f"not begun: {error}", "frames": 0}
-    log = JourneyLog(parts.scan)
+    log = RunPathLog(parts.scan)
     live = LivePoses()
-    parts.pipeline.observers = (log, live)
-    result = parts.scan.run()
+    result = parts.scan.run((log, live))
     error, plan = measured(parts, result, log, job.shape), parts.scan.plan_milliseconds
     return {
         **head,
@@ -119,14 +118,14 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         **error.summary(),
         **trust(live.told, parts.witness.trajectory)._asdict(),
         "missing": list(error.missing),
-        "views": dict(Counter(record.outcome for record in parts.scan.views)),
+        "views": dict(Counter(record.reason for record in parts.scan.views)),
         "milliseconds": stage_times(result.steps, plan),
         **({"stages": stage_lists(result.steps, plan)} if job.detailed else {}),
     }
 
 
 def measured(
-    parts: SimulatedScan, result: RecognitionResult, log: JourneyLog, shape: bool = True
+    parts: SimulatedScan, result: RecognitionResult, log: RunPathLog, shape: bool = True
 ) -> ScanError:
     """The scan against the truth."""
     return scan_error(
@@ -151,10 +150,10 @@ def told(result: RecognitionResult) -> dict[str, Any]:
     }
 
 
-def settled(result: RecognitionResult, log: JourneyLog) -> dict[str, float | None]:
+def settled(result: RecognitionResult, log: RunPathLog) -> dict[str, float | None]:
     """Where the final answer stood for good: after it the label changed no more."""
     labels = [None if s.prediction is None else s.prediction.label for s in result.steps]
-    driven = log.journey(result).driven_by(np.array([step.stamp for step in result.steps]))
+    driven = log.run_path(result).driven_by(np.array([step.stamp for step in result.steps]))
     if not labels or labels[-1] is None or driven is None:
         return {"settled_m": None, "settled_frame": None}
     back = next((k for k in count(1) if k == len(labels) or labels[-k - 1] != labels[-1]), 1)

@@ -102,12 +102,11 @@ def main() -> int:
     arguments, usual = _parser().parse_args(), _parser().parse_args([])
     job = ScanJob("memory", arguments.object, 0.0, 0, frames=round(arguments.minutes * 60 / 0.5))
     parts = prepared(job, RestlessPlanner())
-    poses = parts.pipeline.poses
-    assert isinstance(poses, Tracker)
-    watch = MemoryWatch(lambda: len(poses.keyframes))
-    parts.pipeline.observers = (watch,)
+    tracker = parts.pipeline.tracker.estimator
+    assert isinstance(tracker, Tracker)
+    watch = MemoryWatch(lambda: len(tracker.keyframes))
     start = time.monotonic()
-    parts.scan.run()
+    parts.scan.run((watch,))
     rows = [
         [f"{s.stamp / 60:.0f}", *map(str, (s.frames, s.keyframes)),
          f"{s.resident_mb:.0f}", f"{s.frame_ms:.0f}"]

@@ -88,8 +88,7 @@ def gather(job: SnapshotJob) -> dict[str, Any]:
     except CircumspectError as error:
         return {**head, "true_label": None, "fault": str(error)}
     snapshots = Snapshots()
-    parts.pipeline.observers = (snapshots,)
-    parts.scan.run()
+    parts.scan.run((snapshots,))
     with atomic_open(job.path, "wb") as stream:
         np.savez_compressed(stream, **snapshots.kept)  # pyright: ignore[reportArgumentType]
     return {**head, "true_label": parts.config["true_label"], "distance_m": parts.scan.driven_m}

@@ -27,7 +27,7 @@ from circumspect.planning import SurfaceNormalPlanner
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.runs.panels import thinned
 from circumspect.runs.plan_panel import draw_plan
-from circumspect.runs.run_path_log import JourneyLog
+from circumspect.runs.run_path_log import RunPathLog
 from circumspect.sensing import DepthNoise, RgbdFrame
 from circumspect.simulation import RobotSettings, SimulatedRobot, Witness, outlines
 from circumspect.storage import atomic_path
@@ -46,7 +46,7 @@ class Film:
     """Draws every n-th step of a scan; a `PipelineObserver`."""
 
     def __init__(
-        self, scan: ObjectScan, log: JourneyLog, limits: tuple[float, ...], every: int
+        self, scan: ObjectScan, log: RunPathLog, limits: tuple[float, ...], every: int
     ) -> None:
         self.pictures: list[Image.Image] = []
         self._scan, self._log, self._limits, self._every = scan, log, limits, every
@@ -79,7 +79,7 @@ class Film:
     def _draw_plan(self, figure: Figure, result: RecognitionResult) -> None:
         assert result.last is not None
         plan = figure.add_axes((0.425, 0.06, 0.298, 0.83))
-        draw_plan(plan, thinned(result.last.model.cloud()), result, self._log.journey(result))
+        draw_plan(plan, thinned(result.last.model.cloud()), result, self._log.run_path(result))
         legend = plan.get_legend()
         if legend is not None:
             legend.remove()
@@ -140,14 +140,13 @@ def filmed(name: str, start_deg: float, seed: int, every: int) -> list[Image.Ima
         )
     )  # fmt: skip
     scan = ObjectScan(robot, parts.pipeline, planner, driving)
-    log = JourneyLog(scan, None, lambda: robot.trajectory, outlines(parts.room.scene))
+    log = RunPathLog(scan, None, lambda: robot.trajectory, outlines(parts.room.scene))
     # The robot's map begins at its start, which is known here; so the plan need not move.
     middle = start.inverse().applied(np.array(parts.room.orbit.centre_xy))
     half = parts.room.orbit.radius + 0.6
     x, y = (float(value) for value in middle)
     film = Film(scan, log, (x - half, x + half, y - half, y + half), every)
-    parts.pipeline.observers = (log, film)
-    scan.run()
+    scan.run((log, film))
     return film.pictures
 
 

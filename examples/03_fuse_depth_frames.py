@@ -29,7 +29,7 @@ def main() -> None:
             answer = step.prediction.text
         print(f"{step.index:2}: {step.object_pixels:5} px, {step.coverage:4.0%} coverage, {answer}")
 
-    pipeline.settle()  # all of the classifier's grids are asked once no more frames come
+    pipeline.finalise()  # all of the classifier's grids are asked once no more frames come
     print(f"in the end: {pipeline.prediction}")
     pipeline.model.save("toilet.ply")
     if pipeline.grid is not None:

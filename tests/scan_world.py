@@ -11,7 +11,7 @@ from circumspect.exploration.object_scan import ObjectScan
 from circumspect.exploration.scan_settings import ScanSettings
 from circumspect.geometry import PinholeCamera, PlanarPose, TriangleMesh
 from circumspect.planning import CirclePlanner, ViewPlanner
-from circumspect.recognition import PipelineObserver, RecognitionPipeline
+from circumspect.recognition import RecognitionPipeline
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import DepthNoise, GroundSegmentation, RgbdFrame
 from circumspect.simulation import CameraMount, Scene, SimulatedRobot, Surface, block
@@ -53,7 +53,7 @@ def wall(low: tuple[float, float], high: tuple[float, float]) -> Surface:
 
 
 def scan(
-    *observers: PipelineObserver,
+    *,
     planner: ViewPlanner | None = None,
     mesh: TriangleMesh = BOX,
     others: tuple[Surface, ...] = (),
@@ -76,6 +76,6 @@ def scan(
     seen = TruePoses(robot, None if fault is None else fault(robot))
     pipeline = RecognitionPipeline(
         GroundSegmentation(fewest=20), poses or KnownPoses(),
-        classifier or VolumeClassifier(), observers=observers,
+        classifier or VolumeClassifier(),
     )  # fmt: skip
     return ObjectScan(seen, pipeline, planner or CirclePlanner(), settings)

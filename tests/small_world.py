@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from volume_classifier import VolumeClassifier
@@ -13,8 +13,9 @@ from circumspect.recognition import (
     RecognitionPipeline,
     RecognitionResult,
     RecognitionStep,
+    run_pipeline,
 )
-from circumspect.recognition.background_worker import Aside
+from circumspect.recognition.background_worker import BackgroundWorker
 from circumspect.sensing import DepthNoise, GroundSegmentation, RgbdFrame
 from circumspect.simulation import Orbit, Scene, SimulatedCamera, block
 from circumspect.tracking import KnownPoses
@@ -30,12 +31,13 @@ def frames(count: int, start: float = 0.3) -> Iterator[RgbdFrame]:
     return SimulatedCamera(scene, stations.__next__, CAMERA, DepthNoise(), 0).frames(count)
 
 
-def pipeline(
-    *observers: PipelineObserver, classifier: VolumeClassifier | None = None
-) -> RecognitionPipeline:
-    return RecognitionPipeline(
-        GroundSegmentation(), KnownPoses(), classifier or VolumeClassifier(), observers=observers
-    )
+def pipeline(classifier: VolumeClassifier | None = None) -> RecognitionPipeline:
+    return RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier or VolumeClassifier())
+
+
+def run(frames: Iterable[RgbdFrame], *observers: PipelineObserver) -> RecognitionResult:
+    """Of a new pipeline."""
+    return run_pipeline(pipeline(), frames, observers)
 
 
 def blind(frame: RgbdFrame) -> RgbdFrame:
@@ -44,10 +46,10 @@ def blind(frame: RgbdFrame) -> RgbdFrame:
     )
 
 
-class Inline(Aside):
-    """Does at once what is begun."""
+class Inline(BackgroundWorker):
+    """Runs each call at once."""
 
-    def begin(self, work: Callable[[], None]) -> None:
+    def submit(self, work: Callable[[], None]) -> None:
         work()
 
 

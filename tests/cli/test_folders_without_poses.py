@@ -13,7 +13,7 @@ from PIL import Image
 from circumspect.cli.main import main
 from circumspect.geometry import read_cloud, read_tum
 from circumspect.recording import open_recording
-from circumspect.sensing import BELOW_FLOOR, NO_FLOOR
+from circumspect.sensing import FloorFault
 
 FRAMES = 12
 FLAGS = ["chair-3", "--start", "40", "--seed", "5", "--frames", str(FRAMES)]
@@ -121,10 +121,10 @@ def test_what_does_not_go_together_is_told(
     ("height", "tilt", "told"),
     [
         (0, 0, ""),
-        (0, 6, BELOW_FLOOR),
-        (0, -6, NO_FLOOR),
-        (-0.3, 0, BELOW_FLOOR),
-        (0.3, 0, NO_FLOOR),
+        (0, 6, FloorFault.BELOW_FLOOR),
+        (0, -6, FloorFault.NO_FLOOR),
+        (-0.3, 0, FloorFault.BELOW_FLOOR),
+        (0.3, 0, FloorFault.NO_FLOOR),
     ],
 )
 def test_a_first_pose_that_the_floor_contradicts_gets_no_answer(

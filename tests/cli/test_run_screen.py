@@ -11,13 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.cli.run_screen import RunScreen, answer_sentences
-from circumspect.recognition import (
-    CLASSIFIED,
-    NO_OBJECT,
-    NO_POSE,
-    RecognitionResult,
-    RecognitionStep,
-)
+from circumspect.recognition import FrameOutcome, RecognitionResult, RecognitionStep
 from circumspect.reconstruction import ObjectModel
 from circumspect.tracking import PoseEstimate, TrackingState
 
@@ -49,7 +43,7 @@ def test_why_a_pose_is_not_reliable_follows_the_answer(
     state: TrackingState, reason: str, end: str | None, capsys: pytest.CaptureFixture
 ) -> None:
     pose = PoseEstimate(RigidTransform.identity(), state, reason)
-    outcome = NO_POSE if reason else CLASSIFIED
+    outcome = FrameOutcome.NO_POSE if reason else FrameOutcome.CLASSIFIED
     text = lines(pose, outcome, capsys)
     assert "frame   1/10  coverage  25 %" in text
     assert text.rstrip().endswith(end or outcome)
@@ -62,7 +56,9 @@ def step(
     answer = Prediction.from_probabilities(
         (label, "sofa"), shares, in_distribution=known, coverage=coverage
     )
-    return RecognitionStep(0, 0.0, CLASSIFIED, None, 9, coverage, ObjectModel(), None, answer)
+    return RecognitionStep(
+        0, 0.0, FrameOutcome.CLASSIFIED, None, 9, coverage, ObjectModel(), None, answer
+    )
 
 
 @pytest.mark.parametrize(
@@ -128,6 +124,6 @@ def test_an_answer_that_changed_after_the_last_frame_says_why() -> None:
 
 
 def test_frames_that_are_not_part_of_the_answer_follow_it() -> None:
-    steps = [replace(step(), outcome=NO_OBJECT)] * 3 + [step()]
+    steps = [replace(step(), outcome=FrameOutcome.NO_OBJECT)] * 3 + [step()]
     told = answer_sentences(RecognitionResult(tuple(steps)), None, "chair")
     assert told[1:] == ["Frames that are not part of it: no object in view (3)."]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.exploration.distance_meter import DrivenWay
+from circumspect.exploration.distance_meter import DistanceMeter
 from circumspect.geometry import PlanarPose
 
 SPEED, SECONDS = 0.05, 2.0
@@ -25,15 +25,15 @@ def driven(
         really: What was driven.
         back: After half of the frames the robot drives back.
     """
-    way, told = DrivenWay(), []
-    way.went(0.0, PlanarPose())
-    way.placed(PlanarPose())
-    way.told(SPEED)
+    meter, told = DistanceMeter(), []
+    meter.add_odometry(0.0, PlanarPose())
+    meter.add_pose(PlanarPose())
+    meter.set_speed(SPEED)
     for count in range(1, 11):
         at = 5 - abs(5 - count) if back else count
-        way.went(SECONDS * count, None if wheels is None else PlanarPose(at * wheels))
-        way.placed(PlanarPose(at * really) if certain or count == 10 else None)
-        told.append(way.metres)
+        meter.add_odometry(SECONDS * count, None if wheels is None else PlanarPose(at * wheels))
+        meter.add_pose(PlanarPose(at * really) if certain or count == 10 else None)
+        told.append(meter.metres)
     return told
 
 
@@ -61,25 +61,25 @@ def test_what_lies_between_two_certain_poses_was_driven_at_least() -> None:
 
 
 def test_a_corrected_pose_is_no_way_driven() -> None:
-    way = DrivenWay()
-    way.went(0.0, PlanarPose())
-    way.placed(PlanarPose())
-    way.went(1.0, PlanarPose())
-    way.placed(PlanarPose(0.03))
-    assert way.metres == 0.0
-    way.told(SPEED)
-    way.went(1.0 + SECONDS, PlanarPose(STEP))
-    way.placed(PlanarPose(1.0))
-    assert way.metres == pytest.approx(2 * STEP)
+    meter = DistanceMeter()
+    meter.add_odometry(0.0, PlanarPose())
+    meter.add_pose(PlanarPose())
+    meter.add_odometry(1.0, PlanarPose())
+    meter.add_pose(PlanarPose(0.03))
+    assert meter.metres == 0.0
+    meter.set_speed(SPEED)
+    meter.add_odometry(1.0 + SECONDS, PlanarPose(STEP))
+    meter.add_pose(PlanarPose(1.0))
+    assert meter.metres == pytest.approx(2 * STEP)
 
 
 def test_what_came_after_the_last_frame_counts_too() -> None:
-    way = DrivenWay()
-    way.went(0.0, PlanarPose())
-    way.placed(PlanarPose())
-    way.told(-SPEED)
-    way.went(SECONDS, PlanarPose(-0.08))
-    assert way.metres == pytest.approx(0.08)
+    meter = DistanceMeter()
+    meter.add_odometry(0.0, PlanarPose())
+    meter.add_pose(PlanarPose())
+    meter.set_speed(-SPEED)
+    meter.add_odometry(SECONDS, PlanarPose(-0.08))
+    assert meter.metres == pytest.approx(0.08)
 
 
 @given(

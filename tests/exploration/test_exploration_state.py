@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import cast
 
-from circumspect.exploration.exploration_state import ScanKnowledge
+from circumspect.exploration.exploration_state import ExplorationState
 from circumspect.robot import MobileRobot
 from circumspect.sensing.viewing import looking
 
@@ -20,7 +20,7 @@ class Waiting:
 
 def test_time_that_the_robot_was_held_is_no_time_without_a_place() -> None:
     robot = Waiting()
-    known = ScanKnowledge(cast("MobileRobot", robot))
+    known = ExplorationState(cast("MobileRobot", robot))
     robot.now = 5.0
     assert known.blind_for == 5.0
     robot.now, robot.held = 65.0, 60.0

@@ -15,16 +15,16 @@ from volume_classifier import VolumeClassifier
 
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.errors import InputError, OutputError
-from circumspect.exploration.object_scan import INTERRUPTED, LOST
+from circumspect.exploration.end_reason import EndReason
 from circumspect.exploration.scan_settings import ScanSettings
-from circumspect.exploration.view_record import BLOCKED, REACHED
+from circumspect.exploration.view_record import ViewOutcome
 from circumspect.geometry import PlanarPose
 from circumspect.planning import CirclePlanner, ConfidencePlanner, SurfaceNormalPlanner
 from circumspect.planning.circle_planner import ALL_TRIED
 from circumspect.planning.view_planner import AS_FAR_AS_POSSIBLE, ROUND_COMPLETE
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.runs import RunFolder
-from circumspect.runs.run_path_log import JourneyLog
+from circumspect.runs.run_path_log import RunPathLog
 from circumspect.runs.scan_file import ScanFile
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import SimulatedRobot, block
@@ -38,13 +38,12 @@ from circumspect.tracking import KnownPoses, PoseEstimate, TrackingState
 def test_a_box_is_gone_round_and_all_of_it_is_written_down(planner, tmp_path: Path) -> None:
     going = scan(planner=planner)
     folder = RunFolder(tmp_path, {"command": "test"})
-    log, file = JourneyLog(going, folder), ScanFile(going, tmp_path / "scan.json")
-    going.pipeline.observers = (log, file, folder)
-    result = going.run()
+    log, file = RunPathLog(going, folder), ScanFile(going, tmp_path / "scan.json")
+    result = going.run((log, file, folder))
     assert going.ended == ROUND_COMPLETE
     assert result.prediction is not None
     assert result.last.coverage == 1.0
-    assert all(record.outcome == REACHED for record in going.views)
+    assert all(record.outcome == ViewOutcome.REACHED for record in going.views)
     # No shorter than the circle that just clears the box, no longer than twice the wanted one.
     assert 2 * np.pi * 0.6 < going.driven_m < 2 * 2 * np.pi * 1.3
     document = json.loads((tmp_path / "scan.json").read_text())
@@ -89,8 +88,7 @@ def test_the_object_is_looked_for_where_the_robot_looks_away() -> None:
 
 def test_no_object_ends_after_one_look_round(tmp_path: Path) -> None:
     going = scan(mesh=NOTHING)
-    going.pipeline.observers = (RunFolder(tmp_path, {}), ScanFile(going, tmp_path / "scan.json"))
-    result = going.run()
+    result = going.run((RunFolder(tmp_path, {}), ScanFile(going, tmp_path / "scan.json")))
     assert going.ended == "no object in view after a look round"
     assert 24 <= len(result.steps) <= 32
     assert result.points_xyz.shape == (0, 3)
@@ -108,8 +106,7 @@ def test_an_object_larger_than_the_room_ends_with_the_reason_and_no_conclusion(
         wall((2.4, -2.5), (2.5, 2.5)), wall((-2.5, -2.5), (-2.4, 2.5)),
     )  # fmt: skip
     going = scan(mesh=bar, others=walls, pose=PlanarPose(1.5, -0.3, np.pi / 2))
-    going.pipeline.observers = (RunFolder(tmp_path, {}), ScanFile(going, tmp_path / "scan.json"))
-    result = going.run()
+    result = going.run((RunFolder(tmp_path, {}), ScanFile(going, tmp_path / "scan.json")))
     told = json.loads((tmp_path / "result.json").read_text())
     assert (told["frames"], told["confident"]) == (len(result.steps), False)
     assert json.loads((tmp_path / "scan.json").read_text())["ended"] == going.ended
@@ -124,17 +121,16 @@ def test_a_side_against_the_wall_is_left_out_and_the_others_are_seen() -> None:
     going = scan(others=(behind,), planner=CirclePlanner(), pose=start(-60))
     going.run()
     assert going.ended.startswith((ALL_TRIED, AS_FAR_AS_POSSIBLE))
-    missed = [record for record in going.views if record.outcome != REACHED]
+    missed = [record for record in going.views if record.outcome != ViewOutcome.REACHED]
     assert missed
-    assert sum(record.outcome == REACHED for record in going.views) >= 4
+    assert sum(record.outcome == ViewOutcome.REACHED for record in going.views) >= 4
 
 
 def test_a_robot_that_is_held_gives_up_with_what_it_has(tmp_path: Path) -> None:
     going = scan(fault=lambda robot: Blocked(robot, after=6.0, seconds=1e6))
-    going.pipeline.observers = (RunFolder(tmp_path, {}),)
-    result = going.run()
+    result = going.run((RunFolder(tmp_path, {}),))
     assert going.ended == "blocked 3 times: nothing more can be reached"
-    assert BLOCKED in {record.outcome for record in going.views}
+    assert ViewOutcome.BLOCKED in {record.outcome for record in going.views}
     assert result.prediction is not None
     assert (tmp_path / "model.ply").exists()
 
@@ -183,7 +179,7 @@ class Doubtful(KnownPoses):
 def test_a_robot_that_is_lost_for_good_says_so() -> None:
     going = scan(poses=Doubtful(after=8))
     result = going.run()
-    assert going.ended == LOST
+    assert going.ended == EndReason.LOST
     assert len(result.steps) < 60
     assert result.steps[-1].prediction == result.steps[6].prediction
 
@@ -205,9 +201,8 @@ class TruePlaces:
 def test_a_robot_that_lost_its_way_looks_round_where_it_last_knew_it(fault) -> None:
     going = scan(poses=Doubtful(after=8), fault=fault)
     true = TruePlaces(going.robot.simulated)
-    going.pipeline.observers = (true,)
-    going.run()
-    assert going.ended == LOST
+    going.run((true,))
+    assert going.ended == EndReason.LOST
     places = np.array(true.places_xy)
     off = np.linalg.norm(places - places[6], axis=1)
     assert off.max() > 0.5
@@ -218,10 +213,9 @@ def test_what_a_robot_commanded_in_vain_it_does_not_take_back() -> None:
     """Nobody knows what is behind it."""
     going = scan(poses=Doubtful(after=9), fault=lambda robot: Blocked(robot, 6.0, 6.0))
     true = TruePlaces(going.robot.simulated)
-    going.pipeline.observers = (true,)
-    going.run()
+    going.run((true,))
     places = np.array(true.places_xy)
-    assert BLOCKED in {record.outcome for record in going.views}
+    assert ViewOutcome.BLOCKED in {record.outcome for record in going.views}
     assert np.linalg.norm(places - places[-1], axis=1)[8:].max() < 0.1
 
 
@@ -244,11 +238,10 @@ def test_a_scan_ends_as_soon_as_the_answer_is_confident() -> None:
 def test_ctrl_c_stops_the_robot_and_saves(ctrl_c_at: Callable[[int], None], tmp_path: Path) -> None:
     ctrl_c_at(4)
     going = scan()
-    going.pipeline.observers = (RunFolder(tmp_path, {}), ScanFile(going, tmp_path / "scan.json"))
     with pytest.raises(KeyboardInterrupt):
-        going.run()
-    assert going.ended == INTERRUPTED
-    assert json.loads((tmp_path / "scan.json").read_text())["ended"] == INTERRUPTED
+        going.run((RunFolder(tmp_path, {}), ScanFile(going, tmp_path / "scan.json")))
+    assert going.ended == EndReason.INTERRUPTED
+    assert json.loads((tmp_path / "scan.json").read_text())["ended"] == EndReason.INTERRUPTED
     assert json.loads((tmp_path / "result.json").read_text())["frames"] == 3
     before = going.robot.simulated.truth().T_map_base.translation
     going.robot.wait(1.0)
@@ -278,8 +271,8 @@ def test_what_ended_a_scan_early_is_told_with_its_reason() -> None:
                 raise OutputError("run/log.jsonl: no space left on device")
 
     diary = Full()
-    driven = scan(diary)
+    driven = scan()
     with pytest.raises(OutputError):
-        driven.run()
+        driven.run((diary,))
     assert driven.ended == "interrupted: run/log.jsonl: no space left on device"
     assert diary.ends[0].end_reason == "run/log.jsonl: no space left on device"

@@ -12,7 +12,7 @@ from scan_world import NOTHING, QUICK, scan, wall
 
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PinholeCamera, PlanarPose
-from circumspect.recognition import NO_OBJECT, NO_POSE, TOO_WIDE, RecognitionResult, RecognitionStep
+from circumspect.recognition import FrameOutcome, RecognitionResult, RecognitionStep
 from circumspect.runs import RunFolder
 from circumspect.simulation import (
     Blackout,
@@ -113,8 +113,7 @@ def in_an_empty_room(
         mesh=NOTHING, others=walls, poses=poses, camera=CAMERA,
         settings=replace(QUICK, most_frames=150),
     )  # fmt: skip
-    going.pipeline.observers = (RunFolder(path, {}),)
-    result = going.run()
+    result = going.run((RunFolder(path, {}),))
     assert going.ended
     return result
 
@@ -128,12 +127,12 @@ def test_the_walls_of_an_empty_room_are_no_object(
     assert json.loads((tmp_path / "result.json").read_text())["label"] is None
     # What looks like an object from afar, a corner, turns out to be the room.
     outcomes = {step.outcome for step in result.steps}
-    assert outcomes == {NO_OBJECT} or TOO_WIDE in outcomes
+    assert outcomes == {FrameOutcome.NO_OBJECT} or FrameOutcome.TOO_WIDE in outcomes
 
 
 def test_a_camera_that_is_lost_between_walls_concludes_nothing(tmp_path: Path) -> None:
     result = in_an_empty_room(Tracker(), tmp_path)
-    assert NO_POSE in {step.outcome for step in result.steps}
+    assert FrameOutcome.NO_POSE in {step.outcome for step in result.steps}
     told = json.loads((tmp_path / "result.json").read_text())
     assert (told["label"], told["confident"]) == (None, False)
 
@@ -147,8 +146,7 @@ def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
         settings=replace(QUICK, speed=0.1, frame_interval=0.5, most_frames=60),
     )  # fmt: skip
     trusted = Trusted(going.robot.simulated)
-    going.pipeline.observers = (trusted, RunFolder(tmp_path, {}))
-    result = going.run()
+    result = going.run((trusted, RunFolder(tmp_path, {})))
     assert going.ended.startswith(ENDS.get(fault, "the limit of 60 frames is reached"))
     assert max(trusted.off, default=0.0) < 0.05
     assert max(trusted.accurate_off, default=0.0) < 0.03

@@ -13,7 +13,7 @@ from volume_classifier import VolumeClassifier
 
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.exploration.object_scan import ObjectScan
-from circumspect.exploration.view_record import BLOCKED
+from circumspect.exploration.view_record import ViewOutcome
 from circumspect.planning import CirclePlanner, ConfidencePlanner, StoppingCriterion
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.robot import MobileRobot, OperatedRobot, Operator, Velocity, WrappedRobot
@@ -80,21 +80,20 @@ class Broken(WrappedRobot):
 def watched(going: ObjectScan, fails_at: int | None = None) -> tuple[ObjectScan, Slow]:
     """The same scan with wheels that are watched."""
     wheels = Wheels(going.robot)
-    going.pipeline.poses.wheels = wheels
+    going.pipeline.tracker.estimator.wheels = wheels
     slow = Slow(wheels, fails_at)
-    going.pipeline.observers = (slow,)
     return ObjectScan(wheels, going.pipeline, going.planner, going.settings), slow
 
 
 def ended_while_driving(going: ObjectScan, slow: Slow) -> None:
     assert slow.at_steps[-1] != STILL, "it ended standing, which proves nothing"
-    assert going.pipeline.poses.told == [STILL]
+    assert going.pipeline.tracker.estimator.told == [STILL]
     assert slow.at_end == [STILL]
 
 
 def test_at_the_limit_of_frames() -> None:
     going, slow = watched(scan(poses=Settling(), settings=FEW))
-    going.run()
+    going.run((slow,))
     assert going.ended == "the limit of 8 frames is reached"
     ended_while_driving(going, slow)
 
@@ -103,7 +102,7 @@ def test_when_the_answer_is_confident() -> None:
     likely = VolumeClassifier(ConfidenceRule(coverage=(0.35,), probability=(0.5,)))
     planner = ConfidencePlanner(CirclePlanner(), StoppingCriterion(frames=2))
     going, slow = watched(scan(poses=Settling(), planner=planner, classifier=likely))
-    going.run()
+    going.run((slow,))
     assert going.ended.startswith("the answer is confident: ")
     ended_while_driving(going, slow)
 
@@ -111,14 +110,14 @@ def test_when_the_answer_is_confident() -> None:
 def test_at_a_fault_of_a_step() -> None:
     going, slow = watched(scan(poses=Settling()), fails_at=6)
     with pytest.raises(RuntimeError, match="the disk is full"):
-        going.run()
+        going.run((slow,))
     ended_while_driving(going, slow)
 
 
 def test_at_a_fault_of_the_camera() -> None:
     going, slow = watched(scan(poses=Settling(), fault=lambda robot: Broken(robot, 7)))
     with pytest.raises(OSError, match="unplugged"):
-        going.run()
+        going.run((slow,))
     ended_while_driving(going, slow)
 
 
@@ -126,7 +125,7 @@ def test_at_ctrl_c(ctrl_c_at: Callable[[int], None]) -> None:
     ctrl_c_at(8)
     going, slow = watched(scan(poses=Settling()))
     with pytest.raises(KeyboardInterrupt):
-        going.run()
+        going.run((slow,))
     ended_while_driving(going, slow)
 
 
@@ -166,7 +165,7 @@ def test_a_robot_that_is_held_over_and_over_is_not_taken_for_blocked(speed: floa
     going = ObjectScan(robot, going.pipeline, going.planner, going.settings)
     going.run()
     assert going.ended == "the limit of 40 frames is reached"
-    assert BLOCKED not in {record.outcome for record in going.views}
+    assert ViewOutcome.BLOCKED not in {record.outcome for record in going.views}
     assert robot.held == pytest.approx(40 * 60.0)
 
 
@@ -184,8 +183,7 @@ def test_a_paused_scan_stands() -> None:
         def on_end(self, result: RecognitionResult) -> None:
             pass
 
-    going.pipeline.observers = (slow, Pausing())
-    run = threading.Thread(target=going.run, daemon=True)
+    run = threading.Thread(target=going.run, args=((slow, Pausing()),), daemon=True)
     run.start()
     try:
         deadline = time.monotonic() + 20.0

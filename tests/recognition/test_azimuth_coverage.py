@@ -73,7 +73,7 @@ def test_what_was_seen_is_told_after_every_frame_and_counts_to_a_stage(
         time.sleep(0.02)
         return azimuth_coverage(views_xyz, grid)
 
-    monkeypatch.setattr("circumspect.recognition.recognition_pipeline.azimuth_coverage", slow)
+    monkeypatch.setattr("circumspect.recognition.object_grids.azimuth_coverage", slow)
     shots = list(frames(4))
     line = pipeline()
     steps = [line.step(blind(shot) if number == 2 else shot) for number, shot in enumerate(shots)]

@@ -8,38 +8,38 @@ import pytest
 from scan_world import scan
 from small_world import Inline, frames, pipeline
 
-from circumspect.recognition import RecognitionPipeline
-from circumspect.recognition.background_worker import Aside
+from circumspect.recognition import RecognitionPipeline, recognition_pipeline, run_pipeline
+from circumspect.recognition.background_worker import BackgroundWorker
 from circumspect.sensing import GroundSegmentation
 from circumspect.tracking import KnownPoses, PoseEstimate, Tracker, TrackingState
 
 
-def test_calls_are_made_in_order_beside_what_goes_on() -> None:
-    aside, done, may_go_on = Aside(), [], threading.Event()
-    aside.begin(lambda: done.append(may_go_on.wait(60)))
-    aside.begin(lambda: done.append("second"))
+def test_calls_run_in_order_in_the_background() -> None:
+    worker, done, may_go_on = BackgroundWorker(), [], threading.Event()
+    worker.submit(lambda: done.append(may_go_on.wait(60)))
+    worker.submit(lambda: done.append("second"))
     assert done == []
     may_go_on.set()
-    aside.join()
+    worker.join()
     assert done == [True, "second"]
 
 
-def test_a_fault_is_raised_when_waited_for_and_once() -> None:
-    aside, done = Aside(), []
+def test_exception_is_raised_once_by_join() -> None:
+    worker, done = BackgroundWorker(), []
 
     def fails() -> None:
         raise ValueError("a fault")
 
-    aside.begin(fails)
-    aside.begin(lambda: done.append("second"))
+    worker.submit(fails)
+    worker.submit(lambda: done.append("second"))
     with pytest.raises(ValueError, match="a fault"):
-        aside.join()
+        worker.join()
     assert done == ["second"]
-    aside.join()
+    worker.join()
 
 
 class Busy(KnownPoses):
-    """Leaves something to be done by every frame."""
+    """Every frame leaves pending work."""
 
     def __init__(self, state: TrackingState = TrackingState.TRACKING, fails_at: int = -1) -> None:
         self.state, self.fails_at = state, fails_at
@@ -63,7 +63,7 @@ def busy_line(poses: Busy) -> RecognitionPipeline:
 
 
 @pytest.mark.parametrize("state", [TrackingState.TRACKING, TrackingState.LOST])
-def test_pending_work_is_done_in_another_thread_before_a_step_ends(state: TrackingState) -> None:
+def test_pending_work_ends_in_another_thread_before_the_step(state: TrackingState) -> None:
     poses = Busy(state)
     line = busy_line(poses)
     for number, frame in enumerate(frames(4), start=1):
@@ -72,7 +72,7 @@ def test_pending_work_is_done_in_another_thread_before_a_step_ends(state: Tracki
     assert threading.get_ident() not in poses.threads
 
 
-def test_what_fails_beside_a_frame_ends_the_run_and_keeps_the_steps_before() -> None:
+def test_background_exception_ends_the_run_and_keeps_earlier_steps() -> None:
     line, told = busy_line(Busy(fails_at=3)), []
 
     class Ends:
@@ -82,16 +82,15 @@ def test_what_fails_beside_a_frame_ends_the_run_and_keeps_the_steps_before() -> 
         def on_end(self, result) -> None:
             told.append(result)
 
-    line.observers = (Ends(),)
     with pytest.raises(ValueError, match="a fault"):
-        line.run(frames(6))
+        run_pipeline(line, frames(6), (Ends(),))
     assert len(told[0].steps) == 3
     assert told[0].interrupted
 
 
 @pytest.mark.parametrize("fails_at", [-1, 0])
-def test_an_interrupted_frame_waits_for_what_goes_on_beside_it(fails_at: int, monkeypatch) -> None:
-    """And it is the interrupt that goes on, whatever failed there."""
+def test_interrupted_step_waits_for_background_work(fails_at: int, monkeypatch) -> None:
+    """The interrupt propagates, even if the background work fails."""
     poses = Busy(fails_at=fails_at)
     line, shots = busy_line(poses), list(frames(2))
 
@@ -100,12 +99,12 @@ def test_an_interrupted_frame_waits_for_what_goes_on_beside_it(fails_at: int, mo
 
     monkeypatch.setattr(GroundSegmentation, "object_mask", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        line.run(shots)
+        run_pipeline(line, shots)
     assert poses.processed == (0 if fails_at == 0 else 1)
     assert poses.tracked == 1
 
 
-def test_a_step_waits_for_what_an_interrupted_one_left_behind(monkeypatch) -> None:
+def test_step_waits_for_background_work_of_an_interrupted_step(monkeypatch) -> None:
     class Slow(Busy):
         def process_pending(self) -> None:
             threading.Event().wait(0.3)
@@ -113,26 +112,26 @@ def test_a_step_waits_for_what_an_interrupted_one_left_behind(monkeypatch) -> No
 
     poses = Slow()
     line, (first, second) = busy_line(poses), frames(2)
-    join = Aside.join
+    join = BackgroundWorker.join
 
-    def interrupted(self: Aside) -> None:
-        monkeypatch.setattr(Aside, "join", join)
+    def interrupted(self: BackgroundWorker) -> None:
+        monkeypatch.setattr(BackgroundWorker, "join", join)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Aside, "join", interrupted)
+    monkeypatch.setattr(BackgroundWorker, "join", interrupted)
     with pytest.raises(KeyboardInterrupt):
         line.step(first)
     line.step(second)
     assert (poses.tracked, poses.processed) == (2, 2)
 
 
-def test_beside_or_before_the_rest_all_comes_out_the_same() -> None:
-    """Ways, poses, model and answer of a robot that drives round a box and closes its loop."""
+def test_background_work_does_not_change_the_results(monkeypatch) -> None:
+    """Poses, model and answer of a robot that drives round a box and closes its loop."""
     results = []
-    for aside in (Aside(), Inline()):
+    for worker in (BackgroundWorker, Inline):
+        monkeypatch.setattr(recognition_pipeline, "BackgroundWorker", worker)
         going = scan(poses=Tracker())
-        going.pipeline._aside = aside
-        results.append((going.run(), going.pipeline.poses.corrections))
+        results.append((going.run(), going.pipeline.tracker.corrections))
     (one, corrections), (other, also) = results
     assert corrections == also > 0
     for a, b in zip(one.steps, other.steps, strict=True):
@@ -144,7 +143,7 @@ def test_beside_or_before_the_rest_all_comes_out_the_same() -> None:
     np.testing.assert_array_equal(one.last.grid.states, other.last.grid.states)
 
 
-def test_the_time_waited_for_it_counts_as_registration() -> None:
+def test_time_of_the_join_counts_as_registration() -> None:
     class Slow(Busy):
         def process_pending(self) -> None:
             threading.Event().wait(0.3)

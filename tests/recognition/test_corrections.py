@@ -7,14 +7,16 @@ from itertools import count
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
-from small_world import Inline, frames, pipeline
+from small_world import Inline, frames, pipeline, run
 
 from circumspect.recognition import (
     RecognitionPipeline,
     RecognitionResult,
     RecognitionStep,
     object_fusion,
+    object_grids,
     recognition_pipeline,
+    run_pipeline,
 )
 from circumspect.tracking import PoseEstimate, PoseEstimator
 
@@ -97,8 +99,9 @@ def test_a_corrected_model_is_put_together_over_several_frames(
 
 def test_put_together_beside_or_before_the_rest_the_model_is_the_same(monkeypatch) -> None:
     monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", TWO_SUBMAPS)
-    shots, beside, before = list(frames(10)), corrected_line(4), corrected_line(4)
-    before._aside = Inline()
+    shots, beside = list(frames(10)), corrected_line(4)
+    monkeypatch.setattr(recognition_pipeline, "BackgroundWorker", Inline)
+    before = corrected_line(4)
     for shot in shots:
         one, other = beside.step(shot), before.step(shot)
         np.testing.assert_array_equal(one.model.sums.totals, other.model.sums.totals)
@@ -108,7 +111,7 @@ def test_put_together_beside_or_before_the_rest_the_model_is_the_same(monkeypatc
 def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> None:
     monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
     shots = list(frames(8))
-    wanted, result = pipeline().run(shots), corrected_line(7).run(shots)
+    wanted, result = run(shots), run_pipeline(corrected_line(7), shots)
     np.testing.assert_allclose(centre(result.last), centre(wanted.last), atol=0.004)
     assert result.last.model.frames == 8
 
@@ -116,10 +119,9 @@ def test_a_correction_near_the_end_is_carried_out_at_the_end(monkeypatch) -> Non
 def test_what_was_seen_is_told_as_it_is_after_a_correction_at_the_end(monkeypatch) -> None:
     monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
     shares = count(0.1, 0.01)
-    monkeypatch.setattr(recognition_pipeline, "azimuth_coverage", lambda *_: next(shares))
+    monkeypatch.setattr(object_grids, "azimuth_coverage", lambda *_: next(shares))
     line, told = corrected_line(3), []
-    line.observers = (Shares(told),)
-    result = line.run(frames(4))
+    result = run_pipeline(line, frames(4), (Shares(told),))
     assert result.last.coverage == line.coverage > max(told)
 
 
@@ -145,10 +147,10 @@ def test_at_the_end_all_lies_where_the_last_correction_puts_it(again: int, monke
     monkeypatch.setattr(object_fusion, "VOXELS_A_FRAME", 1)
     parts, shots = pipeline(), list(frames(8))
     line = RecognitionPipeline(parts.segmentation, Twice(4, again), parts.classifier)
-    result = line.run(shots)
-    np.testing.assert_allclose(centre(result.last), centre(pipeline().run(shots).last), atol=0.004)
+    result = run_pipeline(line, shots)
+    np.testing.assert_allclose(centre(result.last), centre(run(shots).last), atol=0.004)
     assert result.last.model.frames == 8
-    assert not line.settle()
+    assert not line.finalise()
 
 
 @pytest.mark.parametrize("at", [2, 5, 7])
@@ -156,8 +158,8 @@ def test_steps_are_told_by_the_corrected_poses_whenever_the_correction_was(at: i
     shots = list(frames(8))
     line = corrected_line(at)
     for shots_of_run in (shots[:6], shots[6:]):
-        result = line.run(shots_of_run)
-        if not line.poses.corrections:
+        result = run_pipeline(line, shots_of_run)
+        if not line.tracker.corrections:
             continue
         for step, shot in zip(result.steps, shots_of_run, strict=True):
             np.testing.assert_allclose(step.pose.T_map_camera.translation, shot.pose.translation)

@@ -8,7 +8,7 @@ import weakref
 
 from small_world import frames, pipeline
 
-from circumspect.recognition import CLASSIFIED
+from circumspect.recognition import FrameOutcome
 from circumspect.reconstruction import view_density
 
 
@@ -33,7 +33,7 @@ def test_a_camera_that_stands_adds_no_noise_for_ever(monkeypatch) -> None:
     shots = list(frames(6))
     standing = [dataclasses.replace(shots[0], stamp=float(stamp)) for stamp in range(6)]
     steps = [line.step(frame) for frame in standing]
-    assert {step.outcome for step in steps} == {CLASSIFIED}
+    assert {step.outcome for step in steps} == {FrameOutcome.CLASSIFIED}
     assert [step.model.frames for step in steps] == [1, 2, 3, 4, 4, 4]
     assert all(step.prediction is not None for step in steps)
     # From elsewhere it goes on.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from scipy.spatial.transform import RigidTransform, Rotation
-from small_world import Diary, blind, frames, pipeline
+from small_world import Diary, blind, frames, pipeline, run
 from volume_classifier import VolumeClassifier
 
 from circumspect.classification import GridRecipe, Prediction
@@ -14,28 +14,23 @@ from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.errors import InputError, WeightsError
 from circumspect.grid import OccupancyGrid
 from circumspect.recognition import (
-    CLASSIFIED,
-    NO_DEPTH,
-    NO_OBJECT,
-    OUT_OF_ORDER,
-    TOO_LITTLE,
-    WRONG_UNIT,
+    FrameOutcome,
     RecognitionPipeline,
     RecognitionResult,
+    run_pipeline,
 )
 from circumspect.reconstruction import object_model
-from circumspect.runs import Journey
+from circumspect.runs import RunPath
 from circumspect.runs.panels import draw_probabilities
-from circumspect.sensing import NO_FLOOR, GroundSegmentation, RgbdFrame, Segmentation
+from circumspect.sensing import GroundSegmentation, RgbdFrame, Segmentation
 from circumspect.tracking import KnownPoses, PoseEstimate, PoseEstimator
 
 
 def test_every_frame_leads_to_a_step_and_an_answer() -> None:
     diary = Diary()
-    line = pipeline(diary)
-    result = line.run(frames(5))
+    result = run(frames(5), diary)
     assert [step.index for step in result.steps] == [0, 1, 2, 3, 4]
-    assert {step.outcome for step in result.steps} == {CLASSIFIED}
+    assert {step.outcome for step in result.steps} == {FrameOutcome.CLASSIFIED}
     assert all(step.prediction is not None for step in result.steps)
     assert [step.index for step in diary.steps] == [0, 1, 2, 3, 4]
     assert diary.ends == [result]
@@ -50,11 +45,16 @@ def test_before_the_object_is_known_frames_must_show_the_floor() -> None:
     wrong = [dataclasses.replace(f, T_map_camera=too_high * f.pose) for f in seen]
     given = [wrong[0], wrong[1], seen[2], wrong[3]]
     outcomes = [line.step(frame).outcome for frame in given]
-    assert outcomes == [NO_FLOOR, NO_FLOOR, CLASSIFIED, CLASSIFIED]
+    assert outcomes == [
+        FrameOutcome.NO_FLOOR,
+        FrameOutcome.NO_FLOOR,
+        FrameOutcome.CLASSIFIED,
+        FrameOutcome.CLASSIFIED,
+    ]
 
 
 def test_steps_and_results_are_told_in_a_few_words() -> None:
-    result = pipeline().run(frames(2))
+    result = run(frames(2))
     last = result.last
     assert last is not None
     answer = repr(last.prediction)
@@ -111,7 +111,7 @@ def test_a_scan_is_named_over_a_traced_grid_and_others_of_its_points() -> None:
 def test_a_frame_is_named_over_four_grids_at_most_and_the_end_over_all(count: int) -> None:
     classifier = ManyViews(count)
     line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
-    last = line.run(frames(3)).last
+    last = run_pipeline(line, frames(3)).last
     few = min(count, 4)
     assert [len(views) for views in classifier.asked] == [few] * 3 + [count] * (count > 4)
     as_a_frame = ManyViews(few).recipe
@@ -121,7 +121,7 @@ def test_a_frame_is_named_over_four_grids_at_most_and_the_end_over_all(count: in
     assert last.prediction == VolumeClassifier.classify_grid(
         classifier, *asked, metric=True, coverage=last.coverage
     )
-    assert not line.settle()
+    assert not line.finalise()
 
 
 def test_a_paused_run_goes_on_with_few_grids() -> None:
@@ -129,8 +129,8 @@ def test_a_paused_run_goes_on_with_few_grids() -> None:
     line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
     for frame in frames(2):
         line.step(frame)
-        assert line.settle()
-        assert not line.settle()
+        assert line.finalise()
+        assert not line.finalise()
     assert [len(views) for views in classifier.asked] == [4, 8, 4, 8]
 
 
@@ -143,9 +143,9 @@ def test_a_blind_end_and_an_early_one_are_named_over_all_grids() -> None:
         raise KeyboardInterrupt
 
     classifier, diary = ManyViews(8), Diary()
-    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier, observers=[diary])
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
     with pytest.raises(KeyboardInterrupt):
-        line.run(interrupted())
+        run_pipeline(line, interrupted(), [diary])
     assert [len(views) for views in classifier.asked] == [4, 4, 8]
     assert diary.ends[0].prediction == line.prediction != diary.steps[-1].prediction
     assert (diary.ends[0].interrupted, diary.ends[0].end_reason) == (True, "")
@@ -162,9 +162,9 @@ def test_a_classifier_that_begins_to_fail_does_not_lose_the_run(good: int) -> No
             return super().classify_grid(*views, **how)
 
     diary = Diary()
-    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), Failing(8), observers=[diary])
+    line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), Failing(8))
     with pytest.raises(WeightsError, match="4" if good < 3 else "8"):
-        line.run(frames(3))
+        run_pipeline(line, frames(3), [diary])
     assert len(diary.ends) == 1
     assert diary.ends[0].interrupted
     assert diary.ends[0].end_reason.startswith("broken at")
@@ -186,14 +186,14 @@ def test_a_frame_that_was_modelled_but_not_named_is_named_once_no_more_come() ->
     with pytest.raises(WeightsError):
         line.step(third)
     before = line.prediction
-    assert line.settle()
+    assert line.finalise()
     assert line.prediction is not before
-    assert not line.settle()
+    assert not line.finalise()
 
 
 def test_of_a_run_only_the_last_model_is_kept() -> None:
     diary = Diary()
-    result = pipeline(diary).run(frames(4))
+    result = run(frames(4), diary)
     assert [len(step.model.sums) > 0 for step in result.steps] == [False, False, False, True]
     assert [step.grid is None for step in result.steps] == [True, True, True, False]
     assert result.last.model is diary.steps[-1].model
@@ -201,7 +201,7 @@ def test_of_a_run_only_the_last_model_is_kept() -> None:
 
 
 def test_coverage_grows_with_every_frame_and_travels_with_the_answer() -> None:
-    steps = pipeline().run(frames(8)).steps
+    steps = run(frames(8)).steps
     coverage = [step.coverage for step in steps]
     assert coverage[0] == pytest.approx(0.25, abs=0.03)
     assert (np.diff(coverage) >= 0).all()
@@ -211,7 +211,7 @@ def test_coverage_grows_with_every_frame_and_travels_with_the_answer() -> None:
 
 def test_a_step_is_confident_where_the_rule_of_its_answer_says_so() -> None:
     anything = ConfidenceRule(coverage=(0.5,), probability=(0.0,))
-    steps = pipeline(classifier=VolumeClassifier(anything)).run(frames(8)).steps
+    steps = run_pipeline(pipeline(VolumeClassifier(anything)), frames(8)).steps
     assert [step.confident for step in steps] == [step.coverage >= 0.5 for step in steps]
     assert {step.confident for step in steps} == {True, False}
     first, last = steps[0].summary(), steps[-1].summary()
@@ -236,7 +236,7 @@ def test_earlier_steps_are_not_changed_by_later_ones() -> None:
 
 
 def test_the_start_does_not_change_the_model_s_shape() -> None:
-    one, other = (pipeline().run(frames(12, start)).last.model.cloud() for start in (0.0, 2.0))
+    one, other = (run(frames(12, start)).last.model.cloud() for start in (0.0, 2.0))
     np.testing.assert_allclose(
         one.weights @ one.points_xyz, other.weights @ other.points_xyz, atol=0.01
     )
@@ -251,10 +251,10 @@ def test_blind_frames_change_nothing_and_are_told() -> None:
     line = pipeline()
     before = line.step(shots[0])
     told = line.step(blind(shots[1]))
-    assert (told.outcome, told.pose, told.index) == (NO_DEPTH, None, 1)
+    assert (told.outcome, told.pose, told.index) == (FrameOutcome.NO_DEPTH, None, 1)
     assert told.model is before.model
     assert told.prediction is before.prediction
-    assert line.step(shots[2]).outcome == CLASSIFIED
+    assert line.step(shots[2]).outcome == FrameOutcome.CLASSIFIED
 
 
 def test_blind_frames_at_the_start_have_no_answer_yet() -> None:
@@ -270,7 +270,7 @@ def test_frames_without_the_object_change_nothing_and_are_told() -> None:
     line.step(shots[0])
     moved = RigidTransform.from_translation([4.0, 0.0, 0.0]) * away
     told = line.step(shots[1].at(moved * shots[1].pose))
-    assert told.outcome == NO_OBJECT
+    assert told.outcome == FrameOutcome.NO_OBJECT
     assert told.object_pixels == 0
     assert told.model.frames == 1
 
@@ -284,7 +284,7 @@ def test_depth_in_the_wrong_unit_is_told_and_takes_no_memory(factor: float) -> N
         shots[1].depth * factor, shots[1].camera, shots[1].stamp, shots[1].T_map_camera
     )
     step = line.step(wrong)
-    assert step.outcome == WRONG_UNIT
+    assert step.outcome == FrameOutcome.WRONG_UNIT
     assert step.model.frames == 1
 
 
@@ -296,9 +296,9 @@ def test_frames_out_of_order_or_with_equal_stamps_are_told_and_skipped(late: flo
     before = line.step(shots[1])
     again = RgbdFrame(shots[2].depth, shots[2].camera, shots[1].stamp - late, shots[2].T_map_camera)
     told = line.step(again)
-    assert (told.outcome, told.pose) == (OUT_OF_ORDER, None)
+    assert (told.outcome, told.pose) == (FrameOutcome.OUT_OF_ORDER, None)
     assert told.model is before.model
-    assert line.step(shots[2]).outcome == CLASSIFIED
+    assert line.step(shots[2]).outcome == FrameOutcome.CLASSIFIED
 
 
 def test_a_few_pixels_of_an_object_are_too_little() -> None:
@@ -311,7 +311,7 @@ def test_a_few_pixels_of_an_object_are_too_little() -> None:
     line = pipeline()
     line.segmentation = OnePatch()
     step = line.step(next(frames(1)))
-    assert step.outcome == TOO_LITTLE
+    assert step.outcome == FrameOutcome.TOO_LITTLE
     assert step.prediction is None
     assert step.pose is not None
 
@@ -321,7 +321,7 @@ def test_a_frame_without_a_pose_is_told_and_steps_so_far_are_kept() -> None:
     lost = RgbdFrame(shots[1].depth, shots[1].camera, shots[1].stamp)
     diary = Diary()
     with pytest.raises(InputError, match="no pose"):
-        pipeline(diary).run([shots[0], lost, shots[2]])
+        run([shots[0], lost, shots[2]], diary)
     assert len(diary.ends) == 1
     assert diary.ends[0].interrupted
     assert "no pose" in diary.ends[0].end_reason
@@ -331,16 +331,16 @@ def test_a_frame_without_a_pose_is_told_and_steps_so_far_are_kept() -> None:
 def test_a_further_run_counts_its_frames_from_0_and_goes_on_with_the_object() -> None:
     shots = list(frames(5))
     line = pipeline()
-    line.run(shots[:3])
-    further = line.run(shots[3:])
+    run_pipeline(line, shots[:3])
+    further = run_pipeline(line, shots[3:])
     assert [step.index for step in further.steps] == [0, 1]
     assert further.last.model.frames == 5
     figure = Figure()
-    draw_probabilities(figure.add_subplot(), further, Journey())
+    draw_probabilities(figure.add_subplot(), further, RunPath())
 
 
 def test_a_run_without_frames_ends_without_an_answer() -> None:
-    result = pipeline().run([])
+    result = run([])
     assert (result.last, result.prediction, result.steps) == (None, None, ())
 
 
@@ -352,11 +352,11 @@ def test_a_pose_estimator_drops_in() -> None:
         def track(self, frame):
             return PoseEstimate(drift.inv() * frame.pose, inliers=5, residual=0.002)
 
-    line = pipeline()
-    line.poses = Correcting()
+    parts = pipeline()
+    line = RecognitionPipeline(parts.segmentation, Correcting(), parts.classifier)
     drifted = [frame.at(drift * frame.pose) for frame in frames(3)]
-    result = line.run(drifted)
-    true = pipeline().run(frames(3))
+    result = run_pipeline(line, drifted)
+    true = run(frames(3))
     assert result.steps[0].pose.inliers == 5
     np.testing.assert_allclose(
         result.last.model.cloud().points_xyz.mean(axis=0),
@@ -367,23 +367,22 @@ def test_a_pose_estimator_drops_in() -> None:
 
 def test_the_parts_are_those_given() -> None:
     line = pipeline()
-    again = RecognitionPipeline(line.segmentation, line.poses, line.classifier)
+    again = RecognitionPipeline(line.segmentation, line.tracker.estimator, line.classifier)
     assert again.model.frames == 0
-    assert again.observers == ()
 
 
 def test_large_object_is_classified_by_its_preview_until_frames_end(monkeypatch) -> None:
     shots = list(frames(6))
-    plain = pipeline().run(shots).last
+    plain = run(shots).last
     monkeypatch.setattr(object_model, "MAX_FINE_VOXELS", 3000)
     line = pipeline()
     for shot in shots:
         line.step(shot)
     assert line.model.preview is not line.model
     rough = line.grid.occupied
-    assert line.settle()
+    assert line.finalise()
     np.testing.assert_array_equal(line.grid.occupied, plain.grid.occupied)
-    assert not line.settle()
+    assert not line.finalise()
     # On the way it is of fewer points, and about the same.
     both = (rough & line.grid.occupied).sum()
     assert 0.5 < both / (rough | line.grid.occupied).sum() < 1

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from small_world import Diary, frames, pipeline
+from small_world import Diary, frames, pipeline, run
 
-from circumspect.recognition import RecognitionResult
+from circumspect.recognition import RecognitionResult, run_pipeline
 
 
 def test_ctrl_c_ends_the_run_after_its_observers_were_told() -> None:
@@ -15,7 +15,7 @@ def test_ctrl_c_ends_the_run_after_its_observers_were_told() -> None:
 
     diary = Diary()
     with pytest.raises(KeyboardInterrupt):
-        pipeline(diary).run(interrupted())
+        run(interrupted(), diary)
     assert diary.ends[0].interrupted
     assert diary.ends[0].prediction is not None
     assert len(diary.steps) == 2
@@ -27,10 +27,10 @@ def test_ctrl_c_while_the_end_is_worked_on_ends_the_run_as_well(monkeypatch) -> 
     def interrupted() -> bool:
         raise KeyboardInterrupt
 
-    line = pipeline(diary)
-    monkeypatch.setattr(line, "settle", interrupted)
+    line = pipeline()
+    monkeypatch.setattr(line, "finalise", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        line.run(frames(2))
+        run_pipeline(line, frames(2), [diary])
     assert diary.ends[0].interrupted
     assert len(diary.ends[0].steps) == 2
 
@@ -43,6 +43,6 @@ def test_an_observer_that_fails_at_the_end_keeps_nothing_from_the_others() -> No
 
     broken, diary = Broken(), Diary()
     with pytest.raises(OSError, match="no space"):
-        pipeline(broken, diary).run(frames(2))
+        run(frames(2), broken, diary)
     assert broken.ends == diary.ends
     assert not diary.ends[0].interrupted

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
-from small_world import blind, frames, pipeline
+from small_world import blind, frames, run
 
 from circumspect.geometry import PlanarPose
 from circumspect.recognition import RecognitionStep
@@ -30,7 +30,7 @@ def told() -> list[RecognitionStep]:
     """With all that a pose may have, each of it missing once."""
     diary, shots = Diary(), list(frames(6))
     shots[2] = blind(shots[2])
-    pipeline(diary).run(shots)
+    run(shots, diary)
     rng = np.random.default_rng(3)
     steps = []
     for number, step in enumerate(diary.steps):

@@ -14,7 +14,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Prediction
 from circumspect.errors import InputError
-from circumspect.recognition import CLASSIFIED, NO_OBJECT, NO_POSE
+from circumspect.recognition import FrameOutcome
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS
 from circumspect.ros.health import ERROR, WARNING, WELL, Health
 from circumspect.ros.log_throttle import LogThrottle
@@ -30,7 +30,10 @@ class Clock:
 
 
 def step(
-    outcome: str = CLASSIFIED, known: bool = True, pose: Any = None, coverage: float = 0.75
+    outcome: str = FrameOutcome.CLASSIFIED,
+    known: bool = True,
+    pose: Any = None,
+    coverage: float = 0.75,
 ) -> Any:
     shares = {"chair": 0.94, "sofa": 0.06}
     prediction = Prediction("chair", 0.94, shares, in_distribution=known, coverage=coverage)
@@ -49,8 +52,8 @@ def test_the_worst_is_said_first() -> None:
     assert health.status(True, None, 0).level == WARNING
     clock.now += 6
     assert "lately" in health.status(True, None, 0).text
-    health.step(step(NO_OBJECT), 20.0)
-    assert health.status(True, None, 0).text == NO_OBJECT
+    health.step(step(FrameOutcome.NO_OBJECT), 20.0)
+    assert health.status(True, None, 0).text == FrameOutcome.NO_OBJECT
     health.step(step(), 20.0)
     assert health.status(True, None, 0).level == WELL
     health.step(step(known=False), 20.0)
@@ -92,7 +95,7 @@ def test_a_pose_that_is_not_reliable_is_a_warning_with_the_reason() -> None:
     health = Health()
     why = "the scans contradict the map"
     pose = PoseEstimate(RigidTransform.identity(), TrackingState.LOST, why, covariance=np.eye(6))
-    health.step(step(pose=pose, outcome=NO_POSE), 20.0)
+    health.step(step(pose=pose, outcome=FrameOutcome.NO_POSE), 20.0)
     status = health.status(True, None, 0)
     assert (status.level, status.text) == (WARNING, f"pose not reliable: {why}")
     assert (status.values["pose state"], status.values["pose accurate"]) == ("lost", "no")

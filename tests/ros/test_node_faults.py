@@ -12,7 +12,7 @@ from node_world import SETTINGS, status, values, worked_off
 from orbiting_robot import DEPTH, INFO, INTERVAL, OPTICAL, MemoryBus, OrbitingRobot
 
 from circumspect.classification import Classifier
-from circumspect.recognition import CLASSIFIED
+from circumspect.recognition import FrameOutcome
 from circumspect.recording.image_messages import camera_info, depth_message
 from circumspect.recording.pose_messages import odometry_message, transforms_message
 from circumspect.recording.ros_types import IMAGE
@@ -107,7 +107,7 @@ def test_poses_that_are_no_numbers(bus: MemoryBus, node: RecognitionNode) -> Non
     bad.transforms[0].transform.rotation.w = float("inf")
     robot.tell_static(bad)
     robot.drive(1)
-    assert [step.outcome for step in worked_off(node)] == [CLASSIFIED] * 2
+    assert [step.outcome for step in worked_off(node)] == [FrameOutcome.CLASSIFIED] * 2
     assert sum(1 for what in values(node) if what.startswith("left out: a pose")) == 2
 
 
@@ -197,7 +197,7 @@ def test_a_clock_that_is_set_back_begins_anew(bus: MemoryBus, node: RecognitionN
     for number in range(5, 8):
         robot.drive(number, late=-50.0)
     steps = worked_off(node)
-    assert [step.outcome for step in steps] == [CLASSIFIED] * 3
+    assert [step.outcome for step in steps] == [FrameOutcome.CLASSIFIED] * 3
     assert steps[-1].model.frames == 3
     assert any(re.search(r"the clock leapt by -(49|50)\.", what) for what in values(node))
 

@@ -10,7 +10,8 @@ from node_world import send, values, worked_off
 from orbiting_robot import DEPTH, INFO, OPTICAL, MemoryBus, OrbitingRobot, orbit
 
 from circumspect.planning import Finished
-from circumspect.recognition import CLASSIFIED, TOO_WIDE, RecognitionPipeline
+from circumspect.recognition import FrameOutcome
+from circumspect.recognition.object_grids import ObjectGrids
 from circumspect.recording.image_messages import camera_info, depth_message
 from circumspect.recording.ros_types import DETECTIONS
 from circumspect.ros.middleware import ANSWERS, LATEST
@@ -25,7 +26,7 @@ def test_a_chair_is_named_and_everything_is_told(bus: MemoryBus, node: Recogniti
     for number in range(20):
         robot.drive(number)
     steps = worked_off(node)
-    assert [step.outcome for step in steps] == [CLASSIFIED] * 20
+    assert [step.outcome for step in steps] == [FrameOutcome.CLASSIFIED] * 20
     assert steps[-1].pose.source == "odometry"
     answers = bus.told("/circumspect/detections")
     assert len(answers) == 20
@@ -147,7 +148,7 @@ def test_depth_in_metres_is_the_same(bus: MemoryBus, node: RecognitionNode) -> N
     robot.tell_place(100.0, place)
     robot.tell_info(camera_info(frame.camera, 100.0, OPTICAL))
     robot.tell_depth(told)
-    assert [step.outcome for step in worked_off(node)] == [CLASSIFIED]
+    assert [step.outcome for step in worked_off(node)] == [FrameOutcome.CLASSIFIED]
 
 
 def test_given_poses_and_a_box(bus: MemoryBus, made: Any) -> None:
@@ -227,10 +228,10 @@ def test_an_answer_that_is_none_any_more_is_withdrawn_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """What turns out to be wider than anything that has a name: who comes late would still hear it."""
-    monkeypatch.setattr(RecognitionPipeline, "_fill_grid", lambda *_: TOO_WIDE)
+    monkeypatch.setattr(ObjectGrids, "_fill", lambda *_: FrameOutcome.TOO_WIDE)
     for number in range(2, 4):
         driving.drive(number)
-    assert [step.outcome for step in worked_off(node)] == [TOO_WIDE] * 2
+    assert [step.outcome for step in worked_off(node)] == [FrameOutcome.TOO_WIDE] * 2
     told = [len(answer.detections) for answer in bus.told("/circumspect/detections")]
     assert told == [1, 1, 0]
     views = [retracted(view) for view in bus.told("/circumspect/next_view")]

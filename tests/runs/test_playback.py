@@ -226,8 +226,7 @@ def test_a_long_run_keeps_few_moments(tmp_path, monkeypatch):
     monkeypatch.setattr(playback_log, "MOST_MOMENTS", 6)
     scan = scan_world.scan()
     log = PlaybackLog(scan, tmp_path)
-    scan.pipeline.observers = (log,)
-    result = scan.run()
+    result = scan.run((log,))
     numbers = sorted(int(file.stem) for file in (tmp_path / "playback").glob("[0-9]*.npz"))
     assert len(result.steps) > 14
     assert numbers[0] == 0

@@ -11,12 +11,18 @@ import numpy as np
 import pytest
 from PIL import Image
 from scipy.spatial.transform import RigidTransform
-from small_world import blind, frames, pipeline
+from small_world import blind, frames, pipeline, run
 
 from circumspect.errors import OutputError
 from circumspect.geometry import read_cloud, read_tum
 from circumspect.grid import OccupancyGrid
-from circumspect.recognition import RecognitionPipeline, RecognitionResult, RecognitionStep
+from circumspect.recognition import (
+    FrameOutcome,
+    RecognitionPipeline,
+    RecognitionResult,
+    RecognitionStep,
+    run_pipeline,
+)
 from circumspect.reconstruction import ObjectModel
 from circumspect.runs import RunFolder
 from circumspect.runs.run_folder import result_document
@@ -33,7 +39,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Recognitio
     path = tmp_path_factory.mktemp("run") / "deep" / "folder"
     shots = list(frames(5))
     shots[2] = blind(shots[2])
-    return path, pipeline(RunFolder(path, CONFIG)).run(shots)
+    return path, run(shots, RunFolder(path, CONFIG))
 
 
 def test_all_files_are_there_and_nothing_else(finished: tuple[Path, RecognitionResult]) -> None:
@@ -95,13 +101,13 @@ def test_the_picture_is_a_picture(finished: tuple[Path, RecognitionResult]) -> N
 
 def test_equal_stamps_spoil_no_trajectory(tmp_path: Path) -> None:
     shots = list(frames(3))
-    pipeline(RunFolder(tmp_path, CONFIG)).run([shots[0], shots[2], shots[1], shots[2]])
+    run([shots[0], shots[2], shots[1], shots[2]], RunFolder(tmp_path, CONFIG))
     assert len(read_tum(tmp_path / "trajectory.txt")) == 2
 
 
 def test_a_run_that_saw_nothing_says_so(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path, CONFIG)
-    pipeline(folder).run(blind(frame) for frame in frames(2))
+    run((blind(frame) for frame in frames(2)), folder)
     document = json.loads((tmp_path / "result.json").read_text())
     assert document["label"] is None
     assert document["outcomes"] == {"no depth in the frame": 2}
@@ -126,7 +132,17 @@ def test_from_where_on_a_camera_was_lost(
     T = RigidTransform.identity()
     poses = [state and PoseEstimate(T, state) for state in states]
     steps = tuple(
-        RecognitionStep(number, float(number), "", pose or None, 0, 0.0, ObjectModel(), None, None)
+        RecognitionStep(
+            number,
+            float(number),
+            FrameOutcome.NO_POSE,
+            pose or None,
+            0,
+            0.0,
+            ObjectModel(),
+            None,
+            None,
+        )
         for number, pose in enumerate(poses)
     )
     result = RecognitionResult(steps)
@@ -142,9 +158,8 @@ def test_the_log_says_why_a_pose_is_not_reliable(tmp_path: Path) -> None:
             )
 
     parts = pipeline()
-    RecognitionPipeline(
-        parts.segmentation, Unsure(), parts.classifier, observers=(RunFolder(tmp_path, CONFIG),)
-    ).run(frames(2))
+    line = RecognitionPipeline(parts.segmentation, Unsure(), parts.classifier)
+    run_pipeline(line, frames(2), (RunFolder(tmp_path, CONFIG),))
     rows = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
     assert [row["pose_reason"] for row in rows] == ["2 poses are possible"] * 2
     assert [row["state"] for row in rows] == ["dead_reckoning"] * 2
@@ -157,7 +172,7 @@ def test_an_interrupted_run_is_saved(tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        pipeline(RunFolder(tmp_path, CONFIG)).run(interrupted())
+        run(interrupted(), RunFolder(tmp_path, CONFIG))
     document = json.loads((tmp_path / "result.json").read_text())
     assert document["interrupted"] is True
     assert document["frames"] == 2
@@ -181,7 +196,7 @@ def test_without_matplotlib_everything_but_the_picture_is_there(
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     folder = RunFolder(tmp_path, CONFIG)
-    pipeline(folder).run(frames(1))
+    run(frames(1), folder)
     assert 'pip install "circumspect[figures]"' in folder.picture_missing
     assert not (tmp_path / "picture.png").exists()
     assert (tmp_path / "grid.npz").exists()
@@ -190,14 +205,14 @@ def test_without_matplotlib_everything_but_the_picture_is_there(
 def test_half_a_line_that_a_kill_left_is_not_joined_with_the_next(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path, CONFIG)
     (tmp_path / "log.jsonl").write_text('{"frame": 0}\n{"fra')
-    pipeline(folder).run(frames(1))
+    run(frames(1), folder)
     lines = (tmp_path / "log.jsonl").read_text().splitlines()
     assert [json.loads(line)["frame"] for line in lines] == [0, 0]
 
 
 def test_files_of_an_earlier_run_are_replaced(tmp_path: Path) -> None:
     for count in (3, 1):
-        pipeline(RunFolder(tmp_path, CONFIG)).run(frames(count))
+        run(frames(count), RunFolder(tmp_path, CONFIG))
     assert len((tmp_path / "log.jsonl").read_text().splitlines()) == 1
     assert json.loads((tmp_path / "result.json").read_text())["frames"] == 1
 
@@ -216,7 +231,7 @@ def test_a_file_of_somebody_else_is_not_replaced(tmp_path: Path, name: str) -> N
 def test_a_folder_in_the_place_of_a_file_is_told_before_anything_is_touched(
     tmp_path: Path, name: str
 ) -> None:
-    pipeline(RunFolder(tmp_path, CONFIG)).run(frames(1))
+    run(frames(1), RunFolder(tmp_path, CONFIG))
     (tmp_path / name).unlink(missing_ok=True)
     (tmp_path / name).mkdir(parents=True)
     with pytest.raises(OutputError, match=rf"{name}: is a folder"):
@@ -229,7 +244,7 @@ def test_a_folder_in_the_place_of_a_file_is_told_before_anything_is_touched(
 def test_a_file_that_can_not_be_removed_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pipeline(RunFolder(tmp_path, CONFIG)).run(frames(1))
+    run(frames(1), RunFolder(tmp_path, CONFIG))
 
     def refused(path: Path, missing_ok: bool = False) -> None:
         raise PermissionError(errno.EPERM, "Operation not permitted", str(path))
@@ -242,7 +257,7 @@ def test_a_file_that_can_not_be_removed_is_told(
 def test_planning_counts_to_a_frame_where_a_robot_drives(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path, CONFIG)
     folder.scan = SimpleNamespace(plan_milliseconds=[1000.0, 3000.0], views=())
-    pipeline(folder).run(frames(2))
+    run(frames(2), folder)
     times = json.loads((tmp_path / "result.json").read_text())["milliseconds"]
     assert times["plan"]["median"] == 2000
     assert times["frame"]["median"] > 2000
@@ -266,4 +281,4 @@ def test_a_log_that_can_not_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "log.jsonl").unlink()
     (tmp_path / "log.jsonl").mkdir()
     with pytest.raises(OutputError, match=r"log\.jsonl"):
-        pipeline(folder).run(frames(1))
+        run(frames(1), folder)

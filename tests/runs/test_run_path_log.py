@@ -6,14 +6,14 @@ from types import SimpleNamespace
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
-from small_world import frames, pipeline
+from small_world import frames, run
 
-from circumspect.exploration.object_scan import REACHED
+from circumspect.exploration.view_record import ViewOutcome
 from circumspect.geometry import PlanarPose, Trajectory
 from circumspect.planning import NextView
 from circumspect.runs import RunFolder
 from circumspect.runs.camera_path import camera_path
-from circumspect.runs.run_path_log import JourneyLog
+from circumspect.runs.run_path_log import RunPathLog
 from circumspect.sensing import Odometry
 
 T_BASE_CAMERA = RigidTransform.from_components(
@@ -38,7 +38,7 @@ class FakeScan:
         near = NextView(PlanarPose(1.0, 0.0, 0.0), (0.3, 0.0), None, "")
         far = NextView(PlanarPose(9.0, 0.0, 0.0), (0.3, 0.0), None, "")
         self.views = [
-            SimpleNamespace(view=near, outcome=REACHED),
+            SimpleNamespace(view=near, outcome=ViewOutcome.REACHED),
             SimpleNamespace(view=far, outcome="behind a wall"),
         ]
         self._with_odometry, self._mute = with_odometry, mute
@@ -56,67 +56,67 @@ class FakeScan:
 
 
 def logged(scan: FakeScan, folder: RunFolder | None = None, **arguments):
-    log = JourneyLog(scan, folder, **arguments)  # type: ignore[arg-type]
+    log = RunPathLog(scan, folder, **arguments)  # type: ignore[arg-type]
     observers = (log,) if folder is None else (log, folder)
-    result = pipeline(*observers).run(scan.takes(frame) for frame in frames(4))
+    result = run((scan.takes(frame) for frame in frames(4)), *observers)
     return log, result
 
 
 def test_the_distance_is_that_at_each_frame() -> None:
     log, result = logged(FakeScan())
-    journey = log.journey(result)
-    np.testing.assert_allclose(journey.driven_m, [0.5, 1.0, 1.5, 2.0])
-    np.testing.assert_allclose(journey.driven_by(journey.stamps), journey.driven_m)
-    assert [view.T_map_base.x for view in journey.views] == [1.0]
-    assert [view.T_map_base.x for view in journey.missed] == [9.0]
+    run_path = log.run_path(result)
+    np.testing.assert_allclose(run_path.driven_m, [0.5, 1.0, 1.5, 2.0])
+    np.testing.assert_allclose(run_path.driven_by(run_path.stamps), run_path.driven_m)
+    assert [view.T_map_base.x for view in run_path.views] == [1.0]
+    assert [view.T_map_base.x for view in run_path.missed] == [9.0]
 
 
 def test_odometry_and_truth_begin_where_the_run_begins() -> None:
-    path = camera_path(pipeline().run(frames(4)))
+    path = camera_path(run(frames(4)))
     world = path.moved(T_WORLD_MAP.as_transform())
     square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 0]])
     log, result = logged(FakeScan(), truth=lambda: world, walls_xy=(T_WORLD_MAP.applied(square),))
-    journey = log.journey(result)
-    np.testing.assert_allclose(journey.truth.positions_xyz, path.positions_xyz, atol=1e-9)
-    np.testing.assert_allclose(journey.walls_xy[0], square, atol=1e-9)
-    assert np.linalg.norm(journey.odometry.positions_xyz[0] - path.positions_xyz[0]) < 1e-9
+    run_path = log.run_path(result)
+    np.testing.assert_allclose(run_path.truth.positions_xyz, path.positions_xyz, atol=1e-9)
+    np.testing.assert_allclose(run_path.walls_xy[0], square, atol=1e-9)
+    assert np.linalg.norm(run_path.odometry.positions_xyz[0] - path.positions_xyz[0]) < 1e-9
 
 
 def test_wheels_that_are_mute_at_first_begin_where_the_robot_is_by_then() -> None:
     scan = FakeScan(mute=2)
     log, result = logged(scan)
-    path, wheels = camera_path(result), log.journey(result).odometry
+    path, wheels = camera_path(result), log.run_path(result).odometry
     assert len(wheels) == len(path) - 2
     np.testing.assert_allclose(wheels.positions_xyz[0], path.positions_xyz[2], atol=1e-9)
 
 
 def test_without_odometry_or_truth_nothing_is_invented() -> None:
     log, result = logged(FakeScan(with_odometry=False), walls_xy=(np.zeros((3, 2)),))
-    journey = log.journey(result)
-    assert (journey.odometry, journey.truth, journey.walls_xy) == (None, None, ())
+    run_path = log.run_path(result)
+    assert (run_path.odometry, run_path.truth, run_path.walls_xy) == (None, None, ())
     assert log.odometry is None
 
 
-def test_the_folder_draws_with_the_journey(tmp_path: Path) -> None:
+def test_folder_draws_the_run_path(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path, {})
     _, result = logged(FakeScan(), folder)
-    assert len(folder.journey.stamps) == len(result.steps)
+    assert len(folder.run_path.stamps) == len(result.steps)
     assert (tmp_path / "picture.png").exists()
 
 
 def test_frames_that_come_twice_or_late_are_counted_once() -> None:
     scan = FakeScan()
-    log = JourneyLog(scan)  # type: ignore[arg-type]
+    log = RunPathLog(scan)  # type: ignore[arg-type]
     shots = list(frames(3))
-    result = pipeline(log).run(scan.takes(shots[k]) for k in (0, 2, 1, 2))
-    journey = log.journey(result)
-    np.testing.assert_allclose(journey.stamps, [shots[0].stamp, shots[2].stamp])
-    assert len(journey.odometry) == 2
+    result = run((scan.takes(shots[k]) for k in (0, 2, 1, 2)), log)
+    run_path = log.run_path(result)
+    np.testing.assert_allclose(run_path.stamps, [shots[0].stamp, shots[2].stamp])
+    assert len(run_path.odometry) == 2
 
 
 def test_a_run_without_any_frame_has_no_paths() -> None:
     somewhere = Trajectory(np.zeros(1), RigidTransform.identity(1))
-    log = JourneyLog(FakeScan(), truth=lambda: somewhere)  # type: ignore[arg-type]
-    journey = log.journey(pipeline(log).run([]))
-    assert (journey.odometry, journey.truth) == (None, None)
-    assert journey.driven_by(np.array([1.0])) is None
+    log = RunPathLog(FakeScan(), truth=lambda: somewhere)  # type: ignore[arg-type]
+    run_path = log.run_path(run([], log))
+    assert (run_path.odometry, run_path.truth) == (None, None)
+    assert run_path.driven_by(np.array([1.0])) is None

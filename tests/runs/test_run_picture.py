@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from small_world import blind, frames, pipeline
+from small_world import blind, frames, run
 
 from circumspect.classification import Prediction
 from circumspect.geometry import PlanarPose, Trajectory
 from circumspect.grid import OccupancyGrid
 from circumspect.planning import NextView
 from circumspect.recognition import RecognitionResult
-from circumspect.runs import Journey
+from circumspect.runs import RunPath
 from circumspect.runs.camera_path import camera_path
 from circumspect.runs.panels import ROWS_AROUND, draw_grid, draw_probabilities
 from circumspect.runs.picture import captions, draw_run
@@ -25,13 +25,13 @@ from circumspect.runs.plan_panel import LEGEND_LINES, LEGEND_WIDTH, MISSED_COLOU
 def result() -> RecognitionResult:
     shots = list(frames(6))
     shots[2] = blind(shots[2])
-    return pipeline().run(shots)
+    return run(shots)
 
 
-def full_journey(result: RecognitionResult) -> Journey:
+def full_path(result: RecognitionResult) -> RunPath:
     path = camera_path(result)
     stamps = np.array([step.stamp for step in result.steps])
-    return Journey(
+    return RunPath(
         stamps=stamps,
         driven_m=np.linspace(0, 4.5, len(stamps)),
         odometry=path,
@@ -55,9 +55,9 @@ def labels(panel) -> list[str]:
     return [text.get_text() for text in panel.get_legend().get_texts()]
 
 
-def test_a_journey_s_paths_and_views_are_told_apart(result: RecognitionResult) -> None:
+def test_paths_and_views_have_labels_of_their_own(result: RecognitionResult) -> None:
     panel = axes()
-    draw_plan(panel, result.last.model.cloud(), result, full_journey(result))
+    draw_plan(panel, result.last.model.cloud(), result, full_path(result))
     assert labels(panel) == [
         "wall or clutter",
         "true path",
@@ -73,10 +73,10 @@ def test_a_journey_s_paths_and_views_are_told_apart(result: RecognitionResult) -
 
 def test_missed_views_are_numbered_and_the_legend_tells_why(result: RecognitionResult) -> None:
     far = [NextView(PlanarPose(-1.2, y, 0.0), (-0.3, 0.0), None, "") for y in (-0.4, 0.0, 0.4, 0.8)]
-    panel, journey = axes(), replace(full_journey(result), missed=tuple(far))
+    panel, run_path = axes(), replace(full_path(result), missed=tuple(far))
     near = [f"an obstacle stands {metres:.2f} m away from there" for metres in (0.2, 0.31)]
     why = (near[0], "blocked on the way", near[1], "blocked on the way")
-    draw_plan(panel, result.last.model.cloud(), result, journey, why)
+    draw_plan(panel, result.last.model.cloud(), result, run_path, why)
     told = labels(panel)[-1]
     assert " ".join(told.split()) == (
         "not reached: 1, 3 an obstacle stands … m away from there; 2, 4 blocked on the way"
@@ -89,9 +89,9 @@ def test_missed_views_are_numbered_and_the_legend_tells_why(result: RecognitionR
 def test_a_scan_that_missed_all_for_another_reason_does_not_fill_the_picture(
     result: RecognitionResult,
 ) -> None:
-    panel, journey = axes(), full_journey(result)
+    panel, run_path = axes(), full_path(result)
     many = [f"{word} stands in the way of it for a while" for word in "abcdefghijkl"]
-    draw_plan(panel, result.last.model.cloud(), result, journey, many)
+    draw_plan(panel, result.last.model.cloud(), result, run_path, many)
     told = labels(panel)[-1]
     assert told.count("\n") <= LEGEND_LINES
     assert told.endswith(" …")
@@ -99,7 +99,7 @@ def test_a_scan_that_missed_all_for_another_reason_does_not_fill_the_picture(
 
 def test_a_replay_shows_only_what_it_knows(result: RecognitionResult) -> None:
     panel = axes()
-    draw_plan(panel, result.last.model.cloud(), result, Journey())
+    draw_plan(panel, result.last.model.cloud(), result, RunPath())
     assert labels(panel) == ["path of the camera, estimated"]
 
 
@@ -113,7 +113,7 @@ def test_the_word_start_covers_no_number(
     stand = start + 0.25 * np.array([np.cos(outward), np.sin(outward)])
     view = NextView(PlanarPose(*stand, 0.0), (0.0, 0.0), None, "on the circle")
     panel = axes(inches)
-    draw_plan(panel, result.last.model.cloud(), result, Journey(views=(view,)))
+    draw_plan(panel, result.last.model.cloud(), result, RunPath(views=(view,)))
     panel.figure.canvas.draw()
     boxes = {text.get_text(): text.get_window_extent() for text in panel.texts}
     assert not boxes["start"].overlaps(boxes["1"])
@@ -125,7 +125,7 @@ def test_everything_driven_lies_within_the_plan(result: RecognitionResult) -> No
     drifted = Trajectory(far.stamps, far.T_map_camera).moved(
         PlanarPose(3.0, -1.0, 0.4).as_transform()
     )
-    draw_plan(panel, result.last.model.cloud(), result, Journey(odometry=drifted))
+    draw_plan(panel, result.last.model.cloud(), result, RunPath(odometry=drifted))
     (left, right), (low, high) = panel.get_xlim(), panel.get_ylim()
     for places in (far.positions_xyz, drifted.positions_xyz):
         assert ((places[:, 0] > left) & (places[:, 0] < right)).all()
@@ -135,11 +135,11 @@ def test_everything_driven_lies_within_the_plan(result: RecognitionResult) -> No
 
 def test_the_answer_is_drawn_over_the_distance(result: RecognitionResult) -> None:
     panel = axes()
-    draw_probabilities(panel, result, full_journey(result))
+    draw_probabilities(panel, result, full_path(result))
     assert panel.get_xlabel() == "distance driven [m]"
     assert panel.get_xlim()[1] == pytest.approx(4.5, abs=0.1)
     panel = axes()
-    draw_probabilities(panel, result, Journey())
+    draw_probabilities(panel, result, RunPath())
     assert panel.get_xlabel() == "way of the camera [m]"
     way = np.linalg.norm(np.diff(camera_path(result).positions_xyz, axis=0), axis=1).sum()
     assert panel.get_xlim()[1] == pytest.approx(way, rel=0.02)
@@ -157,7 +157,7 @@ def test_the_bold_line_is_the_answer_of_the_title(result: RecognitionResult) -> 
     turned = [replace(step, prediction=led) for step in steps[:-1]]
     changed = replace(result, steps=(*turned, replace(steps[-1], prediction=close)))
     panel = axes()
-    draw_probabilities(panel, changed, Journey())
+    draw_probabilities(panel, changed, RunPath())
     title, _ = captions(changed, {})
     assert title == "chair or night stand (55 % / 45 %), not confident"
     assert bold(panel) == ["chair 55 %"]
@@ -173,7 +173,7 @@ def test_a_run_that_ended_before_its_first_answer_has_a_picture(
     draw_run(tmp_path / "early.png", early, {"truth": "chair"})
     assert (tmp_path / "early.png").stat().st_size > 10_000
     panel = axes()
-    draw_probabilities(panel, early, Journey())
+    draw_probabilities(panel, early, RunPath())
     assert "nothing was named" in {text.get_text() for text in panel.texts}
 
 
@@ -193,18 +193,18 @@ def test_the_unrolled_grid_shows_the_object_and_little_more(result: RecognitionR
 
 def test_frames_without_use_are_marked(result: RecognitionResult) -> None:
     panel = axes()
-    draw_probabilities(panel, result, Journey())
+    draw_probabilities(panel, result, RunPath())
     assert any("frame not used" in text.get_text() for text in panel.texts)
     panel = axes()
-    draw_probabilities(panel, pipeline().run(frames(2)), Journey())
+    draw_probabilities(panel, run(frames(2)), RunPath())
     assert not any("frame not used" in text.get_text() for text in panel.texts)
 
 
 def test_a_camera_that_stands_still_is_drawn_over_frames(tmp_path: Path) -> None:
     shot = next(frames(1))
-    still = pipeline().run([shot, shot, shot])
+    still = run([shot, shot, shot])
     panel = axes()
-    draw_probabilities(panel, still, Journey())
+    draw_probabilities(panel, still, RunPath())
     assert panel.get_xlabel() == "frame"
     draw_run(tmp_path / "still.png", still, {})
     assert (tmp_path / "still.png").stat().st_size > 10_000

@@ -11,10 +11,9 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.geometry import PinholeCamera
 from circumspect.sensing import (
-    BELOW_FLOOR,
-    NO_FLOOR,
     BoxSegmentation,
     DepthNoise,
+    FloorFault,
     GroundSegmentation,
     RgbdFrame,
 )
@@ -46,7 +45,12 @@ def test_a_true_pose_is_not_doubted(category: str) -> None:
 @pytest.mark.parametrize("category", ["chair", "table", "bed"])
 @pytest.mark.parametrize(
     ("higher", "lower_tilt", "fault"),
-    [(0.3, 0, NO_FLOOR), (-0.3, 0, BELOW_FLOOR), (0, 5, BELOW_FLOOR), (0, -5, NO_FLOOR)],
+    [
+        (0.3, 0, FloorFault.NO_FLOOR),
+        (-0.3, 0, FloorFault.BELOW_FLOOR),
+        (0, 5, FloorFault.BELOW_FLOOR),
+        (0, -5, FloorFault.NO_FLOOR),
+    ],
 )
 def test_a_wrong_height_or_tilt_is_found(
     category: str, higher: float, lower_tilt: float, fault: str
@@ -55,7 +59,9 @@ def test_a_wrong_height_or_tilt_is_found(
     assert GroundSegmentation().fault(wrong) == fault
 
 
-@pytest.mark.parametrize(("higher", "fault"), [(0, None), (0.3, NO_FLOOR), (-0.3, BELOW_FLOOR)])
+@pytest.mark.parametrize(
+    ("higher", "fault"), [(0, None), (0.3, FloorFault.NO_FLOOR), (-0.3, FloorFault.BELOW_FLOOR)]
+)
 def test_small_images_tell_as_much(higher: float, fault: str | None) -> None:
     camera = PinholeCamera(160, 120, 142.5, 142.5, 79.5, 59.5)
     frame = mistaken(frame_of("bed", camera), higher, 0)

@@ -35,8 +35,7 @@ def run(dashboard):
     put = []
     dashboard.put = lambda make: (put.append(make), Dashboard.put(dashboard, make))
     watch = LiveWatch(parts.scan, dashboard, parts.room.scene, parts.witness, "chair")
-    parts.pipeline.observers = (watch,)
-    return parts.scan.run(), put
+    return parts.scan.run((watch,)), put
 
 
 def test_a_page_that_hangs_does_not_hold_up_a_run(dashboard):
@@ -80,8 +79,7 @@ def test_what_a_pause_settles_is_put(dashboard):
     dashboard.put = lambda make: put.append(make)
     watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7]), coverage=0.4))
     assert put == []  # no frame has come yet
-    parts.pipeline.observers = (watch,)
-    result = parts.scan.run()
+    result = parts.scan.run((watch,))
     watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7]), coverage=0.4))
     shown = put[-1]()
     assert (shown.row["label"], shown.row["coverage"], shown.count) == ("b", 0.4, 4)

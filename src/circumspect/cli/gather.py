@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from circumspect.exploration.simulated_scan import SimulatedScan
     from circumspect.gathering import GatherSettings
     from circumspect.recognition import RecognitionResult
-    from circumspect.runs.run_path_log import JourneyLog
+    from circumspect.runs.run_path_log import RunPathLog
 
 SHEET = "contact_sheet.png"
 
@@ -140,8 +140,7 @@ class Gather:
         opened = self.reading.opened(recording)
         pipeline = opened.pipeline(Classifier.load())
         with opened.screen() as screen:
-            pipeline.observers = (screen,)
-            scan.gather(opened.given(), pipeline, self.reading.told())
+            scan.gather(opened.given(), pipeline, self.reading.told(), (screen,))
         if scan.changed:
             names, was = ", ".join(one.scan for one in scan.changed), scan.changed[0]
             say(
@@ -175,7 +174,7 @@ class Gather:
 
 
 def measured(
-    parts: SimulatedScan, result: RecognitionResult, log: JourneyLog
+    parts: SimulatedScan, result: RecognitionResult, log: RunPathLog
 ) -> dict[str, float | None]:
     """What the simulation knows of a scan's quality."""
     from circumspect.evaluation.scan_error import scan_error

@@ -70,6 +70,7 @@ class Replay:
         """
         from circumspect.classification import Classifier
         from circumspect.cli.run_screen import NO_ANSWER, new_run_folder, tell_result, wrapped
+        from circumspect.recognition import run_pipeline
         from circumspect.runs import RunFolder
         from circumspect.storage import write_json
 
@@ -82,9 +83,8 @@ class Replay:
         if watch is not None:
             given, shown = watch.watched(given)
         with opened.screen() as screen:
-            pipeline.observers = (screen, *shown, folder)
             try:
-                result = pipeline.run(given)
+                result = run_pipeline(pipeline, given, (screen, *shown, folder))
             except KeyboardInterrupt:
                 screen.say(f"what was gathered so far is in {folder.path}")
                 raise

@@ -177,13 +177,13 @@ def renamed(result: RecognitionResult, on_the_way: str | None) -> str:
 
 def unused(result: RecognitionResult) -> str:
     """Which frames are not part of the answer, in a sentence; empty where all are."""
-    from circumspect.recognition import CLASSIFIED, TOO_LITTLE
+    from circumspect.recognition import FrameOutcome
 
     if result.prediction is None:
         return ""
     if (lost := result.lost_from) is not None:
         return f"The camera was lost from frame {lost} on; the answer is of what it saw until then."
-    used = (CLASSIFIED, TOO_LITTLE)
+    used = (FrameOutcome.CLASSIFIED, FrameOutcome.TOO_LITTLE)
     reasons = Counter(step.outcome for step in result.steps if step.outcome not in used)
     if not reasons:
         return ""

@@ -135,16 +135,12 @@ class Scan:
             screen.say(report.opening)
             writers = () if recorder is None else (StepRecorder(recorder),)
             shown = () if watch is None else watch.observers(scan)
-            scan.pipeline.observers = (screen, *shown, *writers, *report.observers)
             try:
-                result = scan.scan.run()
+                result = scan.scan.run((screen, *shown, *writers, *report.observers))
             except KeyboardInterrupt as interrupt:
                 screen.say(f"what was gathered so far is in {report.folder.path}")
                 interrupt.add_note(_how_to_repeat(scan.config, watch is not None))
                 raise
-            finally:
-                # They know the scan: a run that is over would not be freed, nor what it modelled.
-                scan.pipeline.observers = ()
         report.tell(result, self.json, screen.label)
         if recorder is not None and recorder.failure is not None:
             raise recorder.failure

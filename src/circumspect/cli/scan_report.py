@@ -17,7 +17,7 @@ from circumspect.recognition import PipelineObserver, RecognitionResult, Recogni
 from circumspect.runs import RunFolder
 from circumspect.runs.camera_path import camera_path
 from circumspect.runs.playback_log import PlaybackLog
-from circumspect.runs.run_path_log import JourneyLog
+from circumspect.runs.run_path_log import RunPathLog
 from circumspect.runs.scan_file import ScanFile
 from circumspect.simulation import Witness, outlines
 
@@ -44,7 +44,7 @@ class ScanReport:
         self.folder = RunFolder(path, parts.config)
         self.folder.scan = parts.scan
         truth, walls_xy = partial(_truth, parts.witness), outlines(parts.room.scene)
-        self._log = log = JourneyLog(parts.scan, self.folder, truth, walls_xy)
+        self._log = log = RunPathLog(parts.scan, self.folder, truth, walls_xy)
         self._file = ScanFile(parts.scan, path / "scan.json")
         self.playback = PlaybackLog(parts.scan, path, parts.room.scene, parts.witness)
         self.observers: tuple[PipelineObserver, ...] = (

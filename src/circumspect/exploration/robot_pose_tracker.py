@@ -1,4 +1,4 @@
-"""Where the robot is between two frames."""
+"""The pose of the robot between two frames."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ from circumspect.sensing import Odometry
 from circumspect.tracking import PoseEstimate
 
 
-class Whereabouts:
-    """The pose of the latest frame, carried on by odometry, or else by what was commanded."""
+class RobotPoseTracker:
+    """Extends the pose of the latest frame by odometry, or else by the commanded motion."""
 
     def __init__(self, T_base_camera: RigidTransform) -> None:
         """Start at the origin of the map.
 
         Args:
-            T_base_camera: Where the camera is mounted.
+            T_base_camera: Mount of the camera.
         """
         self._T_camera_base = T_base_camera.inv()
         self._T_map_base = PlanarPose()
         self._T_odom_base: PlanarPose | None = None
         self._commanded = PlanarPose()
 
-    def corrected(self, pose: PoseEstimate, odometry: Odometry | None) -> None:
-        """Take the pose of a frame and what the wheels said at its time."""
+    def set_pose(self, pose: PoseEstimate, odometry: Odometry | None) -> None:
+        """Set the pose of a frame, and the odometry at its time."""
         self._T_map_base = PlanarPose.from_transform(
             composed(pose.T_map_camera, self._T_camera_base)
         )
         self._T_odom_base = None if odometry is None else odometry.T_odom_base
         self._commanded = PlanarPose()
 
-    def moved(self, velocity: Velocity, seconds: float) -> None:
-        """Take what was commanded for some time."""
+    def add_command(self, velocity: Velocity, seconds: float) -> None:
+        """Add a velocity that was commanded for some time."""
         length, turn = velocity.forward * seconds, velocity.turn * seconds
         self._commanded = self._commanded @ arc(length, turn)
 
     def T_map_base(self, odometry: Odometry | None) -> PlanarPose:
-        """Where the base is now."""
+        """The current pose of the base."""
         if odometry is None:
             return self._T_map_base @ self._commanded
         if self._T_odom_base is None:
-            # The wheels say something again, or for the first time: from here on they count.
+            # The odometry begins, or begins again.
             self._T_map_base = self._T_map_base @ self._commanded
             self._T_odom_base = odometry.T_odom_base
             self._commanded = PlanarPose()

@@ -1,4 +1,4 @@
-"""A simulated robot in its room, put together for a scan."""
+"""A scan by a simulated robot in a room."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class SimulatedScan:
 
     @property
     def pipeline(self) -> RecognitionPipeline:
-        """What registers, fuses and names."""
+        """The pipeline of the scan."""
         return self.scan.pipeline
 
     def recorded(self, recorder: RunRecorder) -> Self:
@@ -128,7 +128,7 @@ class SimulatedScan:
         segmentation = GroundSegmentation(noise=noise)
         tracking = TrackingSettings.for_noise(noise if world.distorted else _undistorted(noise))
         pipeline = RecognitionPipeline(segmentation, Tracker(settings=tracking), classifier)
-        told = {
+        full_config = {
             **config,
             "room": asdict(world),
             "mount": asdict(robot.mount),
@@ -139,7 +139,7 @@ class SimulatedScan:
             "grid": classifier.recipe.to_dict(),
         }
         scan = ObjectScan(faulty(witness) if faulty else witness, pipeline, planner, driving)
-        return cls(scan, witness, place, camera, told)
+        return cls(scan, witness, place, camera, full_config)
 
 
 def _robot(

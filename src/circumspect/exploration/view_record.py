@@ -1,34 +1,45 @@
-"""What became of the views of a scan."""
+"""What came of the views of a scan."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.planning import NextView
 
-REACHED = "reached"
-BLOCKED = "blocked on the way"
-CLOSED = "something stands in the way"
-HIDDEN = "the object is not in view from there"
-UNSURE = "the pose was not reliable"
-NO_NEWS = "the robot stands there already"
+
+class ViewOutcome(StrEnum):
+    """What came of a view; the values are the texts in a scan's file.
+
+    The text of `NO_PATH` is replaced by the reason that the path search returns.
+    """
+
+    REACHED = "reached"
+    NO_PATH = "no path"
+    BLOCKED = "blocked on the way"
+    OBSTRUCTED = "something stands in the way"
+    NOT_IN_VIEW = "the object is not in view from there"
+    UNRELIABLE_POSE = "the pose was not reliable"
+    ALREADY_THERE = "the robot stands there already"
 
 
 @dataclass(frozen=True, eq=False)
 class ViewRecord:
-    """What became of a view that the planner chose.
+    """What came of a view that the planner chose.
 
     Attributes:
         view: The view.
-        outcome: `REACHED`, or why not.
-        path_xy: (n, 2) [m] the way that was planned to it; empty without one.
-        frame: Number of frames when that was known.
+        outcome: What came of it.
+        reason: The same in words.
+        path_xy: (n, 2) [m] the planned path to it; empty without one.
+        frame: Number of frames at that time.
     """
 
     view: NextView
-    outcome: str
+    outcome: ViewOutcome
+    reason: str
     path_xy: NDArray[np.float64]
     frame: int

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -17,7 +17,12 @@ from circumspect.errors import InputError
 from circumspect.gathering.gather import append, begin, require_free
 from circumspect.gathering.scan_files import told_quality, write_scan
 from circumspect.geometry import TrajectoryLog
-from circumspect.recognition import RecognitionPipeline, RecognitionResult
+from circumspect.recognition import (
+    PipelineObserver,
+    RecognitionPipeline,
+    RecognitionResult,
+    run_pipeline,
+)
 from circumspect.sensing import RgbdFrame
 
 
@@ -102,6 +107,7 @@ class RecordedScan:
         frames: Iterable[RgbdFrame],
         pipeline: RecognitionPipeline,
         reading: Mapping[str, Any] | None = None,
+        observers: Sequence[PipelineObserver] = (),
     ) -> GatheredScan:
         """Take all frames and add what comes out to the set.
 
@@ -109,13 +115,15 @@ class RecordedScan:
             frames: Of the recording.
             pipeline: Takes them.
             reading: How they were read, where that is not the usual way; JSON types.
+            observers: Notified of every frame and of the end.
 
         Raises:
             InputError: No frame can be read, or none showed the object; nothing is added.
             OutputError: A file can not be written.
         """
         wheels = _Wheels()
-        result = pipeline.run(wheels.heard(frame) for frame in frames)
+        given = (wheels.heard(frame) for frame in frames)
+        result = run_pipeline(pipeline, given, observers)
         if result.last is None or result.last.grid is None:
             reasons = ", ".join(sorted({step.outcome for step in result.steps})) or "no frames"
             raise InputError(

@@ -17,9 +17,9 @@ from circumspect.gathering.gather_settings import GatherSettings, ScanTask
 from circumspect.gathering.scan_files import told_quality, write_scan
 from circumspect.planning import SurfaceNormalPlanner
 from circumspect.recognition import RecognitionResult
-from circumspect.runs.run_path_log import JourneyLog
+from circumspect.runs.run_path_log import RunPathLog
 
-Measure = Callable[[SimulatedScan, RecognitionResult, JourneyLog], dict[str, Any]]
+Measure = Callable[[SimulatedScan, RecognitionResult, RunPathLog], dict[str, Any]]
 """Compares a scan with the truth; JSON types."""
 
 
@@ -69,10 +69,8 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
         )  # fmt: skip
     except InputError as error:
         return asdict(replace(scan, quality={**quality, "ended": f"not begun: {error}"}))
-    log = JourneyLog(parts.scan)
-    parts.pipeline.observers = (log,)
-    result = parts.scan.run()
-    parts.pipeline.observers = ()  # the log knows the scan: a circle that would not be freed
+    log = RunPathLog(parts.scan)
+    result = parts.scan.run((log,))
     quality |= told_quality(result)
     quality |= {"ended": parts.scan.ended, "distance_m": parts.scan.driven_m}
     if job.measure is not None:

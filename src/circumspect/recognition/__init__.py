@@ -1,31 +1,17 @@
 """Recognition of one object: track, segment, fuse, grid, classify."""
 
+from circumspect.recognition.frame_outcome import FrameOutcome
+from circumspect.recognition.observer import PipelineObserver
 from circumspect.recognition.recognition_pipeline import RecognitionPipeline
-from circumspect.recognition.recognition_step import (
-    CLASSIFIED,
-    NO_DEPTH,
-    NO_OBJECT,
-    NO_POSE,
-    OUT_OF_ORDER,
-    TOO_LITTLE,
-    TOO_WIDE,
-    WRONG_UNIT,
-    PipelineObserver,
-    RecognitionResult,
-    RecognitionStep,
-)
+from circumspect.recognition.recognition_result import RecognitionResult
+from circumspect.recognition.recognition_step import RecognitionStep
+from circumspect.recognition.runner import run_pipeline
 
 __all__ = [
-    "CLASSIFIED",
-    "NO_DEPTH",
-    "NO_OBJECT",
-    "NO_POSE",
-    "OUT_OF_ORDER",
-    "TOO_LITTLE",
-    "TOO_WIDE",
-    "WRONG_UNIT",
+    "FrameOutcome",
     "PipelineObserver",
     "RecognitionPipeline",
     "RecognitionResult",
     "RecognitionStep",
+    "run_pipeline",
 ]

@@ -1,4 +1,4 @@
-"""From how much of the azimuth the object was seen."""
+"""The share of the azimuth from which the object was seen."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from circumspect.grid import OccupancyGrid
 
 SECTORS = 72
-WIDTH = 2 * np.pi / SECTORS
-"""Of a sector [rad]."""
+SECTOR_RAD = 2 * np.pi / SECTORS
+"""Width of a sector."""
 HALF_VIEW = SECTORS // 8
 """A view shows the sides that face it within 45°: so many sectors to either side."""
 FACING = (np.arange(SECTORS)[:, None] + np.arange(1 - HALF_VIEW, 1 + HALF_VIEW)) % SECTORS
@@ -31,5 +31,5 @@ def azimuth_coverage(views_xyz: NDArray[np.floating], grid: OccupancyGrid) -> fl
     bearings = np.arctan2(offset[:, 1], offset[:, 0])
     # Views that are nearest to the same border show the same sectors.
     from_border = np.zeros(SECTORS, bool)
-    from_border[np.rint(bearings / WIDTH).astype(np.intp) % SECTORS] = True
+    from_border[np.rint(bearings / SECTOR_RAD).astype(np.intp) % SECTORS] = True
     return float(from_border[FACING].any(axis=1).mean())

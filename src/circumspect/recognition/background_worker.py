@@ -1,44 +1,77 @@
-"""Work that nothing waits for yet, on another core."""
+"""Runs work on another core while a frame is processed."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 
-class Aside:
-    """Runs calls one after the other in a thread of its own, until they are waited for.
+class BackgroundWorker:
+    """Runs calls one after the other in a thread of its own.
 
-    What a call changes must not be looked at before `join`: then nothing depends on which of the
-    two is faster.
+    The state that a call changes must not be read before `join` or `wait`. The results then do not
+    depend on which of the two threads is faster.
     """
 
     def __init__(self) -> None:
-        self._worker = ThreadPoolExecutor(1, "aside")
-        self._begun: list[Future[None]] = []
+        self._executor = ThreadPoolExecutor(1, "background")
+        self._submitted: list[Future[None]] = []
+        self._is_idle = True
 
-    def begin(self, work: Callable[[], None]) -> None:
-        """Have a call made as soon as those before it are done."""
-        self._begun.append(self._worker.submit(work))
+    def submit(self, work: Callable[[], None]) -> None:
+        """Run a call after those that were submitted before."""
+        self._is_idle = False
+        self._submitted.append(self._executor.submit(work))
 
     def wait(self) -> None:
-        """Wait for all that was begun; what failed is told by `join`.
-
-        That may be more than is known of: an interrupt can come just after a call was handed over.
-        """
-        wait([self._worker.submit(_nothing)])
+        """Wait for all submitted calls; their exceptions are raised by `join`."""
+        if self._is_idle:
+            return
+        # An interrupt can come between the hand-over of a call and its entry in the list. A
+        # further call ends after all of them.
+        wait([self._executor.submit(_do_nothing)])
+        self._is_idle = True
 
     def join(self) -> None:
-        """Wait for all that was begun, and begin anew.
+        """Wait for all submitted calls, and raise what they raised.
 
         Raises:
-            Exception: The first that one of the calls raised; the others were made nevertheless.
+            Exception: The first exception of the calls. The other calls ran nevertheless.
         """
-        self.wait()  # what is interrupted here is waited for by the next join
-        begun, self._begun = self._begun, []
-        for call in begun:
+        self.wait()  # if this is interrupted, the next join waits
+        submitted, self._submitted = self._submitted, []
+        for call in submitted:
             call.result()
 
 
-def _nothing() -> None:
-    """The last in the row of calls."""
+class HasBackground(Protocol):
+    """Has a background worker."""
+
+    background: BackgroundWorker
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+T = TypeVar("T", bound=HasBackground)
+
+
+def waits_on_error(
+    method: Callable[Concatenate[T, P], R],
+) -> Callable[Concatenate[T, P], R]:
+    """Let a method wait for the background work of its object before it raises."""
+
+    @functools.wraps(method)
+    def guarded(self: T, *args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return method(self, *args, **kwargs)
+        except BaseException:
+            self.background.wait()
+            raise
+
+    return guarded
+
+
+def _do_nothing() -> None:
+    """The last call of a queue."""

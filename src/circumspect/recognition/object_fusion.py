@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.recognition.background_worker import Aside
+from circumspect.recognition.background_worker import BackgroundWorker
 from circumspect.reconstruction import (
     FrameContribution,
     FrameSurface,
@@ -29,46 +29,60 @@ ReferenceKeyframe: TypeAlias = tuple[int, RigidTransform]
 class ObjectFusion:
     """Fuses frames into a model, and fuses the model again when poses are corrected.
 
-    Work that no answer depends on runs on an `Aside`. The methods must not be called until that is
-    joined.
+    Submaps are updated and fused in the background. For each frame call `follow`, then `fuse`, then
+    join the background worker before the next frame.
 
     Attributes:
         model: The current model.
     """
 
-    def __init__(self, settings: ModelSettings, poses: PoseEstimator) -> None:
+    def __init__(
+        self, settings: ModelSettings, tracker: PoseEstimator, background: BackgroundWorker
+    ) -> None:
         """Start with an empty model.
 
         Args:
             settings: How frames are fused.
-            poses: Returns the poses of keyframes.
+            tracker: Returns the poses of keyframes.
+            background: Updates and fuses the submaps.
         """
         self.model = ObjectModel(settings)
-        self._poses = poses
+        self._tracker = tracker
+        self._background = background
         self._submaps = SubmapCollection()
         self._views = ViewDensity()
         self._submap_fusion: SubmapFusion | None = None
-        self._corrections = poses.corrections
+        self._corrections = tracker.corrections
+        self._reference: ReferenceKeyframe | None = None
 
-    def reference(self, pose: PoseEstimate) -> ReferenceKeyframe | None:
-        """The reference keyframe of a frame with its current pose, if there is one."""
+    def follow(self, pose: PoseEstimate) -> bool:
+        """Follow the corrections of earlier poses that came with a frame.
+
+        A complete fusion of submaps replaces the model. New corrections start another fusion, of
+        which a part is done in the background.
+
+        Args:
+            pose: The pose of the frame.
+
+        Returns:
+            Whether the model was replaced.
+        """
+        is_replaced = self._swap_model()
+        # A fusion is completed first. Frequent corrections cannot postpone a new model for ever.
+        if self._submap_fusion is None:
+            self._start_submap_fusion()
         number = pose.reference
-        return None if number is None else (number, self._poses.keyframe_pose(number))
+        self._reference = None if number is None else (number, self._tracker.keyframe_pose(number))
+        if self._submap_fusion is not None:
+            self._background.submit(partial(self._submap_fusion.fuse_pending, VOXELS_A_FRAME))
+        return is_replaced
 
-    def fuse(
-        self,
-        surface: FrameSurface,
-        T_map_camera: RigidTransform,
-        reference: ReferenceKeyframe | None,
-        aside: Aside,
-    ) -> bool:
+    def fuse(self, surface: FrameSurface, T_map_camera: RigidTransform) -> bool:
         """Add a frame to the model and to the submap of its reference keyframe.
 
         Args:
             surface: The object's surface in the frame, map frame.
             T_map_camera: Pose of the camera.
-            reference: The frame's reference keyframe, if there is one.
-            aside: Runs the update of the submap.
 
         Returns:
             True if the model changed. It does not if the surface is empty, or if enough frames
@@ -77,40 +91,32 @@ class ObjectFusion:
         contribution = self.model.contribution(surface)
         if contribution is None or not self._views.accept(T_map_camera):
             return False
-        if reference is not None:
-            aside.begin(partial(self._add_to_submap, *reference, contribution))
+        if self._reference is not None:
+            self._background.submit(partial(self._add_to_submap, *self._reference, contribution))
         if self._submap_fusion is not None:
-            aside.begin(partial(self._submap_fusion.add_contribution, contribution))
+            self._background.submit(partial(self._submap_fusion.add_contribution, contribution))
         self.model = self.model.with_contribution(contribution)
         return True
 
-    def follow_corrections(self, anyway: bool = False) -> None:
-        """Start to fuse the submaps again if poses were corrected since the last start.
-
-        Args:
-            anyway: Discard a fusion that is not complete. By default it is completed first, so that
-                frequent corrections cannot postpone a new model for ever.
-        """
-        is_busy = self._submap_fusion is not None
-        if self._poses.corrections == self._corrections or (is_busy and not anyway):
-            return
-        self._corrections = self._poses.corrections
-        settings, voxel = self.model.settings, self.model.voxel
-        self._submap_fusion = SubmapFusion(
-            self._submaps, settings, voxel, self._poses.keyframe_pose
-        )
-
-    def fuse_pending(self, aside: Aside) -> None:
-        """Fuse some of the pending submaps, if there are any."""
-        if self._submap_fusion is not None:
-            aside.begin(partial(self._submap_fusion.fuse_pending, VOXELS_A_FRAME))
-
-    def finish(self) -> None:
-        """Fuse all pending submaps."""
+    def finalise(self) -> bool:
+        """Fuse all submaps at the latest poses; returns whether the model was replaced."""
+        self._background.wait()
+        self._start_submap_fusion()  # discards one that is not complete
         if self._submap_fusion is not None:
             self._submap_fusion.fuse_pending()
+        return self._swap_model()
 
-    def swap_model(self) -> bool:
+    def _start_submap_fusion(self) -> None:
+        """Start to fuse the submaps again if poses were corrected since the last start."""
+        if self._tracker.corrections == self._corrections:
+            return
+        self._corrections = self._tracker.corrections
+        settings, voxel = self.model.settings, self.model.voxel
+        self._submap_fusion = SubmapFusion(
+            self._submaps, settings, voxel, self._tracker.keyframe_pose
+        )
+
+    def _swap_model(self) -> bool:
         """Replace the model if a fusion of submaps is complete; returns whether it was."""
         if self._submap_fusion is None or not self._submap_fusion.is_complete:
             return False

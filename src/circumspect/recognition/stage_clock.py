@@ -29,7 +29,10 @@ class StageClock:
 class Timed(Protocol):
     """Has a clock."""
 
-    clock: StageClock
+    @property
+    def clock(self) -> StageClock:
+        """Times the stages."""
+        ...
 
 
 P = ParamSpec("P")

@@ -1,4 +1,4 @@
-"""The steps of a run while it goes on, so kept that a long one stays small."""
+"""The steps of a run in bounded memory a frame."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _ELSEWHERE = RigidTransform.identity()
 
 
 class StepLog:
-    """Keeps the latest step as it is, and of those before what is not of one frame alone.
+    """Keeps the latest step whole, and earlier ones without model and grid.
 
-    That is all but model and grid; poses and covariances are in one table.
+    Poses and covariances are in one table.
     """
 
     def __init__(self) -> None:
-        """Begin empty."""
+        """Start empty."""
         self._steps: list[RecognitionStep] = []
         self._poses = GrowingTable(_COLUMNS)
 
     def append(self, step: RecognitionStep) -> None:
-        """Take the next step."""
+        """Add the next step."""
         if self._steps:
             self._steps[-1] = self._packed(self._steps[-1])
         self._steps.append(step)
@@ -53,7 +53,7 @@ class StepLog:
 
 
 def _row(pose: PoseEstimate) -> NDArray[np.float64]:
-    """The numbers of a pose; NaN for what it does not have."""
+    """The numbers of a pose; NaN for missing ones."""
     row = np.full(_COLUMNS, np.nan)
     row[_CAMERA] = pose.T_map_camera.as_matrix().ravel()
     if pose.T_reference_camera is not None:
@@ -76,7 +76,7 @@ def _unpacked(step: RecognitionStep, row: NDArray[np.float64]) -> RecognitionSte
 
 
 def _transform(numbers: NDArray[np.float64]) -> RigidTransform | None:
-    # Not made orthonormal anew: the pose comes back to the last bit.
+    # Not normalised again: the pose is restored exactly.
     return None if np.isnan(numbers[0]) else RigidTransform(numbers.reshape(4, 4), normalize=False)
 
 

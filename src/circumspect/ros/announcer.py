@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Prediction
 from circumspect.errors import GeometryError
 from circumspect.planning import NextView
-from circumspect.recognition import CLASSIFIED, RecognitionPipeline, RecognitionStep
+from circumspect.recognition import FrameOutcome, RecognitionPipeline, RecognitionStep
 from circumspect.reconstruction import ObjectModel
 from circumspect.recording.pose_messages import transform_message, transforms_message
 from circumspect.recording.ros_types import DETECTIONS, TRANSFORMS
@@ -109,7 +109,7 @@ class Announcer:
         if step.prediction is None:
             self._retract_answer()
             self._retract_view()
-        if step.outcome != CLASSIFIED or step.prediction is None:
+        if step.outcome != FrameOutcome.CLASSIFIED or step.prediction is None:
             return
         self._answer(step.model.preview, step.prediction)
         if self._clock() - self._told_at >= EVERY:
@@ -123,7 +123,7 @@ class Announcer:
             self._retract_answer()
             return
         self._answer(pipeline.model, pipeline.prediction)
-        self._model_and_path(pipeline.model, pipeline.poses)
+        self._model_and_path(pipeline.model, pipeline.tracker)
 
     def reset(self) -> None:
         """Tell that nothing of what was told holds any more."""

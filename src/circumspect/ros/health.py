@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from circumspect.classification import Prediction
-from circumspect.recognition import CLASSIFIED, RecognitionStep
+from circumspect.recognition import FrameOutcome, RecognitionStep
 from circumspect.tracking import PoseEstimate
 
 WELL, WARNING, ERROR = 0, 1, 2
@@ -168,8 +168,8 @@ class Health:
             return WARNING, f"pose not reliable: {self._pose.reason}"
         if self._warning:
             return WARNING, self._warning
-        if self._outcome[1] != CLASSIFIED:
-            return WARNING, self._outcome[1]
+        if self._outcome[1] != FrameOutcome.CLASSIFIED:
+            return WARNING, str(self._outcome[1])
         if not self.with_odometry:
             return WARNING, "no odometry at the time of the frames: poses by registration alone"
         if self._prediction is not None and (why := self._prediction.reason):

@@ -12,7 +12,7 @@ from typing import Protocol
 from circumspect.classification import Classifier, Prediction
 from circumspect.errors import CircumspectError, InputError
 from circumspect.planning import NextView
-from circumspect.recognition import CLASSIFIED, RecognitionPipeline, RecognitionStep
+from circumspect.recognition import FrameOutcome, RecognitionPipeline, RecognitionStep
 from circumspect.ros.announcer import Announcer
 from circumspect.ros.health import Health, Status
 from circumspect.ros.live_frames import LiveFrames
@@ -149,20 +149,20 @@ class RecognitionNode:
 
     def _new_pipeline(self) -> RecognitionPipeline:
         s = self.settings
-        poses: PoseEstimator = KnownPoses()
+        tracker: PoseEstimator = KnownPoses()
         if s.poses == "found":
-            poses = Tracker(settings=TrackingSettings.for_noise(s.noise))
+            tracker = Tracker(settings=TrackingSettings.for_noise(s.noise))
         segmentation = GroundSegmentation(noise=s.noise)
         if s.box:
             segmentation = BoxSegmentation(s.box[:3], s.box[3:], s.noise)
-        return RecognitionPipeline(segmentation, poses, self._classifier)
+        return RecognitionPipeline(segmentation, tracker, self._classifier)
 
     def _step(self, frame: RgbdFrame) -> RecognitionStep | None:
         start = time.perf_counter()
         self.frame = frame
         try:
             step = self._pipeline.step(frame)
-            self._announcer.step(step, frame, self._pipeline.poses, self._frames.odom_frame)
+            self._announcer.step(step, frame, self._pipeline.tracker, self._frames.odom_frame)
         except CircumspectError as error:
             self._failed(str(error))
             return None
@@ -171,7 +171,7 @@ class RecognitionNode:
             self._failed(FAULT)
             return None
         spent = 1e3 * (time.perf_counter() - start)
-        if step.outcome != CLASSIFIED:
+        if step.outcome != FrameOutcome.CLASSIFIED:
             _log.warning("a frame left the model as it was: %s", step.outcome)
         if step.pose is not None and not step.pose.reliable:
             _log.warning("pose not reliable: %s", step.pose.reason)
@@ -214,7 +214,7 @@ class RecognitionNode:
     def _settle(self) -> None:
         """Tell what is known when no more frames come for now."""
         try:
-            self._pipeline.settle()
+            self._pipeline.finalise()
             self._announcer.settled(self._pipeline)
             if (prediction := self._pipeline.prediction) is not None:
                 self.health.settled(prediction)

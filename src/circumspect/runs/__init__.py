@@ -2,6 +2,6 @@
 
 from circumspect.runs.camera_path import camera_path
 from circumspect.runs.run_folder import RunFolder
-from circumspect.runs.run_path import Journey, PlannedView
+from circumspect.runs.run_path import PlannedView, RunPath
 
-__all__ = ["Journey", "PlannedView", "RunFolder", "camera_path"]
+__all__ = ["PlannedView", "RunFolder", "RunPath", "camera_path"]

@@ -1,15 +1,15 @@
-"""Where the camera was during a run."""
+"""The path of the camera in a run."""
 
 from __future__ import annotations
 
 from circumspect.geometry import Trajectory, TrajectoryLog
-from circumspect.recognition.recognition_step import RecognitionResult
+from circumspect.recognition import RecognitionResult
 
 
 def camera_path(result: RecognitionResult) -> Trajectory | None:
-    """Poses of the frames in the order of time; None where no frame has one.
+    """Poses of the frames in the order of time; None if no frame has one.
 
-    A frame that came late, or twice, is left out.
+    Frames out of order, and repeated ones, are skipped.
     """
     log = TrajectoryLog()
     for step in result.steps:

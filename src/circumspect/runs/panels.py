@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from circumspect.classification.answer_text import percent
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid, OccupancyGrid
-from circumspect.recognition.recognition_step import CLASSIFIED, RecognitionResult
+from circumspect.recognition import FrameOutcome, RecognitionResult
 from circumspect.runs.camera_path import camera_path
-from circumspect.runs.run_path import Journey
+from circumspect.runs.run_path import RunPath
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -120,15 +120,15 @@ def _shown_heights(
 
 
 def draw_probabilities(
-    axes: Axes, result: RecognitionResult, journey: Journey, most: int = 4
+    axes: Axes, result: RecognitionResult, run_path: RunPath, most: int = 4
 ) -> None:
     """Probability of the leading classes over what was driven.
 
     Frames that were not used are marked at the bottom. Where nothing was named no curve is drawn.
     """
-    along, what = _progress(result, journey)
+    along, what = _progress(result, run_path)
     _draw_curves(axes, result, along, most)
-    unused = [step.index for step in result.steps if step.outcome != CLASSIFIED]
+    unused = [step.index for step in result.steps if step.outcome != FrameOutcome.CLASSIFIED]
     if unused:
         axes.plot(along[unused], np.full(len(unused), -0.05), "|", color="#b91c1c", ms=7)
         axes.text(
@@ -177,10 +177,10 @@ def _draw_curves(
         )  # fmt: skip
 
 
-def _progress(result: RecognitionResult, journey: Journey) -> tuple[NDArray[np.float64], str]:
+def _progress(result: RecognitionResult, run_path: RunPath) -> tuple[NDArray[np.float64], str]:
     """(n,) how far the run had got at each step, and what that is."""
     stamps = np.array([step.stamp for step in result.steps])
-    driven = journey.driven_by(stamps)
+    driven = run_path.driven_by(stamps)
     if driven is not None:
         return driven, "distance driven [m]"
     path = camera_path(result)

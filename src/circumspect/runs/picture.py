@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from circumspect.classification.answer_text import percent, truth_text
 from circumspect.errors import MissingExtraError
-from circumspect.recognition.recognition_step import RecognitionResult, RecognitionStep
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.runs.panels import draw_grid, draw_probabilities, draw_side, thinned
 from circumspect.runs.plan_panel import draw_plan
-from circumspect.runs.run_path import Journey
+from circumspect.runs.run_path import RunPath
 from circumspect.storage import atomic_path
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def draw_run(
     path: str | os.PathLike[str],
     result: RecognitionResult,
     config: Mapping[str, Any],
-    journey: Journey | None = None,
+    run_path: RunPath | None = None,
     why_missed: Sequence[str] = (),
 ) -> None:
     """Draw plan view, model from three sides, grid and probabilities.
@@ -34,7 +34,7 @@ def draw_run(
         path: The PNG to write.
         result: A run with a grid of the object; it may have been interrupted before it was named.
         config: "truth" and "start_deg", where given, go into the line below the title.
-        journey: Where the robot went.
+        run_path: Where the robot went.
         why_missed: Of each view that it missed; none where nobody knows.
 
     Raises:
@@ -48,7 +48,7 @@ def draw_run(
         raise MissingExtraError("matplotlib", "figures") from error
     figure = Figure(figsize=(16, 9.6), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
-    _arrange(figure, result, config, journey or Journey(), why_missed)
+    _arrange(figure, result, config, run_path or RunPath(), why_missed)
     with atomic_path(path) as aside:
         figure.savefig(aside, format="png")
 
@@ -57,7 +57,7 @@ def _arrange(
     figure: Figure,
     result: RecognitionResult,
     config: Mapping[str, Any],
-    journey: Journey,
+    run_path: RunPath,
     why_missed: Sequence[str],
 ) -> None:
     last = result.last
@@ -68,12 +68,12 @@ def _arrange(
     figure.text(0.035, 0.957, title, fontsize=21, fontweight="bold", va="center")
     figure.text(0.035, 0.922, note, fontsize=12.5, color="0.35", va="center")
     plan = figure.add_axes((0.055, 0.235, 0.36, 0.62))
-    draw_plan(plan, cloud, result, journey, why_missed)
+    draw_plan(plan, cloud, result, run_path, why_missed)
     sides = figure.add_gridspec(1, 3, left=0.475, right=0.985, bottom=0.53, top=0.855, wspace=0.08)
     for column, (name, azimuth, elevation) in enumerate(SIDES):
         draw_side(figure.add_subplot(sides[0, column]), cloud, name, azimuth, elevation)
     draw_grid(figure.add_axes((0.5, 0.085, 0.2, 0.335)), last.grid)
-    draw_probabilities(figure.add_axes((0.765, 0.085, 0.14, 0.335)), result, journey)
+    draw_probabilities(figure.add_axes((0.765, 0.085, 0.14, 0.335)), result, run_path)
 
 
 def captions(result: RecognitionResult, config: Mapping[str, Any]) -> tuple[str, str]:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import PointCloud, Trajectory
-from circumspect.recognition.recognition_step import RecognitionResult
+from circumspect.recognition import RecognitionResult
 from circumspect.runs.camera_path import camera_path
-from circumspect.runs.run_path import Journey, PlannedView
+from circumspect.runs.run_path import PlannedView, RunPath
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,33 +36,33 @@ def draw_plan(
     axes: Axes,
     cloud: PointCloud,
     result: RecognitionResult,
-    journey: Journey,
+    run_path: RunPath,
     why_missed: Sequence[str] = (),
 ) -> None:
-    """Draw into given axes; what the journey does not know is left out.
+    """Draw into given axes; what the run_path does not know is left out.
 
     Args:
         axes: Where to draw.
         cloud: The model.
         result: The run.
-        journey: Where the robot went.
+        run_path: Where the robot went.
         why_missed: Of each view that it missed; none where nobody knows.
     """
     path = camera_path(result)
-    for number, line in enumerate(journey.walls_xy):
+    for number, line in enumerate(run_path.walls_xy):
         label = "wall or clutter" if number == 0 else None
         axes.fill(*line.T, facecolor="0.88", edgecolor="0.6", lw=0.8, zorder=0, label=label)
-    drawn = [np.empty((0, 2)), *_draw_paths(axes, path, journey)]
+    drawn = [np.empty((0, 2)), *_draw_paths(axes, path, run_path)]
     half = _frame(axes, np.concatenate([*drawn, cloud.points_xyz[:, :2]]))
     _draw_object(axes, cloud, half)
-    for number, view in enumerate(journey.views, start=1):
+    for number, view in enumerate(run_path.views, start=1):
         _draw_view(axes, view, number, NORMAL_LENGTH * 2 * half)
-    _draw_missed(axes, journey.missed, why_missed)
+    _draw_missed(axes, run_path.missed, why_missed)
     if path is not None:
-        if not journey.views:
+        if not run_path.views:
             _draw_directions(axes, path, half)
         middle = cloud.points_xyz[:, :2].mean(axis=0)
-        _draw_start(axes, path.positions_xyz[0, :2], middle, journey, half)
+        _draw_start(axes, path.positions_xyz[0, :2], middle, run_path, half)
     axes.set_title("Plan view (colour: height z [m])", loc="left", color=INK)
     # A run may have ended before its first pose.
     if axes.get_legend_handles_labels()[0]:
@@ -83,11 +83,13 @@ def _draw_object(axes: Axes, cloud: PointCloud, half: float) -> None:
     axes.figure.colorbar(shades, cax=axes.inset_axes((1.02, 0.0, 0.02, 0.35)))
 
 
-def _draw_paths(axes: Axes, path: Trajectory | None, journey: Journey) -> list[NDArray[np.float64]]:
+def _draw_paths(
+    axes: Axes, path: Trajectory | None, run_path: RunPath
+) -> list[NDArray[np.float64]]:
     """The places of all paths."""
     looks = (
-        (journey.truth, TRUTH_COLOUR, "-", 3.0, 0.28, "true path"),
-        (journey.odometry, ODOMETRY_COLOUR, "--", 1.3, 1.0, "path by odometry alone"),
+        (run_path.truth, TRUTH_COLOUR, "-", 3.0, 0.28, "true path"),
+        (run_path.odometry, ODOMETRY_COLOUR, "--", 1.3, 1.0, "path by odometry alone"),
         (path, PATH_COLOUR, "-", 1.6, 1.0, "path of the camera, estimated"),
     )
     drawn = []
@@ -161,11 +163,11 @@ def _draw_start(
     axes: Axes,
     place: NDArray[np.float64],
     middle: NDArray[np.float64],
-    journey: Journey,
+    run_path: RunPath,
     half: float,
 ) -> None:
     axes.plot(*place, "o", color=START_COLOUR, ms=10, mec="white", mew=1.5, zorder=7)
-    stands = [view.T_map_base.xy for view in journey.views]
+    stands = [view.T_map_base.xy for view in run_path.views]
     away = _free_side(place, middle, stands, _metres_a_point(axes, half))
     axes.annotate(
         "start", _pair(place), xytext=_pair(LABEL_OFFSET * away),

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from circumspect.errors import GeometryError
 from circumspect.exploration.object_scan import ObjectScan
 from circumspect.planning import NextView
-from circumspect.recognition.recognition_step import RecognitionResult, RecognitionStep
-from circumspect.runs.odometry_path import WheelPath
+from circumspect.recognition import RecognitionResult, RecognitionStep
+from circumspect.runs.odometry_path import OdometryPath
 from circumspect.runs.playback_moment import PlaybackMoment, thinned
 from circumspect.runs.run_folder import PLAYBACK
 from circumspect.runs.surroundings import Surroundings
@@ -49,7 +49,7 @@ class PlaybackLog:
         self._folder = folder / PLAYBACK
         self._kept: list[int] = []
         self._every = 1
-        self._wheels = WheelPath()
+        self._odometry = OdometryPath()
         self.surroundings: Surroundings | None = None
 
     def on_step(self, step: RecognitionStep) -> None:
@@ -62,7 +62,7 @@ class PlaybackLog:
         if frame is None:
             return
         self._begin(step)
-        self._wheels.follow(step, frame)
+        self._odometry.add(step, frame)
         if step.index % self._every:
             return
         self.moment(step, frame).save(self._folder / f"{step.index:06d}.npz")
@@ -80,13 +80,13 @@ class PlaybackLog:
         Raises:
             OutputError: The file can not be written.
         """
-        if not self._wheels.frames:
+        if not self._odometry.frames:
             return
         with atomic_open(self._folder / "odometry.npz", "wb") as stream:
             np.savez_compressed(
                 stream,
-                frames=np.array(self._wheels.frames),
-                camera_xyz=np.array(self._wheels.places_xyz),
+                frames=np.array(self._odometry.frames),
+                camera_xyz=np.array(self._odometry.places_xyz),
             )
 
     def moment(self, step: RecognitionStep, frame: RgbdFrame) -> PlaybackMoment:

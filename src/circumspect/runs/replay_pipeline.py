@@ -6,7 +6,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.classification import Classifier
 from circumspect.errors import InputError
-from circumspect.recognition.recognition_pipeline import RecognitionPipeline
+from circumspect.recognition import RecognitionPipeline
 from circumspect.recording import BagRecording, Recording
 from circumspect.sensing import DepthNoise, GroundSegmentation, Segmentation
 from circumspect.tracking import KnownPoses, PoseEstimator, Tracker, TrackingSettings
@@ -42,7 +42,7 @@ def replay_pipeline(
                 "X Y Z X Y Z, or --first-pose X Y Z PAN TILT"
             )
         segmentation = GroundSegmentation(noise=noise)
-    poses: PoseEstimator = KnownPoses()
+    tracker: PoseEstimator = KnownPoses()
     if hidden:
-        poses = Tracker(T_map_first, TrackingSettings.for_noise(noise))
-    return RecognitionPipeline(segmentation, poses, classifier)
+        tracker = Tracker(T_map_first, TrackingSettings.for_noise(noise))
+    return RecognitionPipeline(segmentation, tracker, classifier)

@@ -9,15 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from circumspect.errors import MissingExtraError, OutputError, reason_of
-from circumspect.exploration.view_record import REACHED
+from circumspect.exploration.view_record import ViewOutcome
 from circumspect.geometry import write_tum
-from circumspect.recognition.recognition_step import (
-    RecognitionResult,
-    RecognitionStep,
-    answer_record,
-)
+from circumspect.recognition import RecognitionResult, RecognitionStep
+from circumspect.recognition.recognition_step import answer_record
 from circumspect.runs.camera_path import camera_path
-from circumspect.runs.run_path import Journey
+from circumspect.runs.run_path import RunPath
 from circumspect.runs.stage_times import stage_times
 from circumspect.storage import append_line, atomic_open, require_no_strangers, write_json
 
@@ -37,19 +34,19 @@ PLAYBACK = "playback"
 
 
 class RunFolder:
-    """Writes down a run while it goes on; a `PipelineObserver`.
+    """Writes a run to a folder while it goes on; a `PipelineObserver`.
 
-    - config.json: what the run was started with
+    - config.json: the configuration of the run
     - log.jsonl: one line a frame
-    - result.json: the answer, the reasons of frames that changed nothing, time a stage
-    - scan.json: of scans alone: why it ended, what became of the views, errors
-    - replay.json: of replays alone: frames left out, errors against the recorded poses
+    - result.json: the answer, the outcomes of the frames, time a stage
+    - scan.json: scans only: why it ended, what came of the views, errors
+    - replay.json: replays only: skipped frames, errors against the recorded poses
     - model.ply: the object's surface
     - grid.npz: its occupancy grid
-    - trajectory.txt: where the camera was, TUM format: stamp x y z qx qy qz qw
-    - picture.png: all of it at a glance
-    - playback/: of scans alone: moments for `circumspect view`, see `PlaybackLog`
-    - space.txt, space.jsonl, space.png, calibration.json: of scans with ceiling cameras alone
+    - trajectory.txt: path of the camera, TUM format: stamp x y z qx qy qz qw
+    - picture.png: summary
+    - playback/: scans only: moments for `circumspect view`, see `PlaybackLog`
+    - space.txt, space.jsonl, space.png, calibration.json: scans with ceiling cameras only
     """
 
     def __init__(self, path: str | os.PathLike[str], config: Mapping[str, Any]) -> None:
@@ -72,13 +69,12 @@ class RunFolder:
         earlier += (self.path / PLAYBACK).glob("*.npz")
         _require_no_folders(earlier)
         self.config = dict(config)
-        self.journey = Journey()
-        """Where the robot went, for the picture; set by whoever knows before the run ends."""
+        self.run_path = RunPath()
+        """The path of the robot, for the picture; set before the run ends."""
         self.scan: ObjectScan | None = None
-        """Of a robot that drives, which knows what planning took and why views were missed; set by
-        whoever knows before the run begins."""
+        """The scan, for planning times and missed views; set before the run begins."""
         self.picture_missing: str | None = None
-        """Why there is no picture; None where there is one."""
+        """Why there is no picture; None if there is one."""
         write_json(self.path / CONFIG, self.config)
         with atomic_open(self.path / LOG):
             pass
@@ -112,18 +108,18 @@ class RunFolder:
             from circumspect.runs.picture import draw_run
 
             picture, missed = self.path / "picture.png", self._why_missed()
-            draw_run(picture, result, self.config, self.journey, missed)
+            draw_run(picture, result, self.config, self.run_path, missed)
         except MissingExtraError as error:
             self.picture_missing = str(error)
 
     def document(self, result: RecognitionResult) -> dict[str, Any]:
-        """What result.json says of a run, and `--json` after it."""
+        """The contents of result.json, and of `--json` after the run."""
         plan = () if self.scan is None else self.scan.plan_milliseconds
         return result_document(result, self.config, plan)
 
     def _why_missed(self) -> list[str]:
         views = () if self.scan is None else self.scan.views
-        return [record.outcome for record in views if record.outcome != REACHED]
+        return [record.reason for record in views if record.outcome != ViewOutcome.REACHED]
 
 
 def _require_no_folders(files: Sequence[Path]) -> None:
@@ -147,17 +143,17 @@ def _remove(file: Path) -> None:
 def result_document(
     result: RecognitionResult, config: Mapping[str, Any], plan: Sequence[float] = ()
 ) -> dict[str, Any]:
-    """What a run led to, in JSON types.
+    """The result of a run in JSON types.
 
     Args:
         result: The run.
-        config: "truth", where given, is told again.
-        plan: What planning took after each frame [ms].
+        config: "truth" is copied, if given.
+        plan: Planning time after each frame [ms].
     """
     last = result.last
     outcomes: dict[str, int] = {}
     for step in result.steps:
-        outcomes[step.outcome] = outcomes.get(step.outcome, 0) + 1
+        outcomes[step.outcome.value] = outcomes.get(step.outcome.value, 0) + 1
     return {
         **answer_record(result.prediction),
         "truth": config.get("truth"),

@@ -1,4 +1,4 @@
-"""Where a robot went during a run: what its picture shows beside the result."""
+"""The path of a robot in a run, as its picture shows it."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ from circumspect.geometry import PlanarPose, Trajectory
 
 
 class PlannedView(Protocol):
-    """A place that a planner chose to look from."""
+    """A view that a planner chose."""
 
     @property
     def T_map_base(self) -> PlanarPose:
-        """Where the robot stands."""
+        """Pose of the robot."""
         ...
 
     @property
     def looks_at_xy(self) -> tuple[float, float]:
-        """The place on the surface that the camera faces [m], map frame."""
+        """The point on the surface that the camera faces [m], map frame."""
         ...
 
     @property
     def normal_xy(self) -> tuple[float, float] | None:
-        """The surface's unit normal there; None where the planner knows none."""
+        """The surface's unit normal there; None if the planner used none."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
-class Journey:
-    """A robot's way through a room; everything is in the map frame.
+class RunPath:
+    """The path of a robot through a room, map frame.
 
     Attributes:
         stamps: (n,) [s] of frames, ascending.
-        driven_m: (n,) [m] what the robot had driven by then.
-        odometry: The camera by odometry alone, beginning where the run's first pose is; None
-            where the wheels said nothing.
-        truth: Where the camera really was; None where nobody knows.
-        views: What the planner chose and the robot reached, in order.
-        missed: What it chose and the robot did not reach.
+        driven_m: (n,) [m] the distance driven by then.
+        odometry: The camera by odometry alone, from the run's first pose on; None without
+            odometry.
+        truth: The true path of the camera; None if it is unknown.
+        views: The views that the robot reached, in order.
+        missed: The views that it did not reach.
         walls_xy: Outlines of walls and clutter, each (k, 2) [m].
     """
 
@@ -54,7 +54,7 @@ class Journey:
     walls_xy: tuple[NDArray[np.float64], ...] = ()
 
     def driven_by(self, stamps: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """(k,) [m] driven at given times [s]; None where that is not known."""
+        """(k,) [m] distances driven at given times [s]; None if they are unknown."""
         if len(self.stamps) == 0:
             return None
         return np.interp(stamps, self.stamps, self.driven_m)

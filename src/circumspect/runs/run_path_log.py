@@ -1,4 +1,4 @@
-"""Writes down a scan's journey while it goes on."""
+"""Logs the path of a scan."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.exploration.object_scan import ObjectScan
-from circumspect.exploration.view_record import REACHED
+from circumspect.exploration.view_record import ViewOutcome
 from circumspect.geometry import Trajectory, TrajectoryLog
-from circumspect.recognition.recognition_step import RecognitionResult, RecognitionStep
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.runs.run_folder import RunFolder
-from circumspect.runs.run_path import Journey
+from circumspect.runs.run_path import RunPath
 
 
-class JourneyLog:
-    """Keeps odometry, distance and views of a scan; a `PipelineObserver`.
+class RunPathLog:
+    """Logs odometry, distance and views of a scan; a `PipelineObserver`.
 
-    It is told before the run's folder, so that the folder has the journey when it draws.
+    List it before the run's folder, so that the folder has the path when it draws.
     """
 
     def __init__(
@@ -33,10 +33,10 @@ class JourneyLog:
 
         Args:
             scan: The scan that is observed.
-            folder: Gets the journey when the run ends.
-            truth: Gives the camera's true trajectory when the run ends, in the world's frame.
-            walls_xy: What stands around, outlines in the world's frame [m]; shown only where the
-                truth says how the robot's map lies in the world.
+            folder: Gets the path when the run ends.
+            truth: Returns the camera's true trajectory when the run ends, world frame.
+            walls_xy: Outlines of walls and clutter, world frame [m]; shown only with the truth,
+                which aligns map and world.
         """
         self._scan = scan
         self._folder = folder
@@ -48,11 +48,11 @@ class JourneyLog:
 
     @property
     def odometry(self) -> Trajectory | None:
-        """The camera by odometry alone, odom frame; None where the wheels said nothing."""
+        """The camera by odometry alone, odom frame; None without odometry."""
         return self._wheels.trajectory
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Take down what the robot said with the step's frame."""
+        """Log distance and odometry at the step's frame."""
         frame = self._scan.frame
         if not self._stamps or step.stamp > self._stamps[-1]:
             self._stamps.append(step.stamp)
@@ -61,15 +61,15 @@ class JourneyLog:
             self._wheels.add(frame.stamp, T_odom_camera)
 
     def on_end(self, result: RecognitionResult) -> None:
-        """Hand the journey to the folder."""
+        """Pass the path to the folder."""
         if self._folder is not None:
-            self._folder.journey = self.journey(result)
+            self._folder.run_path = self.run_path(result)
 
-    def journey(self, result: RecognitionResult) -> Journey:
-        """All of it in the map frame of the result.
+    def run_path(self, result: RecognitionResult) -> RunPath:
+        """The path in the map frame of the result.
 
         Args:
-            result: The run; its poses say how odometry and world lie in the map.
+            result: The run; its poses align odometry and world with the map.
         """
         wheels, world = self.odometry, self._truth() if self._truth is not None else None
         T_map_odom, T_map_world = _first_offset(wheels, result), _first_offset(world, result)
@@ -79,14 +79,18 @@ class JourneyLog:
             odometry = wheels.moved(T_map_odom)
         if world is not None and T_map_world is not None:
             truth = world.moved(T_map_world)
-            walls = tuple(_carried(T_map_world, line) for line in self._walls_xy)
-        return Journey(
+            walls = tuple(_transformed(T_map_world, line) for line in self._walls_xy)
+        return RunPath(
             stamps=np.array(self._stamps),
             driven_m=np.array(self._driven),
             odometry=odometry,
             truth=truth,
-            views=tuple(record.view for record in self._scan.views if record.outcome == REACHED),
-            missed=tuple(record.view for record in self._scan.views if record.outcome != REACHED),
+            views=tuple(
+                record.view for record in self._scan.views if record.outcome == ViewOutcome.REACHED
+            ),
+            missed=tuple(
+                record.view for record in self._scan.views if record.outcome != ViewOutcome.REACHED
+            ),
             walls_xy=walls,
         )
 
@@ -94,9 +98,9 @@ class JourneyLog:
 def _first_offset(
     trajectory: Trajectory | None, result: RecognitionResult
 ) -> RigidTransform | None:
-    """What moves a trajectory onto the run's path at the first frame that both tell a pose of.
+    """Transform that aligns a trajectory with the run at the first frame with a pose in both.
 
-    The wheels may be mute at first, and the robot drives meanwhile.
+    The odometry may begin later than the run.
     """
     if trajectory is None:
         return None
@@ -108,6 +112,6 @@ def _first_offset(
     return None
 
 
-def _carried(T_map_world: RigidTransform, line_xy: NDArray[np.float64]) -> NDArray[np.float64]:
+def _transformed(T_map_world: RigidTransform, line_xy: NDArray[np.float64]) -> NDArray[np.float64]:
     points = np.column_stack([line_xy, np.zeros(len(line_xy))])
     return T_map_world.apply(points)[:, :2]

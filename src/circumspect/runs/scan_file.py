@@ -1,4 +1,4 @@
-"""A scan's own file in the folder of its run."""
+"""The file of a scan in the folder of its run."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 from circumspect.exploration.object_scan import ObjectScan
 from circumspect.exploration.view_record import ViewRecord
-from circumspect.recognition.recognition_step import RecognitionResult, RecognitionStep
+from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.storage import write_json
 
 
 class ScanFile:
-    """Writes down why a scan ended and what became of its views; a `PipelineObserver`."""
+    """Writes why a scan ended and what came of its views; a `PipelineObserver`."""
 
     def __init__(self, scan: ObjectScan, path: Path) -> None:
         """Write nothing yet.
@@ -26,7 +26,7 @@ class ScanFile:
         self._path = path
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Nothing: the pipeline's log has the steps."""
+        """Nothing: the log of the run has the steps."""
 
     def on_end(self, result: RecognitionResult) -> None:  # noqa: ARG002 - the scan knows
         """Write the file, however the scan ended.
@@ -37,7 +37,7 @@ class ScanFile:
         self.write({})
 
     def write(self, more: Mapping[str, Any]) -> None:
-        """Write the file anew.
+        """Write the file again.
 
         Args:
             more: Further entries, JSON types.
@@ -50,17 +50,17 @@ class ScanFile:
             "ended": scan.ended,
             "distance_m": scan.driven_m,
             "turned_deg": scan.turned_deg,
-            "views": [_told(record) for record in scan.views],
+            "views": [_view_entry(record) for record in scan.views],
             **more,
         }
         write_json(self._path, document)
 
 
-def _told(record: ViewRecord) -> dict[str, Any]:
+def _view_entry(record: ViewRecord) -> dict[str, Any]:
     view, base = record.view, record.view.T_map_base
     return {
         "frame": record.frame,
-        "outcome": record.outcome,
+        "outcome": record.reason,
         "why": view.why,
         "base": {"x": base.x, "y": base.y, "yaw": base.yaw},
         "looks_at": view.looks_at_xy,

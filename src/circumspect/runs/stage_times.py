@@ -1,4 +1,4 @@
-"""How long the stages of a run took."""
+"""Times of the stages of a run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import zip_longest
 
 import numpy as np
 
-from circumspect.recognition.recognition_step import RecognitionStep
+from circumspect.recognition import RecognitionStep
 
 PLAN, FRAME = "plan", "frame"
 
@@ -15,11 +15,11 @@ PLAN, FRAME = "plan", "frame"
 def stage_lists(
     steps: Sequence[RecognitionStep], plan: Sequence[float] = ()
 ) -> dict[str, list[float]]:
-    """Stage to its times [ms], one for each frame that came so far; "frame" is a frame's sum.
+    """Stage to its times [ms], one for each frame that got there; "frame" is the sum of a frame.
 
     Args:
         steps: Of a run.
-        plan: What planning took after each frame [ms]; the last frame may have none.
+        plan: Planning time after each frame [ms]; the last frame may have none.
     """
     times: dict[str, list[float]] = {}
     for step, planned in zip_longest(steps, plan):

@@ -1,4 +1,4 @@
-"""What stands around the object, for those who look at a run from outside."""
+"""Walls and clutter around the object, for playback and dashboard."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from circumspect.storage import atomic_open
 LEFT_OUT = ("object", "floor")
 WALL = "wall"
 KINDS = {"vertices_xyz": "f", "faces": "i", "colours": "f", "counts": "i"}
-LARGEST = 16 << 20
-"""Bytes of arrays that a file may hold."""
+MAX_ARRAY_BYTES = 16 << 20
+"""Of all arrays of a file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class Surroundings:
         Raises:
             InputError: Missing, broken, too large, or something else.
         """
-        arrays = read_arrays(Path(path), KINDS, LARGEST)
+        arrays = read_arrays(Path(path), KINDS, MAX_ARRAY_BYTES)
         try:
             vertices, faces = arrays["vertices_xyz"], arrays["faces"]
             colours, counts = arrays["colours"], arrays["counts"]

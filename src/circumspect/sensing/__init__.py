@@ -3,7 +3,7 @@
 from circumspect.sensing.box_segmentation import BoxSegmentation
 from circumspect.sensing.depth_blocks import DepthBlocks
 from circumspect.sensing.depth_noise import DepthNoise
-from circumspect.sensing.floor_check import BELOW_FLOOR, NO_FLOOR
+from circumspect.sensing.floor_check import FloorFault
 from circumspect.sensing.floor_plane import FloorPlane
 from circumspect.sensing.flying_pixels import continuous_pixels
 from circumspect.sensing.ground_segmentation import GroundSegmentation
@@ -14,11 +14,10 @@ from circumspect.sensing.rgbd_frame import RgbdFrame
 from circumspect.sensing.segmentation import Segmentation
 
 __all__ = [
-    "BELOW_FLOOR",
-    "NO_FLOOR",
     "BoxSegmentation",
     "DepthBlocks",
     "DepthNoise",
+    "FloorFault",
     "FloorPlane",
     "GroundSegmentation",
     "Odometry",

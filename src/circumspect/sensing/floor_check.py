@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import StrEnum
 
 import numpy as np
 
@@ -14,11 +15,16 @@ LOOKED_AT = 8_500
 """About so many pixels are, spread over the image."""
 MOST_BELOW = 0.05
 """Share of the points that may lie below the floor."""
-NO_FLOOR = "no floor in view at Z = 0; are the camera's height and tilt right?"
-BELOW_FLOOR = "too much lies below the floor at Z = 0; are the camera's height and tilt right?"
 
 
-def floor_fault(frame: RgbdFrame, noise: DepthNoise) -> str | None:
+class FloorFault(StrEnum):
+    """What contradicts a floor at Z = 0 of the map."""
+
+    NO_FLOOR = "no floor in view at Z = 0; are the camera's height and tilt right?"
+    BELOW_FLOOR = "too much lies below the floor at Z = 0; are the camera's height and tilt right?"
+
+
+def floor_fault(frame: RgbdFrame, noise: DepthNoise) -> FloorFault | None:
     """What speaks against a floor at Z = 0 of the map; None where nothing does.
 
     A camera that is mounted otherwise than it is said to be makes the floor itself an object, or
@@ -29,7 +35,7 @@ def floor_fault(frame: RgbdFrame, noise: DepthNoise) -> str | None:
         noise: The camera's; tells its range.
 
     Returns:
-        `NO_FLOOR`, `BELOW_FLOOR` or None.
+        The contradiction, or None.
 
     Raises:
         InputError: The frame has no pose.
@@ -40,7 +46,7 @@ def floor_fault(frame: RgbdFrame, noise: DepthNoise) -> str | None:
     if len(heights) < FEWEST:
         return None
     if float((heights < -BAND).mean()) > MOST_BELOW:
-        return BELOW_FLOOR
+        return FloorFault.BELOW_FLOOR
     if np.count_nonzero(np.abs(heights) < BAND) < FEWEST:
-        return NO_FLOOR
+        return FloorFault.NO_FLOOR
     return None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from circumspect.errors import InputError
 from circumspect.sensing import _native
 from circumspect.sensing.depth_noise import DepthNoise
-from circumspect.sensing.floor_check import floor_fault
+from circumspect.sensing.floor_check import FloorFault, floor_fault
 from circumspect.sensing.floor_plane import FloorPlane
 from circumspect.sensing.flying_pixels import continuous_pixels
 from circumspect.sensing.rgbd_frame import RgbdFrame
@@ -74,7 +74,7 @@ class GroundSegmentation(Segmentation):
         self._keep_cluster(frame, mask, known_xyz)
         return mask
 
-    def fault(self, frame: RgbdFrame) -> str | None:
+    def fault(self, frame: RgbdFrame) -> FloorFault | None:
         """See `Segmentation.fault`: the floor must be where z is 0."""
         return floor_fault(frame, self.noise)
 

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.sensing.floor_check import FloorFault
 from circumspect.sensing.rgbd_frame import RgbdFrame
 
 
@@ -31,7 +32,7 @@ class Segmentation(ABC):
             InputError: The frame has no pose.
         """
 
-    def fault(self, frame: RgbdFrame) -> str | None:  # noqa: ARG002
+    def fault(self, frame: RgbdFrame) -> FloorFault | None:  # noqa: ARG002
         """What in a frame contradicts that the camera is where it is said to be.
 
         Args:

@@ -16,7 +16,7 @@ from circumspect.grid import OccupancyGrid
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.reconstruction import ObjectModel
 from circumspect.runs import PlannedView
-from circumspect.runs.odometry_path import WheelPath
+from circumspect.runs.odometry_path import OdometryPath
 from circumspect.runs.surroundings import Surroundings
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Scene, Witness
@@ -80,7 +80,7 @@ class LiveWatch:
         self._scene, self._witness, self._truth = scene, witness, truth
         self._rows: list[Mapping[str, Any]] = []
         self._path: list[NDArray[np.float64]] = []
-        self._wheels = WheelPath()
+        self._odometry = OdometryPath()
         self._surroundings: Surroundings | None = None
         self._last: _Moment | None = None
 
@@ -91,7 +91,7 @@ class LiveWatch:
         if step.pose is not None:
             self._look_round(step.pose.T_map_camera)
             self._path.append(step.pose.T_map_camera.translation)
-        self._wheels.follow(step, frame)
+        self._odometry.add(step, frame)
         self._forget()
         # All of a large model would keep the run waiting.
         self._last = (step, frame, target, step.model.preview)
@@ -142,7 +142,7 @@ class LiveWatch:
         if len(self._rows) > MOST_FRAMES:
             self._rows = self._rows[MOST_FRAMES // 2 :]
             self._path = self._path[-len(self._rows) :]
-            self._wheels.forget(MOST_FRAMES // 2)
+            self._odometry.truncate(MOST_FRAMES // 2)
 
     def _put(self, news: str) -> None:
         assert self._last is not None
@@ -165,7 +165,7 @@ class LiveWatch:
             T_map_camera=pose,
             T_base_camera=None if frame is None else frame.T_base_camera,
             path_xyz=_stacked(self._path),
-            odometry_xyz=_stacked(self._wheels.places_xyz),
+            odometry_xyz=_stacked(self._odometry.places_xyz),
             target=target,
             surroundings=self._surroundings,
             truth=self._truth,

@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from circumspect.classification.answer_text import answer_parts, percent, truth_text
-from circumspect.recognition import CLASSIFIED
+from circumspect.recognition import FrameOutcome
 from circumspect.viewer.colouring import CLASSES
 
 MOST_BARS, MOST_FAULTS = 6, 6
@@ -101,7 +101,7 @@ def _faults(rows: Sequence[Mapping[str, Any]], count: int) -> Iterable[tuple[int
     found = 0
     for index in range(count - 1, -1, -1):
         row, reasons = rows[index], []
-        if row.get("outcome") != CLASSIFIED:
+        if row.get("outcome") != FrameOutcome.CLASSIFIED:
             reasons.append(str(row.get("outcome")))
         if row.get("pose_reason"):
             reasons.append(str(row["pose_reason"]))

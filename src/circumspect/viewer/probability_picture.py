@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.recognition import CLASSIFIED
+from circumspect.recognition import FrameOutcome
 from circumspect.viewer.colouring import CLASSES
 
 WIDTH, HEIGHT, FOOT = 360, 90, 8
@@ -38,7 +38,7 @@ def probability_picture(
     for frame in np.unique(columns[columns < count]):
         mine = columns == frame
         row = rows[frame]
-        if row.get("outcome") != CLASSIFIED:
+        if row.get("outcome") != FrameOutcome.CLASSIFIED:
             picture[HEIGHT:, mine] = FAULT
         if row.get("probabilities"):
             picture[:HEIGHT, mine] = _column(row["probabilities"])[:, None]
