@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.exploration.obstacle_map import BESIDE, FEWEST_FRAMES, ObstacleMap
+from circumspect.exploration.obstacle_map import MIN_FRAMES, OBJECT_MARGIN_M, ObstacleMap
 from circumspect.planning.plan_view import cell_keys
 
 
@@ -15,7 +15,7 @@ def test_what_is_near_the_object_is_no_obstacle(seed: int, things: int, count: i
     standing = ObstacleMap(keys, rng.integers(1, 4, len(keys)))
     object_xy = rng.uniform(-0.5, 0.5, (count, 2))
     everywhere = standing.places_xy(np.empty((0, 2)))
-    assert len(everywhere) == (standing.frames >= FEWEST_FRAMES).sum()
+    assert len(everywhere) == (standing.frames >= MIN_FRAMES).sum()
     away = np.linalg.norm(everywhere[:, None] - object_xy[None], axis=2)
-    kept = everywhere[(away > BESIDE).all(axis=1)]
+    kept = everywhere[(away > OBJECT_MARGIN_M).all(axis=1)]
     np.testing.assert_array_equal(standing.places_xy(object_xy), kept)

@@ -20,9 +20,9 @@ from circumspect.grid import CylindricalGrid, OccupancyGrid
 from circumspect.runs import RunFolder, playback_log
 from circumspect.runs.playback_log import PlaybackLog
 from circumspect.runs.playback_moment import (
-    FURTHEST,
-    MOST_POINTS,
-    STEP,
+    MAX_POINTS,
+    MAX_STEPS,
+    MIN_STEP_M,
     PlaybackMoment,
     thinned,
 )
@@ -61,7 +61,7 @@ def test_what_is_written_is_read(tmp_path_factory, points, seed):
     told = moment(points, seed)
     told.save(path)
     read = PlaybackMoment.load(path)
-    np.testing.assert_allclose(read.points_xyz, told.points_xyz, atol=STEP)
+    np.testing.assert_allclose(read.points_xyz, told.points_xyz, atol=MIN_STEP_M)
     np.testing.assert_allclose(read.normals_xyz, told.normals_xyz, atol=0.005)
     np.testing.assert_array_equal(read.frames_seen, told.frames_seen)
     np.testing.assert_array_equal(read.grid.states, told.grid.states)
@@ -94,7 +94,7 @@ def test_points_far_from_the_first_one_stay_where_they_are(tmp_path, far):
     told = dataclasses.replace(told, points_xyz=points)
     told.save(tmp_path / "a.npz")
     read = PlaybackMoment.load(tmp_path / "a.npz")
-    step = max(STEP, abs(far) / FURTHEST)
+    step = max(MIN_STEP_M, abs(far) / MAX_STEPS)
     np.testing.assert_allclose(read.points_xyz, points, rtol=0, atol=0.51 * step)
 
 
@@ -104,14 +104,14 @@ def test_a_moment_of_before_steps_were_told_is_read(tmp_path):
     told.save(path)
     with np.load(path) as new:
         np.savez(path, **{name: new[name] for name in new.files if name != "step"})
-    np.testing.assert_allclose(PlaybackMoment.load(path).points_xyz, told.points_xyz, atol=STEP)
+    np.testing.assert_allclose(
+        PlaybackMoment.load(path).points_xyz, told.points_xyz, atol=MIN_STEP_M
+    )
 
 
 def test_a_large_object_is_thinned(tmp_path):
-    moment(5 * MOST_POINTS).save(tmp_path / "a.npz")
-    assert (
-        0.5 * MOST_POINTS < len(PlaybackMoment.load(tmp_path / "a.npz").points_xyz) <= MOST_POINTS
-    )
+    moment(5 * MAX_POINTS).save(tmp_path / "a.npz")
+    assert 0.5 * MAX_POINTS < len(PlaybackMoment.load(tmp_path / "a.npz").points_xyz) <= MAX_POINTS
 
 
 def test_images_are_thinned_to_thumbnails():
@@ -223,7 +223,7 @@ class TestSurroundings:
 
 def test_a_long_run_keeps_few_moments(tmp_path, monkeypatch):
     """When there are too many every second one goes, so that they stay evenly spread."""
-    monkeypatch.setattr(playback_log, "MOST_MOMENTS", 6)
+    monkeypatch.setattr(playback_log, "MAX_MOMENTS", 6)
     scan = scan_world.scan()
     log = PlaybackLog(scan, tmp_path)
     result = scan.run((log,))

@@ -16,7 +16,7 @@ from circumspect.planning import NextView
 from circumspect.recognition import RecognitionResult
 from circumspect.runs import RunPath
 from circumspect.runs.camera_path import camera_path
-from circumspect.runs.panels import ROWS_AROUND, draw_grid, draw_probabilities
+from circumspect.runs.panels import MARGIN_ROWS, draw_grid, draw_probabilities
 from circumspect.runs.picture import captions, draw_run
 from circumspect.runs.plan_panel import LEGEND_LINES, LEGEND_WIDTH, MISSED_COLOUR, draw_plan
 
@@ -183,8 +183,8 @@ def test_the_unrolled_grid_shows_the_object_and_little_more(result: RecognitionR
     heights = result.last.model.cloud().points_xyz[:, 2]
     row = 2 * grid.grid.half_height / grid.grid.shape[2]
     low, high = panel.get_ylim()
-    assert heights.min() - (ROWS_AROUND + 1) * row <= low < heights.min()
-    assert heights.max() < high <= heights.max() + (ROWS_AROUND + 1) * row
+    assert heights.min() - (MARGIN_ROWS + 1) * row <= low < heights.min()
+    assert heights.max() < high <= heights.max() + (MARGIN_ROWS + 1) * row
     bare = OccupancyGrid(grid.grid, np.zeros_like(grid.states))
     panel = axes()
     draw_grid(panel, bare)

@@ -1,4 +1,4 @@
-"""Notices that a robot does not get on."""
+"""Detects that a robot does not make progress."""
 
 from __future__ import annotations
 
@@ -6,36 +6,35 @@ import numpy as np
 
 from circumspect.geometry import PlanarPose
 
-STEP = 0.04
-"""Progress is to get this far [m] …"""
-TURN = float(np.radians(4.0))
-"""… or to turn by this [rad]."""
+MIN_STEP_M = 0.04
+MIN_TURN_RAD = float(np.radians(4.0))
+"""Progress is a step or a turn of at least this."""
 
 
 class ProgressWatch:
-    """Remembers the last place at which the robot made progress."""
+    """Keeps the last pose at which the robot made progress."""
 
     def __init__(self, patience: float) -> None:
-        """Begin to watch.
+        """Start without a pose.
 
         Args:
-            patience: So long without progress is too long [s].
+            patience: Time without progress until the robot is stuck [s].
         """
         self._patience = patience
         self._last: tuple[float, PlanarPose] | None = None
 
     def stuck(self, now: float, T_map_base: PlanarPose) -> bool:
-        """Whether there was no progress for too long.
+        """Whether the robot has made no progress for too long.
 
         Args:
             now: Time [s].
-            T_map_base: Where the robot is believed to be.
+            T_map_base: Estimated pose of the robot.
         """
-        if self._last is None or self._got_on(self._last[1], T_map_base):
+        if self._last is None or self._made_progress(self._last[1], T_map_base):
             self._last = (now, T_map_base)
         return now - self._last[0] > self._patience
 
     @staticmethod
-    def _got_on(before: PlanarPose, after: PlanarPose) -> bool:
+    def _made_progress(before: PlanarPose, after: PlanarPose) -> bool:
         step = before.inverse() @ after
-        return bool(np.hypot(step.x, step.y) >= STEP or abs(step.yaw) >= TURN)
+        return bool(np.hypot(step.x, step.y) >= MIN_STEP_M or abs(step.yaw) >= MIN_TURN_RAD)

@@ -8,8 +8,8 @@ import numpy as np
 
 from circumspect.errors import InputError
 
-STUCK_WAY, STUCK_TURN = 0.2, float(np.radians(20.0))
-"""A robot that gets on drives [m] or turns [rad] by far less than this before it is noticed."""
+STUCK_STEP_M, STUCK_TURN_RAD = 0.2, float(np.radians(20.0))
+"""Progress is detected well before the robot drives or turns this far."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class ScanSettings:
     @property
     def stuck_after(self) -> float:
         """Without progress for this long the robot is blocked [s]."""
-        moving = max(STUCK_WAY / self.speed, STUCK_TURN / self.max_turn)
+        moving = max(STUCK_STEP_M / self.speed, STUCK_TURN_RAD / self.max_turn)
         return max(self.patience, moving, 2.5 * self.frame_interval)
 
     @property

@@ -63,7 +63,7 @@ class SimulatedScan:
 
     Attributes:
         scan: The loop.
-        witness: Knows where the robot really was.
+        witness: Knows the true poses of the robot.
         room: The world.
         camera: The robot's.
         config: What the run was started with, JSON types.
@@ -103,17 +103,17 @@ class SimulatedScan:
         colour: bool = False,
         real_time: bool = False,
     ) -> Self:
-        """Put a robot into a room with an object.
+        """Place a robot in a room with an object.
 
         Args:
             mesh: The object, standing on z = 0 [m].
             world: The room and the robot's faults.
             driving: How it drives and looks.
             planner: Chooses views.
-            classifier: Names the object.
-            config: "seed" and "start_deg" and whatever else describes the run.
+            classifier: Classifies the object.
+            config: "seed", "start_deg" and other entries that describe the run.
             camera: None means the Xtion PRO.
-            faulty: Makes of the robot one with something wrong.
+            faulty: Wraps the robot in a faulty one.
             colour: The camera makes colour images, too, which takes time.
             real_time: The simulation goes no faster than the world.
 

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 INK = "0.25"
 CLASS_COLOURS = ("#1d4ed8", "#c2410c", "#15803d", "#7c3aed", "#0e7490")
 LIGHT = np.array([-0.35, -0.55, 0.76])
-MOST_POINTS = 40_000
-ROWS_AROUND = 2
+MAX_POINTS = 40_000
+MARGIN_ROWS = 2
 """Rows of the grid that are shown below and above the object."""
-SHORTEST_PATH = 0.05
+MIN_PATH_M = 0.05
 """A camera that moved less stood still [m]."""
 
 
@@ -116,7 +116,7 @@ def _shown_heights(
         return low, high
     row = (high - low) / grid.occupied.shape[2]
     bottom, top = low + row * rows[0], low + row * (rows[-1] + 1)
-    return max(low, float(bottom) - ROWS_AROUND * row), min(high, float(top) + ROWS_AROUND * row)
+    return max(low, float(bottom) - MARGIN_ROWS * row), min(high, float(top) + MARGIN_ROWS * row)
 
 
 def draw_probabilities(
@@ -152,20 +152,22 @@ def _draw_curves(
     axes: Axes, result: RecognitionResult, along: NDArray[np.float64], most: int
 ) -> None:
     """A curve a class, the final answer's first."""
-    told = [(step.index, step.prediction) for step in result.steps if step.prediction is not None]
-    if not told:
+    answers = [
+        (step.index, step.prediction) for step in result.steps if step.prediction is not None
+    ]
+    if not answers:
         axes.text(0.5, 0.5, "nothing was named", ha="center", transform=axes.transAxes, color=INK)
         return
-    final = told[-1][1]
+    final = answers[-1][1]
     names = list(final.probabilities)
-    table = np.array([[answer.probabilities[name] for name in names] for _, answer in told])
-    places = along[[index for index, _ in told]]
+    table = np.array([[answer.probabilities[name] for name in names] for _, answer in answers])
+    places = along[[index for index, _ in answers]]
     # The answer, then those that matter at the end, then those that mattered on the way.
     weights = table[-1] + 0.25 * table.mean(axis=0)
     weights[names.index(final.label)] = np.inf
     rank = np.argsort(-weights)[:most]
     ends = _spread_labels(table[-1, rank], 0.075)
-    style = "-o" if len(told) <= 60 else "-"
+    style = "-o" if len(answers) <= 60 else "-"
     for place, (index, colour) in enumerate(zip(rank, CLASS_COLOURS, strict=False)):
         axes.plot(
             places, table[:, index], style, color=colour, lw=2.4 if place == 0 else 1.5, ms=2.5
@@ -178,7 +180,7 @@ def _draw_curves(
 
 
 def _progress(result: RecognitionResult, run_path: RunPath) -> tuple[NDArray[np.float64], str]:
-    """(n,) how far the run had got at each step, and what that is."""
+    """(n,) progress of the run at each step, and its label."""
     stamps = np.array([step.stamp for step in result.steps])
     driven = run_path.driven_by(stamps)
     if driven is not None:
@@ -186,15 +188,15 @@ def _progress(result: RecognitionResult, run_path: RunPath) -> tuple[NDArray[np.
     path = camera_path(result)
     if path is not None and len(path) > 1:
         steps = np.linalg.norm(np.diff(path.positions_xyz, axis=0), axis=1)
-        if steps.sum() > SHORTEST_PATH:
+        if steps.sum() > MIN_PATH_M:
             far = np.interp(stamps, path.stamps, np.concatenate([[0.0], np.cumsum(steps)]))
             return far, "way of the camera [m]"
     return np.arange(1.0, len(stamps) + 1.0), "frame"
 
 
 def thinned(cloud: PointCloud) -> PointCloud:
-    """At most `MOST_POINTS` of the points, evenly picked."""
-    step = -(-len(cloud) // MOST_POINTS)
+    """At most `MAX_POINTS` of the points, evenly picked."""
+    step = -(-len(cloud) // MAX_POINTS)
     if step == 1:
         return cloud
     normals = None if cloud.normals_xyz is None else cloud.normals_xyz[::step]

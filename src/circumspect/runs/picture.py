@@ -1,4 +1,4 @@
-"""One picture of a whole run."""
+"""The summary picture of a run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIDES = (("−y", -90.0, 12.0), ("+x", 0.0, 12.0), ("above, at a slant", -60.0, 50.0))
-"""Name, azimuth and elevation [degrees] of where the model is looked at from."""
+"""Name, azimuth and elevation [degrees] of the views of the model."""
 
 
 def draw_run(
@@ -34,8 +34,8 @@ def draw_run(
         path: The PNG to write.
         result: A run with a grid of the object; it may have been interrupted before it was named.
         config: "truth" and "start_deg", where given, go into the line below the title.
-        run_path: Where the robot went.
-        why_missed: Of each view that it missed; none where nobody knows.
+        run_path: The path of the robot.
+        why_missed: The reason of each missed view; empty if unknown.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

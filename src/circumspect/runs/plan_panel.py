@@ -39,14 +39,14 @@ def draw_plan(
     run_path: RunPath,
     why_missed: Sequence[str] = (),
 ) -> None:
-    """Draw into given axes; what the run_path does not know is left out.
+    """Draw into given axes; unknown parts of the path are left out.
 
     Args:
         axes: Where to draw.
         cloud: The model.
         result: The run.
-        run_path: Where the robot went.
-        why_missed: Of each view that it missed; none where nobody knows.
+        run_path: The path of the robot.
+        why_missed: The reason of each missed view; empty if unknown.
     """
     path = camera_path(result)
     for number, line in enumerate(run_path.walls_xy):
@@ -122,13 +122,13 @@ def _draw_view(axes: Axes, view: PlannedView, number: int, length: float) -> Non
 
 
 def _draw_missed(axes: Axes, views: tuple[PlannedView, ...], why: Sequence[str]) -> None:
-    """Crosses with numbers of their own, by which the legend tells the reasons."""
+    """Numbered crosses; the legend lists the reasons by these numbers."""
     if not views:
         return
     places = np.array([view.T_map_base.xy for view in views])
-    told = shorten(f"not reached{_reasons(why)}", LEGEND_WIDTH * LEGEND_LINES, placeholder=" …")
-    told = fill(told, LEGEND_WIDTH)
-    axes.plot(*places.T, "x", color=MISSED_COLOUR, ms=7, mew=1.6, zorder=4, label=told)
+    reasons = shorten(f"not reached{_reasons(why)}", LEGEND_WIDTH * LEGEND_LINES, placeholder=" …")
+    reasons = fill(reasons, LEGEND_WIDTH)
+    axes.plot(*places.T, "x", color=MISSED_COLOUR, ms=7, mew=1.6, zorder=4, label=reasons)
     for number, place in enumerate(places, start=1):
         axes.annotate(
             str(number), _pair(place), xytext=(6, 5), textcoords="offset points", fontsize=7.5,
@@ -138,12 +138,12 @@ def _draw_missed(axes: Axes, views: tuple[PlannedView, ...], why: Sequence[str])
 
 
 def _reasons(why: Sequence[str]) -> str:
-    """Each reason once, however many metres it tells, with the numbers of those it is of."""
+    """Each reason once, without its distances, with the numbers of the views."""
     numbers: dict[str, list[str]] = {}
     for number, reason in enumerate(why, start=1):
         numbers.setdefault(re.sub(r"[\d.]+ m\b", "… m", reason), []).append(str(number))
-    told = "; ".join(f"{', '.join(of)} {reason}" for reason, of in numbers.items())
-    return f": {told}" if told else ""
+    reasons = "; ".join(f"{', '.join(of)} {reason}" for reason, of in numbers.items())
+    return f": {reasons}" if reasons else ""
 
 
 def _draw_directions(axes: Axes, path: Trajectory, half: float) -> None:

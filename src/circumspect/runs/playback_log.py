@@ -1,4 +1,4 @@
-"""Keeps moments of a run in its folder, so that it can be played back."""
+"""Writes moments of a run to its folder, for playback."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from circumspect.sensing import RgbdFrame
 from circumspect.simulation import Scene, Witness
 from circumspect.storage import atomic_open
 
-MOST_MOMENTS = 96
-"""When there are more, every second one is removed, and from then on half as many are kept."""
+MAX_MOMENTS = 96
+"""If there are more, every second one is removed, and half as many are kept from then on."""
 NO_POINTS = np.empty((0, 3))
 
 
 class PlaybackLog:
-    """Writes playback/NUMBER.npz and what the whole run shares; a `PipelineObserver`.
+    """Writes playback/NUMBER.npz, surroundings and odometry; a `PipelineObserver`.
 
     A moment takes up to about 100 kB, so a run of any length less than 10 MB.
     """
@@ -42,8 +42,8 @@ class PlaybackLog:
         Args:
             scan: The scan that is observed.
             folder: Of the run.
-            scene: What stands around, where that is known.
-            witness: Knows how the scene lies in the robot's map.
+            scene: The simulated scene, if there is one.
+            witness: Knows the pose of the robot in the scene.
         """
         self._scan, self._scene, self._witness = scan, scene, witness
         self._folder = folder / PLAYBACK
@@ -53,7 +53,7 @@ class PlaybackLog:
         self.surroundings: Surroundings | None = None
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Keep the moment if it is one of those to be kept.
+        """Write the moment if it is one to keep.
 
         Raises:
             OutputError: A file can not be written.
@@ -67,14 +67,14 @@ class PlaybackLog:
             return
         self.moment(step, frame).save(self._folder / f"{step.index:06d}.npz")
         self._kept.append(step.index)
-        if len(self._kept) > MOST_MOMENTS:
+        if len(self._kept) > MAX_MOMENTS:
             self._every *= 2
             for number in self._kept:
                 if number % self._every:
                     (self._folder / f"{number:06d}.npz").unlink(missing_ok=True)
             self._kept = [number for number in self._kept if number % self._every == 0]
 
-    def on_end(self, result: RecognitionResult) -> None:  # noqa: ARG002 - all is known already
+    def on_end(self, result: RecognitionResult) -> None:  # noqa: ARG002 - the steps are enough
         """Write the path by odometry alone.
 
         Raises:
@@ -90,7 +90,7 @@ class PlaybackLog:
             )
 
     def moment(self, step: RecognitionStep, frame: RgbdFrame) -> PlaybackMoment:
-        """What is kept of a step."""
+        """The moment of a step."""
         points = normals = NO_POINTS
         seen = np.empty(0, np.int64)
         try:
@@ -99,7 +99,7 @@ class PlaybackLog:
             points = cloud.points_xyz
             normals = NO_POINTS if cloud.normals_xyz is None else cloud.normals_xyz
         except GeometryError:
-            pass  # nothing of the object is known yet
+            pass  # no points yet
         colour = None if frame.colour is None else thinned(frame.colour)
         target = None if self._scan.target is None else _packed(self._scan.target)
         return PlaybackMoment(
@@ -108,7 +108,7 @@ class PlaybackLog:
         )  # fmt: skip
 
     def _begin(self, step: RecognitionStep) -> None:
-        """With the first pose it is known how the scene lies in the robot's map."""
+        """Write the surroundings once the first pose aligns scene and map."""
         if self.surroundings is not None or step.pose is None:
             return
         if self._scene is None or self._witness is None:

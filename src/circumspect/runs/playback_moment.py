@@ -1,4 +1,4 @@
-"""What is kept of a run's single moments, so that it can be played back."""
+"""The state of a run at one frame, for playback."""
 
 from __future__ import annotations
 
@@ -21,30 +21,29 @@ from circumspect.grid import CylindricalGrid, OccupancyGrid
 from circumspect.sensing.millimetres import metres, millimetres
 from circumspect.storage import atomic_open
 
-MOST_POINTS = 16_000
-"""Points kept of a moment's object; of more, every n-th."""
+MAX_POINTS = 16_000
+"""Maximum number of points of a moment; of more, every n-th is kept."""
 THUMBNAIL_WIDTH = 160
 """Images are thinned to at most about this width [px]."""
-LARGEST = 16 << 20
-"""Bytes of arrays that a file may hold."""
-STEP = 5e-4
-"""Coordinates are whole multiples of this about the first point [m], or of more where the object
-reaches further than 16 bits tell apart."""
-FURTHEST = 32767
-"""Steps from the first point."""
-MOST_CELLS = 1 << 21
+MAX_ARRAY_BYTES = 16 << 20
+"""Of all arrays of a file."""
+MIN_STEP_M = 5e-4
+"""Resolution of coordinates; coarser if the object is too large for 16 bits."""
+MAX_STEPS = 32767
+"""Maximum steps from the first point."""
+MAX_CELLS = 1 << 21
 KINDS: dict[str, str] = dict.fromkeys(
     ("frame", "origin_xyz", "step", "points", "normals", "frames_seen", "depth", "camera", "colour",
      "target", "mount", "occupied", "cells", "bounds"), "fiu",
 )  # fmt: skip
-"""Arrays of a file; what is not known is empty."""
-LATER = ("step",)
-"""Arrays that older files lack."""
+"""Arrays of a file; unknown ones are empty."""
+OPTIONAL = ("step",)
+"""Arrays that are missing in older files."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlaybackMoment:
-    """One moment.
+    """The state of a run at one frame.
 
     Attributes:
         frame: Number of the frame.
@@ -87,11 +86,11 @@ class PlaybackMoment:
                 archive.writestr(f"{name}.npy", packed.getvalue())
 
     def _arrays(self) -> dict[str, NDArray[Any]]:
-        every = -(-max(1, len(self.points_xyz)) // MOST_POINTS)
+        every = -(-max(1, len(self.points_xyz)) // MAX_POINTS)
         points = self.points_xyz[::every]
         origin = points[0] if len(points) else np.zeros(3)
         offset = points - origin
-        step = max(STEP, float(np.abs(offset).max(initial=0.0)) / FURTHEST)
+        step = max(MIN_STEP_M, float(np.abs(offset).max(initial=0.0)) / MAX_STEPS)
         c = self.camera
         arrays = {
             "frame": np.array([self.frame]),
@@ -127,7 +126,7 @@ class PlaybackMoment:
         Raises:
             InputError: Missing, broken, too large, or something else.
         """
-        arrays = read_arrays(Path(path), KINDS, LARGEST, LATER)
+        arrays = read_arrays(Path(path), KINDS, MAX_ARRAY_BYTES, OPTIONAL)
         try:
             return _unpacked({name: array for name, array in arrays.items() if array.size})
         except (
@@ -150,7 +149,7 @@ def _unpacked(arrays: dict[str, NDArray[Any]]) -> PlaybackMoment:
         raise ValueError(f"points of shape {steps.shape}, normals of {normals.shape}")
     if seen.shape != (len(steps),):
         raise ValueError(f"{len(steps)} points, counts of shape {seen.shape}")
-    (step,) = _finite(arrays.get("step", np.array([STEP])), 1)
+    (step,) = _finite(arrays.get("step", np.array([MIN_STEP_M])), 1)
     if not 0 < step < 1e9:
         raise ValueError(f"coordinates in steps of {step:g} m")
     depth, colour = arrays["depth"], arrays.get("colour")
@@ -184,7 +183,7 @@ def _grid(arrays: dict[str, NDArray[Any]]) -> OccupancyGrid:
     rings, sectors, layers = (int(count) for count in arrays["cells"])
     radius, half_height, x, y, z, offset = _finite(arrays["bounds"], 6)
     shape = (rings, sectors, layers)
-    if min(shape) < 1 or rings * sectors * layers > MOST_CELLS:
+    if min(shape) < 1 or rings * sectors * layers > MAX_CELLS:
         raise ValueError(f"a grid of {shape} cells")
     bits = np.unpackbits(arrays["occupied"].astype(np.uint8))[: rings * sectors * layers]
     grid = CylindricalGrid(shape, radius, half_height, (x, y, z), offset)

@@ -20,19 +20,19 @@ def replay_pipeline(
     T_map_first: RigidTransform | None = None,
     noise: DepthNoise | None = None,
 ) -> RecognitionPipeline:
-    """The pipeline that a live run on the same frames has.
+    """Make the pipeline that a live run on the same frames has.
 
     Args:
         recording: What is replayed.
-        classifier: Names the object.
-        segmentation: Tells the object; None means what stands on the floor before the robot.
-        hidden: Poses are found by registration; else the recorded ones are taken as true.
-        T_map_first: Pose of the first frame, above a floor at z = 0; None means that the recording
-            tells it.
+        classifier: Classifies the object.
+        segmentation: Finds the object; None means what stands on the floor before the robot.
+        hidden: Whether poses are tracked; else the recorded ones are taken as true.
+        T_map_first: Pose of the first frame, above a floor at z = 0; None means the one
+            of the recording.
         noise: The camera's noise and range; None means the Xtion PRO's.
 
     Raises:
-        InputError: Nothing tells where the floor is.
+        InputError: The pose of the floor is unknown.
     """
     noise = noise or DepthNoise()
     if segmentation is None:

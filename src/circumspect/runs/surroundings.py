@@ -24,7 +24,7 @@ MAX_ARRAY_BYTES = 16 << 20
 
 @dataclass(frozen=True, eq=False)
 class SolidThing:
-    """A wall, or something that stands about.
+    """A wall or a piece of clutter.
 
     Attributes:
         vertices_xyz: (v, 3) float32 [m].
@@ -51,11 +51,11 @@ class Surroundings:
 
     @classmethod
     def of(cls, scene: Scene, T_map_scene: RigidTransform) -> Surroundings:
-        """Take over what a simulated scene holds.
+        """From a simulated scene.
 
         Args:
             scene: The scene.
-            T_map_scene: Where it lies in the robot's map.
+            T_map_scene: Its pose in the robot's map.
         """
         things = (
             SolidThing(
@@ -73,12 +73,12 @@ class Surroundings:
     def witnessed(
         cls, scene: Scene, witness: Witness, T_map_camera: RigidTransform
     ) -> Surroundings:
-        """Take over a scene that a witness knows the robot's place in.
+        """From a scene in which a witness knows the pose of the robot.
 
         Args:
             scene: The scene.
-            witness: Saw the latest frame being taken.
-            T_map_camera: Where the robot believes to have taken it.
+            witness: Knows the true pose of the latest frame.
+            T_map_camera: Estimated pose of that frame.
         """
         return cls.of(scene, T_map_camera * witness.trajectory.T_map_camera[-1].inv())
 
