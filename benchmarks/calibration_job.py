@@ -14,7 +14,7 @@ from scipy.spatial.transform import RigidTransform
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.geometry import Trajectory, se3
 from circumspect.geometry.composition import between, composed
-from circumspect.pose_graph import BetweenFactor, KeyframeMap
+from circumspect.pose_graph import BetweenFactor, KeyframeMap, KeyframeSettings
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.registration import Scan, ScanSurface, SurfaceMap, register
 from circumspect.robot import MobileRobot, WrappedRobot
@@ -166,7 +166,7 @@ class KeyframeLog:
 
     def _factors(self) -> tuple[BetweenFactor, ...]:
         # Numbers are those of the stamps as long as no keyframe was culled.
-        assert len(self._keyframes) == len(self._stamps) < self._keyframes.settings.max_keyframes
+        assert len(self._keyframes) == len(self._stamps) < KeyframeSettings().max_keyframes
         return self._keyframes.factors
 
     def _measured(

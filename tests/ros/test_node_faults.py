@@ -133,7 +133,7 @@ def test_a_clock_that_starts_at_zero_is_a_clock(bus: MemoryBus, node: Recognitio
         robot.drive(number, late=-100.0)
     steps = worked_off(node)
     assert [step.stamp for step in steps] == pytest.approx([0.0, 0.2, 0.4])
-    assert [step.outcome for step in steps] == [CLASSIFIED] * 3
+    assert [step.outcome for step in steps] == [FrameOutcome.CLASSIFIED] * 3
     assert [step.pose.source for step in steps[1:]] == ["odometry"] * 2
 
 
