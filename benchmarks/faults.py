@@ -115,7 +115,7 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
     made = provenance()
     head = {"key": job.key, "made": made, "fault": job.fault, "object": job.scan.object}
     try:
-        parts = _parts(job)
+        parts = prepared_fault(job)
         scan = ObjectScan(
             FAULTS.get(job.fault, FAULTS["none"])(parts.witness), parts.pipeline,
             parts.scan.planner, parts.scan.settings,
@@ -144,7 +144,7 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
     }
 
 
-def _parts(job: FaultJob) -> SimulatedScan:
+def prepared_fault(job: FaultJob) -> SimulatedScan:
     """The scan in its world; for `WORLDS` another world."""
     parts = prepared(job.scan, world=ROOMS.get(job.fault, ROOM))
     if job.fault == GIANT:

@@ -61,7 +61,7 @@ def jobs(suite: str, arguments: argparse.Namespace) -> list[ScanJob]:
     """All scans of a suite; the same arguments give the same scans."""
     each = arguments.each
     if suite == "furniture":
-        return [job for number in range(each) for job in _round(suite, number)]
+        return furniture_jobs(each)
     if suite == "planners":
         some = range(max(1, each // 3))
         every = arguments.frame_interval
@@ -69,6 +69,11 @@ def jobs(suite: str, arguments: argparse.Namespace) -> list[ScanJob]:
     if suite == "timing":
         return _round(suite, 0, detailed=True)
     return _modelnet(arguments.data, arguments.objects, arguments.frame_interval)
+
+
+def furniture_jobs(each: int) -> list[ScanJob]:
+    """So many scans of every furniture category."""
+    return [job for number in range(each) for job in _round("furniture", number)]
 
 
 def _round(

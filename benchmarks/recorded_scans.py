@@ -1,0 +1,190 @@
+"""Frames of simulated scans on disk, so that trackers can be compared on the same frames.
+
+    python -m benchmarks.recorded_scans            # records what is not there yet
+
+A scan is driven with the tracker of this version; the frames are what its robot saw. A file holds
+depth (16-bit PNG), odometry, mount and the true pose of every frame. They lie in `runs/` and are
+not committed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform
+
+from benchmarks.faults import FAULTS, FaultJob, prepared_fault
+from benchmarks.report import telling
+from benchmarks.scan_job import ScanJob
+from benchmarks.scans import furniture_jobs
+from circumspect.gathering.job_pool import run_all
+from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.pipeline.scan import ObjectScan
+from circumspect.robot import MobileRobot, WrappedRobot
+from circumspect.sensing import Odometry, RgbdFrame
+from circumspect.simulation import Witness
+from circumspect.storage import atomic_open
+
+FOLDER = Path("runs") / "recorded_scans"
+TRACKED_FAULTS = (
+    "blackout of 5 s", "odometry gone from the start", "odometry jumping", "odometry stuck",
+    "robot blocked for 20 s", "robot kidnapped", "one wheel 2 % larger",
+    "object from wall to wall",
+)  # fmt: skip
+"""Faults that a tracker has to deal with."""
+MAX_FRAMES = 400
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedScan:
+    """Frames without poses, and the truth.
+
+    Attributes:
+        name: Of the file, without its ending.
+        frames: In order.
+        truth: n poses `T_world_camera`.
+    """
+
+    name: str
+    frames: Sequence[RgbdFrame]
+    truth: RigidTransform
+
+
+class FrameRecorder(WrappedRobot):
+    """Keeps every frame with the pose at which the simulation took it."""
+
+    def __init__(self, robot: MobileRobot, witness: Witness) -> None:
+        """Record what a robot sees; the witness knows where it is."""
+        super().__init__(robot)
+        self.frames: list[tuple[RgbdFrame, NDArray[np.float64]]] = []
+        self._witness = witness
+
+    def observe(self) -> RgbdFrame:
+        """See `MobileRobot.observe`."""
+        frame = super().observe()
+        self.frames.append((frame, self._witness.simulated.truth().T_map_camera.as_matrix()))
+        return frame
+
+
+def record(job: FaultJob) -> dict[str, Any]:
+    """Drive a scan and write its frames."""
+    parts = prepared_fault(job)
+    wrapper: Callable[[MobileRobot], MobileRobot] = FAULTS.get(job.fault, FAULTS["none"])
+    recorder = FrameRecorder(wrapper(parts.witness), parts.witness)
+    scan = ObjectScan(recorder, parts.pipeline, parts.scan.planner, parts.scan.settings)
+    scan.run()
+    write(path_of(job), recorder.frames)
+    return {"key": job.key, "frames": len(recorder.frames), "ended": scan.ended}
+
+
+def path_of(job: FaultJob) -> Path:
+    """The file of a scan."""
+    name = f"{job.fault}.{job.scan.object}".replace(" ", "_").replace("%", "percent")
+    return FOLDER / f"{name}.npz"
+
+
+def write(path: Path, rows: Sequence[tuple[RgbdFrame, NDArray[np.float64]]]) -> None:
+    """Write frames and true poses."""
+    frames, truth = zip(*rows, strict=True)
+    images = [_encoded(frame.depth) for frame in frames]
+    camera, nothing = frames[0].camera, np.full((4, 4), np.nan)
+    odometry = [frame.odometry for frame in frames]
+    with atomic_open(path, "wb") as file:
+        np.savez(
+            file,
+            images=np.concatenate(images),
+            offsets=np.cumsum([0, *map(len, images)]),
+            stamps=[frame.stamp for frame in frames],
+            odometry=[
+                (np.nan,) * 4 if o is None
+                else (o.stamp, o.T_odom_base.x, o.T_odom_base.y, o.T_odom_base.yaw)
+                for o in odometry
+            ],
+            covariances=[np.zeros((3, 3)) if o is None else o.covariance for o in odometry],
+            mounts=[
+                nothing if frame.T_base_camera is None else frame.T_base_camera.as_matrix()
+                for frame in frames
+            ],
+            truth=np.stack(truth),
+            size=[camera.width, camera.height],
+            intrinsics=[camera.fx, camera.fy, camera.cx, camera.cy],
+        )  # fmt: skip
+
+
+def read(path: Path) -> RecordedScan:
+    """Read a recorded scan."""
+    with np.load(path) as data:
+        width, height = map(int, data["size"])
+        camera = PinholeCamera(width, height, *map(float, data["intrinsics"]))
+        images, offsets = data["images"], data["offsets"]
+        frames = [
+            RgbdFrame(
+                _decoded(images[offsets[n] : offsets[n + 1]]), camera, float(stamp),
+                odometry=_odometry(data["odometry"][n], data["covariances"][n]),
+                T_base_camera=_mount(data["mounts"][n]),
+            )
+            for n, stamp in enumerate(data["stamps"])
+        ]  # fmt: skip
+        return RecordedScan(path.stem, frames, RigidTransform.from_matrix(data["truth"]))
+
+
+def jobs(each: int, frames: int) -> list[FaultJob]:
+    """The furniture scans of `benchmarks.scans`, and three objects with each fault."""
+    furniture = [FaultJob("none", replace(scan, frames=frames)) for scan in furniture_jobs(each)]
+    faults = [
+        FaultJob(fault, ScanJob("faults", f"{category}-{100_010 + number}", 30.0 + 110 * number,
+                                number, "normals", 0.5, frames))
+        for fault in TRACKED_FAULTS
+        for number, category in enumerate(("chair", "sofa", "night_stand"))
+    ]  # fmt: skip
+    return [*furniture, *faults]
+
+
+def main() -> int:
+    """Record what is not there yet."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--each", type=int, default=6, help="furniture scans a class")
+    parser.add_argument("--frames", type=int, default=MAX_FRAMES, help="at most so many a scan")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    given = parser.parse_args()
+    asked = jobs(given.each, given.frames)
+    run_all(asked, record, FOLDER / "recorded.jsonl", given.workers, telling())
+    return 0
+
+
+def _encoded(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    millimetres = np.nan_to_num(np.rint(1000 * depth), nan=0).clip(0, 65535).astype(np.uint16)
+    done, image = cv2.imencode(".png", millimetres)
+    assert done
+    return image.ravel()
+
+
+def _decoded(image: NDArray[np.uint8]) -> NDArray[np.float32]:
+    depth = np.asarray(cv2.imdecode(image, cv2.IMREAD_UNCHANGED), np.float32)
+    depth /= 1000
+    depth[depth <= 0] = np.nan
+    return depth
+
+
+def _odometry(row: NDArray[np.float64], covariance: NDArray[np.float64]) -> Odometry | None:
+    if np.isnan(row[0]):
+        return None
+    stamp, x, y, yaw = map(float, row)
+    return Odometry(stamp, PlanarPose(x, y, yaw), covariance)
+
+
+def _mount(matrix: NDArray[np.float64]) -> RigidTransform | None:
+    return None if np.isnan(matrix[0, 0]) else RigidTransform.from_matrix(matrix)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
