@@ -15,7 +15,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -74,6 +74,11 @@ class AblationJob:
         """Unique name."""
         return f"{self.variant}/{self.source.key}"
 
+    @property
+    def probed(self) -> bool:
+        """Whether the run shows which rules make a difference."""
+        return self.variant == ALL and not self.timed
+
 
 def run(job: AblationJob) -> Record:
     """Track a recording."""
@@ -85,15 +90,15 @@ def run(job: AblationJob) -> Record:
             result = run_open_loop(tracker, frames, truth)
     except (CircumspectError, ValueError) as error:  # LinAlgError is a ValueError
         return {**head, "error": f"{type(error).__name__}: {error}"}
-    return {**head, **result.as_dict(), "active": sorted(active or ())}
+    return {**head, **result.as_dict(), **({"active": sorted(active)} if job.probed else {})}
 
 
 def _switched(job: AblationJob) -> AbstractContextManager[Any]:
-    if job.variant == ALL:
-        return nullcontext() if job.timed else probed(RULES)
+    if job.probed:
+        return probed(RULES)
     if job.variant == NONE:
         return without(RULES)
-    return without([BY_NAME[job.variant]]) if job.variant in BY_NAME else nullcontext()
+    return without([BY_NAME[job.variant]] if job.variant in BY_NAME else [])
 
 
 def measure(sources: Sequence[Source], path: Path, workers: int) -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.ablation import ALL, VARIANTS, cells, results, row
+from benchmarks import ablation
+from benchmarks.ablation import ALL, NONE, VARIANTS, AblationJob, cells, results, row, run
 from benchmarks.ablation_data import Source
 from benchmarks.ablation_rules import RULES
 from benchmarks.open_loop import run_open_loop
@@ -104,6 +105,22 @@ def record(variant: str, ate: float, active: tuple[str, ...] = ()) -> dict:
         "ate_mm": ate, "final_ate_mm": ate, "worst_reliable_mm": None, "nees": 123456.0,
         "worst_reliable_sigmas": None, "reliable": 0.5, "recovered": True, "frames": 9,
     }  # fmt: skip
+
+
+def test_record_names_the_rules_that_make_a_difference(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "none.box.npz"
+    path.write_bytes(b"1")
+    source = Source("furniture", path)
+    monkeypatch.setattr(ablation, "loaded", lambda _: (short_drive()[:4], TRUTH[:4]))
+    full = run(AblationJob(ALL, source))
+    assert "levelness" in full["active"]
+    for variant in (RULES[0].name, NONE, "wheels only"):
+        found = run(AblationJob(variant, source))
+        assert found["frames"] == 4
+        assert "active" not in found
+    assert "active" not in run(AblationJob(ALL, source, timed=True))
 
 
 def test_idle_rules_have_the_results_of_all_rules(tmp_path: Path) -> None:
