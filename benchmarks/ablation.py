@@ -106,13 +106,14 @@ def measure(sources: Sequence[Source], path: Path, workers: int) -> None:
     tell = telling()
     full = run_all([AblationJob(ALL, source) for source in sources], run, path, workers, tell)
     active = {record["source"]: set(record.get("active", ())) for record in full}
-    rest = [
-        AblationJob(variant, source)
+    others = [AblationJob(v, source) for source in sources for v in (NONE, *BASELINES)]
+    acting = [
+        AblationJob(name, source)
         for source in sources
-        for variant in VARIANTS[1:]
-        if variant not in BY_NAME or variant in active.get(source.key, ())
+        for name in BY_NAME
+        if name in active.get(source.key, ())
     ]
-    run_all(rest, run, path, workers, telling())
+    run_all([*others, *acting], run, path, workers, telling())
 
 
 def results(found: Sequence[Record], sources: Sequence[Source]) -> Results:
