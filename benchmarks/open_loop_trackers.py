@@ -96,7 +96,7 @@ class GicpWithOdometry(Baseline):
 
     def start(self, frame: RgbdFrame) -> TrackedPose:
         """See `Baseline.start`."""
-        self._gicp = PlainGicp(self.settings.scan.max_depth)
+        self._gicp = PlainGicp(self.settings.scan.max_depth, threads=1)
         placed = self._gicp.estimate(replace(frame, T_map_camera=first_pose(frame)))
         return TrackedPose(placed.as_matrix())
 
