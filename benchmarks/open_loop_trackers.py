@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from benchmarks.open_loop import TrackedPose
 from benchmarks.plain_gicp import PlainGicp
+from circumspect.errors import InputError
 from circumspect.geometry.composition import between
 from circumspect.geometry.pose_distance import distances
 from circumspect.mapping import PoseEstimate, RegisteredPoses, TrackingSettings
@@ -77,10 +78,16 @@ class Baseline:
 
 
 class WheelsOnly(Baseline):
-    """Dead reckoning. Without odometry the camera stays where it is."""
+    """Dead reckoning. The camera stays where it is while there is no odometry."""
 
     def start(self, frame: RgbdFrame) -> TrackedPose:
-        """See `Baseline.start`."""
+        """See `Baseline.start`.
+
+        Raises:
+            InputError: There is no odometry.
+        """
+        if frame.odometry is None:
+            raise InputError("there is no odometry")
         self._pose = first_pose(frame).as_matrix()
         return TrackedPose(self._pose)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from benchmarks.rule_patches import Patch, Rule, probed, without
 from scipy.spatial.transform import RigidTransform
 from tests.tracking_world import SHORT, short_drive, true_camera
 
+from circumspect.errors import InputError
 from circumspect.mapping import TrackingSettings
 
 TRUTH = RigidTransform.concatenate([true_camera(float(angle)) for angle in SHORT])
@@ -97,6 +99,12 @@ def test_baseline_follows_a_short_drive(baseline: type, limit_mm: float) -> None
     found = run_open_loop(baseline(TrackingSettings()), short_drive(), TRUTH)
     assert found.ate_mm < limit_mm
     assert found.final_ate_mm == found.ate_mm
+
+
+def test_dead_reckoning_needs_odometry() -> None:
+    frames = [replace(frame, odometry=None) for frame in short_drive()]
+    with pytest.raises(InputError, match="no odometry"):
+        run_open_loop(WheelsOnly(TrackingSettings()), frames, TRUTH)
 
 
 def record(variant: str, ate: float, active: tuple[str, ...] = ()) -> dict:
