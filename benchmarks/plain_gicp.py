@@ -30,9 +30,11 @@ class PlainGicp:
 
     Attributes:
         farthest: Depth beyond it is not used [m].
+        threads: Number of threads.
     """
 
     farthest: float
+    threads: int = THREADS
     _model: small_gicp.GaussianVoxelMap = field(init=False)
     _last: NDArray[np.float64] | None = field(init=False, default=None)
     _step: NDArray[np.float64] = field(init=False, default_factory=lambda: np.eye(4))
@@ -41,17 +43,26 @@ class PlainGicp:
         self._model = small_gicp.GaussianVoxelMap(VOXEL)
         self._model.set_lru(horizon=HORIZON, clear_cycle=HORIZON)
 
-    def track(self, frame: RgbdFrame) -> RigidTransform:
-        """The frame's pose; of the first one its own is taken."""
+    def track(
+        self, frame: RgbdFrame, T_before_now: NDArray[np.float64] | None = None
+    ) -> RigidTransform:
+        """The frame's pose; of the first one its own is taken.
+
+        Args:
+            frame: The next frame.
+            T_before_now: (4, 4) predicted motion since the last frame; None means the last motion.
+        """
         near = frame.valid & (frame.depth < self.farthest)
         points_xyz = frame.camera.back_project(frame.depth, near)
-        scan, _ = small_gicp.preprocess_points(points_xyz, VOXEL, num_threads=THREADS)
+        scan, _ = small_gicp.preprocess_points(points_xyz, VOXEL, num_threads=self.threads)
         if self._last is None:
             T_map_camera = frame.pose.as_matrix()
         else:
-            T_map_camera = small_gicp.align(
-                self._model, scan, self._last @ self._step,
-                max_correspondence_distance=REACH, num_threads=THREADS,
+            guess = self._last @ (self._step if T_before_now is None else T_before_now)
+            # Of an empty scan small_gicp returns the identity.
+            T_map_camera = guess if scan.size() == 0 else small_gicp.align(
+                self._model, scan, guess,
+                max_correspondence_distance=REACH, num_threads=self.threads,
             ).T_target_source  # fmt: skip
             self._step = np.linalg.inv(self._last) @ T_map_camera
         self._model.insert(scan, T_map_camera)

@@ -37,9 +37,7 @@ def step(
 ) -> Any:
     shares = {"chair": 0.94, "sofa": 0.06}
     prediction = Prediction("chair", 0.94, shares, in_distribution=known, coverage=coverage)
-    return SimpleNamespace(
-        outcome=outcome, prediction=prediction, pose=pose, odometry_warning=""
-    )
+    return SimpleNamespace(outcome=outcome, prediction=prediction, pose=pose, odometry_warning="")
 
 
 def test_the_worst_is_said_first() -> None:

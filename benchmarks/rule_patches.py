@@ -1,0 +1,96 @@
+"""Functions that are replaced by neutral versions, to measure what they are worth."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A function and its neutral version.
+
+    Attributes:
+        owner: The module or class.
+        name: Its attribute.
+        neutral: What takes its place: a function, or the value of a constant.
+        pure: Whether both may be called on the same arguments and their results be compared.
+    """
+
+    owner: Any
+    name: str
+    neutral: Any
+    pure: bool = False
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A part of the tracker that decides whether a pose is right, or how certain it is.
+
+    Attributes:
+        name: In tables.
+        neutral: What happens without it.
+        patches: Switch it off.
+    """
+
+    name: str
+    neutral: str
+    patches: tuple[Patch, ...]
+
+
+def without(rules: Iterable[Rule]) -> ExitStack:
+    """A context without some rules. Of two patches of the same function the later one counts."""
+    stack = ExitStack()
+    for rule in rules:
+        for one in rule.patches:
+            stack.enter_context(patch.object(one.owner, one.name, one.neutral))
+    return stack
+
+
+@contextmanager
+def probed(rules: Sequence[Rule]) -> Iterator[set[str]]:
+    """A context in which the names of rules are collected that make a difference.
+
+    A rule makes none if its functions are not called, or if they are pure and their neutral
+    versions return the same at every call. A run without it is the same run.
+    """
+    active: set[str] = set()
+    by_function: dict[tuple[Any, str], list[tuple[Rule, Patch]]] = defaultdict(list)
+    for rule in rules:
+        for one in rule.patches:
+            if callable(getattr(one.owner, one.name)):
+                by_function[one.owner, one.name].append((rule, one))
+            else:
+                active.add(rule.name)  # who reads a constant is not known
+    with ExitStack() as stack:
+        for (owner, name), probes in by_function.items():
+            probe = _probe(getattr(owner, name), probes, active)
+            stack.enter_context(patch.object(owner, name, probe))
+        yield active
+
+
+def _probe(
+    original: Callable[..., Any], probes: list[tuple[Rule, Patch]], active: set[str]
+) -> Callable[..., Any]:
+    def called(*args: Any, **kwargs: Any) -> Any:
+        found = original(*args, **kwargs)
+        for rule, one in probes:
+            if rule.name not in active and not (
+                one.pure and _same(one.neutral(*args, **kwargs), found)
+            ):
+                active.add(rule.name)
+        return found
+
+    return called
+
+
+def _same(one: object, other: object) -> bool:
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return bool(one == other)
