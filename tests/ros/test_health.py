@@ -34,10 +34,13 @@ def step(
     known: bool = True,
     pose: Any = None,
     coverage: float = 0.75,
+    warning: str = "",
 ) -> Any:
     shares = {"chair": 0.94, "sofa": 0.06}
     prediction = Prediction("chair", 0.94, shares, in_distribution=known, coverage=coverage)
-    return SimpleNamespace(outcome=outcome, prediction=prediction, pose=pose, odometry_warning="")
+    return SimpleNamespace(
+        outcome=outcome, prediction=prediction, pose=pose, odometry_warning=warning
+    )
 
 
 def test_the_worst_is_said_first() -> None:
@@ -89,6 +92,15 @@ def test_how_well_the_place_is_known_is_told() -> None:
         assert values["pose, standard deviation [°]"] == "0.1"
     health.forget_answer()
     assert "pose accurate" not in health.status(True, None, 0).values
+
+
+def test_odometry_on_another_clock_is_a_warning() -> None:
+    health = Health()
+    health.step(step(warning="odometry and images are on different clocks"), 20.0)
+    status = health.status(True, None, 0)
+    assert (status.level, status.text) == (WARNING, "odometry and images are on different clocks")
+    health.step(step(), 20.0)
+    assert health.status(True, None, 0).level == WELL
 
 
 def test_a_pose_that_is_not_reliable_is_a_warning_with_the_reason() -> None:
