@@ -34,9 +34,9 @@ class KeyframeSettings:
             wait until the tracker is finalised.
     """
 
-    max_baseline: float = 0.1
-    max_rotation: float = float(np.radians(6.0))
-    min_overlap: float = 0.9
+    max_baseline: float = 0.2
+    max_rotation: float = float(np.radians(12.0))
+    min_overlap: float = 0.85
     min_step: float = 0.25
     max_keyframes: int = 240
     min_correction: float = 0.004
