@@ -135,13 +135,13 @@ def results(found: Sequence[Record], sources: Sequence[Source]) -> Results:
 
 
 HEAD = ("", "ATE", "max", "final", "worst", "σ", "NEES", "rel.", "held", "kidn.", "acts")
-WIDTHS = (20, 6, 6, 6, 6, 6, 6, 5, 6, 5, 6)
+WIDTHS = (20, 6, 6, 6, 6, 6, 6, 5, 6, 6, 6)
 COLUMNS = """ATE: root mean square position error of live poses, aligned rigidly [mm], median
 over recordings; max: the largest; final: median after all corrections; worst: largest error of a
 reliable pose [mm]; σ: largest such error in standard deviations (errors above 10 mm only); NEES:
 median (5.3 expected); rel.: share of reliable poses; held: recordings whose last 20 poses are
-reliable and within 50 mm; kidn.: the same of kidnapped robots; acts: recordings where the row
-differs from "all". Baselines call every pose reliable."""
+reliable and within 50 mm; kidn.: the same of kidnapped robots; acts: recordings whose figures
+differ from those of "all" as printed. Baselines call every pose reliable."""
 
 
 def row(variant: str, chosen: Sequence[Mapping[str, Record]]) -> dict[str, Any]:
@@ -170,10 +170,20 @@ def row(variant: str, chosen: Sequence[Mapping[str, Record]]) -> dict[str, Any]:
     }
 
 
+FIGURES = ("ate_mm", "final_ate_mm", "worst_reliable_mm", "worst_reliable_sigmas", "nees")
+
+
 def _differs(one: Record, other: Record) -> bool:
-    ignored = ("key", "variant", "made", "milliseconds", "active")
-    first, second = ({k: v for k, v in r.items() if k not in ignored} for r in (one, other))
+    """Whether two runs differ by more than the tables' precision."""
+    first, second = map(_shown, (one, other))
     return first != second
+
+
+def _shown(record: Record) -> tuple[Any, ...]:
+    if "error" in record:
+        return (record["error"],)
+    figures = (_number(record[name]) for name in FIGURES)
+    return (*figures, f"{record['reliable']:.0%}", record["recovered"])
 
 
 def cells(found: Mapping[str, Any]) -> list[str]:
