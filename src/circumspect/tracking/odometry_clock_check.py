@@ -33,13 +33,13 @@ MAX_LATENCY_S = 0.25
 MIN_FRAMES, MIN_SPAN_S, MIN_INTERVAL_S = 20, 20.0, 0.2
 """The window holds at least so many frames and so much time [s]; frames in it are at least
 `MIN_INTERVAL_S` apart [s]."""
-TRANSLATION_SIGMA, ROTATION_SIGMA, RELATIVE_SIGMA = 0.004, float(np.radians(0.4)), 0.1
+TRANSLATION_SIGMA, ROTATION_SIGMA, RELATIVE_SIGMA = 0.003, float(np.radians(0.25)), 0.07
 """Standard deviation of a motion: constants [m], [rad], and a share of the motion."""
 MAX_SQUARED_ERROR = 25.0
 """c: a single motion, as of a jump, contributes no more."""
 MIN_LOG_RATIO = 15.0
 """Log-likelihood ratio from which on the clocks differ …"""
-MAX_COST_SHARE = 0.4
+MAX_COST_SHARE = 0.5
 """… if the lag leaves at most this share of the squared errors unexplained."""
 
 DIFFERENT_CLOCKS = "odometry and images are on different clocks"
