@@ -36,6 +36,7 @@ class Hypothesis:
         frame_log_ratio: Log-likelihood of the last frame: of scan and motion.
         log_ratio: Accumulated, relative to the best hypothesis.
         unmeasured: Time [s] since the last scan that determined the pose.
+        unmeasured_distance: How far the camera was assumed to move since then [m].
     """
 
     smoother: FixedLagSmoother
@@ -47,6 +48,7 @@ class Hypothesis:
     frame_log_ratio: float = 0.0
     log_ratio: float = 0.0
     unmeasured: float = 0.0
+    unmeasured_distance: float = 0.0
 
     @property
     def pose(self) -> PoseWithCovariance:

@@ -153,7 +153,7 @@ class HypothesisEvaluation:
         smoother = hypothesis.smoother.extended(
             motion, start, _factor(found), self._level_factor(data)
         )
-        moved = replace(hypothesis, smoother=smoother, motion=motion.source)
+        moved = _moved(hypothesis, smoother, motion)
         return self._evaluated(moved, found, data, penalty)
 
     def _dead_reckoned(
@@ -166,7 +166,7 @@ class HypothesisEvaluation:
         smoother = hypothesis.smoother.extended(
             motion, prior.T_map_camera, UNMEASURED, self._level_factor(data)
         )
-        moved = replace(hypothesis, smoother=smoother, motion=motion.source)
+        moved = _moved(hypothesis, smoother, motion)
         return self._evaluated(moved, None, data, 0.0)
 
     def _evaluated(
@@ -193,6 +193,7 @@ class HypothesisEvaluation:
             innovation=innovation,
             frame_log_ratio=likelihood.total - innovation - penalty,
             unmeasured=0.0 if measured else hypothesis.unmeasured + data.time,
+            unmeasured_distance=0.0 if measured else hypothesis.unmeasured_distance,
         )
 
     def _registered(self, prior: PoseWithCovariance, data: FrameInput) -> Registration:
@@ -209,6 +210,18 @@ class HypothesisEvaluation:
 
     def _level_factor(self, data: FrameInput) -> LevelFactor | None:
         return None if data.level is None else LevelFactor(data.level, self._level_information)
+
+
+def _moved(
+    hypothesis: Hypothesis, smoother: FixedLagSmoother, motion: RelativeMotion
+) -> Hypothesis:
+    distance = float(np.linalg.norm(motion.T_before_now[:3, 3]))
+    return replace(
+        hypothesis,
+        smoother=smoother,
+        motion=motion.source,
+        unmeasured_distance=hypothesis.unmeasured_distance + distance,
+    )
 
 
 def _factor(found: Registration | None) -> PoseFactor:

@@ -131,6 +131,9 @@ class Tracker(PoseEstimator):
         if rotation >= s.max_rotation_sigma or translation >= s.max_translation_sigma:
             sigmas = f"{np.degrees(rotation):.1f}° and {1e3 * translation:.0f} mm"
             return Evidence.UNDECIDED, f"standard deviations of {sigmas}"
+        # Wheels may spin: what no scan has verified is not relied on, whatever odometry claims.
+        if (distance := best.unmeasured_distance) > s.max_unverified:
+            return Evidence.UNDECIDED, f"no scan has verified the last {1e3 * distance:.0f} mm"
         if self._contradictions:
             return Evidence.UNDECIDED, "no scan has confirmed the pose since a contradiction"
         return Evidence.CONFIRMED, ""

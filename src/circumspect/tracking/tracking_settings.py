@@ -23,6 +23,8 @@ class TrackingSettings:
         min_points: Scans with fewer points neither start a map nor become keyframes.
         max_rotation_sigma, max_translation_sigma: Largest standard deviations of a reliable pose
             in the local map [rad], [m].
+        max_unverified: A pose is not reliable if the camera is assumed to have moved farther than
+            this since the last scan that determined its pose [m].
         max_contradictions: The camera is lost after so many consecutive frames that contradict
             the map.
     """
@@ -34,6 +36,7 @@ class TrackingSettings:
     min_points: int = 300
     max_rotation_sigma: float = 0.02
     max_translation_sigma: float = 0.05
+    max_unverified: float = 0.03
     max_contradictions: int = 3
 
     @classmethod

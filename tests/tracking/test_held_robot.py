@@ -35,10 +35,6 @@ def held(rows: int) -> list[RgbdFrame]:
     return frames
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="after 240 mm the tracker calls an error of 236 mm reliable, 178 mm accurate",
-)
 @pytest.mark.parametrize("rows", [16, 12, 8, 0])
 def test_a_held_robot_with_few_points_in_range_is_not_reliable_and_wrong(rows: int) -> None:
     frames = held(rows)
