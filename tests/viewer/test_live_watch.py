@@ -96,7 +96,8 @@ def test_the_stage_shows_the_latest_moment(dashboard):
     assert dashboard.publisher.failure is None
     nodes = dashboard.stage._nodes
     assert len(nodes["/object"].points) == len(shown.thing.points_xyz)
-    np.testing.assert_allclose(nodes["/camera"].position, shown.T_map_camera.translation)
+    # Viser does not send changes that are too small to see.
+    np.testing.assert_allclose(nodes["/camera"].position, shown.T_map_camera.translation, atol=1e-5)
     assert len(nodes["/grid/cells0"].vertices) == 8 * shown.thing.grid.occupied.sum()
     assert "/room/0" in nodes
 
