@@ -103,8 +103,8 @@ def _switched(job: AblationJob) -> AbstractContextManager[Any]:
 
 def measure(sources: Sequence[Source], path: Path, workers: int) -> None:
     """Run all variants, but those whose rule makes no difference on a recording."""
-    tell = telling()
-    full = run_all([AblationJob(ALL, source) for source in sources], run, path, workers, tell)
+    progress = telling()
+    full = run_all([AblationJob(ALL, source) for source in sources], run, path, workers, progress)
     active = {record["source"]: set(record.get("active", ())) for record in full}
     others = [AblationJob(v, source) for source in sources for v in (NONE, *BASELINES)]
     acting = [

@@ -86,7 +86,7 @@ def real(folder: Path, frames: int | None) -> list[Source]:
 
 @lru_cache(maxsize=1)
 def loaded(source: Source) -> tuple[Sequence[RgbdFrame], RigidTransform]:
-    """Frames, of which the first one of a real recording has a pose, and all true poses."""
+    """Frames and all true poses; the first frame of a real recording has a pose."""
     if source.group in (FURNITURE, FAULTS):
         scan = read(source.path)
         return scan.frames[: source.frames], scan.truth[: source.frames]

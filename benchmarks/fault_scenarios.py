@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.live_poses import LivePoses, trust
 from benchmarks.provenance import provenance
-from benchmarks.scan_job import ROOM, ScanJob, measured, prepared, told
+from benchmarks.scan_job import ROOM, ScanJob, answer_figures, measured, prepared
 from circumspect.errors import CircumspectError
 from circumspect.exploration.simulated_scan import SimulatedScan
 from circumspect.geometry import PlanarPose, TriangleMesh
@@ -136,13 +136,13 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
     return {
         **head,
         "true_label": None if nameless else parts.config["true_label"],
-        **told(result),
+        **answer_figures(result),
         **_odometry_warning(result),
         "ended": scan.ended,
         "distance_m": scan.driven_m,
         **error.summary(),
         "missing": list(error.missing),
-        **trust(live.told, parts.witness.trajectory)._asdict(),
+        **trust(live.estimates, parts.witness.trajectory)._asdict(),
     }
 
 

@@ -20,11 +20,11 @@ class LivePoses:
     """Keeps poses as they were estimated, before later corrections; a `PipelineObserver`."""
 
     def __init__(self) -> None:
-        self.told: list[tuple[float, PoseEstimate | None]] = []
+        self.estimates: list[tuple[float, PoseEstimate | None]] = []
 
     def on_step(self, step: RecognitionStep) -> None:
         """Keep the step's pose, or that it had none."""
-        self.told.append((step.stamp, step.pose))
+        self.estimates.append((step.stamp, step.pose))
 
     def on_end(self, result: RecognitionResult) -> None:
         """Nothing more to keep."""
@@ -53,9 +53,9 @@ class Trust(NamedTuple):
     accurate: float | None = None
 
 
-def trust(told: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> Trust:
+def trust(estimates: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> Trust:
     """Compare from the first pose on, which defines the map."""
-    posed = [(stamp, pose) for stamp, pose in told if pose is not None]
+    posed = [(stamp, pose) for stamp, pose in estimates if pose is not None]
     if not posed:
         return Trust()
     first, pose = posed[0]
@@ -77,10 +77,10 @@ def trust(told: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> T
     return Trust(
         max(reliable, default=None),
         max(sigmas, default=None),
-        len(reliable) / len(told),
+        len(reliable) / len(estimates),
         float(np.median(nees)) if nees else None,
         max(accurate, default=None),
-        len(accurate) / len(told),
+        len(accurate) / len(estimates),
     )
 
 

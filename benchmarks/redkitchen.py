@@ -2,9 +2,9 @@
 
     python -m benchmarks.redkitchen DIR
 
-Only the first frame's pose is given; it says where the map lies. The others are compared with
-what comes out: as told at each frame, and as corrected at the end. Beside it small_gicp by itself,
-on the same frames: each is registered to the model of all before it.
+Only the first frame's pose is given; it says where the map lies. The others are compared with the
+estimates, live and after the last correction. Beside it small_gicp by itself, on the same frames:
+each is registered to the model of all before it.
 """
 
 from __future__ import annotations
@@ -48,37 +48,37 @@ class Run:
 
     Attributes:
         truth: The recorded poses.
-        told: What was estimated at each frame.
+        estimates: What was estimated at each frame.
         final: The same after all corrections.
         milliseconds: (n,) time a frame, reading it left out.
     """
 
     truth: Trajectory
-    told: tuple[PoseEstimate, ...]
+    estimates: tuple[PoseEstimate, ...]
     final: Trajectory
     milliseconds: np.ndarray
 
     @property
     def live(self) -> Trajectory:
-        """The poses as they were told."""
-        poses = RigidTransform.concatenate([pose.T_map_camera for pose in self.told])
+        """The poses as they were estimated."""
+        poses = RigidTransform.concatenate([pose.T_map_camera for pose in self.estimates])
         return Trajectory(self.truth.stamps, poses)
 
 
 def run(folder: Path, every: int, frames: int | None) -> Run:
     """Register all frames of a recording."""
-    poses, told, true, stamps, spent = Tracker(), [], [], [], []
+    poses, estimates, true, stamps, spent = Tracker(), [], [], [], []
     for number, frame in enumerate(islice(open_recording(folder, every), frames)):
         true.append(frame.pose)
         stamps.append(frame.stamp)
         seen = frame if number == 0 else replace(frame, T_map_camera=None)
         start = time.perf_counter()
-        told.append(poses.track(seen))
+        estimates.append(poses.track(seen))
         spent.append(1e3 * (time.perf_counter() - start))
     poses.finalise()
-    final = RigidTransform.concatenate(poses.corrected(told))
+    final = RigidTransform.concatenate(poses.corrected(estimates))
     truth = Trajectory(np.array(stamps), RigidTransform.concatenate(true))
-    return Run(truth, tuple(told), Trajectory(truth.stamps, final), np.array(spent))
+    return Run(truth, tuple(estimates), Trajectory(truth.stamps, final), np.array(spent))
 
 
 def run_plain(
@@ -107,8 +107,8 @@ def figures(result: Run, plain: Mapping[str, tuple[RigidTransform, np.ndarray]])
         **{name: (Trajectory(stamps, poses), took) for name, (poses, took) in plain.items()},
     }
     return {
-        "frames": len(result.told),
-        "states": dict(Counter(pose.state for pose in result.told)),
+        "frames": len(result.estimates),
+        "states": dict(Counter(pose.state for pose in result.estimates)),
         **{name: _errors(poses, result.truth, took) for name, (poses, took) in found.items()},
     }
 

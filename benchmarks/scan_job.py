@@ -111,12 +111,12 @@ def run_job(job: ScanJob) -> dict[str, Any]:
     return {
         **head,
         "true_label": parts.config["true_label"],
-        **told(result),
+        **answer_figures(result),
         "ended": parts.scan.ended,
         "distance_m": parts.scan.driven_m,
         **settled(result, log),
         **error.summary(),
-        **trust(live.told, parts.witness.trajectory)._asdict(),
+        **trust(live.estimates, parts.witness.trajectory)._asdict(),
         "missing": list(error.missing),
         "views": dict(Counter(record.reason for record in parts.scan.views)),
         "milliseconds": stage_times(result.steps, plan),
@@ -134,7 +134,7 @@ def measured(
     )  # fmt: skip
 
 
-def told(result: RecognitionResult) -> dict[str, Any]:
+def answer_figures(result: RecognitionResult) -> dict[str, Any]:
     """What the pipeline says."""
     prediction, last = result.prediction, result.last
     states = Counter(step.pose.state for step in result.steps if step.pose is not None)

@@ -18,7 +18,7 @@ SIGMAS = np.array([0.01, 0.01, 0.01, 0.01, 0.02, 0.03])
 def pose(
     x: float, shift: tuple[float, float, float], state: TrackingState = TrackingState.TRACKING
 ) -> PoseEstimate:
-    """A camera that is turned by 70°, and told `shift` away from where it is, in its own axes."""
+    """A camera that is turned by 70°, and estimated `shift` away from where it is, in its own axes."""
     T_map_camera = RigidTransform.from_components([x, 0, 0], ROUND)
     off = RigidTransform.from_translation(list(shift))
     return PoseEstimate(T_map_camera * off, covariance=np.diag(SIGMAS**2), state=state)
@@ -26,8 +26,8 @@ def pose(
 
 def judged(*poses: PoseEstimate):
     truth = [RigidTransform.from_components([x, 0, 0], ROUND) for x in STAMPS]
-    told = list(zip(STAMPS.tolist(), poses, strict=False))
-    return trust(told, Trajectory(STAMPS, RigidTransform.concatenate(truth)))
+    estimates = list(zip(STAMPS.tolist(), poses, strict=False))
+    return trust(estimates, Trajectory(STAMPS, RigidTransform.concatenate(truth)))
 
 
 def test_errors_are_told_in_metres_and_in_told_standard_deviations() -> None:

@@ -64,7 +64,7 @@ def test_keyframes_factors_and_pending_pairs_stay_few() -> None:
     assert len(keyframes.factors) <= 6 * 5 / 2
     assert len(keyframes._pending) <= 6 * 5
     assert {end for pair in keyframes._pending for end in pair} <= numbers(keyframes)
-    # What hangs on a culled keyframe is still placed.
+    # Frames at a culled keyframe keep their places.
     for number in range(60):
         keyframes.pose_of(number, np.eye(4))
 

@@ -1,4 +1,4 @@
-"""What is done with every frame must cost no more the longer it goes on."""
+"""What is done with every frame must not cost more in long runs."""
 
 from __future__ import annotations
 
@@ -36,5 +36,5 @@ def test_a_camera_that_stands_adds_no_noise_for_ever(monkeypatch) -> None:
     assert {step.outcome for step in steps} == {FrameOutcome.CLASSIFIED}
     assert [step.model.frames for step in steps] == [1, 2, 3, 4, 4, 4]
     assert all(step.prediction is not None for step in steps)
-    # From elsewhere it goes on.
+    # The camera continues from elsewhere.
     assert line.step(dataclasses.replace(shots[1], stamp=6.0)).model.frames == 5

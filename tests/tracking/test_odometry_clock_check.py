@@ -26,7 +26,7 @@ def drive(seed: int, seconds: float = 30.0) -> tuple[np.ndarray, np.ndarray, np.
     """Times, true poses and odometry with 5 % of slip: the robot turns and drives by turns."""
     rng, count = np.random.default_rng(seed), round(seconds / TICK)
     speed = spin = 0.0
-    true, told = [PlanarPose()], [PlanarPose()]
+    true, reported = [PlanarPose()], [PlanarPose()]
     for tick in range(count):
         if tick % 15 == 0:
             wanted = [(0.05, 0.0), (0.0, 0.2), (0.05, -0.1), (0.0, -0.2)][tick // 15 % 4]
@@ -34,8 +34,8 @@ def drive(seed: int, seconds: float = 30.0) -> tuple[np.ndarray, np.ndarray, np.
         spin += np.clip(wanted[1] - spin, -TICK, TICK)
         slip = 1 + 0.05 * rng.exponential()
         true.append(true[-1] @ arc(speed * TICK, spin * TICK))
-        told.append(told[-1] @ arc(slip * speed * TICK, slip * spin * TICK))
-    return TICK * np.arange(count + 1), as_array(true), as_array(told)
+        reported.append(reported[-1] @ arc(slip * speed * TICK, slip * spin * TICK))
+    return TICK * np.arange(count + 1), as_array(true), as_array(reported)
 
 
 def as_array(poses: list[PlanarPose]) -> np.ndarray:
@@ -47,11 +47,11 @@ def seen(
     interval: float, lag: float, count: int, seed: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stamps, registered poses and odometry of so many frames."""
-    times, true, told = drive(seed)
+    times, true, reported = drive(seed)
     stamps = 2.0 + interval * np.arange(count)
     registered = at(stamps, times, true)
     registered += np.random.default_rng(seed).normal(size=registered.shape) * NOISE
-    return stamps, registered, at(stamps - lag, times, told)
+    return stamps, registered, at(stamps - lag, times, reported)
 
 
 def at(when: np.ndarray, times: np.ndarray, poses: np.ndarray) -> np.ndarray:
@@ -103,10 +103,10 @@ def frames(lag: float, count: int = 30) -> list[tuple[RgbdFrame, PoseEstimate]]:
     stamps, registered, odometry = seen(0.5, lag, count, 0)
     some = short_drive()[0]
     pairs = []
-    for stamp, pose, told in zip(stamps, registered, odometry, strict=True):
+    for stamp, pose, reported in zip(stamps, registered, odometry, strict=True):
         base = PlanarPose(*pose)
         frame = replace(
-            some, stamp=float(stamp), odometry=Odometry(float(stamp), PlanarPose(*told))
+            some, stamp=float(stamp), odometry=Odometry(float(stamp), PlanarPose(*reported))
         )
         pairs.append((frame, PoseEstimate(RigidTransform.identity(), T_map_base=base)))
     return pairs
@@ -150,8 +150,8 @@ def test_odometry_of_another_epoch_is_removed_at_once(
     check = OdometryClockCheck()
     for frame, _ in frames(lag=0.0, count=3):
         assert frame.odometry is not None
-        told = replace(frame.odometry, stamp=frame.stamp + ahead)
-        assert check.checked(replace(frame, odometry=told)).odometry is None
+        reported = replace(frame.odometry, stamp=frame.stamp + ahead)
+        assert check.checked(replace(frame, odometry=reported)).odometry is None
     assert check.warning.endswith(f"their stamps differ by {abs(ahead):.1f} s")
     assert caplog.text.count("different clocks") == 1
     frame = frames(lag=0.0, count=1)[0][0]

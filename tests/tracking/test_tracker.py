@@ -290,7 +290,7 @@ def test_keyframes_stay_few_and_frames_at_culled_ones_stay_placed() -> None:
 
 
 def after_a_blind_passage(end_deg: float, off: float) -> tuple[list[PoseEstimate], np.ndarray]:
-    """The drive goes on blindly to an azimuth, where the odometry is off by so much [m]."""
+    """The drive continues blindly to an azimuth, where the odometry is off by so much [m]."""
     angles = np.concatenate([SHORT, np.radians(np.arange(60.0, end_deg + 1, 2.5))])
     frames = drive(angles)
     odometry, variance = frames[-1].odometry, np.diag([2 * off, 2 * off, off / 5]) ** 2

@@ -48,7 +48,7 @@ class ObjectScan:
         pipeline: Tracks, fuses and classifies.
         planner: Chooses views.
         settings: How the robot drives, and when the scan is given up.
-        ended: Why the scan ended; None while it goes on.
+        ended: Why the scan ended; None while it runs.
         views: What came of the views so far.
         target: The view that the robot drives to; None before the first.
     """
@@ -196,7 +196,7 @@ class ObjectScan:
                 break
             frame = self.frame
             yield from driver.tick(velocity)
-            # Progress is not measured between frames: there the wheels may turn in vain.
+            # Progress is not measured between frames: the wheels may spin there.
             if self.frame is not frame:
                 outcome = self._hindrance(way, watch)
         driver.stop()

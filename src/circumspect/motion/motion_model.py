@@ -161,7 +161,7 @@ class MotionModel:
 
 
 def _growth(speed_sigma: float, acceleration_sigma: float, since: float, until: float) -> float:
-    """Variance by which the position grows between two times [s] after the last measurement.
+    """Growth of the variance of the position between two times [s] after the last measurement.
 
     A velocity error persists: after t seconds the standard deviation is min(speed, acceleration t)
     t. The steps between frames add up to the same at any frame rate.
@@ -171,7 +171,7 @@ def _growth(speed_sigma: float, acceleration_sigma: float, since: float, until: 
 
 
 def _covariance_growth(before: Odometry, now: Odometry) -> NDArray[np.floating]:
-    """(3, 3) by which the reported covariance grew [m, rad], in the current base frame.
+    """(3, 3) growth of the reported covariance [m, rad], in the current base frame.
 
     Some drivers report constants or covariances of other poses. Their difference has negative
     eigenvalues and is replaced by zero, and so is one that overflows.

@@ -38,7 +38,7 @@ def replay_pipeline(
     if segmentation is None:
         if not isinstance(recording, BagRecording) and T_map_first is None:
             raise InputError(
-                f"{recording.path}: nothing tells where the floor is; give the object's --box "
+                f"{recording.path}: the floor is unknown; give the object's --box "
                 "X Y Z X Y Z, or --first-pose X Y Z PAN TILT"
             )
         segmentation = GroundSegmentation(noise=noise)

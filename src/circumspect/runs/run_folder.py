@@ -34,7 +34,7 @@ PLAYBACK = "playback"
 
 
 class RunFolder:
-    """Writes a run to a folder while it goes on; a `PipelineObserver`.
+    """Writes a run to a folder while it runs; a `PipelineObserver`.
 
     - config.json: the configuration of the run
     - log.jsonl: one line a frame

@@ -105,7 +105,7 @@ class Tracker(PoseEstimator):
         return self._estimate(frame, "")
 
     def _relocalised(self, best: Hypothesis, data: FrameInput) -> list[Hypothesis]:
-        """New hypotheses elsewhere in the map that the frame does not contradict."""
+        """New hypotheses elsewhere in the map, as far as the frame confirms them."""
         starts = candidate_poses(data.scan, self.keyframes)
         found = [self._evaluation.relocalised(start, best, data) for start in starts]
         return [h for h in found if h.unmeasured == 0 and h.likelihood.confirms]
