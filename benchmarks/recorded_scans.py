@@ -34,9 +34,12 @@ from circumspect.simulation import Witness
 from circumspect.storage import atomic_open
 
 FOLDER = Path("runs") / "recorded_scans"
+KIDNAPPED = "robot kidnapped"
+OBJECTS = ("chair", "sofa", "night_stand")
+"""What the scans with faults are of."""
 TRACKED_FAULTS = (
     "blackout of 5 s", "odometry gone from the start", "odometry jumping", "odometry stuck",
-    "robot blocked for 20 s", "robot kidnapped", "one wheel 2 % larger",
+    "robot blocked for 20 s", KIDNAPPED, "one wheel 2 % larger",
     "object from wall to wall",
 )  # fmt: skip
 """Faults that a tracker has to deal with."""
@@ -135,14 +138,18 @@ def read(path: Path) -> RecordedScan:
         return RecordedScan(path.stem, frames, RigidTransform.from_matrix(data["truth"]))
 
 
-def jobs(each: int, frames: int) -> list[FaultJob]:
-    """The furniture scans of `benchmarks.scans`, and three objects with each fault."""
+def jobs(each: int, each_fault: int, frames: int) -> list[FaultJob]:
+    """The furniture scans of `benchmarks.scans`, and so many objects with each fault.
+
+    Kidnappings are few and decide about relocalisation: always all objects.
+    """
     furniture = [FaultJob("none", replace(scan, frames=frames)) for scan in furniture_jobs(each)]
     faults = [
         FaultJob(fault, ScanJob("faults", f"{category}-{100_010 + number}", 30.0 + 110 * number,
                                 number, "normals", 0.5, frames))
         for fault in TRACKED_FAULTS
-        for number, category in enumerate(("chair", "sofa", "night_stand"))
+        for number, category in enumerate(OBJECTS)
+        if number < each_fault or fault == KIDNAPPED
     ]  # fmt: skip
     return [*furniture, *faults]
 
@@ -151,10 +158,11 @@ def main() -> int:
     """Record what is not there yet."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--each", type=int, default=6, help="furniture scans a class")
+    parser.add_argument("--each-fault", type=int, default=len(OBJECTS), help="scans a fault")
     parser.add_argument("--frames", type=int, default=MAX_FRAMES, help="at most so many a scan")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args()
-    asked = jobs(given.each, given.frames)
+    asked = jobs(given.each, given.each_fault, given.frames)
     run_all(asked, record, FOLDER / "recorded.jsonl", given.workers, telling())
     return 0
 
