@@ -128,27 +128,51 @@ void keep_above(const float* depth, Size size, const Rise& rise, const Noise& no
   }
 }
 
+namespace {
+
+// Calls visit(v, u, first masked pixel, masked pixels) for every block with masked pixels.
+template <typename Visit>
+void for_each_block(const bool* mask, Size size, std::size_t block, const Visit& visit) {
+  for (std::size_t v = 0; v < size.height; v += block) {
+    const std::size_t to_v = std::min(size.height, v + block);
+    for (std::size_t u = 0; u < size.width; u += block) {
+      const std::size_t to_u = std::min(size.width, u + block);
+      std::size_t first = 0;
+      int64_t count = 0;
+      for (std::size_t row = v; row < to_v; ++row) {
+        for (std::size_t at = row * size.width + u; at < row * size.width + to_u; ++at) {
+          if (mask[at] && count++ == 0) first = at;
+        }
+      }
+      if (count > 0 && !visit(v, u, first, count)) return;
+    }
+  }
+}
+
+}  // namespace
+
 PlanCells plan_cells(const float* depth, const bool* mask, Size size, const double* camera,
-                     const double* T, double cell, std::size_t most) {
+                     const double* T, double cell, std::size_t most, std::size_t block) {
   const auto [fx, fy, cx, cy] = std::array<double, 4>{camera[0], camera[1], camera[2], camera[3]};
   PlanCells found;
   std::vector<double> xs, ys;
+  std::vector<int64_t> pixels;
   double low_x = 0.0, low_y = 0.0, high_x = 0.0, high_y = 0.0;
-  for (std::size_t v = 0; v < size.height; ++v) {
-    const double b = (double(v) - cy) / fy;
-    for (std::size_t u = 0; u < size.width; ++u) {
-      if (!mask[v * size.width + u]) continue;
-      const double z = double(depth[v * size.width + u]), a = (double(u) - cx) / fx;
-      const double x = (T[0] * a + T[1] * b + T[2]) * z + T[3];
-      const double y = (T[4] * a + T[5] * b + T[6]) * z + T[7];
-      // std::min and std::max would pass over NaN, which no cell holds.
-      if (!std::isfinite(x + y)) return found;
-      if (xs.empty()) low_x = high_x = x, low_y = high_y = y;
-      low_x = std::min(low_x, x), high_x = std::max(high_x, x);
-      low_y = std::min(low_y, y), high_y = std::max(high_y, y);
-      xs.push_back(x), ys.push_back(y);
-    }
-  }
+  bool is_finite = true;
+  for_each_block(mask, size, block, [&](std::size_t, std::size_t, std::size_t at, int64_t count) {
+    const double b = (double(at / size.width) - cy) / fy, a = (double(at % size.width) - cx) / fx;
+    const double z = double(depth[at]);
+    const double x = (T[0] * a + T[1] * b + T[2]) * z + T[3];
+    const double y = (T[4] * a + T[5] * b + T[6]) * z + T[7];
+    // std::min and std::max would pass over NaN, which no cell holds.
+    is_finite = std::isfinite(x + y);
+    if (xs.empty()) low_x = high_x = x, low_y = high_y = y;
+    low_x = std::min(low_x, x), high_x = std::max(high_x, x);
+    low_y = std::min(low_y, y), high_y = std::max(high_y, y);
+    xs.push_back(x), ys.push_back(y), pixels.push_back(count);
+    return is_finite;
+  });
+  if (!is_finite) return found;
   found.low_x = low_x - 2.0 * cell, found.low_y = low_y - 2.0 * cell;
   const double rows = (high_x - found.low_x) / cell + 3.0;
   const double columns = (high_y - found.low_y) / cell + 3.0;
@@ -160,15 +184,29 @@ PlanCells plan_cells(const float* depth, const bool* mask, Size size, const doub
     const std::size_t i = std::size_t((xs[n] - found.low_x) / cell);
     const std::size_t j = std::size_t((ys[n] - found.low_y) / cell);
     found.cell[n] = int32_t(i * found.columns + j);
-    found.counts[i * found.columns + j] += 1;
+    found.counts[i * found.columns + j] += pixels[n];
   }
   return found;
 }
 
-void keep_cells(const int32_t* cell, const bool* wanted, Size size, bool* mask) {
-  for (std::size_t at = 0; at < size.height * size.width; ++at) {
-    if (mask[at]) mask[at] = wanted[*cell++];
-  }
+std::size_t masked_blocks(const bool* mask, Size size, std::size_t block) {
+  std::size_t total = 0;
+  for_each_block(mask, size, block, [&](std::size_t, std::size_t, std::size_t, int64_t) {
+    ++total;
+    return true;
+  });
+  return total;
+}
+
+void keep_cells(const int32_t* cell, const bool* wanted, Size size, std::size_t block, bool* mask) {
+  for_each_block(mask, size, block, [&](std::size_t v, std::size_t u, std::size_t, int64_t) {
+    if (wanted[*cell++]) return true;
+    for (std::size_t row = v; row < std::min(size.height, v + block); ++row) {
+      std::fill(mask + row * size.width + u,
+                mask + row * size.width + std::min(size.width, u + block), false);
+    }
+    return true;
+  });
 }
 
 }  // namespace circumspect

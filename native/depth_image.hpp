@@ -38,9 +38,10 @@ void continuous(const float* depth, Size size, const Noise& noise, float spreads
 void keep_above(const float* depth, Size size, const Rise& rise, const Noise& noise, float margin,
                 float sigmas, float farthest, bool* mask);
 
-// The masked pixels' points in plan view, in square cells.
+// The masked pixels' points in plan view, in square cells. Square blocks of pixels count as their
+// first masked pixel.
 struct PlanCells {
-  std::vector<int32_t> cell;    // of each masked pixel, row by row: i * columns + j
+  std::vector<int32_t> cell;    // of each block with masked pixels, row by row: i * columns + j
   std::vector<int64_t> counts;  // pixels of each cell
   double low_x = 0.0, low_y = 0.0;
   std::size_t rows = 0, columns = 0;
@@ -49,9 +50,12 @@ struct PlanCells {
 // `pose` holds the rows of a 4 x 4 matrix; cells begin two below the lowest point. Empty where
 // the points need more than `most` cells, or a masked pixel has no depth.
 PlanCells plan_cells(const float* depth, const bool* mask, Size size, const double* camera,
-                     const double* pose, double cell, std::size_t most);
+                     const double* pose, double cell, std::size_t most, std::size_t block);
 
-// Takes those pixels out of a mask whose cells, as `plan_cells` told them, are not wanted.
-void keep_cells(const int32_t* cell, const bool* wanted, Size size, bool* mask);
+// Number of blocks with masked pixels.
+std::size_t masked_blocks(const bool* mask, Size size, std::size_t block);
+
+// Takes those blocks out of a mask whose cells, as `plan_cells` found them, are not wanted.
+void keep_cells(const int32_t* cell, const bool* wanted, Size size, std::size_t block, bool* mask);
 
 }  // namespace circumspect

@@ -26,4 +26,20 @@ std::size_t merged_rays(const Rays& one, const Rays& other, const RayOutput& out
   return n;
 }
 
+bool added_keys(const int64_t* known, std::size_t known_count, const int64_t* all,
+                std::size_t all_count, std::vector<int64_t>& rows) {
+  if (known_count > all_count) return false;
+  rows.reserve(all_count - known_count);
+  std::size_t k = 0;
+  for (std::size_t n = 0; n < all_count; ++n) {
+    if (k < known_count && known[k] < all[n]) return false;
+    if (k < known_count && known[k] == all[n]) {
+      ++k;
+    } else {
+      rows.push_back(int64_t(n));
+    }
+  }
+  return k == known_count;
+}
+
 }  // namespace circumspect

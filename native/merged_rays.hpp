@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace circumspect {
 
@@ -23,5 +24,10 @@ struct RayOutput {
 
 // Writes the union, for equal keys the ray of the first set. Returns its size.
 std::size_t merged_rays(const Rays& one, const Rays& other, const RayOutput& out);
+
+// Appends the rows of `all` that are not in `known`, both ascending and distinct. Returns false if
+// `all` lacks one of `known`.
+bool added_keys(const int64_t* known, std::size_t known_count, const int64_t* all,
+                std::size_t all_count, std::vector<int64_t>& rows);
 
 }  // namespace circumspect

@@ -2,13 +2,16 @@
 // make a kernel read or write outside its arrays.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/tuple.h>
 
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "frame_surface.hpp"
 #include "given.hpp"
 #include "groups.hpp"
 #include "merged_rays.hpp"
@@ -24,6 +27,11 @@ using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cp
 using Keys = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Weights = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Flags = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Image = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Mask = nb::ndarray<const bool, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Pose = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
+using Quadruple = std::tuple<double, double, double, double>;
+using Noises = std::tuple<float, float, float, float>;
 using OutKeys = nb::ndarray<nb::numpy, int64_t, nb::ndim<1>>;
 using OutFloats = nb::ndarray<nb::numpy, float>;
 using OutDoubles = nb::ndarray<nb::numpy, double>;
@@ -31,6 +39,30 @@ using OutFlags = nb::ndarray<nb::numpy, bool, nb::ndim<1>>;
 
 void require(bool fulfilled, const char* message) {
   if (!fulfilled) throw std::invalid_argument(message);
+}
+
+nb::tuple surface_of_frame(Image depth, Mask mask, Quadruple camera, Pose pose, Noises noise,
+                           std::size_t point_block, std::size_t normal_block, float jump,
+                           double min_incidence_cosine) {
+  require(mask.shape(0) == depth.shape(0) && mask.shape(1) == depth.shape(1),
+          "a mask of the image's size");
+  require(point_block >= 1 && normal_block <= 4096 && normal_block >= point_block &&
+              normal_block % point_block == 0,
+          "blocks");
+  const auto [fx, fy, cx, cy] = camera;
+  const auto [a, b, c, step] = noise;
+  FrameSurface found;
+  {
+    nb::gil_scoped_release release;
+    found = frame_surface(depth.data(), mask.data(), {depth.shape(0), depth.shape(1)}, pose.data(),
+                          {fx, fy, cx, cy, {a, b, c, step}, point_block, normal_block, jump,
+                           min_incidence_cosine});
+  }
+  const std::size_t count = found.areas.size();
+  return nb::make_tuple(given<OutDoubles>(std::move(found.points_xyz), {count, 3}),
+                        given<OutFloats>(std::move(found.normals_xyz), {count, 3}),
+                        given<OutFloats>(std::move(found.areas), {count}),
+                        given<OutFloats>(std::move(found.weights), {count}));
 }
 
 // Sums per voxel of weight, weighted point and weighted normal, and a frame count of one.
@@ -106,13 +138,28 @@ nb::tuple merge_rays(Keys keys, Triples<float> origins_xyz, Triples<float> ends_
       given<OutFloats>(std::move(ends), {count, 3}), OutFlags(flags, {count}, owner));
 }
 
+nb::object added_keys_of(Keys known, Keys all) {
+  std::vector<int64_t> rows;
+  bool contained = false;
+  {
+    nb::gil_scoped_release release;
+    contained = added_keys(known.data(), known.shape(0), all.data(), all.shape(0), rows);
+  }
+  if (!contained) return nb::none();
+  const std::size_t count = rows.size();
+  return nb::cast(given<OutKeys>(std::move(rows), {count}));
+}
+
 }  // namespace
 
 NB_MODULE(_native, m) {
   using namespace nb::literals;
   m.doc() = "Native kernels of reconstruction.";
+  m.def("frame_surface", &surface_of_frame, "depth"_a, "mask"_a, "camera"_a, "pose"_a, "noise"_a,
+        "point_block"_a, "normal_block"_a, "jump"_a, "min_incidence_cosine"_a);
   m.def("surface_sums", &surface_sums, "points_xyz"_a, "normals_xyz"_a, "weights"_a, "keys"_a);
   m.def("surface_means", &surface_means, "totals"_a);
   m.def("merge_rays", &merge_rays, "keys"_a, "origins_xyz"_a, "ends_xyz"_a, "on_object"_a,
         "more_keys"_a, "more_origins_xyz"_a, "more_ends_xyz"_a, "more_on_object"_a);
+  m.def("added_keys", &added_keys_of, "known"_a, "keys"_a);
 }

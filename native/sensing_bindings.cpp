@@ -80,8 +80,9 @@ void above(Depth depth, std::tuple<float, float, float, float> up,
 }
 
 nb::tuple cells(Depth depth, Mask mask, std::tuple<double, double, double, double> camera,
-                Pose pose, double cell) {
+                Pose pose, double cell, std::size_t block) {
   require_size(mask, depth);
+  require(block >= 1 && block <= 4096, "block");
   require(cell >= 1e-3 && cell <= 1e3, "cell");
   const auto [fx, fy, cx, cy] = camera;
   const double values[4] = {fx, fy, cx, cy};
@@ -89,26 +90,25 @@ nb::tuple cells(Depth depth, Mask mask, std::tuple<double, double, double, doubl
   {
     nb::gil_scoped_release release;
     found = plan_cells(depth.data(), mask.data(), size_of(depth), values, pose.data(), cell,
-                       kMostCells);
+                       kMostCells, block);
   }
-  const std::size_t pixels = found.cell.size(), cells = found.counts.size();
-  return nb::make_tuple(given<Cells>(std::move(found.cell), {pixels}),
+  const std::size_t blocks = found.cell.size(), cells = found.counts.size();
+  return nb::make_tuple(given<Cells>(std::move(found.cell), {blocks}),
                         given<Sums>(std::move(found.counts), {cells}), found.low_x, found.low_y,
                         found.rows, found.columns);
 }
 
 void keep(nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu> cell,
           nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu> wanted,
-          OutMask mask) {
-  const std::size_t pixels = mask.shape(0) * mask.shape(1);
-  std::size_t masked = 0;
-  for (std::size_t at = 0; at < pixels; ++at) masked += mask.data()[at];
-  require(masked == cell.shape(0), "one cell a masked pixel");
+          OutMask mask, std::size_t block) {
+  require(block >= 1 && block <= 4096, "block");
+  const Size size{mask.shape(0), mask.shape(1)};
+  require(masked_blocks(mask.data(), size, block) == cell.shape(0), "one cell a masked block");
   for (std::size_t n = 0; n < cell.shape(0); ++n) {
     require(cell.data()[n] >= 0 && std::size_t(cell.data()[n]) < wanted.shape(0), "known cells");
   }
   nb::gil_scoped_release release;
-  keep_cells(cell.data(), wanted.data(), {mask.shape(0), mask.shape(1)}, mask.data());
+  keep_cells(cell.data(), wanted.data(), size, block, mask.data());
 }
 
 }  // namespace
@@ -123,6 +123,8 @@ NB_MODULE(_native, m) {
         "out"_a.noconvert());
   m.def("keep_above", &above, "depth"_a, "up"_a, "camera"_a, "noise"_a, "margin"_a, "sigmas"_a,
         "farthest"_a, "mask"_a.noconvert());
-  m.def("keep_cells", &keep, "cell"_a, "wanted"_a, "mask"_a.noconvert());
-  m.def("plan_cells", &cells, "depth"_a, "mask"_a, "camera"_a, "pose"_a, "cell"_a);
+  m.def("keep_cells", &keep, "cell"_a, "wanted"_a, "mask"_a.noconvert(),
+        "block"_a = 1);
+  m.def("plan_cells", &cells, "depth"_a, "mask"_a, "camera"_a, "pose"_a, "cell"_a,
+        "block"_a = 1);
 }

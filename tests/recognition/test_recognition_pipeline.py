@@ -113,7 +113,7 @@ def test_a_frame_is_named_over_four_grids_at_most_and_the_end_over_all(count: in
     line = RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier)
     last = run_pipeline(line, frames(3)).last
     few = min(count, 4)
-    assert [len(views) for views in classifier.asked] == [few] * 3 + [count] * (count > 4)
+    assert [len(views) for views in classifier.asked] == [few] * 3 + [count]
     as_a_frame = ManyViews(few).recipe
     for views in classifier.asked[:3]:
         assert [view.grid for view in views] == as_a_frame.all_bounds(views[0].grid)

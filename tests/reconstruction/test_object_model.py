@@ -2,42 +2,20 @@ from __future__ import annotations
 
 import gc
 import weakref
-from dataclasses import replace
 
 import numpy as np
 import pytest
 import trimesh
+from box_world import BOX, CAMERA, HIGH, LOW, SEEN_AREA, box_shots, fused
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import GeometryError, InputError
-from circumspect.geometry import PinholeCamera, TriangleMesh, read_cloud
+from circumspect.geometry import read_cloud
 from circumspect.grid import FREE, OCCUPIED, CylindricalGrid
 from circumspect.reconstruction import ModelSettings, ObjectModel, object_model
 from circumspect.sensing import DepthNoise, RgbdFrame
-from circumspect.simulation import Orbit, Scene, SimulatedCamera, Station, block, looking_at
-
-CAMERA = PinholeCamera(320, 240, 285.0, 285.0, 159.5, 119.5)
-LOW, HIGH = (-0.25, -0.35, 0.0), (0.25, 0.35, 0.6)
-BOX = block(LOW, HIGH)
-SEEN_AREA = 2 * 0.6 * (0.5 + 0.7) + 0.5 * 0.7
-
-
-def box_shots(count: int, noise: DepthNoise | None = None, mesh: TriangleMesh = BOX):
-    """(frame, object mask) all round a box on a floor; the mask is the truth."""
-    orbit = Orbit.around(mesh, CAMERA, start=0.2)
-    camera = SimulatedCamera(Scene.with_object(mesh), lambda: orbit.station(0), CAMERA, noise)
-    for index in range(count):
-        station = orbit.station(2 * np.pi * index / count)
-        frame = camera.photograph(station)
-        yield frame, (camera.truth(station).surface == 0) & frame.valid
-
-
-def fused(shots) -> ObjectModel:
-    model = ObjectModel(ModelSettings(voxel=0.008))
-    for frame, mask in shots:
-        model = model.fused(frame, mask, frame.pose)
-    return model
+from circumspect.simulation import Scene, SimulatedCamera, Station, block, looking_at
 
 
 def distance_to_box(points_xyz: np.ndarray) -> np.ndarray:
@@ -236,21 +214,6 @@ def test_a_large_model_is_unchanged_and_its_preview_is_close_to_it(
     grid = CylindricalGrid.fit(cloud)
     fine, few = large.occupancy(grid).states, preview.occupancy(grid).states
     assert (fine == few).mean() > 0.97
-
-
-def test_a_preview_has_fewer_rays_and_the_same_surface(
-    exact: ObjectModel, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    most = len(exact.rays) // 3
-    monkeypatch.setattr(object_model, "MAX_PREVIEW_RAYS", most)
-    preview = replace(exact).preview
-    assert most / 2 < len(preview.rays) <= most
-    np.testing.assert_array_equal(preview.cloud().points_xyz, exact.cloud().points_xyz)
-    grid = CylindricalGrid.fit(exact.cloud())
-    few, all_of_them = preview.occupancy(grid), exact.occupancy(grid)
-    np.testing.assert_array_equal(few.occupied, all_of_them.occupied)
-    assert not ((few.states == FREE) & (all_of_them.states != FREE)).any()
-    assert (few.states == FREE).sum() > 0.85 * (all_of_them.states == FREE).sum()
 
 
 def test_grid_is_occupied_at_the_surface_and_free_beside_it(exact: ObjectModel) -> None:

@@ -129,7 +129,7 @@ def test_arrays_of_another_size_are_refused() -> None:
         _native.block_means(
             depth, None, 2, 0.1, np.ones((1, 3), np.float32), np.ones((1, 3), np.int32)
         )
-    with pytest.raises(ValueError, match="one cell a masked pixel"):
+    with pytest.raises(ValueError, match="one cell a masked block"):
         _native.keep_cells(np.zeros(3, np.int32), np.ones(2, bool), mask)
     with pytest.raises(ValueError, match="known cells"):
         _native.keep_cells(np.full(20, 7, np.int32), np.ones(2, bool), mask)

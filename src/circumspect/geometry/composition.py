@@ -36,7 +36,7 @@ def between(T_a_b: RigidTransform, T_a_c: RigidTransform) -> RigidTransform:
     return orthonormal(matrix)
 
 
-def orthonormal(matrix: NDArray[np.float64]) -> RigidTransform:
+def orthonormal(matrix: NDArray[np.floating]) -> RigidTransform:
     """The pose of a (4, 4) matrix whose rotation is known to be orthonormal; it is not copied."""
     from scipy.spatial.transform import RigidTransform
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import orthonormal
 from circumspect.geometry.pose_distance import distances
 from circumspect.pose_graph.culled_keyframes import CulledKeyframes
 from circumspect.pose_graph.culling import prune_factors, transfer_factors
@@ -143,11 +143,11 @@ class KeyframeGraph:
             for factor in self._factors
         )
         levels = tuple(
-            LevelFactor(index[number], _transform(key.T_base_camera), self._level_information)
+            LevelFactor(index[number], orthonormal(key.T_base_camera), self._level_information)
             for number, key in self._keyframes.items()
             if key.T_base_camera is not None
         )
-        return PoseGraph(tuple(map(_transform, self.poses)), factors, levels)
+        return PoseGraph(tuple(map(orthonormal, self.poses)), factors, levels)
 
     def cull(self) -> int:
         """Remove the keyframe nearest to another one, never the first or the last.
@@ -164,7 +164,7 @@ class KeyframeGraph:
         self._culled.add(number, substitute, T_substitute_culled)
         max_factors = MAX_FACTORS_PER_KEYFRAME * self.settings.max_keyframes
         factors = transfer_factors(
-            self._factors, number, substitute, _transform(T_substitute_culled)
+            self._factors, number, substitute, orthonormal(T_substitute_culled)
         )
         self._factors = prune_factors(factors, max_factors)
         del self._keyframes[number]
@@ -175,8 +175,3 @@ class KeyframeGraph:
         apart = self.apart(self.poses[index])
         apart[index] = np.inf
         return float(apart.min()), index, int(apart.argmin())
-
-
-def _transform(T: NDArray[np.floating]) -> RigidTransform:
-    """The pose of a (4, 4) matrix, without checks."""
-    return RigidTransform(T, normalize=False, copy=False)

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import se3_matrices
+from circumspect.geometry.composition import orthonormal
 from circumspect.motion import PoseWithCovariance
 from circumspect.pose_graph.factors import BetweenFactor
 from circumspect.pose_graph.keyframe import Keyframe
@@ -162,7 +162,7 @@ class KeyframeMap:
         T, mount = pose.T_map_camera, frame.T_base_camera
         surface = ScanSurface.from_scan(scan)
         if mount is not None:
-            surface = surface.with_vertical_floor_normals(_transform(T))
+            surface = surface.with_vertical_floor_normals(orthonormal(T))
         key = Keyframe(
             number, T, pose.covariance, CompactSurface.from_surface(surface),
             FreeSpace.from_frame(frame), max(MIN_DEPTH_M, float(np.median(scan.points_xyz[:, 2]))),
@@ -173,7 +173,7 @@ class KeyframeMap:
         else:
             key = replace(key, covariance=self.covariance(pose, reference))
             self._connect(key, pose, reference)
-        transform = _transform(T)
+        transform = orthonormal(T)
         self.surface_map = self.surface_map.with_surface(key.surface, transform)
         seen_through = violated_points(frame, self.surface_map, transform)
         self._violated = np.union1d(self._violated, seen_through)
@@ -186,7 +186,7 @@ class KeyframeMap:
     def _connect(self, key: Keyframe, pose: PoseWithCovariance, reference: int) -> None:
         """Add the factor of tracking, and note which keyframes to register to this one."""
         first = self[reference]
-        measured = _transform(first.relative_pose(key.T_map_camera))
+        measured = orthonormal(first.relative_pose(key.T_map_camera))
         information = np.linalg.inv(pose.covariance + np.diag(MAP_SIGMAS**2))
         self._graph.add_factor(BetweenFactor(reference, key.number, measured, information))
         found = covisible(key, self._graph.keyframes, self.poses)
@@ -209,6 +209,11 @@ class KeyframeMap:
                 break
             free[others] = self[numbers[index]].sees_through(points_xyz[others])
         return free
+
+    @property
+    def has_pending(self) -> bool:
+        """Whether pairs of keyframes wait for registration."""
+        return bool(self._pending)
 
     def process_pending(self) -> bool:
         """Register one or two pending pairs, and optimise after a loop closure.
@@ -252,7 +257,7 @@ class KeyframeMap:
         for start in range(0, len(keys), MERGED_TOGETHER):
             some = keys[start : start + MERGED_TOGETHER]
             merged = merged.with_surfaces(
-                [(key.surface, _transform(key.T_map_camera)) for key in some]
+                [(key.surface, orthonormal(key.T_map_camera)) for key in some]
             )
         self.surface_map = merged
 
@@ -261,8 +266,3 @@ class KeyframeMap:
         if factor is not None:
             self._graph.add_factor(factor)
             self._loop_is_new |= closes_loop(first, second)
-
-
-def _transform(T: NDArray[np.floating]) -> RigidTransform:
-    """The pose of a (4, 4) matrix, without checks."""
-    return RigidTransform(T, normalize=False, copy=False)

@@ -18,21 +18,21 @@ class BackgroundWorker:
     def __init__(self) -> None:
         self._executor = ThreadPoolExecutor(1, "background")
         self._submitted: list[Future[None]] = []
-        self._is_idle = True
+        self._expected = 0
 
     def submit(self, work: Callable[[], None]) -> None:
         """Run a call after those that were submitted before."""
-        self._is_idle = False
+        self._expected += 1
         self._submitted.append(self._executor.submit(work))
 
     def wait(self) -> None:
         """Wait for all submitted calls; their exceptions are raised by `join`."""
-        if self._is_idle:
-            return
-        # An interrupt can come between the hand-over of a call and its entry in the list. A
-        # further call ends after all of them.
-        wait([self._executor.submit(_do_nothing)])
-        self._is_idle = True
+        if self._expected > len(self._submitted):
+            # An interrupt came between the hand-over of a call and its entry in the list. A
+            # further call ends after all of them.
+            wait([self._executor.submit(_do_nothing)])
+            self._expected = len(self._submitted)
+        wait([call for call in self._submitted if not call.done()])
 
     def join(self) -> None:
         """Wait for all submitted calls, and raise what they raised.
@@ -41,7 +41,7 @@ class BackgroundWorker:
             Exception: The first exception of the calls. The other calls ran nevertheless.
         """
         self.wait()  # if this is interrupted, the next join waits
-        submitted, self._submitted = self._submitted, []
+        submitted, self._submitted, self._expected = self._submitted, [], 0
         for call in submitted:
             call.result()
 

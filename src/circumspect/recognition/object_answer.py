@@ -9,6 +9,8 @@ from circumspect.reconstruction import ObjectModel
 
 MAX_GRIDS_A_FRAME = 4
 """Grids that are classified with each frame; the final answer is that of all grids."""
+STABLE_ANSWERS = 3
+"""After so many equal answers in a row the first grid alone is classified, until it differs."""
 
 
 class ObjectAnswer:
@@ -33,41 +35,54 @@ class ObjectAnswer:
         self.prediction: Prediction | None = None
         self.is_provisional = False
         self._classifier = classifier
+        self._equal_answers = 0
 
-    def grid(self, model: ObjectModel, *, final: bool = False) -> FrameOutcome | None:
-        """Grid the model; an object that is too wide loses its answer.
-
-        Args:
-            model: The full model.
-            final: Whether all grids of the full model are filled.
+    def grid(self, model: ObjectModel) -> FrameOutcome | None:
+        """Grid the model after a frame; an object that is too wide loses its answer.
 
         Returns:
             Why the object cannot be classified; None if it can.
         """
-        source, max_grids = (model, None) if final else (model.preview, MAX_GRIDS_A_FRAME)
-        outcome = self.grids.update(source, max_grids)
-        if outcome is FrameOutcome.TOO_WIDE:
-            self.prediction = None
-            self.is_provisional = source is not model
+        is_stable = self._equal_answers >= STABLE_ANSWERS
+        outcome = self.grids.update(model, 1 if is_stable else MAX_GRIDS_A_FRAME)
+        self._drop_if_too_wide(outcome)
         return outcome
 
-    def classify(self, model: ObjectModel, *, final: bool = False) -> None:
-        """Classify the grids.
+    def classify(self, model: ObjectModel) -> None:
+        """Classify the grids; one grid alone confirms an answer, and never changes it."""
+        prediction = self._prediction()
+        is_equal = _same(prediction, self.prediction)
+        if not is_equal and self._equal_answers >= STABLE_ANSWERS:
+            self.grids.update(model, MAX_GRIDS_A_FRAME)
+            prediction = self._prediction()
+            is_equal = _same(prediction, self.prediction)
+        self._equal_answers = self._equal_answers + 1 if is_equal else 1
+        self.prediction, self.is_provisional = prediction, True
 
-        Args:
-            model: The full model.
-            final: Whether the grids are those of the full model.
-        """
-        grids = self.grids.grids
-        self.prediction = self._classifier.classify_grid(
-            *grids, metric=True, coverage=self.grids.coverage
-        )
-        source = model if final else model.preview
-        is_complete = len(grids) >= self._classifier.recipe.azimuth_views
-        self.is_provisional = source is not model or not is_complete
+    def finalise(self, model: ObjectModel) -> None:
+        """Classify all grids of the full model."""
+        outcome = self.grids.finalise(model)
+        self._drop_if_too_wide(outcome)
+        if outcome is None:
+            self.prediction = self._prediction()
+        self.is_provisional = False
 
     def on_replaced(self, model: ObjectModel) -> None:
         """Use a model that replaces the former one; it is classified with the next frame."""
         self.is_provisional = True  # even if the next frame is not used
         if self.grids.points_xyz is not None:
             self.grids.points_xyz = model.preview.points_xyz
+
+    def _drop_if_too_wide(self, outcome: FrameOutcome | None) -> None:
+        if outcome is FrameOutcome.TOO_WIDE:
+            self.prediction, self._equal_answers, self.is_provisional = None, 0, True
+
+    def _prediction(self) -> Prediction:
+        return self._classifier.classify_grid(
+            *self.grids.grids, metric=True, coverage=self.grids.coverage
+        )
+
+
+def _same(one: Prediction, other: Prediction | None) -> bool:
+    """Whether two answers name the same class, with the same trust."""
+    return other is not None and (one.label, one.confident) == (other.label, other.confident)

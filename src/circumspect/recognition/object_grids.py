@@ -9,10 +9,15 @@ from numpy.typing import NDArray
 
 from circumspect.classification import Classifier
 from circumspect.errors import GeometryError
+from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid, Grid, OccupancyGrid, hits_views
 from circumspect.recognition.azimuth_coverage import azimuth_coverage
 from circumspect.recognition.frame_outcome import FrameOutcome
-from circumspect.reconstruction import ObjectModel
+from circumspect.reconstruction import GrowingOccupancy, ObjectModel
+
+MAX_SHIFT_CELLS = 0.25
+"""Grids of an object that grows stay where they are up to this distance from a new fit [cells], as
+far as further grids are from the first; no ray is then traced twice."""
 
 
 class ObjectGrids:
@@ -34,52 +39,96 @@ class ObjectGrids:
         self.grids: tuple[OccupancyGrid, ...] = ()
         self.coverage = 0.0
         self.points_xyz: NDArray[np.float64] | None = None
-        self._classifier = classifier
+        self._recipe = classifier.recipe
+        self._bounds: Grid | None = None
+        self._first, self._further = GrowingOccupancy(), GrowingOccupancy()
 
     @property
     def first(self) -> OccupancyGrid | None:
         """The ray-traced grid, if there is one."""
         return self.grids[0] if self.grids else None
 
-    def update(self, model: ObjectModel, max_views: int | None = None) -> FrameOutcome | None:
-        """Grid a model and measure its coverage.
+    def update(self, model: ObjectModel, max_views: int) -> FrameOutcome | None:
+        """Grid a preview of a model that grows, and measure its coverage.
 
         Args:
-            model: The object's model, or its preview.
-            max_views: Maximum number of grids; None means all that the classifier asks for.
+            model: The object's model.
+            max_views: Maximum number of grids.
 
         Returns:
             Why the model cannot be classified; None if it can.
         """
-        outcome = self._fill(model, max_views)
-        if outcome is FrameOutcome.TOO_WIDE:
-            self.grids = ()
-        if self.first is not None:
-            self.coverage = azimuth_coverage(model.views_xyz, self.first)
-        return outcome
+        return self._filled(model, model.preview, max_views)
 
-    def _fill(self, model: ObjectModel, max_views: int | None) -> FrameOutcome | None:
+    def finalise(self, model: ObjectModel) -> FrameOutcome | None:
+        """Fill all grids that the classifier asks for, fitted anew to the full model.
+
+        Args:
+            model: The object's model.
+
+        Returns:
+            Why the model cannot be classified; None if it can.
+        """
+        self._bounds = None
+        return self._filled(model, model, None)
+
+    def _filled(
+        self, model: ObjectModel, source: ObjectModel, max_views: int | None
+    ) -> FrameOutcome | None:
         """Fit and fill the grids; returns why that is not possible, else None."""
-        recipe = self._classifier.recipe
         try:
-            cloud = model.cloud()
+            cloud = source.cloud()
             self.points_xyz = cloud.points_xyz
-            bounds = recipe.bounds(cloud)
+            fitted = self._recipe.bounds(cloud)
         except GeometryError:
             return FrameOutcome.TOO_LITTLE
         # One column after the other: along the rows of two columns it takes milliseconds.
         if max(map(np.ptp, cloud.points_xyz.T[:2])) > model.settings.max_width:
+            self.grids = ()
             return FrameOutcome.TOO_WIDE
-        grid = model.occupancy(bounds)
-        if not grid.occupied.any():
+        if self._bounds is None or not _holds(self._bounds, fitted, self._recipe.margin):
+            self._bounds = fitted
+        grids = self._occupancies(self._bounds, max_views, cloud, model)
+        if not grids[0].occupied.any():
             return FrameOutcome.TOO_LITTLE
-        # Sub-cell offsets make the answer independent of where the cells begin.
-        further = recipe.all_bounds(bounds, max_views)[1:]
-        if recipe.visibility and further:
-            self.grids = (grid, *model.occupancies(further))
-        else:
-            self.grids = (grid, *_filled_by_hits(further, cloud.points_xyz))
+        self.grids = grids
+        self.coverage = azimuth_coverage(model.views_xyz, grids[0])
         return None
+
+    def _occupancies(
+        self, bounds: Grid, max_views: int | None, cloud: PointCloud, model: ObjectModel
+    ) -> tuple[OccupancyGrid, ...]:
+        """Occupancy of all grids; further ones are traced if the classifier sees visibility."""
+        if max_views is None:
+            grid = model.occupancy(bounds)
+        else:
+            (grid,) = self._first.update((bounds,), cloud.points_xyz, model.rays)
+        # Sub-cell offsets make the answer independent of where the cells begin.
+        further = self._recipe.all_bounds(bounds, max_views)[1:]
+        if not further:
+            return (grid,)
+        if not self._recipe.visibility:
+            return (grid, *_filled_by_hits(further, cloud.points_xyz))
+        if max_views is None:
+            return (grid, *model.occupancies(further))
+        return (grid, *self._further.update(further, cloud.points_xyz, model.rays))
+
+
+def _holds(bounds: Grid, fitted: Grid, margin: float) -> bool:
+    """Whether bounds still hold an object, and are near those that were fitted to it."""
+    if not (isinstance(bounds, CylindricalGrid) and isinstance(fitted, CylindricalGrid)):
+        return False
+    rings, _, layers = fitted.shape
+    x, y, z = np.abs(np.subtract(fitted.centre_xyz, bounds.centre_xyz))
+    aside, wider = float(np.hypot(x, y)), fitted.radius - bounds.radius
+    taller = fitted.half_height - bounds.half_height
+    width, height = fitted.radius / rings, 2 * fitted.half_height / layers
+    near = max(aside, abs(wider)) / width, max(z, abs(taller)) / height
+    return (
+        max(near) <= MAX_SHIFT_CELLS
+        and aside + fitted.radius / margin <= bounds.radius
+        and z + fitted.half_height / margin <= bounds.half_height
+    )
 
 
 def _filled_by_hits(grids: Sequence[Grid], points_xyz: NDArray[np.float64]) -> list[OccupancyGrid]:

@@ -116,9 +116,7 @@ class RecognitionPipeline:
             self._answer.on_replaced(self.model)
         if not self._answer.is_provisional:
             return False
-        if self._answer.grid(self.model, final=True) is None:
-            self._answer.classify(self.model, final=True)
-        self._answer.is_provisional = False
+        self._answer.finalise(self.model)
         return True
 
     def _unusable(self, frame: RgbdFrame) -> FrameOutcome | None:

@@ -2,6 +2,7 @@
 
 from circumspect.reconstruction.frame_contribution import FrameContribution
 from circumspect.reconstruction.frame_surface import FrameSurface
+from circumspect.reconstruction.growing_occupancy import GrowingOccupancy
 from circumspect.reconstruction.object_model import ModelSettings, ObjectModel
 from circumspect.reconstruction.sight_rays import SightRays
 from circumspect.reconstruction.submap import Submap
@@ -12,6 +13,7 @@ from circumspect.reconstruction.view_density import ViewDensity
 __all__ = [
     "FrameContribution",
     "FrameSurface",
+    "GrowingOccupancy",
     "ModelSettings",
     "ObjectModel",
     "SightRays",

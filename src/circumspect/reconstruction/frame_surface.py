@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.sensing import DepthBlocks, DepthNoise, RgbdFrame
+from circumspect.reconstruction import _native
+from circumspect.sensing import DepthNoise, RgbdFrame
 
 POINT_BLOCK_PX = 2
 """Points are means over blocks of this side [px]: a quarter of the points, half the noise."""
 NORMAL_BLOCK_PX = 4
 """Normals are computed from the means over blocks of this side [px]."""
+MAX_DEPTH_JUMP = 0.04
+"""Neighbours further apart than this share of their depth are on different surfaces."""
 MIN_INCIDENCE_COSINE = 0.2
 """Lower bound of the cosine of the incidence angle; limits the areas of grazing views."""
 MAX_RAY_DISTANCE_M = 0.3
@@ -63,28 +66,22 @@ class FrameSurface:
         Raises:
             ValueError: The mask has not the size of the frame.
         """
+        if object_mask.shape != frame.depth.shape:
+            raise ValueError(f"a mask of {frame.depth.shape}, not {object_mask.shape}")
         camera, matrix = frame.camera, T_map_camera.as_matrix()
-        fine = DepthBlocks.of(frame.depth, camera, POINT_BLOCK_PX, object_mask)
-        rows, columns = np.nonzero(fine.counts)
-        points = fine.points_xyz(rows, columns)
-        ratio = NORMAL_BLOCK_PX // POINT_BLOCK_PX
-        coarse = DepthBlocks.of(frame.depth, camera, NORMAL_BLOCK_PX, object_mask)
-        normals = coarse.normals()[rows // ratio, columns // ratio]
-        towards = -points / np.sqrt(np.einsum("ij,ij->i", points, points))[:, None]
-        normals = np.where(np.isfinite(normals[:, :1]), normals, towards)
-        cosine = np.maximum(np.einsum("ij,ij->i", normals, towards), MIN_INCIDENCE_COSINE)
-        z = points[:, 2]
-        # The area of a pixel perpendicular to its ray shrinks with the ray's angle to the axis.
-        facing = -towards[:, 2] * z**2 / (camera.fx * camera.fy) * fine.counts[rows, columns]
-        weights = cosine / (noise or DepthNoise()).axial_sigma(z) ** 2
-        return cls(
-            matrix[:3, 3],
-            points @ matrix[:3, :3].T.astype(np.float32) + matrix[:3, 3],
-            normals @ matrix[:3, :3].T.astype(np.float32),
-            facing / cosine,
-            weights,
-            frame.at(T_map_camera).sparse_points_map(BACKGROUND_BLOCK_PX, ~object_mask),
+        surface = _native.frame_surface(
+            np.ascontiguousarray(frame.depth, np.float32),
+            np.ascontiguousarray(object_mask),
+            (camera.fx, camera.fy, camera.cx, camera.cy),
+            matrix,
+            (noise or DepthNoise()).coefficients(camera),
+            POINT_BLOCK_PX,
+            NORMAL_BLOCK_PX,
+            MAX_DEPTH_JUMP,
+            MIN_INCIDENCE_COSINE,
         )
+        background = frame.at(T_map_camera).sparse_points_map(BACKGROUND_BLOCK_PX, ~object_mask)
+        return cls(matrix[:3, 3], *surface, background)
 
     def transformed(self, T_target_map: RigidTransform) -> FrameSurface:
         """The same surface in the target frame."""

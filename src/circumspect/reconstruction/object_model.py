@@ -29,8 +29,6 @@ from circumspect.sensing import RgbdFrame
 
 MAX_FINE_VOXELS = 40_000
 """The preview of a model with more voxels than this has voxels of twice the side."""
-MAX_PREVIEW_RAYS = 30_000
-"""Rays in a preview model."""
 MAX_PENDING_ROWS = 60_000
 """Rows of sums of a large model that are kept apart before they are added at once."""
 
@@ -97,27 +95,18 @@ class ObjectModel:
     def preview(self) -> ObjectModel:
         """A preview model of bounded cost, for results after every frame.
 
-        It has voxels of twice the side if this model has more than `MAX_FINE_VOXELS`, and at most
-        `MAX_PREVIEW_RAYS` rays. A small model is its own preview. Results from the preview model
-        are provisional.
+        It has voxels of twice the side if this model has more than `MAX_FINE_VOXELS`. A small model
+        is its own preview. Results from the preview model are provisional.
         """
-        is_small = self.coarse is None and len(self.rays) <= MAX_PREVIEW_RAYS
-        return self if is_small else self._preview
+        return self if self.coarse is None else self._preview
 
     @cached_property
     def _preview(self) -> ObjectModel:
         # Never `self`: a model that refers to itself is freed by the cycle collector only, and
         # hundreds of megabytes of past models would accumulate until then.
-        rays = self.rays.subsampled(MAX_PREVIEW_RAYS)
-        if self.coarse is None:
-            return replace(self, rays=rays)
+        assert self.coarse is not None
         return replace(
-            self,
-            voxel=2 * (self.voxel or 0.0),
-            base=self.coarse,
-            rays=rays,
-            coarse=None,
-            pending=(),
+            self, voxel=2 * (self.voxel or 0.0), base=self.coarse, coarse=None, pending=()
         )
 
     @cached_property

@@ -42,17 +42,19 @@ class SightRays:
     def __len__(self) -> int:
         return len(self.keys)
 
+    def __getitem__(self, rows: slice | NDArray[np.intp]) -> SightRays:
+        """Some of the rays, in ascending order."""
+        return SightRays(
+            np.ascontiguousarray(self.keys[rows]),
+            np.ascontiguousarray(self.origins_xyz[rows]),
+            np.ascontiguousarray(self.ends_xyz[rows]),
+            np.ascontiguousarray(self.on_object[rows]),
+        )
+
     def subsampled(self, max_rays: int) -> SightRays:
         """Every k-th ray, with the smallest k that leaves at most `max_rays`."""
         every = -(-len(self) // max_rays)
-        if every <= 1:
-            return self
-        return SightRays(
-            self.keys[::every].copy(),
-            self.origins_xyz[::every].copy(),
-            self.ends_xyz[::every].copy(),
-            self.on_object[::every].copy(),
-        )
+        return self if every <= 1 else self[::every]
 
     def with_frame(
         self,

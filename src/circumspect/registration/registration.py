@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry import se3_matrices
+from circumspect.geometry.composition import orthonormal
 from circumspect.registration.point_to_plane import (
     COARSE,
     FINE,
@@ -166,7 +167,7 @@ def register(
         solver.step(s)
     problem = solver.problem
     return Registration(
-        T_map_camera=RigidTransform.from_matrix(solver.T) if solver.moved else T_map_prior,
+        T_map_camera=orthonormal(solver.T) if solver.moved else T_map_prior,
         hessian=problem.hessian,
         information=problem.hessian + prior_information,
         gradient=problem.gradient + problem.hessian @ solver.last_step,

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.grid.grid_arguments import checked_threads
 from circumspect.registration import _native
 from circumspect.registration.scan import Scan
 
@@ -52,15 +51,15 @@ class ScanSurface:
             scan: The scan.
             neighbours: Number of points that each normal is fitted to.
         """
-        from small_gicp import KdTree
+        from scipy.spatial import KDTree
 
         points = scan.points_xyz
         if len(points) < neighbours:
             zeros = np.zeros(len(points))
             return cls(scan, np.zeros((len(points), 3)), zeros + MAX_NORMAL_VARIANCE_RAD2, zeros)
-        cores = checked_threads(0)
-        nearest, _ = KdTree(points).batch_knn_search(points, neighbours, num_threads=cores)
-        normals, values = _native.plane_fits(points, np.asarray(nearest, np.int64), threads=cores)
+        # The next frame is processed at the same time. SciPy lets it run, small_gicp does not.
+        _, nearest = KDTree(points).query(points, neighbours)
+        normals, values = _native.plane_fits(points, np.asarray(nearest, np.int64))
         away = np.einsum("ij,ij->i", normals, points) > 0
         across = np.clip(values[:, 0], 0, None) * neighbours / (neighbours - 3)
         along = 0.5 * (1 / np.maximum(values[:, 1:], 1e-12)).sum(axis=1)

@@ -34,7 +34,11 @@ def plan_cells(
     camera: tuple[float, float, float, float],
     pose: NDArray[np.float64],
     cell: float,
+    block: int = 1,
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], float, float, int, int]: ...
 def keep_cells(
-    cell: NDArray[np.int32], wanted: NDArray[np.bool_], mask: NDArray[np.bool_]
+    cell: NDArray[np.int32],
+    wanted: NDArray[np.bool_],
+    mask: NDArray[np.bool_],
+    block: int = 1,
 ) -> None: ...

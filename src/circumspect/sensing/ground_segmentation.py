@@ -17,8 +17,10 @@ from circumspect.sensing.flying_pixels import continuous_pixels
 from circumspect.sensing.rgbd_frame import RgbdFrame
 from circumspect.sensing.segmentation import Segmentation
 
-FLOOR_STEP = 6
-"""The floor is fitted to one pixel of each block of this side [px]."""
+BLOCK_PX = 2
+"""Blocks of this side [px] belong to the object as a whole, as they become one point of it."""
+FLOOR_STEP, MIN_FLOOR_POINTS = 8, 110
+"""The floor is fitted to one pixel of each block of this side [px], and to so many at least."""
 KNOWN = 10_000
 """So many points of the known object tell where it stands."""
 SHARED_CELLS = 2
@@ -79,7 +81,8 @@ class GroundSegmentation(Segmentation):
         return floor_fault(frame, self.noise)
 
     def _floor(self, frame: RgbdFrame, mask: NDArray[np.bool_]) -> FloorPlane:
-        return FloorPlane().refined(frame.sparse_points_map(FLOOR_STEP, mask))
+        points = frame.sparse_points_map(FLOOR_STEP, mask)
+        return FloorPlane().refined(points, fewest=MIN_FLOOR_POINTS)
 
     def _keep_above_floor(
         self, frame: RgbdFrame, floor: FloorPlane, mask: NDArray[np.bool_]
@@ -111,8 +114,10 @@ class GroundSegmentation(Segmentation):
 
         camera = frame.camera
         intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy)
+        is_known = known_xyz is not None and len(known_xyz) > 0
+        block = BLOCK_PX if is_known else 1
         flat, counts, low_x, low_y, rows, columns = _native.plan_cells(
-            frame.depth, mask, intrinsics, frame.pose.as_matrix(), self.cell
+            frame.depth, mask, intrinsics, frame.pose.as_matrix(), self.cell, block
         )
         if len(counts) == 0:
             # So far apart that no plan holds them: nothing that is near each other.
@@ -127,13 +132,13 @@ class GroundSegmentation(Segmentation):
         sizes = np.bincount(of_cell, counts, minlength=count + 1)
         sizes[0] = 0
         candidates = sizes >= self.fewest
-        if known_xyz is not None and len(known_xyz):
+        if known_xyz is not None and is_known:
             some = known_xyz[:: max(1, len(known_xyz) // KNOWN), :2]
             places = (some - [low_x, low_y]) / self.cell
             chosen = candidates & _standing_on(labels, count, places)
         else:
             chosen = self._seen_whole(of_cell[flat], candidates, frame, mask)
-        _native.keep_cells(flat, chosen[of_cell], mask)
+        _native.keep_cells(flat, chosen[of_cell], mask, block)
 
     def _seen_whole(
         self,

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import orthonormal
 from circumspect.motion import MotionModel, PoseWithCovariance, RelativeMotion
 from circumspect.motion.motion_model import MAX_EXTRAPOLATION
 from circumspect.pose_graph import KeyframeMap
@@ -200,7 +200,7 @@ class HypothesisEvaluation:
         return register(
             data.scan,
             self._keyframes.surface_map,
-            RigidTransform.from_matrix(prior.T_map_camera),
+            orthonormal(prior.T_map_camera),
             prior.information,
             self._registration,
         )

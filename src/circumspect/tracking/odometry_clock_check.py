@@ -8,7 +8,9 @@ $\sigma_k$,
 $$\log p(\delta) = -\frac{1}{2} \sum_k \min(\|(r_k - o_k(\delta)) / \sigma_k\|^2, c).$$
 
 The clocks differ if a δ beyond usual latencies explains the motions significantly better than all
-usual ones (likelihood ratio test). A constant velocity says nothing about δ, and does no harm.
+usual ones (likelihood ratio test), and if none of the usual ones explains them: slip is correlated
+in time, so that a lag may fit it better by chance. A constant velocity says nothing about δ, and
+does no harm.
 """
 
 from __future__ import annotations
@@ -40,7 +42,9 @@ MAX_SQUARED_ERROR = 25.0
 MIN_LOG_RATIO = 15.0
 """Log-likelihood ratio from which on the clocks differ …"""
 MAX_COST_SHARE = 0.5
-"""… if the lag leaves at most this share of the squared errors unexplained."""
+"""… if the lag leaves at most this share of the squared errors unexplained …"""
+EXPECTED_COST = 1.5
+"""… and if usual lags leave more than this per motion: half of χ² with three degrees of freedom."""
 
 DIFFERENT_CLOCKS = "odometry and images are on different clocks"
 
@@ -74,7 +78,7 @@ def odometry_lag(
         motions = comparable & np.isfinite(costs[number])
         null = costs[usual][:, motions].sum(axis=1).min()
         cost = costs[number, motions].sum()
-        if cost <= MAX_COST_SHARE * null:
+        if cost <= MAX_COST_SHARE * null and null > EXPECTED_COST * motions.sum():
             ratios[number] = null - cost
     best = int(np.argmax(ratios))
     return float(LAGS_S[best]) if ratios[best] >= MIN_LOG_RATIO else None

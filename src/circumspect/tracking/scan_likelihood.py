@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import orthonormal
 from circumspect.pose_graph import KeyframeMap
 from circumspect.registration import Scan, violated_count
 from circumspect.registration.point_to_plane import FINE
@@ -98,7 +98,7 @@ def scan_likelihood(
     others = np.flatnonzero(~on_surface)
     free = keyframes.free_space_contains(points[others], T_map_camera)
     seen_through = violated_count(
-        frame, keyframes.surface_map, RigidTransform.from_matrix(T_map_camera),
+        frame, keyframes.surface_map, orthonormal(T_map_camera),
         keyframes.violated, MAP_SAMPLE,
     )  # fmt: skip
     independent = float(weights.mean()) / step * seen_through

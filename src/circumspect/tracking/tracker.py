@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose, se3_matrices
-from circumspect.geometry.composition import composed
+from circumspect.geometry.composition import composed, orthonormal
 from circumspect.motion import MotionModel
 from circumspect.pose_graph import KeyframeMap
 from circumspect.registration import Scan
@@ -150,12 +150,15 @@ class Tracker(PoseEstimator):
 
     def process_pending(self) -> None:
         """See `PoseEstimator.process_pending`."""
+        # A keyframe is work enough for one frame; its pairs wait, unless keyframes come as fast.
+        is_due = self._keyframe is None or self.keyframes.has_pending
         if self._keyframe is not None:
             (frame, scan), self._keyframe = self._keyframe, None
             best = self._hypotheses[0]
             key = self.keyframes.add(frame, scan, best.pose, best.reference)
             self._hypotheses[0] = best.with_reference(key.number)
-        self._follow(self.keyframes.process_pending)
+        if is_due:
+            self._follow(self.keyframes.process_pending)
 
     def finalise(self) -> None:
         """See `PoseEstimator.finalise`."""
@@ -210,7 +213,7 @@ class Tracker(PoseEstimator):
         if best.reference is not None:
             covariance = self.keyframes.covariance(best.pose, best.reference)
             key = self.keyframes[best.reference]
-            T_reference_camera = RigidTransform.from_matrix(key.relative_pose(best.T_map_camera))
+            T_reference_camera = orthonormal(key.relative_pose(best.T_map_camera))
         T_map_base = T_map_odom = None
         if frame.T_base_camera is not None:
             T_map_base = PlanarPose.from_transform(
