@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose, se3
-from circumspect.geometry.composition import between, composed
+from circumspect.geometry.composition import between, composed, orthonormal
+from circumspect.pose_graph import KeyframeMap
+from circumspect.sensing import RgbdFrame
+from circumspect.tracking.hypothesis import Hypothesis
 from circumspect.tracking.tracking_state import TrackingState
 
 ACCURATE_SIGMAS = (float(np.radians(1.0)), 0.05 / 3)
@@ -51,6 +55,44 @@ class PoseEstimate:
     T_map_odom: PlanarPose | None = None
     reference: int | None = None
     T_reference_camera: RigidTransform | None = None
+
+    @classmethod
+    def from_hypothesis(
+        cls, hypothesis: Hypothesis, frame: RgbdFrame, keyframes: KeyframeMap
+    ) -> Self:
+        """What a hypothesis says about a frame.
+
+        Args:
+            hypothesis: The most likely one.
+            frame: The frame that it was continued by.
+            keyframes: The map of its reference keyframe.
+        """
+        pose, found = hypothesis.pose, hypothesis.registration
+        T_map_camera = RigidTransform.from_matrix(pose.T_map_camera)
+        covariance, T_reference_camera = pose.covariance, None
+        if hypothesis.reference is not None:
+            covariance = keyframes.covariance(pose, hypothesis.reference)
+            reference = keyframes[hypothesis.reference]
+            T_reference_camera = orthonormal(reference.relative_pose(pose.T_map_camera))
+        T_map_base = T_map_odom = None
+        if frame.T_base_camera is not None:
+            T_map_base = PlanarPose.from_transform(
+                composed(T_map_camera, frame.T_base_camera.inv())
+            )
+            if frame.odometry is not None:
+                T_map_odom = T_map_base @ frame.odometry.T_odom_base.inverse()
+        return cls(
+            T_map_camera,
+            source=hypothesis.motion,
+            converged=found is not None and found.converged,
+            inliers=0 if found is None else found.inliers,
+            residual=0.0 if found is None else found.residual,
+            covariance=covariance,
+            T_map_base=T_map_base,
+            T_map_odom=T_map_odom,
+            reference=hypothesis.reference,
+            T_reference_camera=T_reference_camera,
+        )
 
     @property
     def reliable(self) -> bool:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry import PlanarPose, se3_matrices
-from circumspect.geometry.composition import composed, orthonormal
+from circumspect.geometry import se3_matrices
 from circumspect.motion import MotionModel
 from circumspect.pose_graph import KeyframeMap
 from circumspect.registration import Scan
@@ -28,7 +28,7 @@ from circumspect.tracking.pose_estimate import PoseEstimate
 from circumspect.tracking.pose_estimator import PoseEstimator
 from circumspect.tracking.relocaliser import candidate_poses
 from circumspect.tracking.tracking_settings import TrackingSettings
-from circumspect.tracking.tracking_state import Evidence, TrackingState, next_state
+from circumspect.tracking.tracking_state import TrackingState, TrackingStatus
 
 
 class Tracker(PoseEstimator):
@@ -51,20 +51,24 @@ class Tracker(PoseEstimator):
             settings: Of all parts.
         """
         self.settings = s = settings or TrackingSettings()
-        self.state = TrackingState.INITIALISING
         self.keyframes = KeyframeMap(
             s.scan.voxel, s.motion.level_covariance, s.keyframes, s.registration
         )
         self._evaluation = HypothesisEvaluation(
             self.keyframes, MotionModel(s.motion), s.registration
         )
+        self._status = TrackingStatus(s)
         self._initial_pose = InitialPose(T_map_first)
         self._hypotheses: list[Hypothesis] = []
         self._previous: RgbdFrame | None = None
         self._stamps: deque[float] = deque(maxlen=LAG + 1)
-        self._contradictions = 0
         self._keyframe: tuple[RgbdFrame, Scan] | None = None  # to be added
         self._is_finalised = False
+
+    @property
+    def state(self) -> TrackingState:
+        """What is known of the camera."""
+        return self._status.state
 
     def track(self, frame: RgbdFrame) -> PoseEstimate:
         """See `PoseEstimator.track`."""
@@ -82,12 +86,11 @@ class Tracker(PoseEstimator):
             candidates += self._relocalised(best, data)
         self._hypotheses = [self._referenced(h) for h in survivors(candidates)]
 
-        evidence, reason = self._evidence()
-        self.state = next_state(self.state, evidence)
+        self._status.update(self._hypotheses)
         self._previous = frame
         if self.state is TrackingState.TRACKING and self._is_new_view(scan):
             self._keyframe = frame, scan
-        return self._estimate(frame, reason)
+        return self._estimate(frame)
 
     def _initialise(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
         """Start the map with the first frame that shows enough."""
@@ -95,14 +98,15 @@ class Tracker(PoseEstimator):
         smoother = FixedLagSmoother.from_pose(pose.T_map_camera, pose.covariance, SCALE_SIGMA)
         self._hypotheses, self._previous = [Hypothesis(smoother)], frame
         if len(scan) < self.settings.min_points:
-            estimate = self._estimate(frame, f"no map yet: {len(scan)} points in range")
+            reason = f"no map yet: {len(scan)} points in range"
+            estimate = replace(self._estimate(frame), reason=reason)
             self._hypotheses = []
             return estimate
         self._stamps.append(frame.stamp)
         key = self.keyframes.add(frame, scan, pose, None)
         self._hypotheses = [Hypothesis(smoother, key.number)]
-        self.state = next_state(self.state, Evidence.MAP_STARTED)
-        return self._estimate(frame, "")
+        self._status.start()
+        return self._estimate(frame)
 
     def _relocalised(self, best: Hypothesis, data: FrameInput) -> list[Hypothesis]:
         """New hypotheses elsewhere in the map, as far as the frame confirms them."""
@@ -114,29 +118,6 @@ class Tracker(PoseEstimator):
         T = hypothesis.T_map_camera
         reference = self.keyframes.reference(T, hypothesis.reference)
         return hypothesis.with_reference(reference)
-
-    def _evidence(self) -> tuple[Evidence, str]:
-        """What the frame says about the best hypothesis, and why it is not reliable."""
-        best, s = self._hypotheses[0], self.settings
-        if best.likelihood.contradicts or best.motion == "dead reckoning":
-            self._contradictions += 1
-            if self._contradictions >= s.max_contradictions:
-                return Evidence.CONTRADICTED, "the scans contradict the map"
-            return Evidence.UNDECIDED, "the scan contradicts the map"
-        if best.unmeasured == 0:
-            self._contradictions = 0
-        if len(self._hypotheses) > 1:
-            return Evidence.UNDECIDED, f"{len(self._hypotheses)} poses are possible"
-        rotation, translation = best.pose.sigmas
-        if rotation >= s.max_rotation_sigma or translation >= s.max_translation_sigma:
-            sigmas = f"{np.degrees(rotation):.1f}° and {1e3 * translation:.0f} mm"
-            return Evidence.UNDECIDED, f"standard deviations of {sigmas}"
-        # Wheels may spin: what no scan has verified is not relied on, whatever odometry claims.
-        if (distance := best.unmeasured_distance) > s.max_unverified:
-            return Evidence.UNDECIDED, f"no scan has verified the last {1e3 * distance:.0f} mm"
-        if self._contradictions:
-            return Evidence.UNDECIDED, "no scan has confirmed the pose since a contradiction"
-        return Evidence.CONFIRMED, ""
 
     def _is_new_view(self, scan: Scan) -> bool:
         best = self._hypotheses[0]
@@ -205,37 +186,12 @@ class Tracker(PoseEstimator):
                 return RigidTransform.from_matrix(T)
         return estimate.T_map_camera
 
-    def _estimate(self, frame: RgbdFrame, reason: str) -> PoseEstimate:
+    def _estimate(self, frame: RgbdFrame) -> PoseEstimate:
         """The best hypothesis as the result of a frame."""
-        best = self._hypotheses[0]
-        T_map_camera = RigidTransform.from_matrix(best.T_map_camera)
-        covariance, T_reference_camera = best.pose.covariance, None
-        if best.reference is not None:
-            covariance = self.keyframes.covariance(best.pose, best.reference)
-            key = self.keyframes[best.reference]
-            T_reference_camera = orthonormal(key.relative_pose(best.T_map_camera))
-        T_map_base = T_map_odom = None
-        if frame.T_base_camera is not None:
-            T_map_base = PlanarPose.from_transform(
-                composed(T_map_camera, frame.T_base_camera.inv())
-            )
-            if frame.odometry is not None:
-                T_map_odom = T_map_base @ frame.odometry.T_odom_base.inverse()
-        found = best.registration
-        return PoseEstimate(
-            T_map_camera,
-            self.state,
-            reason,
-            best.motion,
-            converged=found is not None and found.converged,
-            inliers=0 if found is None else found.inliers,
-            residual=0.0 if found is None else found.residual,
-            covariance=covariance,
-            hypotheses=len(self._hypotheses),
-            T_map_base=T_map_base,
-            T_map_odom=T_map_odom,
-            reference=best.reference,
-            T_reference_camera=T_reference_camera,
+        best, status = self._hypotheses[0], self._status
+        estimate = PoseEstimate.from_hypothesis(best, frame, self.keyframes)
+        return replace(
+            estimate, state=status.state, reason=status.reason, hypotheses=len(self._hypotheses)
         )
 
     def skip(self, frame: RgbdFrame) -> None:

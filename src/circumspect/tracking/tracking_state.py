@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum, auto
+
+import numpy as np
+
+from circumspect.tracking.hypothesis import Hypothesis
+from circumspect.tracking.tracking_settings import TrackingSettings
 
 
 class TrackingState(StrEnum):
@@ -58,3 +64,57 @@ TRANSITIONS: dict[tuple[TrackingState, Evidence], TrackingState] = {
 def next_state(state: TrackingState, evidence: Evidence) -> TrackingState:
     """The state after a frame."""
     return TRANSITIONS.get((state, evidence), state)
+
+
+class TrackingStatus:
+    """Follows the state over frames: the only place that assigns it.
+
+    Attributes:
+        state: What is known of the camera.
+        reason: Why its pose is not reliable; empty if it is.
+    """
+
+    def __init__(self, settings: TrackingSettings) -> None:
+        """Start without a map."""
+        self.state = TrackingState.INITIALISING
+        self.reason = ""
+        self._settings = settings
+        self._contradictions = 0
+
+    def start(self) -> None:
+        """The first frame of the map."""
+        self.state, self.reason = next_state(self.state, Evidence.MAP_STARTED), ""
+
+    def update(self, hypotheses: Sequence[Hypothesis]) -> None:
+        """Take note of a frame.
+
+        Args:
+            hypotheses: Those that are still possible, the most likely one first.
+        """
+        best = hypotheses[0]
+        if best.likelihood.contradicts or best.motion == "dead reckoning":
+            self._contradictions += 1
+        elif best.unmeasured == 0:
+            self._contradictions = 0
+        evidence, self.reason = self._evidence(best, len(hypotheses))
+        self.state = next_state(self.state, evidence)
+
+    def _evidence(self, best: Hypothesis, hypotheses: int) -> tuple[Evidence, str]:
+        """What the frame says about the best hypothesis, and why it is not reliable."""
+        s = self._settings
+        if best.likelihood.contradicts or best.motion == "dead reckoning":
+            if self._contradictions >= s.max_contradictions:
+                return Evidence.CONTRADICTED, "the scans contradict the map"
+            return Evidence.UNDECIDED, "the scan contradicts the map"
+        if hypotheses > 1:
+            return Evidence.UNDECIDED, f"{hypotheses} poses are possible"
+        rotation, translation = best.pose.sigmas
+        if rotation >= s.max_rotation_sigma or translation >= s.max_translation_sigma:
+            sigmas = f"{np.degrees(rotation):.1f}° and {1e3 * translation:.0f} mm"
+            return Evidence.UNDECIDED, f"standard deviations of {sigmas}"
+        # Wheels may spin: what no scan has verified is not relied on, whatever odometry claims.
+        if (distance := best.unmeasured_distance) > s.max_unverified:
+            return Evidence.UNDECIDED, f"no scan has verified the last {1e3 * distance:.0f} mm"
+        if self._contradictions:
+            return Evidence.UNDECIDED, "no scan has confirmed the pose since a contradiction"
+        return Evidence.CONFIRMED, ""
