@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import se3, se3_matrices
-from circumspect.tracking.smoother_window import KERNEL, Window
+from circumspect.tracking.smoother_window import CAUCHY_SCALE, Window
 
 Array = NDArray[np.float64]
 
@@ -72,4 +72,4 @@ def _log(T: Array) -> Array:
 
 def _robust(omega: Array, error: Array) -> Array:
     """Information weighted by Cauchy's kernel."""
-    return omega / (1 + error @ omega @ error / KERNEL**2)
+    return omega / (1 + error @ omega @ error / CAUCHY_SCALE**2)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from circumspect.geometry import se3_matrices
 from circumspect.tracking import _native, smoother_window
-from circumspect.tracking.smoother_window import KERNEL, Window, WindowFactors, WindowPrior
+from circumspect.tracking.smoother_window import CAUCHY_SCALE, Window, WindowFactors, WindowPrior
 
 seeds = st.integers(0, 2**32 - 1)
 sizes = st.integers(1, 16)
@@ -170,22 +170,22 @@ def test_poses_without_information_may_be_anything(seed: int, n: int) -> None:
 def test_windows_of_wrong_size_are_refused(argument: int) -> None:
     window = random_window(0, 3, 0.1)
     arrays = [window.poses, window.scale, *window.prior, *window.factors]
-    _native.linearised(*arrays, KERNEL, 3)
+    _native.linearised(*arrays, CAUCHY_SCALE, 3)
     for wrong in (arrays[argument][:-1], arrays[argument][..., :-1], arrays[argument][None]):
         changed = [*arrays[:argument], wrong, *arrays[argument + 1 :]]
         with pytest.raises((ValueError, TypeError)):
-            _native.linearised(*changed, KERNEL, 3)
+            _native.linearised(*changed, CAUCHY_SCALE, 3)
 
 
 def test_invalid_counts_and_kernels_are_refused() -> None:
     window = random_window(0, 3, 0.1)
     arrays = [window.poses, window.scale, *window.prior, *window.factors]
     with pytest.raises(ValueError, match="count"):
-        _native.linearised(*arrays, KERNEL, 4)
+        _native.linearised(*arrays, CAUCHY_SCALE, 4)
     with pytest.raises(ValueError, match="kernel"):
         _native.linearised(*arrays, np.nan, 3)
     with pytest.raises(ValueError, match="poses"):
-        _native.linearised(np.empty((0, 4, 4)), *arrays[1:], KERNEL, 0)
+        _native.linearised(np.empty((0, 4, 4)), *arrays[1:], CAUCHY_SCALE, 0)
 
 
 def test_invalid_equations_and_steps_are_refused() -> None:

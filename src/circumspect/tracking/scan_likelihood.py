@@ -23,6 +23,7 @@ from circumspect.geometry.composition import orthonormal
 from circumspect.pose_graph import KeyframeMap
 from circumspect.registration import Scan, violated_count
 from circumspect.registration.point_to_plane import FINE
+from circumspect.registration.scan_surface import MAX_FLOOR_HEIGHT_M
 from circumspect.sensing import RgbdFrame
 
 OUTLIER_RATIO = 0.05
@@ -31,9 +32,6 @@ MAX_DISTANCE_M = 0.05
 """d: points farther from the map than this are not on a mapped surface."""
 SCAN_SAMPLE, MAP_SAMPLE = 500, 2000
 """So many scan points and map points are evaluated."""
-FLOOR_THICKNESS_M = 0.05
-"""Points of a robot's scan within this height are on the floor. It looks alike everywhere, and they
-support no pose."""
 MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.25, 3.0
 """A pose is contradicted if the violations exceed this share of the support plus an allowance."""
 MAX_CONFIRMED_SHARE = 0.02
@@ -93,7 +91,8 @@ def scan_likelihood(
     on_surface, ratios = _on_surface(points, sample.sigmas, keyframes, t)
     counted = on_surface
     if frame.T_base_camera is not None:
-        counted = on_surface & (np.abs(points[:, 2]) > FLOOR_THICKNESS_M)
+        # The floor looks alike everywhere: its points support no pose.
+        counted = on_surface & (np.abs(points[:, 2]) > MAX_FLOOR_HEIGHT_M)
     support = float((weights * ratios)[counted].sum())
     others = np.flatnonzero(~on_surface)
     free = keyframes.free_space_contains(points[others], T_map_camera)

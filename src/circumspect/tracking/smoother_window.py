@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import se3_matrices
 from circumspect.motion import RelativeMotion
+from circumspect.pose_graph.normal_equations import CAUCHY_SCALE
 from circumspect.tracking import _native
 
 SCALE_DRIFT = 0.01
 """Standard deviation of the odometry scale's random walk after 1 m and after 1 rad."""
-KERNEL = 6.0
-"""c of Cauchy's kernel, in units of the normalised error; six degrees of freedom make √6."""
 
 Stack = NDArray[np.floating]
 
@@ -146,7 +145,9 @@ class Window:
             are constants.
         """
         count = len(self.poses) if count is None else count
-        return _native.linearised(self.poses, self.scale, *self.prior, *self.factors, KERNEL, count)
+        return _native.linearised(
+            self.poses, self.scale, *self.prior, *self.factors, CAUCHY_SCALE, count
+        )
 
     def gauss_newton_step(self, count: int | None = None) -> tuple[Stack, Stack]:
         """The minimum of the linearised cost.
