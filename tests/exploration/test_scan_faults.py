@@ -142,18 +142,7 @@ def test_a_camera_that_is_lost_between_walls_concludes_nothing(tmp_path: Path) -
     assert (told["label"], told["confident"]) == (None, False)
 
 
-LATE_IMAGES = pytest.mark.xfail(
-    strict=True, reason="a reliable pose errs by 52 mm until the lag is found"
-)
-
-
-@pytest.mark.parametrize(
-    "fault",
-    [
-        pytest.param(fault, marks=[LATE_IMAGES] if fault == "images 0.5 s behind" else [])
-        for fault in FAULTS
-    ],
-)
+@pytest.mark.parametrize("fault", FAULTS)
 def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
     fault: str, tmp_path: Path
 ) -> None:
