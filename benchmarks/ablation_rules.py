@@ -47,6 +47,10 @@ def _itself(one: Any, *_: object) -> Any:
     return one
 
 
+def _has_inliers(found: Registration) -> bool:
+    return found.inliers >= hypothesis_evaluation.MIN_POINTS
+
+
 def _no_error(_: DepthNoise, depth: NDArray[np.floating]) -> NDArray[np.float64]:
     return np.zeros(np.shape(depth))
 
@@ -86,6 +90,8 @@ RULES = (
          (Patch(Scan, "from_frame", _without_tilts),)),
     Rule("spurious information", "all information of the normals counts",
          (Patch(PointToPlaneProblem, "without_spurious_information", _itself),)),
+    Rule("convergence", "registrations measure before they have converged",
+         (Patch(hypothesis_evaluation, "_is_measurement", _has_inliers, True),)),
     Rule("levelness", "the floor under the robot may be uneven",
          (Patch(HypothesisEvaluation, "_levelled", _unlevelled),
           Patch(HypothesisEvaluation, "_level_factor", _nothing))),

@@ -10,6 +10,7 @@ scale is estimated, and a measured pose each. `docs/development/solvers.md` says
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -166,6 +167,7 @@ def _milliseconds(work: Callable[[], Any]) -> float:
 
 def main() -> int:
     """Compare and write the table."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     rows = []
     for count in SIZES:
         asked = graph(count)

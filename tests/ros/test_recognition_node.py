@@ -228,7 +228,12 @@ def test_an_answer_that_is_none_any_more_is_withdrawn_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """What turns out to be wider than anything that has a name: who comes late would still hear it."""
-    monkeypatch.setattr(ObjectGrids, "_fill", lambda *_: FrameOutcome.TOO_WIDE)
+
+    def too_wide(grids: ObjectGrids, *_: object) -> FrameOutcome:
+        grids.grids = ()
+        return FrameOutcome.TOO_WIDE
+
+    monkeypatch.setattr(ObjectGrids, "_filled", too_wide)
     for number in range(2, 4):
         driving.drive(number)
     assert [step.outcome for step in worked_off(node)] == [FrameOutcome.TOO_WIDE] * 2

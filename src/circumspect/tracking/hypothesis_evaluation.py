@@ -24,8 +24,7 @@ from circumspect.tracking.hypothesis import Hypothesis
 from circumspect.tracking.scan_likelihood import ScanLikelihood, scan_likelihood
 
 MIN_POINTS = 50
-"""Scans and registrations with fewer points or inliers measure nothing, nor do registrations that
-have not converged."""
+"""Scans and registrations with fewer points or inliers measure nothing."""
 MIN_SUPPORT = 5.0
 """A scan determines the pose if its support is at least this."""
 ALTERNATIVE_PENALTY, RELOCALISATION_PENALTY = 4.0, 10.0
@@ -148,7 +147,7 @@ class HypothesisEvaluation:
         """Predict, register, smooth, evaluate."""
         prior = self._levelled(hypothesis.smoother.predicted(motion), data)
         found = None if len(data.scan) < MIN_POINTS else self._registered(prior, data)
-        if found is not None and (found.inliers < MIN_POINTS or not found.converged):
+        if found is not None and not _is_measurement(found):
             found = None
         start = prior.T_map_camera if found is None else found.T_map_camera.as_matrix()
         smoother = hypothesis.smoother.extended(
@@ -185,7 +184,7 @@ class HypothesisEvaluation:
         innovation = 0.0
         if found is not None:
             innovation = min(found.squared_innovation() / 2, MAX_INNOVATION_PENALTY)
-        measured = found is not None and found.converged and not likelihood.contradicts
+        measured = found is not None and _is_measurement(found) and not likelihood.contradicts
         measured = measured and likelihood.support >= MIN_SUPPORT
         return replace(
             hypothesis,
@@ -223,6 +222,11 @@ def _moved(
         motion=motion.source,
         unmeasured_distance=hypothesis.unmeasured_distance + distance,
     )
+
+
+def _is_measurement(found: Registration) -> bool:
+    """Whether a registration says where the camera is."""
+    return found.converged and found.inliers >= MIN_POINTS
 
 
 def _factor(found: Registration | None) -> PoseFactor:
