@@ -62,8 +62,8 @@ def test_a_stable_answer_is_confirmed_by_one_grid(models: list[ObjectModel]) -> 
 def test_one_grid_alone_never_changes_an_answer(models: list[ObjectModel]) -> None:
     classifier = Scripted(one="empty")
     answer = ObjectAnswer(classifier)
-    follow(answer, models[:5])
-    assert classifier.asked == [3, 3, 3, 1, 3, 1, 3]
+    follow(answer, models[:7])
+    assert classifier.asked == [3, 3, 3, 1, 3, 3, 3, 1, 3]
     assert answer.prediction is not None
     assert answer.prediction.label == "full"
 

@@ -55,7 +55,6 @@ class ObjectAnswer:
         if not is_equal and self._equal_answers >= STABLE_ANSWERS:
             self.grids.update(model, MAX_GRIDS_A_FRAME)
             prediction = self._prediction()
-            is_equal = _same(prediction, self.prediction)
         self._equal_answers = self._equal_answers + 1 if is_equal else 1
         self.prediction, self.is_provisional = prediction, True
 
