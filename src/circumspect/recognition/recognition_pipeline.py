@@ -82,7 +82,7 @@ class RecognitionPipeline:
         """Process one frame.
 
         A frame that cannot be used changes neither model nor answer; the outcome of the step is
-        the reason.
+        the reason. Work that no answer waits for goes on until the next frame.
 
         Raises:
             InputError: The frame has no pose and the pose estimator needs one.
@@ -127,6 +127,7 @@ class RecognitionPipeline:
     @timed("register")
     def _track(self, frame: RgbdFrame) -> PoseEstimate:
         """Estimate the pose of the camera; the model follows corrections of earlier poses."""
+        self.background.join()
         frame = self._odometry_clock.checked(frame)
         pose = self.tracker.track(frame)
         self._odometry_clock.update(frame, pose)
@@ -181,9 +182,7 @@ class RecognitionPipeline:
         pose: PoseEstimate,
         mask: NDArray[np.bool_] | None = None,
     ) -> RecognitionStep:
-        """The step of a tracked frame, once its background work is done."""
-        with self.clock.stage("register"):
-            self.background.join()
+        """The step of a tracked frame; its background work may go on until the next one."""
         return self._recorded(frame, outcome, pose, 0 if mask is None else int(mask.sum()))
 
     def _recorded(
