@@ -16,6 +16,7 @@ from circumspect.geometry import Trajectory, se3
 from circumspect.geometry.composition import between, composed
 from circumspect.pose_graph import BetweenFactor, KeyframeMap, KeyframeSettings
 from circumspect.recognition import RecognitionResult, RecognitionStep
+from circumspect.recognition.background_tracker import BackgroundTracker
 from circumspect.registration import Scan, ScanSurface, SurfaceMap, register
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import RgbdFrame
@@ -77,7 +78,7 @@ def run_job(job: CalibrationJob) -> dict[str, Any]:
     parts = prepared(job.scan)
     tracker = parts.pipeline.tracker.estimator
     assert isinstance(tracker, Tracker)
-    seen, log = KeptScans(parts.witness, tracker.settings), KeyframeLog(tracker.keyframes)
+    seen, log = KeptScans(parts.witness, tracker.settings), KeyframeLog(parts.pipeline.tracker)
     parts.driven_by(seen).scan.run((log,))
     truth = partial(true_pose, parts.witness.trajectory)
     return {
@@ -139,9 +140,16 @@ class KeptScans(WrappedRobot):
 class KeyframeLog:
     """Times of the keyframes; a `PipelineObserver`."""
 
-    def __init__(self, keyframes: KeyframeMap) -> None:
-        self._keyframes = keyframes
+    def __init__(self, tracker: BackgroundTracker) -> None:
+        self._tracker = tracker
         self._stamps: list[float] = []
+
+    @property
+    def _keyframes(self) -> KeyframeMap:
+        """Those so far, once the background work is done."""
+        tracker = self._tracker.estimator
+        assert isinstance(tracker, Tracker)
+        return tracker.keyframes
 
     def on_step(self, step: RecognitionStep) -> None:
         """Keep the time of the keyframe that the frame became, if it did."""

@@ -21,6 +21,7 @@ def test_what_a_step_leaves_behind_is_freed_at_once() -> None:
     gc.disable()
     try:
         past = [weakref.ref(line.step(shot).model) for shot in shots[1:]]
+        line.background.join()
         assert [model() is None for model in past] == [True, True, True, False]
         assert gc.collect() == 0
     finally:

@@ -86,11 +86,16 @@ def test_what_a_pause_settles_is_put(dashboard):
     assert put[-2]().rows[-1]["label"] == result.prediction.label
 
 
-def test_the_stage_shows_the_latest_moment(dashboard):
-    _, put = run(dashboard)
+def wait_until_published(dashboard) -> None:
+    """The publisher's thread shows nothing more."""
     end = time.monotonic() + 20
     while dashboard.publisher.slot._new and time.monotonic() < end:
         time.sleep(0.05)
+
+
+def test_the_stage_shows_the_latest_moment(dashboard):
+    _, put = run(dashboard)
+    wait_until_published(dashboard)
     shown = put[-1]()
     dashboard.show(shown)
     assert dashboard.publisher.failure is None
@@ -104,6 +109,7 @@ def test_the_stage_shows_the_latest_moment(dashboard):
 
 def test_a_moment_shows_nothing_of_a_later_one(dashboard):
     _, put = run(dashboard)
+    wait_until_published(dashboard)
     shown = put[-1]()
     dashboard.show(shown)
     stage = dashboard.stage
