@@ -48,7 +48,7 @@ struct PlanCells {
 };
 
 // `pose` holds the rows of a 4 x 4 matrix; cells begin two below the lowest point. Empty where
-// the points need more than `most` cells, or a masked pixel has no depth.
+// the points need more than `most` cells, or the first masked pixel of a block has no depth.
 PlanCells plan_cells(const float* depth, const bool* mask, Size size, const double* camera,
                      const double* pose, double cell, std::size_t most, std::size_t block);
 

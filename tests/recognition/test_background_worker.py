@@ -74,20 +74,20 @@ def test_pending_work_ends_in_another_thread_before_the_next_step(state: Trackin
 
 
 def test_background_exception_ends_the_run_and_keeps_earlier_steps() -> None:
-    line, told = busy_line(Busy(fails_at=3)), []
+    line, ends = busy_line(Busy(fails_at=3)), []
 
     class Ends:
         def on_step(self, step) -> None:
             pass
 
         def on_end(self, result) -> None:
-            told.append(result)
+            ends.append(result)
 
     with pytest.raises(ValueError, match="a fault"):
         run_pipeline(line, frames(6), (Ends(),))
     # It is raised by the frame after the one that left the work.
-    assert len(told[0].steps) == 4
-    assert told[0].interrupted
+    assert len(ends[0].steps) == 4
+    assert ends[0].interrupted
 
 
 @pytest.mark.parametrize("fails_at", [-1, 0])

@@ -90,6 +90,35 @@ def test_cells_of_the_plan(frame: RgbdFrame, seed: int, cell: float) -> None:
     assert not kept[~mask].any()
 
 
+@settings(max_examples=50)
+@given(pictures, seeds, st.sampled_from([2, 3]))
+def test_blocks_have_the_cells_of_their_first_masked_pixels(
+    frame: RgbdFrame, seed: int, block: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    mask = frame.valid & (rng.random(frame.depth.shape) < 0.6)
+    camera, pose = frame.camera, frame.pose.as_matrix()
+    intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy)
+    height, width = mask.shape
+    numbers = (np.arange(height)[:, None] // block) * width + np.arange(width) // block
+    found, first = np.unique(numbers[mask], return_index=True)
+    v, u = np.nonzero(mask)
+    firsts = np.zeros_like(mask)
+    firsts[v[first], u[first]] = True
+    cells, counts, *_, columns = _native.plan_cells(
+        frame.depth, mask, intrinsics, pose, 0.04, block
+    )
+    alone = _native.plan_cells(frame.depth, firsts, intrinsics, pose, 0.04)
+    assert len(cells) == len(found)
+    assert counts.sum() == mask.sum()
+    assert sorted(cells) == sorted(alone[0])
+    assert columns == alone[-1]
+    wanted, kept = rng.random(len(counts)) < 0.5, mask.copy()
+    _native.keep_cells(cells, wanted, kept, block)
+    expected = mask & np.isin(numbers, found[wanted[cells]])
+    np.testing.assert_array_equal(kept, expected)
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("at", [(0, 0), (2, 3), (5, 7)])
 def test_a_masked_pixel_without_depth_has_no_place_in_the_plan(bad: float, at: tuple) -> None:

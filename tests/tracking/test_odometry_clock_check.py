@@ -13,7 +13,12 @@ from tracking_world import short_drive
 from circumspect.geometry import PlanarPose
 from circumspect.robot import arc
 from circumspect.sensing import Odometry, RgbdFrame
-from circumspect.tracking import OdometryClockCheck, PoseEstimate, TrackingState
+from circumspect.tracking import (
+    OdometryClockCheck,
+    PoseEstimate,
+    TrackingState,
+    odometry_clock_check,
+)
 from circumspect.tracking.odometry_clock_check import odometry_lag
 
 TICK = 0.1
@@ -89,6 +94,23 @@ def test_other_faults_are_no_other_clock(fault: str) -> None:
             registered[20:] += (0.3, -0.1, 0.35)
         for count in range(2, 41):
             assert odometry_lag(stamps[:count], registered[:count], odometry[:count]) is None
+
+
+def test_errors_that_usual_noise_explains_are_no_other_clock(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Slip is correlated in time: a lag may fit small errors better by chance."""
+    stamps = 0.5 * np.arange(40)
+
+    def driven(times: np.ndarray) -> np.ndarray:
+        yaw = 0.02 * np.cos(2 * np.pi * times / 10)
+        return np.column_stack([0.05 * times, 0 * times, np.cumsum(yaw)])
+
+    registered, odometry = driven(stamps), driven(stamps - 1.0)
+    assert odometry_lag(stamps, registered, odometry) is None
+    # The comparison of lags alone would take it for another clock.
+    monkeypatch.setattr(odometry_clock_check, "EXPECTED_COST", 0.0)
+    assert odometry_lag(stamps, registered, odometry) is not None
 
 
 def test_an_even_motion_says_nothing() -> None:

@@ -61,7 +61,7 @@ class ObjectGrids:
         return self._filled(model, model.preview, max_views)
 
     def finalise(self, model: ObjectModel) -> FrameOutcome | None:
-        """Fill all grids that the classifier asks for, fitted anew to the full model.
+        """Fill all grids that the classifier asks for, fitted again to the full model.
 
         Args:
             model: The object's model.
@@ -120,13 +120,13 @@ def _holds(bounds: Grid, fitted: Grid, margin: float) -> bool:
         return False
     rings, _, layers = fitted.shape
     x, y, z = np.abs(np.subtract(fitted.centre_xyz, bounds.centre_xyz))
-    aside, wider = float(np.hypot(x, y)), fitted.radius - bounds.radius
+    offset, wider = float(np.hypot(x, y)), fitted.radius - bounds.radius
     taller = fitted.half_height - bounds.half_height
     width, height = fitted.radius / rings, 2 * fitted.half_height / layers
-    near = max(aside, abs(wider)) / width, max(z, abs(taller)) / height
+    near = max(offset, abs(wider)) / width, max(z, abs(taller)) / height
     return (
         max(near) <= MAX_SHIFT_CELLS
-        and aside + fitted.radius / margin <= bounds.radius
+        and offset + fitted.radius / margin <= bounds.radius
         and z + fitted.half_height / margin <= bounds.half_height
     )
 

@@ -82,7 +82,7 @@ class RecognitionPipeline:
         """Process one frame.
 
         A frame that cannot be used changes neither model nor answer; the outcome of the step is
-        the reason. Work that no answer waits for goes on until the next frame.
+        the reason. Work that no answer needs may continue until the next frame.
 
         Raises:
             InputError: The frame has no pose and the pose estimator needs one.
