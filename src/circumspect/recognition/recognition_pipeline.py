@@ -182,7 +182,7 @@ class RecognitionPipeline:
         pose: PoseEstimate,
         mask: NDArray[np.bool_] | None = None,
     ) -> RecognitionStep:
-        """The step of a tracked frame; its background work may go on until the next one."""
+        """The step of a tracked frame; its background work may continue until the next one."""
         return self._recorded(frame, outcome, pose, 0 if mask is None else int(mask.sum()))
 
     def _recorded(

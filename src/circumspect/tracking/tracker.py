@@ -131,7 +131,7 @@ class Tracker(PoseEstimator):
 
     def process_pending(self) -> None:
         """See `PoseEstimator.process_pending`."""
-        # A keyframe is work enough for one frame; its pairs wait, unless keyframes come as fast.
+        # A frame that adds a keyframe registers pairs only if older ones still wait.
         is_due = self._keyframe is None or self.keyframes.has_pending
         if self._keyframe is not None:
             (frame, scan), self._keyframe = self._keyframe, None
