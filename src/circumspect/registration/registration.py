@@ -141,6 +141,7 @@ def register(
     T_map_prior: RigidTransform,
     prior_information: NDArray[np.floating],
     settings: RegistrationSettings | None = None,
+    T_map_start: RigidTransform | None = None,
 ) -> Registration:
     """Register a scan to the map, with a prior.
 
@@ -153,16 +154,19 @@ def register(
     Args:
         scan: The scan.
         surface_map: The map.
-        T_map_prior: Pose of the prior, where the iteration starts.
+        T_map_prior: Pose of the prior.
         prior_information: (6, 6) inverse covariance of the prior, for changes of the pose in the
             optical frame.
         settings: Correspondences and convergence.
+        T_map_start: Where the iteration starts; None means at the prior.
 
     Returns:
         The optimum. The prior, not converged, if too few points have a correspondence.
     """
     s = settings or RegistrationSettings()
-    solver = _GaussNewton(scan, surface_map, T_map_prior.as_matrix(), np.asarray(prior_information))
+    prior = T_map_prior.as_matrix()
+    start = prior if T_map_start is None else T_map_start.as_matrix()
+    solver = _GaussNewton(scan, surface_map, prior, np.asarray(prior_information), start)
     while solver.steps < s.max_iterations and not solver.finished:
         solver.step(s)
     problem = solver.problem
@@ -184,7 +188,7 @@ def register(
 
 
 class _GaussNewton:
-    """Gauss-Newton from the prior: a coarse phase with few points, then a fine one with all."""
+    """Gauss-Newton from the start: a coarse phase with few points, then a fine one with all."""
 
     def __init__(
         self,
@@ -192,12 +196,14 @@ class _GaussNewton:
         surface_map: SurfaceMap,
         prior: NDArray[np.float64],
         prior_information: NDArray[np.floating],
+        start: NDArray[np.float64],
     ) -> None:
-        self.T, self.change, self.problem = prior, np.zeros(6), PointToPlaneProblem()
+        self.T, self.problem = start, PointToPlaneProblem()
         self.last_step = np.zeros(6)
         self.steps = 0
         self.moved = self.converged = self.finished = False
         self._prior, self._inverse_prior = prior, se3_matrices.inverse(prior)
+        self.change = np.zeros(6) if start is prior else se3_matrices.log(self._inverse_prior @ start)
         self._prior_information = prior_information
         self._scan, self._map = scan, surface_map
         self._points = scan.subsampled(COARSE_SCAN_STEP)

@@ -16,6 +16,9 @@ from circumspect.tracking.scan_likelihood import ScanLikelihood
 MAX_HYPOTHESES = 3
 MAX_FRAME_RATIO = 20.0
 """Largest log-likelihood ratio between two hypotheses that one frame contributes."""
+MAP_ERROR_SHARE = 0.1
+"""Differences below this share of the support may come from errors of the map; they are no
+evidence."""
 DECISION_RATIO = 30.0
 """A hypothesis is accepted if its log-likelihood exceeds all others' by this."""
 SAME_DISTANCE_M, SAME_ROTATION = 0.05, float(np.radians(4.0))
@@ -83,16 +86,21 @@ def survivors(candidates: list[Hypothesis]) -> list[Hypothesis]:
     Returns:
         At most `MAX_HYPOTHESES`, the most likely one first. One alone if it is accepted.
     """
-    best_frame = max(candidate.frame_log_ratio for candidate in candidates)
+    best = max(candidates, key=lambda candidate: candidate.frame_log_ratio)
+    indifferent = best.frame_log_ratio - MAP_ERROR_SHARE * max(best.likelihood.support, 0.0)
     updated = [
-        replace(c, log_ratio=c.log_ratio + max(c.frame_log_ratio - best_frame, -MAX_FRAME_RATIO))
+        replace(c, log_ratio=c.log_ratio + _limited(c.frame_log_ratio - indifferent))
         for c in candidates
     ]
     updated.sort(key=lambda c: c.log_ratio, reverse=True)
-    best = updated[0].log_ratio
+    largest = updated[0].log_ratio
     kept: list[Hypothesis] = []
     for candidate in updated:
-        alive = candidate.log_ratio > best - DECISION_RATIO
+        alive = candidate.log_ratio > largest - DECISION_RATIO
         if alive and not any(candidate.coincides_with(other) for other in kept):
-            kept.append(replace(candidate, log_ratio=candidate.log_ratio - best))
+            kept.append(replace(candidate, log_ratio=candidate.log_ratio - largest))
     return kept[:MAX_HYPOTHESES]
+
+
+def _limited(log_ratio: float) -> float:
+    return min(max(log_ratio, -MAX_FRAME_RATIO), 0.0)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry import se3_matrices
 from circumspect.geometry.composition import orthonormal
 from circumspect.motion import MotionModel, PoseWithCovariance, RelativeMotion
 from circumspect.motion.motion_model import MAX_EXTRAPOLATION
@@ -22,13 +23,14 @@ from circumspect.tracking.fixed_lag_smoother import (
 )
 from circumspect.tracking.hypothesis import Hypothesis
 from circumspect.tracking.scan_likelihood import ScanLikelihood, scan_likelihood
+from circumspect.tracking.start_poses import start_poses
 
 MIN_POINTS = 50
 """Scans and registrations with fewer points or inliers measure nothing."""
 MIN_SUPPORT = 5.0
 """A scan determines the pose if its support is at least this."""
 ALTERNATIVE_PENALTY, RELOCALISATION_PENALTY = 4.0, 10.0
-"""Log prior of a motion other than the odometry's, and of a jump to another place."""
+"""Negative log prior of a motion other than the odometry's, and of being carried away."""
 MAX_INNOVATION_PENALTY = 50.0
 """Largest log-likelihood that the innovation of a registration costs."""
 MAX_SQUARED_INNOVATION = 10.6
@@ -91,8 +93,8 @@ class HypothesisEvaluation:
     def continued(self, hypothesis: Hypothesis, data: FrameInput) -> Hypothesis:
         """The hypothesis after a frame, by the motion that explains the frame best.
 
-        Odometry comes first. Other motions are evaluated if the frame contradicts it: constant
-        velocity, standing still, and dead reckoning without the scan.
+        Odometry comes first. Other motions are evaluated if the frame does not confirm it:
+        constant velocity, standing still, and dead reckoning without the scan.
         """
         motions = self._motions(hypothesis, data)
         first = self._by_motion(hypothesis, motions[0], data)
@@ -106,25 +108,43 @@ class HypothesisEvaluation:
         return max(candidates, key=lambda candidate: candidate.frame_log_ratio)
 
     def relocalised(
-        self, start: PoseWithCovariance, best: Hypothesis, data: FrameInput
+        self, start: PoseWithCovariance, previous: Hypothesis, data: FrameInput
     ) -> Hypothesis:
         """A new hypothesis at a candidate pose of the relocaliser.
 
+        Its log prior is that of the motion to it, or of being carried away if that is more likely.
+
         Args:
             start: The candidate.
-            best: The hypothesis that it competes with; the odometry scale is taken from it.
+            previous: The best hypothesis before the frame; the odometry scale is taken from it.
             data: The frame.
         """
         prior = self._levelled(start, data)
-        found = self._registered(prior, data)
+        found = self._registered(prior, prior.T_map_camera, data)
         posterior = PoseWithCovariance(
             found.T_map_camera.as_matrix(), np.linalg.inv(found.information)
         )
         smoother = FixedLagSmoother.from_pose(
-            posterior.T_map_camera, posterior.covariance, SCALE_SIGMA, best.smoother.scale
+            posterior.T_map_camera, posterior.covariance, SCALE_SIGMA, previous.smoother.scale
         )
-        fresh = Hypothesis(smoother, log_ratio=best.log_ratio, motion="relocalisation")
-        return self._evaluated(fresh, found, data, RELOCALISATION_PENALTY)
+        penalty = min(self._motion_penalty(previous, posterior, data), RELOCALISATION_PENALTY)
+        log_ratio = previous.log_ratio - penalty
+        fresh = Hypothesis(smoother, log_ratio=log_ratio, motion="relocalisation")
+        return self._evaluated(fresh, found, data, 0.0)
+
+    def _motion_penalty(
+        self, previous: Hypothesis, pose: PoseWithCovariance, data: FrameInput
+    ) -> float:
+        """Half the squared Mahalanobis distance of the nearest predicted pose."""
+        penalties = []
+        for motion in self._motions(previous, data):
+            predicted = previous.smoother.predicted(motion)
+            change = se3_matrices.log(
+                se3_matrices.inverse(predicted.T_map_camera) @ pose.T_map_camera
+            )
+            covariance = predicted.covariance + pose.covariance
+            penalties.append(change @ np.linalg.solve(covariance, change) / 2)
+        return float(min(penalties))
 
     def _motions(self, hypothesis: Hypothesis, data: FrameInput) -> list[RelativeMotion]:
         """Possible motions since the previous frame, the most likely one first."""
@@ -146,7 +166,7 @@ class HypothesisEvaluation:
     ) -> Hypothesis:
         """Predict, register, smooth, evaluate."""
         prior = self._levelled(hypothesis.smoother.predicted(motion), data)
-        found = None if len(data.scan) < MIN_POINTS else self._registered(prior, data)
+        found = None if len(data.scan) < MIN_POINTS else self._best_registration(prior, data)
         if found is not None and not _is_measurement(found):
             found = None
         start = prior.T_map_camera if found is None else found.T_map_camera.as_matrix()
@@ -181,9 +201,7 @@ class HypothesisEvaluation:
             likelihood = scan_likelihood(
                 data.frame, data.scan, self._keyframes, hypothesis.T_map_camera
             )
-        innovation = 0.0
-        if found is not None:
-            innovation = min(found.squared_innovation() / 2, MAX_INNOVATION_PENALTY)
+        innovation = 0.0 if found is None else _innovation(found)
         measured = found is not None and _is_measurement(found) and not likelihood.contradicts
         measured = measured and likelihood.support >= MIN_SUPPORT
         return replace(
@@ -196,14 +214,31 @@ class HypothesisEvaluation:
             unmeasured_distance=0.0 if measured else hypothesis.unmeasured_distance,
         )
 
-    def _registered(self, prior: PoseWithCovariance, data: FrameInput) -> Registration:
+    def _best_registration(self, prior: PoseWithCovariance, data: FrameInput) -> Registration:
+        """The registration that explains the scan best, if there are several starts."""
+        found = [self._registered(prior, start, data) for start in start_poses(prior)]
+        if len(found) == 1:
+            return found[0]
+        return max(found, key=lambda registration: self._log_ratio(registration, data))
+
+    def _registered(
+        self, prior: PoseWithCovariance, start: NDArray[np.floating], data: FrameInput
+    ) -> Registration:
         return register(
             data.scan,
             self._keyframes.surface_map,
             orthonormal(prior.T_map_camera),
             prior.information,
             self._registration,
+            orthonormal(start),
         )
+
+    def _log_ratio(self, found: Registration, data: FrameInput) -> float:
+        if not _is_measurement(found):
+            return -np.inf
+        T = found.T_map_camera.as_matrix()
+        likelihood = scan_likelihood(data.frame, data.scan, self._keyframes, T)
+        return likelihood.total - _innovation(found)
 
     def _levelled(self, pose: PoseWithCovariance, data: FrameInput) -> PoseWithCovariance:
         return pose if data.level is None else pose.levelled(data.level, self._level_covariance)
@@ -229,10 +264,15 @@ def _is_measurement(found: Registration) -> bool:
     return found.converged and found.inliers >= MIN_POINTS
 
 
+def _innovation(found: Registration) -> float:
+    """Half the squared innovation, limited."""
+    return min(found.squared_innovation() / 2, MAX_INNOVATION_PENALTY)
+
+
 def _factor(found: Registration | None) -> PoseFactor:
     return UNMEASURED if found is None else PoseFactor(*found.measured())
 
 
 def _is_doubtful(hypothesis: Hypothesis) -> bool:
     """Whether a frame speaks against the motion that was assumed."""
-    return hypothesis.likelihood.contradicts or 2 * hypothesis.innovation > MAX_SQUARED_INNOVATION
+    return not hypothesis.likelihood.confirms or 2 * hypothesis.innovation > MAX_SQUARED_INNOVATION

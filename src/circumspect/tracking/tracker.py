@@ -83,7 +83,7 @@ class Tracker(PoseEstimator):
         candidates = [self._evaluation.continued(h, data) for h in self._hypotheses]
         best = max(candidates, key=lambda c: c.log_ratio + c.frame_log_ratio)
         if best.likelihood.contradicts and len(scan) >= self.settings.min_points:
-            candidates += self._relocalised(best, data)
+            candidates += self._relocalised(data)
         self._hypotheses = [self._referenced(h) for h in survivors(candidates)]
 
         self._status.update(self._hypotheses)
@@ -108,10 +108,11 @@ class Tracker(PoseEstimator):
         self._status.start()
         return self._estimate(frame)
 
-    def _relocalised(self, best: Hypothesis, data: FrameInput) -> list[Hypothesis]:
+    def _relocalised(self, data: FrameInput) -> list[Hypothesis]:
         """New hypotheses elsewhere in the map, as far as the frame confirms them."""
         starts = candidate_poses(data.scan, self.keyframes)
-        found = [self._evaluation.relocalised(start, best, data) for start in starts]
+        previous = self._hypotheses[0]
+        found = [self._evaluation.relocalised(start, previous, data) for start in starts]
         return [h for h in found if h.unmeasured == 0 and h.likelihood.confirms]
 
     def _referenced(self, hypothesis: Hypothesis) -> Hypothesis:
