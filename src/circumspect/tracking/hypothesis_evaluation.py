@@ -27,6 +27,8 @@ from circumspect.tracking.start_poses import start_poses
 
 MIN_POINTS = 50
 """Scans and registrations with fewer points or inliers measure nothing."""
+START_SAMPLE = 1000
+"""Several starts are compared by registrations of so many scan points."""
 MIN_SUPPORT = 5.0
 """A scan determines the pose if its support is at least this."""
 ALTERNATIVE_PENALTY, RELOCALISATION_PENALTY = 4.0, 10.0
@@ -120,7 +122,7 @@ class HypothesisEvaluation:
             data: The frame.
         """
         prior = self._levelled(start, data)
-        found = self._registered(prior, prior.T_map_camera, data)
+        found = self._registered(prior, prior.T_map_camera, data.scan)
         posterior = PoseWithCovariance(
             found.T_map_camera.as_matrix(), np.linalg.inv(found.information)
         )
@@ -215,17 +217,20 @@ class HypothesisEvaluation:
         )
 
     def _best_registration(self, prior: PoseWithCovariance, data: FrameInput) -> Registration:
-        """The registration that explains the scan best, if there are several starts."""
-        found = [self._registered(prior, start, data) for start in start_poses(prior)]
-        if len(found) == 1:
-            return found[0]
-        return max(found, key=lambda registration: self._log_ratio(registration, data))
+        """From the start that explains the scan best, by registrations of few points."""
+        starts = start_poses(prior)
+        if len(starts) == 1:
+            return self._registered(prior, starts[0], data.scan)
+        sample = data.scan.subsampled(max(1, len(data.scan) // START_SAMPLE))
+        found = [self._registered(prior, start, sample) for start in starts]
+        best = max(found, key=lambda registration: self._log_ratio(registration, data))
+        return self._registered(prior, best.T_map_camera.as_matrix(), data.scan)
 
     def _registered(
-        self, prior: PoseWithCovariance, start: NDArray[np.floating], data: FrameInput
+        self, prior: PoseWithCovariance, start: NDArray[np.floating], scan: Scan
     ) -> Registration:
         return register(
-            data.scan,
+            scan,
             self._keyframes.surface_map,
             orthonormal(prior.T_map_camera),
             prior.information,
