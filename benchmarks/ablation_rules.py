@@ -20,6 +20,7 @@ from circumspect.tracking import (
     hypothesis_evaluation,
     scan_likelihood,
     smoother_window,
+    start_poses,
     tracker,
 )
 from circumspect.tracking.hypothesis_evaluation import FrameInput, HypothesisEvaluation
@@ -109,6 +110,8 @@ RULES = (
          (Patch(motion_model, "_growth", _growth),)),
     Rule("stamp errors", "all stamps are exact",
          (Patch(FrameInput, "time_sigma", 0.0),)),
+    Rule("several starts", "registrations start at the predicted pose alone",
+         (Patch(start_poses, "MAX_STARTS_PER_SIDE", 0),)),
     Rule("other motions", "the first motion is taken, whatever the scan says",
          (Patch(hypothesis_evaluation, "_is_doubtful", lambda _: False, True),)),
     Rule("several hypotheses", "only the likeliest one is kept",
@@ -123,6 +126,8 @@ RULES = (
          (Patch(scan_likelihood, "MAX_FLOOR_HEIGHT_M", 0.0),)),
     Rule("innovation", "the likelihood is that of the scan alone",
          (Patch(Registration, "squared_innovation", _zero, True),)),
+    Rule("errors of the map", "the smallest difference between places that look alike counts",
+         (Patch(hypothesis, "MAP_ERROR_SHARE", 0.0),)),
     Rule("frame limit", "one frame may decide between hypotheses",
          (Patch(hypothesis, "MAX_FRAME_RATIO", HUGE),)),
     Rule("overlap", "keyframes are added by distance and rotation only",

@@ -66,6 +66,22 @@ def test_known_motion_is_recovered(surface_map: SurfaceMap, number: int) -> None
     assert found.residual < 0.006
 
 
+@pytest.mark.parametrize("shift", [0.0, 0.004, -0.008])
+def test_result_does_not_depend_on_the_start(surface_map: SurfaceMap, shift: float) -> None:
+    """Within the basin of convergence the prior is where it was given."""
+    prior = true_camera(float(SHORT[1]))
+    scan = Scan.from_frame(short_drive()[1])
+    start = prior * se3.exp(np.full(6, shift))
+    expected = register(scan, surface_map, prior, LOOSE)
+    found = register(scan, surface_map, prior, LOOSE, T_map_start=start)
+    assert found.converged
+    between = se3.log(expected.T_map_camera.inv() * found.T_map_camera)
+    np.testing.assert_allclose(between, 0, atol=5e-4)
+    np.testing.assert_allclose(
+        found.innovation, se3.log(prior.inv() * found.T_map_camera), atol=1e-9
+    )
+
+
 def test_result_moves_with_map_and_prior(surface_map: SurfaceMap) -> None:
     """A common rigid motion of map and prior moves the result, up to the map's voxels."""
     scan, G = Scan.from_frame(short_drive()[2]), se3.exp([0.0, 0.0, 0.8, 1.0, -2.0, 0.0])

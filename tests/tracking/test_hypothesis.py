@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,6 +16,7 @@ from circumspect.tracking.hypothesis import (
     Hypothesis,
     survivors,
 )
+from circumspect.tracking.scan_likelihood import ScanLikelihood
 
 RATIOS = st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=8)
 
@@ -62,3 +65,15 @@ def test_only_differences_count(ratios: list[float], offset: float) -> None:
     np.testing.assert_allclose(
         [h.log_ratio for h in first], [h.log_ratio for h in second], atol=1e-9
     )
+
+
+@given(st.floats(50, 2000), st.floats(0, 0.09), st.integers(1, 40))
+def test_errors_of_the_map_decide_nothing(support: float, share: float, frames: int) -> None:
+    """Two places that look alike stay possible, however many frames fit one slightly better."""
+    alive = [at(0.0, 0.0), at(1.0, 0.0)]
+    likelihood = ScanLikelihood(support=support)
+    for _ in range(frames):
+        better = replace(alive[0], frame_log_ratio=support, likelihood=likelihood)
+        worse = replace(alive[1], frame_log_ratio=support * (1 - share), likelihood=likelihood)
+        alive = survivors([better, worse])
+        assert [hypothesis.log_ratio for hypothesis in alive] == [0.0, 0.0]

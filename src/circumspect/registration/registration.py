@@ -203,7 +203,7 @@ class _GaussNewton:
         self.steps = 0
         self.moved = self.converged = self.finished = False
         self._prior, self._inverse_prior = prior, se3_matrices.inverse(prior)
-        self.change = np.zeros(6) if start is prior else se3_matrices.log(self._inverse_prior @ start)
+        self.change = se3_matrices.log(self._inverse_prior @ start)
         self._prior_information = prior_information
         self._scan, self._map = scan, surface_map
         self._points = scan.subsampled(COARSE_SCAN_STEP)

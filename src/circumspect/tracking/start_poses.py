@@ -10,7 +10,7 @@ from circumspect.motion import PoseWithCovariance
 
 SPACING = float(np.radians(3.0))
 """Registration converges from rotations that are off by less than this [rad]."""
-MAX_STARTS_PER_SIDE = 3
+MAX_STARTS_PER_SIDE = 4
 """The prior is covered up to so many times `SPACING`, at most to one standard deviation."""
 
 
