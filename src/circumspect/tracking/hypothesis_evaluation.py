@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.geometry import se3_matrices
 from circumspect.geometry.composition import orthonormal
 from circumspect.motion import MotionModel, PoseWithCovariance, RelativeMotion
 from circumspect.motion.motion_model import MAX_EXTRAPOLATION
@@ -114,8 +113,6 @@ class HypothesisEvaluation:
     ) -> Hypothesis:
         """A new hypothesis at a candidate pose of the relocaliser.
 
-        Its log prior is that of the motion to it, or of being carried away if that is more likely.
-
         Args:
             start: The candidate.
             previous: The best hypothesis before the frame; the odometry scale is taken from it.
@@ -129,24 +126,8 @@ class HypothesisEvaluation:
         smoother = FixedLagSmoother.from_pose(
             posterior.T_map_camera, posterior.covariance, SCALE_SIGMA, previous.smoother.scale
         )
-        penalty = min(self._motion_penalty(previous, posterior, data), RELOCALISATION_PENALTY)
-        log_ratio = previous.log_ratio - penalty
-        fresh = Hypothesis(smoother, log_ratio=log_ratio, motion="relocalisation")
-        return self._evaluated(fresh, found, data, 0.0)
-
-    def _motion_penalty(
-        self, previous: Hypothesis, pose: PoseWithCovariance, data: FrameInput
-    ) -> float:
-        """Half the squared Mahalanobis distance of the nearest predicted pose."""
-        penalties = []
-        for motion in self._motions(previous, data):
-            predicted = previous.smoother.predicted(motion)
-            change = se3_matrices.log(
-                se3_matrices.inverse(predicted.T_map_camera) @ pose.T_map_camera
-            )
-            covariance = predicted.covariance + pose.covariance
-            penalties.append(change @ np.linalg.solve(covariance, change) / 2)
-        return float(min(penalties))
+        fresh = Hypothesis(smoother, log_ratio=previous.log_ratio, motion="relocalisation")
+        return self._evaluated(fresh, found, data, RELOCALISATION_PENALTY)
 
     def _motions(self, hypothesis: Hypothesis, data: FrameInput) -> list[RelativeMotion]:
         """Possible motions since the previous frame, the most likely one first."""
