@@ -87,9 +87,9 @@ def survivors(candidates: list[Hypothesis]) -> list[Hypothesis]:
         At most `MAX_HYPOTHESES`, the most likely one first. One alone if it is accepted.
     """
     best = max(candidates, key=lambda candidate: candidate.frame_log_ratio)
-    indifferent = best.frame_log_ratio - MAP_ERROR_SHARE * max(best.likelihood.support, 0.0)
+    as_likely = best.frame_log_ratio - MAP_ERROR_SHARE * max(best.likelihood.support, 0.0)
     updated = [
-        replace(c, log_ratio=c.log_ratio + _limited(c.frame_log_ratio - indifferent))
+        replace(c, log_ratio=c.log_ratio + _limited(c.frame_log_ratio - as_likely))
         for c in candidates
     ]
     updated.sort(key=lambda c: c.log_ratio, reverse=True)

@@ -94,8 +94,8 @@ class HypothesisEvaluation:
     def continued(self, hypothesis: Hypothesis, data: FrameInput) -> Hypothesis:
         """The hypothesis after a frame, by the motion that explains the frame best.
 
-        Odometry comes first. Other motions are evaluated if the frame does not confirm it:
-        constant velocity, standing still, and dead reckoning without the scan.
+        Odometry comes first. Constant velocity and standing still are evaluated if the frame does
+        not confirm it, dead reckoning without the scan if the frame contradicts it.
         """
         motions = self._motions(hypothesis, data)
         first = self._by_motion(hypothesis, motions[0], data)

@@ -11,7 +11,7 @@ from circumspect.motion import PoseWithCovariance
 SPACING = float(np.radians(3.0))
 """Registration converges from rotations that are off by less than this [rad]."""
 MAX_STARTS_PER_SIDE = 4
-"""The prior is covered up to so many times `SPACING`, at most to one standard deviation."""
+"""So many starts at most on each side of the prediction, within one standard deviation."""
 
 
 def start_poses(prior: PoseWithCovariance) -> list[NDArray[np.floating]]:
