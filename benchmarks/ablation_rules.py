@@ -126,6 +126,8 @@ RULES = (
          (Patch(scan_likelihood, "MAX_FLOOR_HEIGHT_M", 0.0),)),
     Rule("innovation", "the likelihood is that of the scan alone",
          (Patch(Registration, "squared_innovation", _zero, True),)),
+    Rule("Occam factor", "vague motions explain a frame as well as certain ones",
+         (Patch(Registration, "log_occam_factor", _zero, True),)),
     Rule("errors of the map", "the smallest difference between places that look alike counts",
          (Patch(hypothesis, "MAP_ERROR_SHARE", 0.0),)),
     Rule("frame limit", "one frame may decide between hypotheses",

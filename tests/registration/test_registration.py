@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
+from scipy.stats import multivariate_normal
 from tracking_world import SHORT, bare_wall, short_drive, true_camera
 
 from circumspect.errors import InputError
@@ -51,6 +54,37 @@ def test_spurious_information_is_subtracted_per_direction(seed: int, rank: int) 
     fraction = np.diag(kept / np.maximum(values, SPURIOUS_FACTOR))
     gradient = L @ U @ fraction @ U.T @ np.linalg.inv(L) @ H @ g
     np.testing.assert_allclose(found.gradient, gradient, rtol=0, atol=1e-7 * np.abs(H @ g).max())
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=20)
+def test_evidence_of_a_linear_problem_is_exact(surface_map: SurfaceMap, seed: int) -> None:
+    """The density of the innovation, times what depends on the scan alone."""
+    rng = np.random.default_rng(seed)
+    A, B = rng.normal(size=(2, 6, 6))
+    H, prior, off = A @ A.T + np.eye(6), B @ B.T + np.eye(6), rng.normal(size=6)
+    optimum = np.linalg.solve(prior + H, H @ off)
+    found = replace(
+        register(Scan.from_frame(short_drive()[1]), surface_map, true_camera(0.0), LOOSE),
+        hessian=H, information=prior + H, innovation=optimum, gradient=-prior @ optimum,
+    )  # fmt: skip
+    covariance = np.linalg.inv(prior) + np.linalg.inv(H)
+    density = multivariate_normal(np.zeros(6), covariance).logpdf(off)
+    of_scan = (np.linalg.slogdet(H)[1] - 6 * np.log(2 * np.pi)) / 2
+    evidence = found.log_occam_factor() - found.squared_innovation() / 2
+    assert evidence == pytest.approx(density - of_scan)
+
+
+def test_vaguer_prior_pays_more(surface_map: SurfaceMap) -> None:
+    true, scan = true_camera(float(SHORT[1])), Scan.from_frame(short_drive()[1])
+    factors = [
+        register(scan, surface_map, true, certainty * LOOSE).log_occam_factor()
+        for certainty in (0.01, 1.0, 1e9)
+    ]
+    assert factors[0] < factors[1] - 10 < factors[2] - 20
+    # A scan that measures nothing costs nothing.
+    nothing = register(scan.subsampled(len(scan)), surface_map, true, LOOSE)
+    assert nothing.log_occam_factor() == pytest.approx(0.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("number", [1, 2, 4])

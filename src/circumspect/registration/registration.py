@@ -130,6 +130,18 @@ class Registration:
         of_prior = self.innovation @ self.prior_information @ self.innovation
         return float(of_prior + self.gradient @ self._inverse_hessian @ self.gradient)
 
+    def log_occam_factor(self) -> float:
+        """½ log |Λ| - ½ log |Λ + H|: how much of the prior the scan leaves, at most 0.
+
+        Laplace's approximation of the evidence for a prior is the likelihood at the joint optimum
+        times this factor (MacKay, "Information Theory, Inference, and Learning Algorithms", 2003,
+        chapter 28). It charges a vague prior for all the poses that it expected in vain.
+        """
+        of_prior, of_both = (
+            np.linalg.slogdet(matrix)[1] for matrix in (self.prior_information, self.information)
+        )
+        return min(float(of_prior - of_both) / 2, 0.0)
+
     @property
     def _inverse_hessian(self) -> NDArray[np.floating]:
         return np.linalg.pinv(self.hessian, rcond=MIN_CONDITION, hermitian=True)

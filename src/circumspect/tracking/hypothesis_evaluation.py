@@ -185,6 +185,7 @@ class HypothesisEvaluation:
                 data.frame, data.scan, self._keyframes, hypothesis.T_map_camera
             )
         innovation = 0.0 if found is None else _innovation(found)
+        occam = 0.0 if found is None else found.log_occam_factor()
         measured = found is not None and _is_measurement(found) and not likelihood.contradicts
         measured = measured and likelihood.support >= MIN_SUPPORT
         return replace(
@@ -192,7 +193,7 @@ class HypothesisEvaluation:
             registration=found,
             likelihood=likelihood,
             innovation=innovation,
-            frame_log_ratio=likelihood.total - innovation - penalty,
+            frame_log_ratio=likelihood.total - innovation + occam - penalty,
             unmeasured=0.0 if measured else hypothesis.unmeasured + data.time,
             unmeasured_distance=0.0 if measured else hypothesis.unmeasured_distance,
         )
