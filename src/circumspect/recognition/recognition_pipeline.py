@@ -17,7 +17,7 @@ from circumspect.recognition.recognition_step import RecognitionStep
 from circumspect.recognition.stage_clock import StageClock, timed
 from circumspect.reconstruction import FrameSurface, ModelSettings, ObjectModel
 from circumspect.sensing import RgbdFrame, Segmentation
-from circumspect.tracking import OdometryClockCheck, PoseEstimate, PoseEstimator
+from circumspect.tracking import OdometryCheck, PoseEstimate, PoseEstimator
 
 
 class RecognitionPipeline:
@@ -53,7 +53,7 @@ class RecognitionPipeline:
         self.classifier = classifier
         self.frame_count = 0
         self.clock = StageClock()
-        self._check, self._odometry_clock = FrameCheck(), OdometryClockCheck()
+        self._check, self._odometry_check = FrameCheck(), OdometryCheck()
         self._fusion = ObjectFusion(settings or ModelSettings(), self.tracker, self.background)
         self._answer = ObjectAnswer(classifier)
 
@@ -128,9 +128,8 @@ class RecognitionPipeline:
     def _track(self, frame: RgbdFrame) -> PoseEstimate:
         """Estimate the pose of the camera; the model follows corrections of earlier poses."""
         self.background.join()
-        frame = self._odometry_clock.checked(frame)
-        pose = self.tracker.track(frame)
-        self._odometry_clock.update(frame, pose)
+        pose = self.tracker.track(self._odometry_check.checked(frame))
+        self._odometry_check.update(frame, pose)
         if self._fusion.follow(pose):
             self._answer.on_replaced(self.model)
         self.tracker.process_pending()
@@ -204,5 +203,5 @@ class RecognitionPipeline:
             grid=self.grid,
             prediction=self.prediction,
             milliseconds=dict(self.clock.milliseconds),
-            odometry_warning=self._odometry_clock.warning,
+            odometry_warning=self._odometry_check.warning,
         )

@@ -1,6 +1,6 @@
 """Where the camera is: the tracker and its estimator."""
 
-from circumspect.tracking.odometry_clock_check import OdometryClockCheck
+from circumspect.tracking.odometry_check import OdometryCheck
 from circumspect.tracking.pose_estimate import PoseEstimate
 from circumspect.tracking.pose_estimator import KnownPoses, PoseEstimator
 from circumspect.tracking.tracker import Tracker
@@ -9,7 +9,7 @@ from circumspect.tracking.tracking_state import TrackingState
 
 __all__ = [
     "KnownPoses",
-    "OdometryClockCheck",
+    "OdometryCheck",
     "PoseEstimate",
     "PoseEstimator",
     "Tracker",

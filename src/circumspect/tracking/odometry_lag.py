@@ -1,4 +1,4 @@
-r"""Whether images and wheel odometry are stamped by the same clock.
+r"""Whether wheel odometry fits the motions of the images, and at which lag.
 
 Odometry that lags by δ reports at the time t the pose of t - δ. Let $r_k$ be the motion of the
 base between two frames by registration and $o_k(\delta)$ that by odometry between the times
@@ -11,30 +11,19 @@ The clocks differ if a δ beyond usual latencies explains the motions significan
 usual ones (likelihood ratio test), and if none of the usual ones explains them: slip is correlated
 in time, so that a lag may fit it better by chance. A constant velocity says nothing about δ, and
 does no harm.
+
+Odometry is wrong if most motions contradict it at every lag, as with a stuck encoder.
 """
 
 from __future__ import annotations
 
-import logging
-from collections import deque
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.geometry import PlanarPose
-from circumspect.sensing import RgbdFrame
-from circumspect.tracking.pose_estimate import PoseEstimate
-
-MAX_STAMP_DIFFERENCE_S = 1.0
-"""Odometry with a stamp farther from that of its frame belongs to another clock."""
 LAGS_S = np.linspace(-1.2, 1.2, 25)
 """Tested lags of the odometry."""
 MAX_LATENCY_S = 0.25
 """Smaller lags are usual latencies."""
-MIN_FRAMES, MIN_SPAN_S, MIN_INTERVAL_S = 20, 20.0, 0.2
-"""The window holds at least so many frames and so much time [s]; frames in it are at least
-`MIN_INTERVAL_S` apart [s]."""
 TRANSLATION_SIGMA, ROTATION_SIGMA, RELATIVE_SIGMA = 0.003, float(np.radians(0.25)), 0.07
 """Standard deviation of a motion: constants [m], [rad], and a share of the motion."""
 MAX_SQUARED_ERROR = 25.0
@@ -45,10 +34,6 @@ MAX_COST_SHARE = 0.5
 """… if the lag leaves at most this share of the squared errors unexplained …"""
 EXPECTED_COST = 1.5
 """… and if usual lags leave more than this per motion: half of χ² with three degrees of freedom."""
-
-DIFFERENT_CLOCKS = "odometry and images are on different clocks"
-
-_log = logging.getLogger(__name__)
 
 
 def odometry_lag(
@@ -78,10 +63,31 @@ def odometry_lag(
         motions = comparable & np.isfinite(costs[number])
         null = costs[usual][:, motions].sum(axis=1).min()
         cost = costs[number, motions].sum()
-        if cost <= MAX_COST_SHARE * null and null > EXPECTED_COST * motions.sum():
+        expected = EXPECTED_COST * motions.sum()
+        if cost <= min(MAX_COST_SHARE * null, expected) and null > expected:
             ratios[number] = null - cost
     best = int(np.argmax(ratios))
     return float(LAGS_S[best]) if ratios[best] >= MIN_LOG_RATIO else None
+
+
+def contradicting_motions(
+    stamps: NDArray[np.floating],
+    registered: NDArray[np.floating],
+    odometry: NDArray[np.floating],
+) -> NDArray[np.bool_]:
+    """Which motions no lag of the odometry explains.
+
+    Args:
+        stamps: (n,) ascending times of frames [s].
+        registered: (n, 3) as for `odometry_lag`.
+        odometry: (n, 3) as for `odometry_lag`.
+
+    Returns:
+        One flag for each motion that is known.
+    """
+    costs = _costs(LAGS_S, stamps, registered, odometry)
+    known = np.isfinite(costs).any(axis=0)
+    return np.nanmin(costs[:, known], axis=0) >= MAX_SQUARED_ERROR / 2
 
 
 def _costs(
@@ -111,61 +117,3 @@ def _motions(poses: NDArray[np.floating]) -> NDArray[np.floating]:
     x, y, turn = np.moveaxis(step, -1, 0)
     turn = np.arctan2(np.sin(turn), np.cos(turn))
     return np.stack([cosine * x + sine * y, cosine * y - sine * x, turn], axis=-1)
-
-
-class OdometryClockCheck:
-    """Removes odometry from frames if its clock is not that of the images.
-
-    Attributes:
-        warning: What is wrong with the clocks of the last frame; empty if nothing is.
-    """
-
-    def __init__(self) -> None:
-        """Assume a common clock."""
-        self.warning = ""
-        self._lag: float | None = None
-        self._is_logged = False
-        self._rows: deque[tuple[float, ...]] = deque()
-
-    def checked(self, frame: RgbdFrame) -> RgbdFrame:
-        """The frame, without its odometry if that belongs to another clock."""
-        self.warning = self._warning(frame)
-        if not self.warning:
-            return frame
-        if not self._is_logged:
-            _log.warning("%s; poses are found without odometry", self.warning)
-            self._is_logged = True
-        return replace(frame, odometry=None)
-
-    def _warning(self, frame: RgbdFrame) -> str:
-        if self._lag is not None:
-            order = "lags behind" if self._lag > 0 else "runs ahead of"
-            return f"{DIFFERENT_CLOCKS}: odometry {order} the images by {abs(self._lag):.1f} s"
-        if frame.odometry is None:
-            return ""
-        apart = abs(frame.odometry.stamp - frame.stamp)
-        if apart <= MAX_STAMP_DIFFERENCE_S:
-            return ""
-        return f"{DIFFERENT_CLOCKS}: their stamps differ by {apart:.1f} s"
-
-    def update(self, frame: RgbdFrame, pose: PoseEstimate) -> None:
-        """Compare the motion of a frame with its odometry.
-
-        Args:
-            frame: The frame that `checked` returned.
-            pose: Its pose.
-        """
-        if self._lag is not None or frame.odometry is None or pose.T_map_base is None:
-            return
-        if self._rows and frame.stamp - self._rows[-1][0] < MIN_INTERVAL_S - 1e-6:
-            return
-        registered = _row(pose.T_map_base) if pose.reliable else (np.nan,) * 3
-        self._rows.append((frame.stamp, *registered, *_row(frame.odometry.T_odom_base)))
-        while len(self._rows) > MIN_FRAMES and self._rows[-1][0] - self._rows[0][0] > MIN_SPAN_S:
-            self._rows.popleft()
-        rows = np.array(self._rows)
-        self._lag = odometry_lag(rows[:, 0], rows[:, 1:4], rows[:, 4:])
-
-
-def _row(pose: PlanarPose) -> tuple[float, float, float]:
-    return pose.x, pose.y, pose.yaw

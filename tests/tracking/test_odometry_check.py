@@ -1,4 +1,4 @@
-"""Odometry on another clock, noticed by the motions that registration finds."""
+"""Odometry on another clock, or wrong, noticed by the motions that registration finds."""
 
 from __future__ import annotations
 
@@ -13,13 +13,8 @@ from tracking_world import short_drive
 from circumspect.geometry import PlanarPose
 from circumspect.robot import arc
 from circumspect.sensing import Odometry, RgbdFrame
-from circumspect.tracking import (
-    OdometryClockCheck,
-    PoseEstimate,
-    TrackingState,
-    odometry_clock_check,
-)
-from circumspect.tracking.odometry_clock_check import odometry_lag
+from circumspect.tracking import OdometryCheck, PoseEstimate, TrackingState, odometry_lag
+from circumspect.tracking.odometry_lag import contradicting_motions
 
 TICK = 0.1
 NOISE = (0.002, 0.002, 0.002)
@@ -66,7 +61,7 @@ def at(when: np.ndarray, times: np.ndarray, poses: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("lag", [-1.0, -0.5, 0.5, 1.0])
 def test_another_clock_is_noticed_within_20_frames(lag: float, seed: int) -> None:
-    found = odometry_lag(*seen(0.5, lag, 20, seed))
+    found = odometry_lag.odometry_lag(*seen(0.5, lag, 20, seed))
     assert found == pytest.approx(lag, abs=0.21)
 
 
@@ -75,25 +70,34 @@ def test_another_clock_is_noticed_within_20_frames(lag: float, seed: int) -> Non
 @pytest.mark.parametrize("interval", [0.2, 0.5, 1.0])
 def test_usual_latency_is_no_other_clock(interval: float, lag: float, seed: int) -> None:
     for count in range(2, round(26 / interval), 3):
-        assert odometry_lag(*seen(interval, lag, count, seed)) is None
+        assert odometry_lag.odometry_lag(*seen(interval, lag, count, seed)) is None
+
+
+def with_fault(fault: str, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """40 frames, as `seen`, with a fault from the middle on."""
+    stamps, registered, odometry = seen(0.5, 0.0, 40, seed)
+    if fault == "jump":
+        odometry[20:] += (0.3, -0.2, 0.4)
+    elif fault == "stuck":
+        odometry[15:] = odometry[15]
+    elif fault == "blocked":
+        registered[15:] = registered[15]
+    elif fault == "slip":
+        odometry *= 1.25
+    elif fault == "kidnapped":
+        registered[20:] += (0.3, -0.1, 0.35)
+    return stamps, registered, odometry
 
 
 @pytest.mark.parametrize("fault", ["jump", "stuck", "blocked", "slip", "kidnapped"])
 def test_other_faults_are_no_other_clock(fault: str) -> None:
     for seed in range(4):
-        stamps, registered, odometry = seen(0.5, 0.0, 40, seed)
-        if fault == "jump":
-            odometry[20:] += (0.3, -0.2, 0.4)
-        elif fault == "stuck":
-            odometry[15:] = odometry[15]
-        elif fault == "blocked":
-            registered[15:] = registered[15]
-        elif fault == "slip":
-            odometry *= 1.25
-        else:
-            registered[20:] += (0.3, -0.1, 0.35)
+        stamps, registered, odometry = with_fault(fault, seed)
         for count in range(2, 41):
-            assert odometry_lag(stamps[:count], registered[:count], odometry[:count]) is None
+            assert (
+                odometry_lag.odometry_lag(stamps[:count], registered[:count], odometry[:count])
+                is None
+            )
 
 
 def test_errors_that_usual_noise_explains_are_no_other_clock(
@@ -107,24 +111,61 @@ def test_errors_that_usual_noise_explains_are_no_other_clock(
         return np.column_stack([0.05 * times, 0 * times, np.cumsum(yaw)])
 
     registered, odometry = driven(stamps), driven(stamps - 1.0)
-    assert odometry_lag(stamps, registered, odometry) is None
+    assert odometry_lag.odometry_lag(stamps, registered, odometry) is None
     # The comparison of lags alone would take it for another clock.
-    monkeypatch.setattr(odometry_clock_check, "EXPECTED_COST", 0.0)
-    assert odometry_lag(stamps, registered, odometry) is not None
+    monkeypatch.setattr(odometry_lag, "EXPECTED_COST", 0.1)
+    assert odometry_lag.odometry_lag(stamps, registered, odometry) is not None
 
 
 def test_an_even_motion_says_nothing() -> None:
     stamps = 0.5 * np.arange(30)
     poses = as_array([arc(0.05 * stamp, 0.1 * stamp) for stamp in stamps])
     lagging = as_array([arc(0.05 * (stamp - 1), 0.1 * (stamp - 1)) for stamp in stamps])
-    assert odometry_lag(stamps, poses, lagging) is None
+    assert odometry_lag.odometry_lag(stamps, poses, lagging) is None
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("fault", ["stuck", "blocked"])
+def test_most_motions_contradict_odometry_that_is_wrong(fault: str, seed: int) -> None:
+    # The first 15 are right.
+    contradicting = contradicting_motions(*(a[15:] for a in with_fault(fault, seed)))
+    assert len(contradicting) >= 20
+    assert contradicting.mean() > 0.5
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("fault", ["none", "jump", "kidnapped"])
+def test_few_motions_contradict_odometry_that_jumps(fault: str, seed: int) -> None:
+    contradicting = contradicting_motions(*with_fault(fault, seed))
+    assert contradicting.sum() <= (fault != "none")
+
+
+def test_odometry_is_left_out_while_it_is_wrong(caplog: pytest.LogCaptureFixture) -> None:
+    stamps, registered, odometry = seen(0.5, 0.0, 58, 0)
+    wrong = odometry.copy()
+    wrong[:20] = wrong[20]
+    check, used = OdometryCheck(), []
+    for frame, pose in as_frames(stamps, registered, wrong):
+        used.append(check.checked(frame).odometry is not None)
+        check.update(frame, pose)
+    first = used.index(False)
+    assert first <= 20
+    again = used.index(True, 20)
+    assert again <= 27
+    assert not any(used[first:again])
+    assert all(used[again:])
+    assert caplog.text.count("odometry contradicts the motion of the images") == 1
 
 
 def frames(lag: float, count: int = 30) -> list[tuple[RgbdFrame, PoseEstimate]]:
-    """Frames with odometry, and their registered poses."""
-    stamps, registered, odometry = seen(0.5, lag, count, 0)
-    some = short_drive()[0]
-    pairs = []
+    """Frames with odometry that lags, and their registered poses."""
+    return as_frames(*seen(0.5, lag, count, 0))
+
+
+def as_frames(
+    stamps: np.ndarray, registered: np.ndarray, odometry: np.ndarray
+) -> list[tuple[RgbdFrame, PoseEstimate]]:
+    some, pairs = short_drive()[0], []
     for stamp, pose, reported in zip(stamps, registered, odometry, strict=True):
         base = PlanarPose(*pose)
         frame = replace(
@@ -137,11 +178,11 @@ def frames(lag: float, count: int = 30) -> list[tuple[RgbdFrame, PoseEstimate]]:
 def test_odometry_of_another_clock_is_removed_and_reported_once(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    check = OdometryClockCheck()
+    check = OdometryCheck()
     kept = []
     for frame, pose in frames(lag=1.0):
         checked = check.checked(frame)
-        check.update(checked, pose)
+        check.update(frame, pose)
         kept.append(checked.odometry is not None)
     first = kept.index(False)
     assert 5 <= first <= 20
@@ -151,7 +192,7 @@ def test_odometry_of_another_clock_is_removed_and_reported_once(
 
 
 def test_odometry_of_the_same_clock_is_kept() -> None:
-    check = OdometryClockCheck()
+    check = OdometryCheck()
     for frame, pose in frames(lag=0.0):
         assert check.checked(frame) is frame
         check.update(frame, pose)
@@ -159,9 +200,10 @@ def test_odometry_of_the_same_clock_is_kept() -> None:
 
 
 def test_poses_that_are_not_reliable_are_no_evidence() -> None:
-    check = OdometryClockCheck()
+    check = OdometryCheck()
     for frame, pose in frames(lag=1.0):
-        check.update(check.checked(frame), replace(pose, state=TrackingState.DEAD_RECKONING))
+        check.checked(frame)
+        check.update(frame, replace(pose, state=TrackingState.DEAD_RECKONING))
     assert not check.warning
 
 
@@ -169,7 +211,7 @@ def test_poses_that_are_not_reliable_are_no_evidence() -> None:
 def test_odometry_of_another_epoch_is_removed_at_once(
     ahead: float, caplog: pytest.LogCaptureFixture
 ) -> None:
-    check = OdometryClockCheck()
+    check = OdometryCheck()
     for frame, _ in frames(lag=0.0, count=3):
         assert frame.odometry is not None
         reported = replace(frame.odometry, stamp=frame.stamp + ahead)
