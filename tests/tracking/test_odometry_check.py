@@ -149,7 +149,7 @@ def test_odometry_is_left_out_while_it_is_wrong(caplog: pytest.LogCaptureFixture
         used.append(check.checked(frame).odometry is not None)
         check.update(frame, pose)
     first = used.index(False)
-    assert first <= 20
+    assert first <= 12
     again = used.index(True, 20)
     assert again <= 27
     assert not any(used[first:again])

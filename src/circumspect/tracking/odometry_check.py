@@ -18,9 +18,8 @@ MAX_STAMP_DIFFERENCE_S = 1.0
 MIN_FRAMES, MIN_SPAN_S, MIN_INTERVAL_S = 20, 20.0, 0.2
 """The window holds at least so many frames and so much time [s]; frames in it are at least
 `MIN_INTERVAL_S` apart [s]."""
-MAX_CONTRADICTING_SHARE, RECENT_MOTIONS = 0.5, 5
-"""Odometry is wrong if more than this share of the window's motions contradicts it, and one at
-least of the last `RECENT_MOTIONS`."""
+RECENT_MOTIONS, MAX_CONTRADICTING = 10, 5
+"""Odometry is wrong if more than `MAX_CONTRADICTING` of so many last motions contradict it."""
 
 DIFFERENT_CLOCKS = "odometry and images are on different clocks"
 CONTRADICTED = "odometry contradicts the motion of the images"
@@ -86,10 +85,8 @@ class OdometryCheck:
             self._rows.popleft()
         rows = np.array(self._rows)
         motions = rows[:, 0], rows[:, 1:4], rows[:, 4:]
-        contradicting = contradicting_motions(*motions)
-        allowed = MAX_CONTRADICTING_SHARE * max(len(contradicting), MIN_FRAMES)
-        is_recent = bool(contradicting[-RECENT_MOTIONS:].any())
-        self._is_wrong = is_recent and contradicting.sum() > allowed
+        recent = contradicting_motions(*motions)[-RECENT_MOTIONS:]
+        self._is_wrong = int(recent.sum()) > MAX_CONTRADICTING
         # An even motion says nothing of a lag that is known.
         self._lag = None if self._is_wrong else odometry_lag(*motions) or self._lag
 
