@@ -35,6 +35,7 @@ from circumspect.simulation import (
     WrongUnit,
 )
 from circumspect.tracking import KnownPoses, PoseEstimator, Tracker, TrackingSettings
+from circumspect.tracking.odometry_check import DIFFERENT_CLOCKS
 
 CAMERA = PinholeCamera(320, 240, 285.0, 285.0, 159.5, 119.5)
 CHAIR = make_furniture("chair", 3)
@@ -75,6 +76,8 @@ FAULTS = {
 }
 
 OTHER_CLOCKS = ("images 0.5 s behind", "images 1 s behind", "another epoch")
+WRONG_ODOMETRY = ("odometry stuck", "blocked")
+"""Most motions contradict it."""
 ENDS = {
     "millimetres from then on": "lost: no pose has been reliable for too long",
     "millimetres": "no object in view after a look round",
@@ -157,8 +160,10 @@ def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
     assert max(trusted.accurate_off, default=0.0) < 0.03
     assert bool(trusted.accurate_off) == (fault != "millimetres")
     warned = [step.index for step in result.steps if step.odometry_warning]
-    assert bool(warned) == (fault in OTHER_CLOCKS)
-    if warned:
+    assert bool(warned) == (fault in (*OTHER_CLOCKS, *WRONG_ODOMETRY))
+    reasons = {step.odometry_warning.split(":")[0] for step in result.steps[-1:]}
+    assert (DIFFERENT_CLOCKS in reasons) == (fault in OTHER_CLOCKS)
+    if fault in OTHER_CLOCKS:
         # The robot moves from the first frame on.
         assert warned == list(range(warned[0], 60))
         assert warned[0] <= 20
