@@ -131,11 +131,11 @@ class Registration:
         return float(of_prior + self.gradient @ self._inverse_hessian @ self.gradient)
 
     def log_occam_factor(self) -> float:
-        """½ log |Λ| - ½ log |Λ + H|: how much of the prior the scan leaves, at most 0.
+        """½ log |Λ| - ½ log |Λ + H|: logarithm of the Occam factor, at most 0.
 
         Laplace's approximation of the evidence for a prior is the likelihood at the joint optimum
         times this factor (MacKay, "Information Theory, Inference, and Learning Algorithms", 2003,
-        chapter 28). It charges a vague prior for all the poses that it expected in vain.
+        chapter 28). A vague prior has a small factor: it explains almost any scan.
         """
         of_prior, of_both = (
             np.linalg.slogdet(matrix)[1] for matrix in (self.prior_information, self.information)
