@@ -57,8 +57,11 @@ def test_outputs_equal_the_checkpoints(exported):
     given = {"points": inputs.numpy()} if points else {"grid": inputs.numpy().astype(np.uint8)}
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
     (actual,) = session.run(["logits"], given)
+    # PyTorch's single precision errs by more than the bound on some processors. The rounding of
+    # images that a network draws belongs to its answer.
+    precision = torch.float32 if original.net == "mvcnn" else torch.float64
     with torch.no_grad():
-        expected = original.build()(inputs).numpy()
+        expected = original.build().to(precision)(inputs.to(precision)).numpy()
     np.testing.assert_allclose(actual, expected, atol=1e-4)
 
 
