@@ -118,6 +118,8 @@ RULES = (
          (Patch(hypothesis, "MAX_HYPOTHESES", 1),)),
     Rule("relocaliser", "a lost camera is not looked for",
          (Patch(tracker.Tracker, "_relocalised", _no_poses),)),
+    Rule("vague poses", "a camera is looked for elsewhere only if a frame contradicts its pose",
+         (Patch(tracker, "is_vague", lambda _: False, True),)),
     Rule("free space", "scan points in free space do not count",
          (Patch(KeyframeMap, "free_space_contains", _not_free, True),)),
     Rule("seen-through surface", "map points that a frame sees through do not count",

@@ -31,6 +31,9 @@ THINGS = (
     Surface("post", block((0.9, -2.0, 0.0), (1.1, -1.8, 1.2))),
 )
 
+SQUARE = (Surface("object", block((-0.25, -0.25, 0.0), (0.25, 0.25, 0.8))), THINGS[2])
+"""A pillar that looks the same from its four sides, on a floor."""
+
 
 def true_base(angle: float) -> PlanarPose:
     return PlanarPose(RADIUS * np.cos(angle), RADIUS * np.sin(angle), angle + np.pi / 2)

@@ -7,11 +7,11 @@ from itertools import combinations
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
-from tracking_world import SETTINGS, THINGS, blind, drive, follow, true_camera
+from tracking_world import SETTINGS, SQUARE, THINGS, blind, drive, follow, true_camera
 
 from circumspect.geometry.pose_distance import distances
 from circumspect.registration import Scan
-from circumspect.simulation import Surface, block
+from circumspect.simulation import Surface
 from circumspect.tracking import Tracker
 from circumspect.tracking.relocaliser import (
     MAX_CANDIDATES,
@@ -20,9 +20,6 @@ from circumspect.tracking.relocaliser import (
     _separated,
     candidate_poses,
 )
-
-SQUARE = (Surface("object", block((-0.25, -0.25, 0.0), (0.25, 0.25, 0.8))), THINGS[2])
-"""A pillar that looks the same from its four sides, on a floor."""
 
 
 def tracked_round(angles: np.ndarray, things: tuple[Surface, ...] = THINGS) -> Tracker:

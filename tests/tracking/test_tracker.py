@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from tracking_world import (
     SETTINGS,
     SHORT,
+    SQUARE,
     THINGS,
     blind,
     drive,
@@ -315,6 +316,21 @@ def test_after_two_blind_frames_without_odometry_a_new_view_is_not_reliable() ->
     tracked = follow([*frames[:16], blind(mute[0]), blind(mute[1]), mute[2]])
     assert_reliable_poses_are_right(tracked, angles)
     assert not tracked[-1].reliable
+
+
+@pytest.mark.parametrize("turn_deg", [90.0, 180.0])
+def test_a_camera_that_may_be_elsewhere_is_looked_for_there(turn_deg: float) -> None:
+    """Without odometry, after a blackout, at a pillar whose four sides look the same."""
+    mapped, blackout = np.arange(0, 395, 5.0), np.linspace(395, 395 + turn_deg, 12)
+    after = blackout[-1] + np.arange(5.0, 30, 5.0)
+    angles = np.radians(np.concatenate([mapped, blackout, after]))
+    frames = drive(angles, things=SQUARE)
+    mute = with_odometry(frames[len(mapped) :], lambda *_: None)
+    dark = [blind(frame) for frame in mute[: len(blackout)]]
+    tracked = follow([*frames[: len(mapped)], *dark, *mute[len(blackout) :]])
+    assert_reliable_poses_are_right(tracked, angles)
+    assert not any(estimate.reliable for estimate in tracked[len(mapped) + 1 :])
+    assert max(estimate.hypotheses for estimate in tracked[-5:]) > 1
 
 
 def test_odometry_that_jumps_twice_does_not_mislead() -> None:

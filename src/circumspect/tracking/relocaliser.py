@@ -25,6 +25,12 @@ COARSE_VOXEL_M, COARSE_DISTANCE_M = 0.06, 0.3
 """Resolution and correspondence distance of the coarse alignment [m]."""
 
 
+def is_vague(pose: PoseWithCovariance) -> bool:
+    """Whether a camera is known less well than one at a candidate pose."""
+    rotation, translation = pose.sigmas
+    return rotation > START_SIGMAS[0] or translation > START_SIGMAS[3]
+
+
 def candidate_poses(scan: Scan, keyframes: KeyframeMap) -> list[PoseWithCovariance]:
     """Poses near keyframes where a scan may have been taken.
 

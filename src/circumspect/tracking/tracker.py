@@ -26,7 +26,7 @@ from circumspect.tracking.hypothesis_evaluation import (
 from circumspect.tracking.initial_pose import InitialPose
 from circumspect.tracking.pose_estimate import PoseEstimate
 from circumspect.tracking.pose_estimator import PoseEstimator
-from circumspect.tracking.relocaliser import candidate_poses
+from circumspect.tracking.relocaliser import candidate_poses, is_vague
 from circumspect.tracking.tracking_settings import TrackingSettings
 from circumspect.tracking.tracking_state import TrackingState, TrackingStatus
 
@@ -82,7 +82,8 @@ class Tracker(PoseEstimator):
 
         candidates = [self._evaluation.continued(h, data) for h in self._hypotheses]
         best = max(candidates, key=lambda c: c.log_ratio + c.frame_log_ratio)
-        if best.likelihood.contradicts and len(scan) >= self.settings.min_points:
+        may_be_elsewhere = best.likelihood.contradicts or is_vague(self._hypotheses[0].pose)
+        if may_be_elsewhere and len(scan) >= self.settings.min_points:
             candidates += self._relocalised(data)
         self._hypotheses = [self._referenced(h) for h in survivors(candidates)]
 
