@@ -20,7 +20,7 @@ from circumspect.classification import Classifier, GridRecipe, OnnxClassifier
 from circumspect.classification.model_facts import ModelFacts
 from circumspect.cli.calibrate import held_back_objects, scan_augmentation
 from circumspect.datasets.labelled_crops import read_labelled_crops
-from circumspect.datasets.training_objects import OTHER
+from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.evaluation.area_under_curve import area_under_curve
 from circumspect.evaluation.classifier_calibration import Answers, calibrate, judged
 from circumspect.evaluation.held_back_scans import held_back_scans

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.left_out_rooms import measured, page_text
 
 from circumspect.classification import Classifier
-from circumspect.datasets.training_objects import OTHER
+from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.evaluation.classifier_calibration import Answers
 
 CLASSIFIER = Classifier.load("robot")

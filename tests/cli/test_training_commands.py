@@ -84,7 +84,7 @@ def test_evaluation_writes_metrics_and_figures(trained, data, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("split", "seen"), [("validation", False), ("train", True)])
-def test_figures_on_training_objects_are_marked(trained, data, tmp_path, capsys, split, seen):
+def test_figures_on_labelled_surfaces_are_marked(trained, data, tmp_path, capsys, split, seen):
     words = ("evaluate", "--model", trained, "--data", data, "--split", split)
     assert run(*words, "--yaw", "0", "--out", tmp_path) == 0
     assert ("do not quote" in capsys.readouterr().out) == seen

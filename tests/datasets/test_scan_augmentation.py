@@ -8,12 +8,12 @@ from scipy.spatial import cKDTree
 
 from circumspect.classification import GridRecipe, PointsRecipe
 from circumspect.classification.context import LOG_HEIGHT, SCALE_KNOWN, VISIBILITY_KNOWN
+from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation
 from circumspect.datasets.scan_encoding import drawn_cylinder, traced
 from circumspect.datasets.scan_sources import of_point_set, procedural
 from circumspect.datasets.scanned_inputs import azimuth_coverage, scanned_inputs
-from circumspect.datasets.training_objects import OTHER
 from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
 from circumspect.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN

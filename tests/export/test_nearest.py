@@ -20,7 +20,7 @@ def test_the_shipped_file_tells_the_distance_of_its_table(kind):
     assert classifier.distances(inputs)[0] == pytest.approx(nearest[0].distance, abs=2e-3)
 
 
-def test_training_objects_of_the_shipped_file_are_near_and_strangers_far():
+def test_labelled_surfaces_of_the_shipped_file_are_near_and_strangers_far():
     classifier = Classifier.load("modelnet10", threads=1)
     known = classifier.classify(make_furniture("chair", 3).sampled(32768, 0))
     assert known.in_distribution
@@ -30,7 +30,7 @@ def test_training_objects_of_the_shipped_file_are_near_and_strangers_far():
     assert strange.distance > 3 * known.distance
 
 
-def test_without_training_objects_there_is_no_distance(tmp_path):
+def test_without_labelled_surfaces_there_is_no_distance(tmp_path):
     pytest.importorskip("torch")
     from circumspect.export import export_onnx
     from circumspect.nets import Checkpoint, build_net

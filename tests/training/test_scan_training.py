@@ -10,8 +10,8 @@ from circumspect.classification import Classifier, GridRecipe
 from circumspect.classification.context import SCALE_KNOWN, VISIBILITY_KNOWN
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.farthest_points import evenly_sampled
+from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.datasets.scan_sources import procedural
-from circumspect.datasets.training_objects import OTHER
 from circumspect.errors import InputError
 from circumspect.export import export_onnx, fidelity
 from circumspect.export.shown import Shown

@@ -14,8 +14,8 @@ from circumspect.errors import InputError, MissingExtraError, printable
 
 if TYPE_CHECKING:
     from circumspect.classification import OnnxClassifier
+    from circumspect.datasets.labelled_surfaces import LabelledSurfaces
     from circumspect.datasets.scan_augmentation import ScanAugmentation
-    from circumspect.datasets.training_objects import TrainingObjects
 
 PROCEDURAL = 12
 """Pieces of each category, and things of each other kind, that are scanned to calibrate by."""
@@ -94,7 +94,7 @@ class Calibrate:
 
 def held_back_objects(
     classifier: OnnxClassifier, data: Path, catalogues: Sequence[Path]
-) -> list[TrainingObjects]:
+) -> list[LabelledSurfaces]:
     """What a network was not fitted to, and procedural objects.
 
     Args:

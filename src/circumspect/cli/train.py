@@ -13,7 +13,7 @@ from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from circumspect.classification import InputRecipe
-    from circumspect.datasets.training_objects import TrainingObjects
+    from circumspect.datasets.labelled_surfaces import LabelledSurfaces
     from circumspect.training import TrainingSettings
 
 CHANGES = ("stretch", "partial", "damage")
@@ -145,7 +145,7 @@ class Train:
             print(f"{out / 'best.safetensors'}: {kept}")  # noqa: T201
         return 0
 
-    def _catalogues(self) -> list[TrainingObjects]:
+    def _catalogues(self) -> list[LabelledSurfaces]:
         if not self.scans and (idle := given_flags(self, *OF_SCANS)):
             raise InputError(f"{idle[0]} goes with --scans")
         if not self.catalogue and (idle := given_flags(self, *OF_CATALOGUES)):

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from circumspect.datasets.labelled_surfaces import LabelledSurfaces, digest_of
 from circumspect.datasets.mesh_pack import read_mesh_pack
 from circumspect.datasets.mesh_set import MeshObject
-from circumspect.datasets.training_objects import TrainingObjects, digest_of
 from circumspect.errors import InputError
 from circumspect.geometry import TriangleMesh
 
@@ -29,7 +29,7 @@ class CatalogueSurfaces:
         return self.objects[index].mesh
 
 
-def read_catalogue(path: Path) -> TrainingObjects:
+def read_catalogue(path: Path) -> LabelledSurfaces:
     """Read a pack of meshes: the objects of its classes, and those of other kinds.
 
     Raises:
@@ -41,7 +41,7 @@ def read_catalogue(path: Path) -> TrainingObjects:
         raise InputError(f"{path}: holds no object of a class and no furniture of another kind")
     names = [f"{path.stem}/{one.name}" for one in objects]
     sizes = [str(one.packed.scale) for one in objects]
-    return TrainingObjects(
+    return LabelledSurfaces(
         CatalogueSurfaces(objects), np.arange(len(objects)),
         np.array([one.label for one in objects], np.str_), np.array(names, np.str_),
         digest_of(["meshes 1", *names, *sizes]),

@@ -163,7 +163,7 @@ class ScanAugmentation:
         Args:
             caster: The object [m], z up.
             rng: Source of all chance.
-            sizes: By how much it may shrink and grow, see `TrainingObjects.size_factors`.
+            sizes: By how much it may shrink and grow, see `LabelledSurfaces.size_factors`.
 
         Returns:
             A scan of at least `FEWEST` points, as far as a few tries find one.

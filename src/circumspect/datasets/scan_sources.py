@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.datasets.labelled_surfaces import OTHER, LabelledSurfaces, digest_of
 from circumspect.datasets.metric_size import SIZES, metres_per_unit, size_factors
 from circumspect.datasets.object_set import ObjectSet
-from circumspect.datasets.training_objects import OTHER, TrainingObjects, digest_of
 from circumspect.errors import InputError
 from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.furniture.other_things import OTHER_THINGS, make_other_thing
@@ -80,7 +80,7 @@ class ProceduralSurfaces:
         return TriangleMesh(_standing(points), mesh.faces)
 
 
-def of_point_set(objects: ObjectSet) -> TrainingObjects:
+def of_point_set(objects: ObjectSet) -> LabelledSurfaces:
     """The objects of a labelled set of points.
 
     Raises:
@@ -90,13 +90,13 @@ def of_point_set(objects: ObjectSet) -> TrainingObjects:
     if unknown := sorted(set(labels.tolist()) - set(SIZES)):
         raise InputError(f"no sizes are known for {', '.join(unknown)}; known: {', '.join(SIZES)}")
     source = PointSurfaces(objects)
-    return TrainingObjects(
+    return LabelledSurfaces(
         source, np.arange(len(objects)), labels, objects.names,
         digest_of(["points 2", objects.digest]), source.size_factors(),
     )  # fmt: skip
 
 
-def procedural(each: int, others: int, held_back: bool = False) -> TrainingObjects:
+def procedural(each: int, others: int, held_back: bool = False) -> LabelledSurfaces:
     """Procedural objects.
 
     Args:
@@ -109,7 +109,7 @@ def procedural(each: int, others: int, held_back: bool = False) -> TrainingObjec
     items = tuple((kind, first + number) for kind, count in kinds for number in range(count))
     names = [f"procedural_{kind}_{seed}" for kind, seed in items]
     labels = [kind if kind in CATEGORIES else OTHER for kind, _ in items]
-    return TrainingObjects(
+    return LabelledSurfaces(
         ProceduralSurfaces(items), np.arange(len(items)), np.array(labels, np.str_),
         np.array(names, np.str_), digest_of(["procedural 1", *names]),
     )  # fmt: skip

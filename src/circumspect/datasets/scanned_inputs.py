@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from circumspect.classification import InputRecipe
 from circumspect.classification.context import WIDTH
 from circumspect.datasets.cache_folder import cache_folder
+from circumspect.datasets.labelled_surfaces import LabelledSurfaces
 from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.scan_augmentation import ScanAugmentation
 from circumspect.datasets.scan_encoding import SHIFT, SIZES, decoded, encoded, width_of
-from circumspect.datasets.training_objects import TrainingObjects
 from circumspect.datasets.worker_pool import worker_pool
 from circumspect.errors import InputError
 from circumspect.geometry.npy_stream import read_arrays
@@ -59,7 +59,7 @@ class ScannedInputs:
 
 
 def scanned_inputs(
-    objects: TrainingObjects,
+    objects: LabelledSurfaces,
     augmentation: ScanAugmentation,
     scans: int,
     seed: int,
@@ -117,11 +117,11 @@ def scanned_inputs(
     return ScannedInputs(recipe, joined[0], joined[1], joined[2])
 
 
-_SCANNED: list[TrainingObjects] = []
+_SCANNED: list[LabelledSurfaces] = []
 """What a worker scans: given once, not with every job."""
 
 
-def _begin_worker(objects: TrainingObjects) -> None:
+def _begin_worker(objects: LabelledSurfaces) -> None:
     _SCANNED[:] = [objects]
 
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from circumspect.classification import GridRecipe
 from circumspect.classification.context import VISIBILITY_KNOWN
+from circumspect.datasets.labelled_surfaces import LabelledSurfaces
 from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation, SimulatedScan
 from circumspect.datasets.scanned_inputs import azimuth_coverage, chance_of
-from circumspect.datasets.training_objects import TrainingObjects
 from circumspect.datasets.worker_pool import worker_pool
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid
@@ -58,7 +58,7 @@ class HeldBackScans:
 
 
 def held_back_scans(
-    sources: Sequence[TrainingObjects],
+    sources: Sequence[LabelledSurfaces],
     augmentation: ScanAugmentation,
     recipe: GridRecipe,
     scans: int,
@@ -113,11 +113,11 @@ class _Scanning:
     fewest: int
 
 
-_SHARED: list[tuple[list[TrainingObjects], _Scanning]] = []
+_SHARED: list[tuple[list[LabelledSurfaces], _Scanning]] = []
 """What a worker scans: given once, not with every job."""
 
 
-def _begin_worker(sources: list[TrainingObjects], how: _Scanning) -> None:
+def _begin_worker(sources: list[LabelledSurfaces], how: _Scanning) -> None:
     _SHARED[:] = [(sources, how)]
 
 

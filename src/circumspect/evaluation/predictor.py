@@ -15,7 +15,7 @@ from circumspect.classification import Classifier, InputRecipe
 from circumspect.classification.context import contexts_of
 from circumspect.classification.shipped import shipped_name
 from circumspect.datasets import ObjectSet
-from circumspect.datasets.training_objects import OTHER
+from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.errors import MissingExtraError, WeightsError
 
 CHECKPOINT_SUFFIX = ".safetensors"

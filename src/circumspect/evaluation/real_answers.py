@@ -9,7 +9,7 @@ from circumspect.classification import GridRecipe, OnnxClassifier
 from circumspect.datasets.crop_sources import require_usable_labels
 from circumspect.datasets.label_meaning import LabelUse, meaning_of
 from circumspect.datasets.labelled_crops import LabelledCrops
-from circumspect.datasets.training_objects import OTHER
+from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.evaluation.classifier_calibration import Answers
 from circumspect.evaluation.held_back_scans import HeldBackScans
 

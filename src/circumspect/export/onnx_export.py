@@ -11,7 +11,7 @@ from torch import nn
 
 from circumspect.classification import InputRecipe
 from circumspect.classification.model_description import FORMAT, OBJECTS, checked_temperature
-from circumspect.datasets.training_objects import OTHER
+from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.errors import InputError
 from circumspect.export.conversion import as_onnx
 from circumspect.export.description import describe

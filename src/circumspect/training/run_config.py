@@ -9,7 +9,7 @@ from typing import Any
 
 from circumspect.classification import InputRecipe
 from circumspect.datasets import ObjectSet
-from circumspect.datasets.training_objects import TrainingObjects
+from circumspect.datasets.labelled_surfaces import LabelledSurfaces
 from circumspect.errors import InputError, OutputError
 from circumspect.storage import require_no_strangers, write_json
 from circumspect.training.config_differences import config_differences
@@ -27,7 +27,7 @@ def run_config(
     settings: TrainingSettings,
     recipe: InputRecipe,
     objects: ObjectSet,
-    catalogues: Sequence[TrainingObjects] = (),
+    catalogues: Sequence[LabelledSurfaces] = (),
 ) -> dict[str, Any]:
     """All that determines a run, as JSON types."""
     document = {"settings": settings.to_dict(), "grid": recipe.to_dict(), "data": objects.digest}

@@ -9,9 +9,9 @@ import torch
 
 from circumspect.classification import InputRecipe
 from circumspect.datasets import ObjectSet
+from circumspect.datasets.labelled_surfaces import OTHER, LabelledSurfaces, digest_of
 from circumspect.datasets.scan_sources import of_point_set, procedural
 from circumspect.datasets.scanned_inputs import ScannedInputs, scanned_inputs
-from circumspect.datasets.training_objects import OTHER, TrainingObjects, digest_of
 from circumspect.errors import InputError
 from circumspect.training.held_back import fitted_and_held_back
 from circumspect.training.scan_examiner import ScanExaminer
@@ -24,15 +24,15 @@ HELD_BACK_SCANS = 4
 HELD_BACK_SEED = 7
 """Their chance; another one than that of the scans that train."""
 
-Source = tuple[TrainingObjects, int, float]
+Source = tuple[LabelledSurfaces, int, float]
 """Objects, the scans of each, and their share of the draws."""
-Scanned = Callable[[TrainingObjects, int, int, Progress], ScannedInputs]
+Scanned = Callable[[LabelledSurfaces, int, int, Progress], ScannedInputs]
 """Scans of objects: how many of each, by what chance."""
 
 
 def scan_data(
     objects: ObjectSet,
-    catalogues: Sequence[TrainingObjects],
+    catalogues: Sequence[LabelledSurfaces],
     settings: TrainingSettings,
     recipe: InputRecipe,
     device: torch.device,
@@ -59,7 +59,7 @@ def scan_data(
     _require_known_classes(catalogues, classes)
     training, held_back = _divided(objects, catalogues, settings)
 
-    def scanned(of: TrainingObjects, scans: int, seed: int, report: Progress) -> ScannedInputs:
+    def scanned(of: LabelledSurfaces, scans: int, seed: int, report: Progress) -> ScannedInputs:
         return scanned_inputs(of, settings.scan, scans, seed, recipe, cache, report)
 
     sources = _scans_to_train_on(training, settings.seed, scanned, progress)
@@ -77,15 +77,15 @@ def scan_data(
     )
 
 
-def _require_known_classes(catalogues: Sequence[TrainingObjects], classes: Sequence[str]) -> None:
+def _require_known_classes(catalogues: Sequence[LabelledSurfaces], classes: Sequence[str]) -> None:
     for catalogue in catalogues:
         if strange := sorted(set(catalogue.labels.tolist()) - set(classes)):
             raise InputError(f"the catalogue has classes that the set lacks: {', '.join(strange)}")
 
 
 def _divided(
-    objects: ObjectSet, catalogues: Sequence[TrainingObjects], settings: TrainingSettings
-) -> tuple[list[Source], list[TrainingObjects]]:
+    objects: ObjectSet, catalogues: Sequence[LabelledSurfaces], settings: TrainingSettings
+) -> tuple[list[Source], list[LabelledSurfaces]]:
     """What trains, and what is held back, where anything is to be."""
     fit, validation = fitted_and_held_back(objects, settings)
     own = 1.0 - settings.catalogue - settings.furniture
@@ -104,7 +104,7 @@ def _divided(
 
 def _scans_to_train_on(
     training: Sequence[Source], seed: int, scanned: Scanned, progress: Progress
-) -> list[tuple[ScannedInputs, TrainingObjects, float]]:
+) -> list[tuple[ScannedInputs, LabelledSurfaces, float]]:
     sources = []
     for at, (of, scans, share) in enumerate(training):
 

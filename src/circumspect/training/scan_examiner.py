@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
+from circumspect.datasets.labelled_surfaces import OTHER, LabelledSurfaces
 from circumspect.datasets.scanned_inputs import ScannedInputs
-from circumspect.datasets.training_objects import OTHER, TrainingObjects
 from circumspect.evaluation.accuracy import mean_class_accuracy
 from circumspect.nets.state_channels import state_channels
 
@@ -29,7 +29,7 @@ class ScanExaminer:
 
     def __init__(
         self,
-        sources: Sequence[tuple[ScannedInputs, TrainingObjects]],
+        sources: Sequence[tuple[ScannedInputs, LabelledSurfaces]],
         classes: Sequence[str],
         device: torch.device,
     ) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification.context import SCALE_KNOWN, VISIBILITY_KNOWN
+from circumspect.datasets.labelled_surfaces import OTHER, LabelledSurfaces
 from circumspect.datasets.scanned_inputs import ScannedInputs
-from circumspect.datasets.training_objects import OTHER, TrainingObjects
 from circumspect.grid.occupancy_grid import OCCUPIED
 from circumspect.training.draws import class_chances
 from circumspect.training.settings import TrainingSettings
@@ -27,7 +27,7 @@ class ScanSamples:
 
     def __init__(
         self,
-        sources: Sequence[tuple[ScannedInputs, TrainingObjects, float]],
+        sources: Sequence[tuple[ScannedInputs, LabelledSurfaces, float]],
         classes: Sequence[str],
         settings: TrainingSettings,
     ) -> None:

@@ -19,7 +19,7 @@ from torch.optim.swa_utils import AveragedModel
 from circumspect.classification import GridRecipe, InputRecipe
 from circumspect.classification.model_description import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet
-from circumspect.datasets.training_objects import TrainingObjects
+from circumspect.datasets.labelled_surfaces import LabelledSurfaces
 from circumspect.errors import InputError
 from circumspect.nets import Checkpoint, build_net
 from circumspect.nets.headed_planes import Headed
@@ -73,7 +73,7 @@ def train(
     cache: GridCache | None = None,
     recipe: InputRecipe | None = None,
     stop_after: int | None = None,
-    catalogues: Sequence[TrainingObjects] = (),
+    catalogues: Sequence[LabelledSurfaces] = (),
 ) -> Checkpoint:
     """Train a network; a run that was interrupted goes on where it stopped.
 
@@ -263,7 +263,7 @@ def recipe_for(settings: TrainingSettings) -> InputRecipe:
 
 def _prepare(
     objects: ObjectSet,
-    catalogues: Sequence[TrainingObjects],
+    catalogues: Sequence[LabelledSurfaces],
     settings: TrainingSettings,
     recipe: InputRecipe,
     cache: GridCache,

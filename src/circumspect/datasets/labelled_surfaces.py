@@ -27,7 +27,7 @@ class MeshSource(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class TrainingObjects:
+class LabelledSurfaces:
     """Objects of known class with sizes in metres.
 
     Attributes:
@@ -61,10 +61,10 @@ class TrainingObjects:
         low, high = self.factors[index]
         return float(low), float(high)
 
-    def subset(self, chosen: NDArray[np.bool_]) -> TrainingObjects:
+    def subset(self, chosen: NDArray[np.bool_]) -> LabelledSurfaces:
         """The objects that a mask marks."""
         names = self.names[chosen]
-        return TrainingObjects(
+        return LabelledSurfaces(
             self.source, self.indices[chosen], self.labels[chosen], names,
             digest_of([self.digest, *names.tolist()]),
             None if self.factors is None else self.factors[chosen],
