@@ -22,7 +22,7 @@ from benchmarks.report import RESULTS, telling, write_page
 from circumspect.classification import Classifier
 from circumspect.classification.shipped import MODELNET10
 from circumspect.datasets import ObjectSet, open_data_set
-from circumspect.datasets.cell_overlap import ALIKE, occupied_and_beside
+from circumspect.datasets.cell_overlap import ALIKE, occupied_and_beside, turned
 from circumspect.evaluation.markdown import table
 
 COMMAND = "python -m benchmarks.lookalikes ModelNet10"
@@ -100,17 +100,12 @@ def _overlaps_by_class(train: ObjectSet, test: ObjectSet) -> Iterator[NDArray[np
     beside = np.stack([near.ravel() for _, near in shown])
     counts, tell = cells.sum(axis=1, keepdims=True), telling()
     for index in range(len(test)):
-        occupied, near = (_turned(one) for one in occupied_and_beside(test, index))
+        occupied, near = (turned(one) for one in occupied_and_beside(test, index))
         shares = np.minimum(beside @ occupied.T / occupied[0].sum(), cells @ near.T / counts)
         best = shares.max(axis=1)
         yield np.array([best[train.labels == label].max() for label in range(len(train.classes))])
         if index % 50 == 0:
             tell(index, len(test), str(test.names[index]))
-
-
-def _turned(cells: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(azimuths, cells) the same at every whole cell of azimuth."""
-    return np.stack([np.roll(cells, cell, axis=1).ravel() for cell in range(cells.shape[1])])
 
 
 def _answers(test: ObjectSet) -> NDArray[np.intp]:

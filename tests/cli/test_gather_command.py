@@ -32,7 +32,8 @@ def test_a_simulated_set_is_made_told_and_verified(
     tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     out = str(tmp_path / "set")
-    flags = ["--classes", "chair", "--objects", "1", "--at", "0", "22.5", "--workers", "1", *SCAN]
+    flags = ["--classes", "chair", "--train-objects", "1", "--test-objects", "0"]
+    flags += ["--train-starts", "0", "22.5", "--workers", "1", *SCAN]
     assert main(["gather", "--out", out, *flags]) == 0
     told = capsys.readouterr().out
     assert "chair                2       0" in told
@@ -217,7 +218,8 @@ def test_recordings_in_folders_are_called_by_their_whole_name(
 
 def test_scans_that_saw_nothing_are_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     out = str(tmp_path / "set")
-    flags = ["--classes", "chair", "--objects", "1", "--at", "0", "--workers", "1"]
+    flags = ["--classes", "chair", "--train-objects", "1", "--test-objects", "0"]
+    flags += ["--workers", "1"]
     assert main(["gather", "--out", out, *flags, *SCAN]) == 0
     assert "never saw" not in capsys.readouterr().out
     append(tmp_path / "set", GatheredScan("chair-1@045", "chair-1", "chair", "train", 45.0))
@@ -231,8 +233,9 @@ def test_scans_that_saw_nothing_are_told(tmp_path: Path, capsys: pytest.CaptureF
         (["--from", "run.mcap"], "needs the --label"),
         (["--from", "missing.mcap", "--label", "chair"], "can not be read"),
         (["--label", "chair"], "goes with --from"),
-        (["--classes", "unicorn"], "no furniture called unicorn"),
-        (["--starts", "0"], "at least one start"),
+        (["--classes", "unicorn"], "no source has objects of class unicorn"),
+        (["--sources", "nowhere"], "nowhere: "),
+        (["--train-objects", "0", "--test-objects", "0"], "at least one object"),
         (["--workers", "0"], "at least one process"),
         (["--from", "x.mcap", "--label", "../up"], "a name is made of letters"),
     ],
@@ -254,9 +257,12 @@ def test_mistakes_are_told_in_a_line(
         (["--replace"], "--replace goes with --from"),
         (["--depth-topic", "/d"], "--depth-topic goes with --from"),
         (["--box", "0", "0", "0", "1", "1", "1"], "--box goes with --from"),
-        (["--from", "x.mcap", "--label", "chair", "--at", "0"], "--at is for simulated scans"),
+        (
+            ["--from", "x.mcap", "--label", "chair", "--train-starts", "45"],
+            "--train-starts is for simulated scans",
+        ),
         (["--from", "x.mcap", "--label", "chair", "--frames", "-5"], "--frames is for simulated"),
-        (["--at", "45", "45.04"], "a tenth of a degree apart"),
+        (["--test-starts", "45", "45.04"], "a tenth of a degree apart"),
     ],
 )
 def test_flags_that_would_be_ignored_are_refused(

@@ -11,6 +11,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,20 +30,24 @@ from circumspect.datasets.gathered_set import (
 )
 from circumspect.datasets.gathered_verification import verify_gathered
 from circumspect.errors import InputError, MissingExtraError, OutputError
-from circumspect.gathering import GatherSettings, gather
+from circumspect.gathering import GatherSettings, gather, objects_for
 from circumspect.gathering.contact_sheet import draw_contact_sheet, drawn
 from circumspect.gathering.gather import append, begin
 from circumspect.gathering.recorded_scan import RecordedObject
 from circumspect.geometry import PointCloud
 
-QUICK = GatherSettings(("chair", "bed"), 1, (0.0, 90.0), frame_interval=2.0, frames=3)
+QUICK = GatherSettings(("chair", "bed"), 1, 0, (0.0, 90.0), frame_interval=2.0, frames=3)
+
+
+def make(folder: Path, settings: GatherSettings = QUICK, **more: Any) -> list[GatheredScan]:
+    return gather(folder, settings, objects_for(settings), 1, **more)
 
 
 @pytest.fixture(scope="module")
 def gathered(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("gathered") / "set"
     told: list[tuple[int, int, str]] = []
-    gather(folder, QUICK, 1, told=lambda *what: told.append(what))
+    make(folder, told=lambda *what: told.append(what))
     assert told[0] == (0, 4, "")
     assert told[-1][:2] == (4, 4)
     return folder
@@ -76,10 +81,10 @@ def test_what_is_there_is_not_made_again_and_the_set_grows(
         "outcomes",
         lambda jobs, work, workers: asked.extend(job.key for job in jobs) or iter(()),
     )
-    gather(folder, QUICK, 1)
+    make(folder)
     assert asked == []
     assert verify_gathered(folder).complete
-    gather(folder, GatherSettings(("chair", "sofa"), 1, (0.0, 22.5), 0, 0.05, 2.0, 3), 1)
+    make(folder, replace(QUICK, classes=("chair", "sofa"), train_starts_deg=(0.0, 22.5)))
     assert asked == ["sofa-200000@000", "chair-200000@022.5", "sofa-200000@022.5"]
     found = verify_gathered(folder)
     assert not found.complete
@@ -119,12 +124,12 @@ def test_a_start_that_is_no_azimuth_is_refused(start: float) -> None:
 
 
 def test_a_set_gathered_otherwise_is_not_mixed(gathered: Path, tmp_path: Path) -> None:
-    other = GatherSettings(("chair",), 1, (0.0,), frame_interval=1.0, frames=3)
+    other = replace(QUICK, frame_interval=1.0)
     with pytest.raises(InputError, match=r"was gathered with frame_interval 2\.0, not 1\.0"):
-        gather(gathered, other, 1)
+        make(gathered, other)
     (tmp_path / "something").write_text("")
     with pytest.raises(InputError, match="holds something else"):
-        gather(tmp_path, QUICK, 1)
+        make(tmp_path)
 
 
 def test_a_line_that_an_interruption_cut_is_made_again(
@@ -140,7 +145,7 @@ def test_a_line_that_an_interruption_cut_is_made_again(
         "outcomes",
         lambda jobs, work, workers: asked.extend(job.key for job in jobs) or iter(()),
     )
-    assert len(gather(tmp_path, QUICK, 1)) == 3
+    assert len(make(tmp_path)) == 3
     assert asked == ["bed-200000@090"]
     append(tmp_path, read_manifest(gathered)[3])
     assert (tmp_path / MANIFEST).read_text() == text
@@ -155,12 +160,12 @@ def test_scans_that_fail_are_told_and_tried_again(
         lambda jobs, work, workers: ((job, RuntimeError("killed")) for job in jobs),
     )
     with pytest.raises(OutputError, match="4 scans failed, the first: chair-200000@000"):
-        gather(tmp_path / "set", QUICK, 1)
+        make(tmp_path / "set")
     assert read_manifest(tmp_path / "set") == []
 
 
 def run_gather(folder: str) -> None:
-    gather(Path(folder), QUICK, 1)
+    make(Path(folder))
 
 
 def test_a_kill_costs_the_scan_under_way_and_nothing_else(tmp_path: Path) -> None:
@@ -177,32 +182,42 @@ def test_a_kill_costs_the_scan_under_way_and_nothing_else(tmp_path: Path) -> Non
     process.join()
     before = read_manifest(folder)
     assert 1 <= len(before) < 4
-    scans = gather(folder, QUICK, 1)
+    scans = make(folder)
     assert [s.scan for s in scans[: len(before)]] == [s.scan for s in before]
     assert len({s.scan for s in scans}) == len(scans) == 4
     assert verify_gathered(folder).complete
 
 
 def test_objects_are_split_not_scans() -> None:
-    tasks = GatherSettings(objects=7).tasks
+    settings = GatherSettings(("chair", "toilet"), 3, 2, (0.0,), (0.0, 45.0, 16.9))
+    tasks = settings.tasks(objects_for(settings))
     splits: dict[str, set[str]] = {}
     for task in tasks:
-        splits.setdefault(task.object, set()).add(task.split)
+        splits.setdefault(task.object.name, set()).add(task.object.split)
     assert all(len(split) == 1 for split in splits.values())
-    assert sum(split == {"test"} for split in splits.values()) == 2 * 6
-    assert len({task.key for task in tasks}) == len(tasks) == 7 * 6 * 8
-    tests = GatherSettings(objects=7, only="test").tasks
-    assert tests == [task for task in tasks if task.split == "test"]
+    assert sum(split == {"test"} for split in splits.values()) == 2 * 2
+    assert len({task.key for task in tasks}) == len(tasks) == 2 * (3 + 2 * 3)
+    assert {task.start_deg for task in tasks if task.object.split == "train"} == {0.0}
     # More objects change nothing of those that were there.
-    more = {task.object: task.split for task in GatherSettings(objects=12).tasks}
+    more = {one.name: one.split for one in objects_for(replace(settings, train_objects=5))}
     assert all(more[name] in split for name, split in splits.items())
+
+
+def test_an_object_of_the_other_split_is_refused(gathered: Path, tmp_path: Path) -> None:
+    folder = copied(gathered, tmp_path)
+    moved = [replace(scan, split="test") for scan in read_manifest(folder)]
+    (folder / MANIFEST).write_text("".join(scan.line() for scan in moved))
+    with pytest.raises(InputError, match="holds chair-200000 in its test split"):
+        make(folder, replace(QUICK, train_starts_deg=(45.0,)))
+    assert verify_gathered(folder).complete, "nothing more is asked for"
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"classes": ("chair", "unicorn")}, {"classes": ()}, {"objects": 0}, {"starts_deg": ()},
-        {"starts_deg": (360.0,)}, {"starts_deg": (float("nan"),)}, {"slip": 1.0},
+        {"classes": ()}, {"sources": ()}, {"train_objects": -1},
+        {"train_objects": 0, "test_objects": 0}, {"train_starts_deg": (), "test_starts_deg": ()},
+        {"test_starts_deg": (360.0,)}, {"train_starts_deg": (float("nan"),)}, {"slip": 1.0},
         {"frame_interval": 0.0}, {"frames": 0},
     ],
 )  # fmt: skip
@@ -336,7 +351,7 @@ def test_without_the_simulator_nothing_is_written_down_as_scanned(
     (broken / "__init__.py").write_text("raise ImportError('none here')")
     monkeypatch.syspath_prepend(broken.parent)
     with pytest.raises(MissingExtraError, match=r"circumspect\[sim\]"):
-        gather(tmp_path / "set", QUICK, 1)
+        make(tmp_path / "set")
     assert read_manifest(tmp_path / "set") == []
 
 

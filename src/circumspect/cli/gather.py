@@ -30,8 +30,8 @@ class Gather:
     """A labelled set of scans: simulated, or from recordings of your own robot.
 
     $ circumspect gather --out gathered
-    $ circumspect gather --classes chair table --objects 6 --starts 4 --out two
-    $ circumspect gather --out more --objects 30 --at 0 --split train
+    $ circumspect gather --classes chair table --train-objects 4 --out two
+    $ circumspect gather --sources furniture ModelNet10 --train-objects 60 --out big
     $ circumspect gather --from run.mcap --label chair --name blue --out mine
     $ circumspect gather --from my.bag --depth-topic /d --label chair --out mine
 
@@ -42,13 +42,18 @@ class Gather:
     """Folder of the set; `circumspect train --data OUT` trains on it, `circumspect data verify OUT`
     checks it."""
     classes: tuple[str, ...] = ("bed", "chair", "monitor", "sofa", "table", "toilet")
-    """Categories of furniture."""
-    objects: int = 12
-    """Pieces of each category; of every three the third is for the test."""
-    starts: int = 8
-    """Each is scanned from so many azimuths, evenly spread from 0° on."""
-    at: tuple[float, ...] = ()
-    """These azimuths instead [degrees]."""
+    """Classes of the objects."""
+    train_objects: int = 8
+    """So many objects of each class train."""
+    test_objects: int = 4
+    """So many others of each class test."""
+    train_starts: tuple[float, ...] = (0.0,)
+    """Those that train are scanned from these azimuths [degrees]."""
+    test_starts: tuple[float, ...] = (0.0, 45.0, 90.0, 135.0)
+    """Those that test are scanned from these azimuths [degrees]."""
+    sources: tuple[str, ...] = ("furniture",)
+    """Where objects come from, in turn: furniture is procedural; others are paths, of a folder
+    like ModelNet10's or of a mesh pack."""
     seed: int = 0
     """Of room, slip and noise."""
     slip: float = 0.05
@@ -68,8 +73,8 @@ class Gather:
     """Of --from: the object's own name; all recordings of one object have the same. Without it
     that of the file."""
     split: Literal["train", "test"] | None = None
-    """Scan the objects of this split only. Of --from: what the object is for; without it what the
-    set has it for, train where it is new."""
+    """Of --from: what the object is for; without it what the set has it for, train where it is
+    new."""
     start: float | None = None
     """Of --from: azimuth of the start [degrees], where you measured it."""
     replace: bool = False
@@ -91,29 +96,29 @@ class Gather:
 
     def _simulated(self) -> list[GatheredScan]:
         from circumspect.cli.progress import progress_bar
-        from circumspect.gathering import gather
+        from circumspect.gathering import gather, objects_for
 
-        own = given_flags(self, "label", "name", "start", "replace")
+        own = given_flags(self, "label", "name", "split", "start", "replace")
         if given := own + given_flags(self.reading):
             raise InputError(f"{given[0]} goes with --from RECORDING")
         workers = self.workers if self.workers is not None else os.cpu_count() or 1
         if workers < 1:
             raise InputError(f"--workers {workers}: at least one process is needed")
         settings = self._settings()
+        with progress_bar("objects") as show:
+            objects = objects_for(settings, show)
         with progress_bar("scans") as show:
             return gather(
-                self.out, settings, workers, measured, lambda done, total, _: show(done, total)
-            )
+                self.out, settings, objects, workers, measured,
+                lambda done, total, _: show(done, total),
+            )  # fmt: skip
 
     def _settings(self) -> GatherSettings:
         from circumspect.gathering import GatherSettings
 
-        if self.starts < 1:
-            raise InputError(f"--starts {self.starts}: at least one start is needed")
-        even = tuple(360.0 / self.starts * number for number in range(self.starts))
         return GatherSettings(
-            self.classes, self.objects, self.at or even, self.seed, self.slip,
-            self.frame_interval, self.frames, self.split,
+            self.classes, self.train_objects, self.test_objects, self.train_starts,
+            self.test_starts, self.sources, self.seed, self.slip, self.frame_interval, self.frames,
         )  # fmt: skip
 
     def _recorded(self, recording: Path) -> list[GatheredScan]:
@@ -127,8 +132,8 @@ class Gather:
         )
 
         if given := given_flags(
-            self, "classes", "objects", "starts", "at", "seed", "slip", "frame_interval", "frames",
-            "workers",
+            self, "classes", "train_objects", "test_objects", "train_starts", "test_starts",
+            "sources", "seed", "slip", "frame_interval", "frames", "workers",
         ):  # fmt: skip
             raise InputError(f"{given[0]} is for simulated scans; --from RECORDING has its own")
         if self.label is None:

@@ -9,6 +9,7 @@ from scipy.ndimage import maximum_filter
 from circumspect.classification import GridRecipe
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.errors import GeometryError, InputError
+from circumspect.geometry import PointCloud
 
 ALIKE = 0.9
 """From this overlap on two objects are near duplicates."""
@@ -33,9 +34,32 @@ def occupied_and_beside(
         InputError: The object spans no shape; the message names it.
     """
     try:
-        grid = GridRecipe(azimuth_views=1).grids(objects.cloud(index), [0.0])[0, 0]
+        return cells_and_beside(objects.cloud(index))
     except GeometryError as error:
         raise InputError(f"{objects.names[index]}: {error}") from error
+
+
+def cells_and_beside(cloud: PointCloud) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The same of one cloud.
+
+    Raises:
+        GeometryError: The cloud spans no shape.
+    """
+    grid = GridRecipe(azimuth_views=1).grids(cloud, [0.0])[0, 0]
     closed = np.concatenate([grid[:, -1:], grid, grid[:, :1]], axis=1)
     near = maximum_filter(closed, size=3)[:, 1:-1]
     return grid.astype(np.float32), near.astype(np.float32)
+
+
+def turned(cells: NDArray[np.float32], every: int = 1) -> NDArray[np.float32]:
+    """Cells at whole cells of azimuth.
+
+    Args:
+        cells: (radius, azimuth, height).
+        every: Turned by so many cells at a time.
+
+    Returns:
+        (turns, cells), the first one as given.
+    """
+    steps = range(0, cells.shape[1], every)
+    return np.stack([np.roll(cells, step, axis=1).ravel() for step in steps])

@@ -54,6 +54,7 @@ class GatheredScan:
         start_deg: Azimuth of the start [degrees]; None where nobody knows it.
         files: Kind to path inside the folder, of what there is.
         quality: What is known of how good the scan is, JSON types.
+        source: Where the object comes from, such as "furniture"; empty where that is not known.
     """
 
     scan: str
@@ -63,6 +64,7 @@ class GatheredScan:
     start_deg: float | None
     files: dict[str, str] = field(default_factory=dict)
     quality: dict[str, Any] = field(default_factory=dict)
+    source: str = ""
 
     def line(self) -> str:
         """As the manifest has it."""
@@ -115,7 +117,8 @@ def _scan(line: str, place: str) -> GatheredScan:
         if len(line) > LARGEST_LINE:
             raise ValueError(f"{len(line)} bytes")
         scan = GatheredScan(**json.loads(line))
-        named = all(isinstance(text, str) for text in (scan.scan, scan.object, scan.label))
+        texts = (scan.scan, scan.object, scan.label, scan.source)
+        named = all(isinstance(text, str) for text in texts)
         files = all(isinstance(name, str) for name in scan.files.values())
         start = scan.start_deg is None or (
             isinstance(scan.start_deg, int | float) and 0 <= scan.start_deg < 360

@@ -61,8 +61,8 @@ class LabelledSurfaces:
         low, high = self.factors[index]
         return float(low), float(high)
 
-    def subset(self, chosen: NDArray[np.bool_]) -> LabelledSurfaces:
-        """The objects that a mask marks."""
+    def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> LabelledSurfaces:
+        """The objects that a mask or an index array names, in its order."""
         names = self.names[chosen]
         return LabelledSurfaces(
             self.source, self.indices[chosen], self.labels[chosen], names,
@@ -72,11 +72,14 @@ class LabelledSurfaces:
 
     def held_back(self, salt: str = "") -> NDArray[np.bool_]:
         """(n,) one object in `HELD_BACK`, chosen by a hash of its name."""
-        hashes = [
-            hashlib.sha256((salt + name).encode(errors="surrogatepass")).digest()
+        return np.array([found % HELD_BACK == 0 for found in self.hashes(salt)], bool)
+
+    def hashes(self, salt: str = "") -> list[int]:
+        """A hash of the name of each object."""
+        return [
+            int.from_bytes(hashlib.sha256((salt + name).encode(errors="surrogatepass")).digest())
             for name in self.names.tolist()
         ]
-        return np.array([int.from_bytes(found) % HELD_BACK == 0 for found in hashes], bool)
 
 
 def digest_of(parts: Sequence[str]) -> str:

@@ -36,18 +36,21 @@ class PointSurfaces:
 
     def mesh(self, index: int) -> TriangleMesh:
         """See `MeshSource.mesh`."""
-        return short_edge_triangles(_standing(self._in_metres(index)))
+        return short_edge_triangles(_standing(self.points_in_metres(index)))
 
     def size_factors(self) -> NDArray[np.float64]:
         """(n, 2) by how much each object may shrink and grow, see `metric_size.size_factors`."""
         return np.array(
             [
-                size_factors(self.objects.classes[label], np.ptp(self._in_metres(index), axis=0))
+                size_factors(
+                    self.objects.classes[label], np.ptp(self.points_in_metres(index), axis=0)
+                )
                 for index, label in enumerate(self.objects.labels)
             ]
         ).reshape(-1, 2)
 
-    def _in_metres(self, index: int) -> NDArray[np.float64]:
+    def points_in_metres(self, index: int) -> NDArray[np.float64]:
+        """(p, 3) points of one object [m]."""
         points = self.objects.points_xyz[index].astype(np.float64)
         if self.objects.sides is not None:
             points = points / np.ptp(points, axis=0).max() * self.objects.sides[index]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from circumspect import __version__
@@ -16,18 +16,38 @@ from circumspect.datasets.gathered_set import (
     read_settings,
 )
 from circumspect.errors import InputError, MissingExtraError, OutputError
-from circumspect.gathering.gather_settings import GatherSettings
+from circumspect.gathering.gather_settings import GatherSettings, ScanTask
 from circumspect.gathering.job_pool import outcomes
+from circumspect.gathering.object_selection import SelectedObject, select_objects
+from circumspect.gathering.object_source import sources_of
 from circumspect.gathering.simulated_task import Measure, SimulatedTask, scanned
 from circumspect.storage import append_line, atomic_open, write_json
 
 Told = Callable[[int, int, str], None]
 """Called with (done, all, the scan that ended) after each scan."""
+Progress = Callable[[int, int], None]
+"""Called with (done, all)."""
+
+
+def objects_for(settings: GatherSettings, progress: Progress | None = None) -> list[SelectedObject]:
+    """The objects that settings ask for.
+
+    Args:
+        settings: What is to be in a set.
+        progress: Called with (done, all) while objects are compared.
+
+    Raises:
+        InputError: A source can not be read, or they hold too few objects.
+    """
+    counts = settings.counts
+    sources = sources_of(settings.sources, counts)
+    return select_objects(sources, settings.classes, counts, progress)
 
 
 def gather(
     folder: Path,
     settings: GatherSettings,
+    objects: Sequence[SelectedObject],
     workers: int,
     measure: Measure | None = None,
     told: Told | None = None,
@@ -40,6 +60,7 @@ def gather(
     Args:
         folder: Of the set; a set that is there already goes on or grows.
         settings: What is to be in it.
+        objects: Those that `objects_for` chose.
         workers: Processes.
         measure: What the simulation knows of a scan's quality; a function of a module.
         told: Hears of progress.
@@ -48,18 +69,22 @@ def gather(
         All scans of the set.
 
     Raises:
-        InputError: The folder holds a set that was gathered otherwise.
+        InputError: The folder holds a set that was gathered otherwise, or has an object in the
+            other split.
         MissingExtraError: The simulator is not installed.
         OutputError: A file can not be written.
     """
-    _prepare(folder, settings)
+    tasks = settings.tasks(objects)
+    if is_gathered(folder):
+        _require_splits(folder, objects)
+    _prepare(folder, settings, tasks)
     done = {scan.scan for scan in read_manifest(folder)}
-    tasks = [task for task in settings.tasks if task.key not in done]
-    jobs = [SimulatedTask(task, settings, folder, measure) for task in tasks]
-    count = before = len(settings.tasks) - len(jobs)
+    open_tasks = [task for task in tasks if task.key not in done]
+    count = len(tasks) - len(open_tasks)
     if told is not None:
-        told(before, len(settings.tasks), "")
+        told(count, len(tasks), "")
     failed: list[str] = []
+    jobs = (_job(task, settings, folder, measure) for task in open_tasks)
     for job, outcome in outcomes(jobs, scanned, workers):
         count += 1
         if isinstance(outcome, MissingExtraError):
@@ -69,13 +94,34 @@ def gather(
         else:
             append(folder, GatheredScan(**outcome))
         if told is not None:
-            told(count, len(settings.tasks), job.key)
+            told(count, len(tasks), job.key)
     if failed:
         raise OutputError(
             f"{folder}: {len(failed)} scans failed, the first: {failed[0]}; the same command "
             "tries them again"
         )
     return read_manifest(folder)
+
+
+def _job(
+    task: ScanTask, settings: GatherSettings, folder: Path, measure: Measure | None
+) -> SimulatedTask:
+    thing = task.object
+    scan = GatheredScan(
+        task.key, thing.name, thing.label, thing.split, task.start_deg, source=thing.source
+    )
+    return SimulatedTask(scan, thing.mesh(), settings.seed_of(task), settings, folder, measure)
+
+
+def _require_splits(folder: Path, objects: Sequence[SelectedObject]) -> None:
+    """An object of a set that is there already stays in its split."""
+    splits = {scan.object: scan.split for scan in read_manifest(folder)}
+    for one in objects:
+        if splits.get(one.name, one.split) != one.split:
+            raise InputError(
+                f"{folder}: holds {one.name} in its {splits[one.name]} split, and it is asked "
+                f"for in the {one.split} split; take another folder"
+            )
 
 
 def append(folder: Path, scan: GatheredScan) -> None:
@@ -120,10 +166,10 @@ def _is_free(folder: Path) -> bool:
     return not names
 
 
-def _prepare(folder: Path, settings: GatherSettings) -> None:
+def _prepare(folder: Path, settings: GatherSettings, tasks: Sequence[ScanTask]) -> None:
     """Begin a set, or see that this one goes on with it, and write down what is asked for."""
     wanted = {**settings.lasting(), "version": __version__}
-    asked = [task.key for task in settings.tasks]
+    asked = [task.key for task in tasks]
     if not is_gathered(folder):
         begin(folder, {**wanted, ASKED: asked})
         return

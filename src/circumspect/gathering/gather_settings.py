@@ -3,89 +3,76 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from circumspect.datasets.gathered_set import simulated_name
 from circumspect.errors import InputError
-from circumspect.furniture import CATEGORIES
+from circumspect.gathering.object_selection import SelectedObject
+from circumspect.gathering.object_source import FURNITURE, Split
 
 CLASSES = ("bed", "chair", "monitor", "sofa", "table", "toilet")
 """Of office, bedroom and bathroom, as in the paper's own data."""
-FIRST_VARIANT = 200_000
-"""Variants of furniture from here on are used by nothing else."""
-TEST_EACH = 3
-"""Of so many objects of a class the last one is for the test."""
+TEST_STARTS_DEG = (0.0, 45.0, 90.0, 135.0)
+"""The paper's."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ScanTask:
     """One scan to be made.
 
     Attributes:
-        label: Class of the object.
-        variant: Which piece of furniture.
+        object: What is scanned.
         start_deg: Azimuth of the start [degrees].
-        split: Of the object.
     """
 
-    label: str
-    variant: int
+    object: SelectedObject
     start_deg: float
-    split: Literal["train", "test"]
-
-    @property
-    def object(self) -> str:
-        """The object's name."""
-        return f"{self.label}-{self.variant}"
 
     @property
     def key(self) -> str:
         """The scan's name."""
-        return simulated_name(self.object, self.start_deg)
+        return simulated_name(self.object.name, self.start_deg)
 
 
 @dataclass(frozen=True)
 class GatherSettings:
-    """A set of scans of procedural furniture.
+    """A set of scans of objects by a simulated robot.
 
     Attributes:
-        classes: Categories of furniture.
-        objects: Pieces of each; of every three the third is for the test.
-        starts_deg: Azimuths from which each is scanned [degrees].
+        classes: Of the objects.
+        train_objects, test_objects: How many of each class.
+        train_starts_deg, test_starts_deg: Azimuths from which each is scanned [degrees].
+        sources: Where objects come from; see `sources_of`.
         seed: Of room, slip and noise of every scan.
         slip: Share of the wheels' travel that does not become motion.
         frame_interval: [s].
         frames: A scan ends after so many.
-        only: Objects of this split only; None for all.
 
     Raises:
         InputError: A value makes no sense.
     """
 
     classes: tuple[str, ...] = CLASSES
-    objects: int = 12
-    starts_deg: tuple[float, ...] = tuple(45.0 * number for number in range(8))
+    train_objects: int = 8
+    test_objects: int = 4
+    train_starts_deg: tuple[float, ...] = (0.0,)
+    test_starts_deg: tuple[float, ...] = TEST_STARTS_DEG
+    sources: tuple[str, ...] = (FURNITURE,)
     seed: int = 0
     slip: float = 0.05
     frame_interval: float = 2.0
     frames: int = 1000
-    only: Literal["train", "test"] | None = None
 
     def __post_init__(self) -> None:
-        unknown = sorted(set(self.classes) - set(CATEGORIES))
-        if unknown or not self.classes:
-            raise InputError(
-                f"no furniture called {', '.join(unknown) or 'nothing'}; there are "
-                f"{', '.join(CATEGORIES)}"
-            )
-        if self.objects < 1 or not self.starts_deg or self.frames < 1:
-            raise InputError("at least one object, one start and one frame are needed")
-        if not all(0 <= start < 360 for start in self.starts_deg):
-            raise InputError(f"starts {self.starts_deg}: give degrees from 0 up to 360")
-        names = {simulated_name("", start) for start in set(self.starts_deg)}
-        if len(names) < len(set(self.starts_deg)):
-            raise InputError(f"starts {self.starts_deg}: give them a tenth of a degree apart")
+        if not self.classes or not self.sources:
+            raise InputError("at least one class and one source are needed")
+        if min(self.train_objects, self.test_objects) < 0 or self.frames < 1:
+            raise InputError("no number of objects is negative, and a scan has a frame at least")
+        if not any(self.counts.values()):
+            raise InputError("at least one object and one start are needed")
+        for starts in (self.train_starts_deg, self.test_starts_deg):
+            _require_starts(starts)
         if not (0 <= self.slip < 1 and 0 < self.frame_interval < 60):
             raise InputError(
                 f"slip {self.slip} and frame interval {self.frame_interval} s: give a share below "
@@ -93,14 +80,21 @@ class GatherSettings:
             )
 
     @property
-    def tasks(self) -> list[ScanTask]:
+    def counts(self) -> dict[Split, int]:
+        """Split to the number of objects of each class."""
+        return {
+            "train": self.train_objects if self.train_starts_deg else 0,
+            "test": self.test_objects if self.test_starts_deg else 0,
+        }
+
+    def tasks(self, objects: Sequence[SelectedObject]) -> list[ScanTask]:
         """All scans: first all objects from the first start, then from the next, …."""
+        starts = {"train": self.train_starts_deg, "test": self.test_starts_deg}
         return [
-            ScanTask(label, FIRST_VARIANT + number, start, _split(number))
-            for start in dict.fromkeys(self.starts_deg)
-            for number in range(self.objects)
-            for label in dict.fromkeys(self.classes)
-            if self.only in (None, _split(number))
+            ScanTask(one, start)
+            for start in dict.fromkeys((*self.train_starts_deg, *self.test_starts_deg))
+            for one in objects
+            if start in starts[one.split]
         ]
 
     def seed_of(self, task: ScanTask) -> int:
@@ -116,5 +110,8 @@ class GatherSettings:
         }  # fmt: skip
 
 
-def _split(number: int) -> Literal["train", "test"]:
-    return "test" if number % TEST_EACH == TEST_EACH - 1 else "train"
+def _require_starts(starts: tuple[float, ...]) -> None:
+    if not all(0 <= start < 360 for start in starts):
+        raise InputError(f"starts {starts}: give degrees from 0 up to 360")
+    if len({simulated_name("", start) for start in set(starts)}) < len(set(starts)):
+        raise InputError(f"starts {starts}: give them a tenth of a degree apart")

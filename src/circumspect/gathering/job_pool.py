@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import logging
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import as_completed
+from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -83,19 +84,20 @@ def run_all(
 
 
 def outcomes(
-    jobs: Sequence[SomeJob], work: Callable[[SomeJob], Record], workers: int
+    jobs: Iterable[SomeJob], work: Callable[[SomeJob], Record], workers: int
 ) -> Iterator[tuple[SomeJob, Record | BaseException]]:
     """Each job with its record, or with what went wrong, as they end.
 
     Args:
-        jobs: What is to be done.
+        jobs: What is to be done; taken as processes become free.
         work: Does one; a function of a module.
         workers: Processes.
     """
     # One thread a process: more would only wait for each other.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    for first in range(0, len(jobs), EACH * workers):
-        yield from _of_one_pool(jobs[first : first + EACH * workers], work, workers)
+    waiting = iter(jobs)
+    while some := list(islice(waiting, EACH * workers)):
+        yield from _of_one_pool(some, work, workers)
 
 
 def _of_one_pool(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -12,9 +13,9 @@ from circumspect.datasets.gathered_set import GatheredScan
 from circumspect.errors import InputError
 from circumspect.exploration.scan_settings import ScanSettings
 from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
-from circumspect.furniture import make_furniture
-from circumspect.gathering.gather_settings import GatherSettings, ScanTask
+from circumspect.gathering.gather_settings import GatherSettings
 from circumspect.gathering.scan_files import told_quality, write_scan
+from circumspect.geometry import TriangleMesh
 from circumspect.planning import SurfaceNormalPlanner
 from circumspect.recognition import RecognitionResult
 from circumspect.runs.run_path_log import RunPathLog
@@ -23,18 +24,22 @@ Measure = Callable[[SimulatedScan, RecognitionResult, RunPathLog], dict[str, Any
 """Compares a scan with the truth; JSON types."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SimulatedTask:
-    """A task, and all that a process needs to do it.
+    """All that a process needs to make a scan.
 
     Attributes:
-        task: Which scan.
+        scan: What the manifest is to say of it, without files and quality.
+        mesh: The object [m].
+        seed: Of room, slip and noise.
         settings: Of the set.
         folder: Of the set.
         measure: What the simulation knows of the scan's quality.
     """
 
-    task: ScanTask
+    scan: GatheredScan
+    mesh: TriangleMesh
+    seed: int
     settings: GatherSettings
     folder: Path
     measure: Measure | None = None
@@ -42,7 +47,7 @@ class SimulatedTask:
     @property
     def key(self) -> str:
         """The scan's name."""
-        return self.task.key
+        return self.scan.scan
 
 
 def scanned(job: SimulatedTask) -> dict[str, Any]:
@@ -55,25 +60,24 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
         MissingExtraError: The simulator is not installed.
         OutputError: A file can not be written.
     """
-    task, settings = job.task, job.settings
-    seed = settings.seed_of(task)
-    scan = GatheredScan(task.key, task.object, task.label, task.split, task.start_deg)
-    config = {"object": task.object, "seed": seed, "start_deg": task.start_deg}
-    quality: dict[str, Any] = {"seed": seed}
+    scan, settings = job.scan, job.settings
+    config = {"object": scan.object, "seed": job.seed, "start_deg": scan.start_deg}
+    quality: dict[str, Any] = {"seed": job.seed}
     classifier = Classifier.load(threads=1)
     try:
         parts = SimulatedScan.prepared(
-            make_furniture(task.label, task.variant), RoomSettings(slip=settings.slip),
+            job.mesh, RoomSettings(slip=settings.slip),
             ScanSettings(frame_interval=settings.frame_interval, most_frames=settings.frames),
             SurfaceNormalPlanner(), classifier, config,
         )  # fmt: skip
     except InputError as error:
         return asdict(replace(scan, quality={**quality, "ended": f"not begun: {error}"}))
-    log = RunPathLog(parts.scan)
+    log, began = RunPathLog(parts.scan), time.process_time()
     result = parts.scan.run((log,))
     quality |= told_quality(result)
     quality |= {"ended": parts.scan.ended, "distance_m": parts.scan.driven_m}
+    quality["processor_s"] = round(time.process_time() - began, 2)
     if job.measure is not None:
         quality |= job.measure(parts, result, log)
-    files = write_scan(job.folder, task.key, result, log.odometry)
+    files = write_scan(job.folder, job.key, result, log.odometry)
     return asdict(replace(scan, files=files, quality=quality))

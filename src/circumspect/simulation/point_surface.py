@@ -33,7 +33,9 @@ furniture, whose sizes are those of shops.
 """
 
 
-def surface_from_points(points_xyz: ArrayLike, category: str) -> TriangleMesh:
+def surface_from_points(
+    points_xyz: ArrayLike, category: str, longest_side: float | None = None
+) -> TriangleMesh:
     """Give evenly spread points a surface and the size of their category.
 
     How good it is, by `python -m benchmarks.point_surfaces`: procedural furniture, sampled to
@@ -47,6 +49,7 @@ def surface_from_points(points_xyz: ArrayLike, category: str) -> TriangleMesh:
     Args:
         points_xyz: (n, 3), z up, any unit.
         category: One of `LONGEST_SIDES`.
+        longest_side: Of the bounding box [m]; None means the typical one of the category.
 
     Returns:
         Triangles between near neighbours [m], standing on z = 0 with the middle of the bounding
@@ -61,7 +64,7 @@ def surface_from_points(points_xyz: ArrayLike, category: str) -> TriangleMesh:
     mesh = _uncrowded(short_edge_triangles(points_xyz, NEIGHBOURS, REACH))
     low, high = mesh.vertices_xyz.min(axis=0), mesh.vertices_xyz.max(axis=0)
     foot = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
-    scale = LONGEST_SIDES[category] / float((high - low).max())
+    scale = (longest_side or LONGEST_SIDES[category]) / float((high - low).max())
     return TriangleMesh((mesh.vertices_xyz - foot) * scale, mesh.faces)
 
 
