@@ -32,7 +32,7 @@ from benchmarks.recorded_scans import FOLDER
 from benchmarks.report import RESULTS, telling, write_page
 from benchmarks.rule_patches import probed, without
 from circumspect.errors import CircumspectError
-from circumspect.gathering.job_pool import records, run_all
+from circumspect.gathering.job_pool import LocalPool, records, run_all
 from circumspect.tracking import TrackingSettings
 
 NAME = "ablation"
@@ -104,7 +104,9 @@ def _switched(job: AblationJob) -> AbstractContextManager[Any]:
 def measure(sources: Sequence[Source], path: Path, workers: int) -> None:
     """Run all variants, but those whose rule makes no difference on a recording."""
     progress = telling()
-    full = run_all([AblationJob(ALL, source) for source in sources], run, path, workers, progress)
+    full = run_all(
+        [AblationJob(ALL, source) for source in sources], run, path, LocalPool(workers), progress
+    )
     active = {record["source"]: set(record.get("active", ())) for record in full}
     others = [AblationJob(v, source) for source in sources for v in (NONE, *BASELINES)]
     acting = [
@@ -113,7 +115,7 @@ def measure(sources: Sequence[Source], path: Path, workers: int) -> None:
         for name in BY_NAME
         if name in active.get(source.key, ())
     ]
-    run_all([*others, *acting], run, path, workers, telling())
+    run_all([*others, *acting], run, path, LocalPool(workers), telling())
 
 
 def results(found: Sequence[Record], sources: Sequence[Source]) -> Results:
@@ -270,7 +272,7 @@ def main() -> int:
     if given.timing:
         firsts = {source.group: source for source in reversed(sources)}
         timed = [AblationJob(v, source, True) for source in firsts.values() for v in VARIANTS]
-        run_all(timed, run, given.runs / TIMES, 1, telling())
+        run_all(timed, run, given.runs / TIMES, LocalPool(1), telling())
     elif not given.tables:
         measure(sources, given.runs / RECORDS, given.workers)
     found = results(records(given.runs / RECORDS), sources)

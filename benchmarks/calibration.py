@@ -27,7 +27,7 @@ from benchmarks.report import RESULTS, telling, write_page
 from benchmarks.scan_job import ScanJob
 from circumspect.evaluation.markdown import table
 from circumspect.furniture import CATEGORIES
-from circumspect.gathering.job_pool import records, run_all
+from circumspect.gathering.job_pool import LocalPool, records, run_all
 from circumspect.registration.scan import WHITE_CORRELATION
 
 COMMAND = "python -m benchmarks.calibration"
@@ -53,7 +53,7 @@ def main() -> int:
     given = parser.parse_args()
     path: Path = given.out / "calibration.jsonl"
     if not given.tables:
-        run_all(jobs(), run_job, path, given.workers, telling())
+        run_all(jobs(), run_job, path, LocalPool(given.workers), telling())
     found = of_jobs(records(path), jobs())
     parts = {"fits": of_fits(found)}
     # Older records hold other measures of keyframes.

@@ -32,7 +32,7 @@ from benchmarks.report import RESULTS, telling, write_page
 from benchmarks.rule_patches import without
 from benchmarks.scan_job import ScanJob
 from circumspect.evaluation.markdown import table
-from circumspect.gathering.job_pool import records, run_all
+from circumspect.gathering.job_pool import LocalPool, records, run_all
 from circumspect.sensing import RgbdFrame
 from circumspect.tracking import TrackingSettings
 
@@ -175,7 +175,7 @@ def main() -> int:
     record()
     asked = jobs([None, *real(given.data, None)])
     path = FOLDER.parent / RECORDS
-    run_all(asked, run, path, given.workers, telling())
+    run_all(asked, run, path, LocalPool(given.workers), telling())
     by_key = {record["key"]: record for record in records(path)}
     found = [by_key[job.key] for job in asked]
     write_page(

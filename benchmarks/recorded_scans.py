@@ -26,7 +26,7 @@ from benchmarks.fault_scenarios import FaultJob, prepared_fault
 from benchmarks.report import telling
 from benchmarks.scan_job import ScanJob
 from benchmarks.scans import furniture_jobs
-from circumspect.gathering.job_pool import run_all
+from circumspect.gathering.job_pool import LocalPool, run_all
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import Odometry, RgbdFrame
@@ -163,7 +163,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args()
     asked = jobs(given.each, given.each_fault, given.frames)
-    run_all(asked, record, FOLDER / "recorded.jsonl", given.workers, telling())
+    run_all(asked, record, FOLDER / "recorded.jsonl", LocalPool(given.workers), telling())
     return 0
 
 

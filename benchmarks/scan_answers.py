@@ -25,7 +25,7 @@ from benchmarks.scan_job import ScanJob
 from benchmarks.scan_snapshots import SHARES, SnapshotJob, gather
 from circumspect.classification import Classifier, OnnxClassifier, Prediction
 from circumspect.evaluation.markdown import table
-from circumspect.gathering.job_pool import records, run_all
+from circumspect.gathering.job_pool import LocalPool, records, run_all
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
 
@@ -49,7 +49,7 @@ def main() -> int:
     path = arguments.snapshots / "scans.jsonl"
     if arguments.gather:
         wanted = [SnapshotJob(job, os.fspath(arguments.snapshots)) for job in jobs(arguments.data)]
-        run_all(wanted, gather, path, arguments.workers, telling())
+        run_all(wanted, gather, path, LocalPool(arguments.workers), telling())
     found = {
         Path(model).stem: answers(Classifier.load(model), records(path), arguments.snapshots)
         for model in arguments.models

@@ -25,7 +25,7 @@ from benchmarks.scan_job import PLANNERS, ScanJob, run_job
 from benchmarks.scan_tables import write_tables
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.furniture import CATEGORIES
-from circumspect.gathering.job_pool import records, run_all
+from circumspect.gathering.job_pool import LocalPool, records, run_all
 
 SUITES = ("furniture", "planners", "modelnet", "timing")
 SETTINGS = ("each", "objects", "frame_interval")
@@ -44,7 +44,7 @@ def main() -> int:
         for suite in arguments.suite or SUITES:
             # Times are only worth something when nothing else runs.
             workers = 1 if suite == "timing" else arguments.workers
-            run_all(jobs(suite, arguments), run_job, path, workers, telling())
+            run_all(jobs(suite, arguments), run_job, path, LocalPool(workers), telling())
     command = command_with("python -m benchmarks.scans", arguments, usual, SETTINGS)
     write_tables(asked(records(path), arguments), arguments.out, command, arguments.data)
     return 0

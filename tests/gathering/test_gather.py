@@ -7,7 +7,6 @@ import multiprocessing
 import os
 import shutil
 import signal
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -30,7 +29,7 @@ from circumspect.datasets.gathered_set import (
 )
 from circumspect.datasets.gathered_verification import verify_gathered
 from circumspect.errors import InputError, MissingExtraError, OutputError
-from circumspect.gathering import GatherSettings, gather, objects_for
+from circumspect.gathering import GatherSettings, LocalPool, gather, objects_for
 from circumspect.gathering.contact_sheet import draw_contact_sheet, drawn
 from circumspect.gathering.gather import append, begin
 from circumspect.gathering.recorded_scan import RecordedObject
@@ -40,7 +39,7 @@ QUICK = GatherSettings(("chair", "bed"), 1, 0, (0.0, 90.0), frame_interval=2.0, 
 
 
 def make(folder: Path, settings: GatherSettings = QUICK, **more: Any) -> list[GatheredScan]:
-    return gather(folder, settings, objects_for(settings), 1, **more)
+    return gather(folder, settings, objects_for(settings), LocalPool(1), **more)
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +76,9 @@ def test_what_is_there_is_not_made_again_and_the_set_grows(
     folder = copied(gathered, tmp_path)
     asked: list[str] = []
     monkeypatch.setattr(
-        sys.modules["circumspect.gathering.gather"],
+        LocalPool,
         "outcomes",
-        lambda jobs, work, workers: asked.extend(job.key for job in jobs) or iter(()),
+        lambda pool, jobs, work: asked.extend(job.key for job in jobs) or iter(()),
     )
     make(folder)
     assert asked == []
@@ -141,9 +140,9 @@ def test_a_line_that_an_interruption_cut_is_made_again(
     (tmp_path / MANIFEST).write_text(text[:-20])
     asked: list[str] = []
     monkeypatch.setattr(
-        sys.modules["circumspect.gathering.gather"],
+        LocalPool,
         "outcomes",
-        lambda jobs, work, workers: asked.extend(job.key for job in jobs) or iter(()),
+        lambda pool, jobs, work: asked.extend(job.key for job in jobs) or iter(()),
     )
     assert len(make(tmp_path)) == 3
     assert asked == ["bed-200000@090"]
@@ -155,9 +154,9 @@ def test_scans_that_fail_are_told_and_tried_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        sys.modules["circumspect.gathering.gather"],
+        LocalPool,
         "outcomes",
-        lambda jobs, work, workers: ((job, RuntimeError("killed")) for job in jobs),
+        lambda pool, jobs, work: ((job, RuntimeError("killed")) for job in jobs),
     )
     with pytest.raises(OutputError, match="4 scans failed, the first: chair-200000@000"):
         make(tmp_path / "set")

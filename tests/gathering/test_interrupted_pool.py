@@ -12,7 +12,7 @@ PROGRAM = """
 import sys, time
 from dataclasses import dataclass
 from pathlib import Path
-from circumspect.gathering import run_all
+from circumspect.gathering import LocalPool, run_all
 
 @dataclass(frozen=True)
 class Nap:
@@ -25,7 +25,8 @@ def sleep(nap):
 
 if __name__ == "__main__":
     try:
-        run_all([Nap(f"nap-{n}") for n in range(6)], sleep, Path("naps.jsonl"), 2, lambda *told: None)
+        naps = [Nap(f"nap-{n}") for n in range(6)]
+        run_all(naps, sleep, Path("naps.jsonl"), LocalPool(2), lambda *told: None)
     except KeyboardInterrupt:
         sys.exit(130)
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -64,6 +63,9 @@ class Gather:
     """A scan ends after so many frames."""
     workers: int | None = None
     """Processes; one a core without it."""
+    cluster: str | None = None
+    """Scan on this Ray cluster: auto for the one that this machine belongs to, or HOST:PORT. All
+    its nodes must see the folder OUT."""
     from_: Annotated[Path | None, tyro.conf.arg(name="from", metavar="RECORDING")] = None
     """Add a recording, of any kind that `circumspect replay` takes, instead of simulating. Flags
     from --box on say how it is read, as they do there."""
@@ -95,21 +97,22 @@ class Gather:
         return 0
 
     def _simulated(self) -> list[GatheredScan]:
+        from circumspect.cli.job_pool import opened_pool
         from circumspect.cli.progress import progress_bar
         from circumspect.gathering import gather, objects_for
 
         own = given_flags(self, "label", "name", "split", "start", "replace")
         if given := own + given_flags(self.reading):
             raise InputError(f"{given[0]} goes with --from RECORDING")
-        workers = self.workers if self.workers is not None else os.cpu_count() or 1
-        if workers < 1:
-            raise InputError(f"--workers {workers}: at least one process is needed")
         settings = self._settings()
         with progress_bar("objects") as show:
             objects = objects_for(settings, show)
-        with progress_bar("scans") as show:
+        with (
+            opened_pool(self.workers, self.cluster) as pool,
+            progress_bar(f"scans, {pool.name}") as show,
+        ):
             return gather(
-                self.out, settings, objects, workers, measured,
+                self.out, settings, objects, pool, measured,
                 lambda done, total, _: show(done, total),
             )  # fmt: skip
 
@@ -133,7 +136,7 @@ class Gather:
 
         if given := given_flags(
             self, "classes", "train_objects", "test_objects", "train_starts", "test_starts",
-            "sources", "seed", "slip", "frame_interval", "frames", "workers",
+            "sources", "seed", "slip", "frame_interval", "frames", "workers", "cluster",
         ):  # fmt: skip
             raise InputError(f"{given[0]} is for simulated scans; --from RECORDING has its own")
         if self.label is None:

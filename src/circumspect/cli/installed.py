@@ -16,6 +16,7 @@ FOR = {
     "locate": "locate: ceiling cameras",
     "viewer": "view, --viewer: the dashboard",
     "ros2": "ros2: the node",
+    "cluster": "--cluster: jobs on Ray",
     "docs": "make docs",
 }
 """What an extra is for."""

@@ -17,7 +17,7 @@ from circumspect.datasets.gathered_set import (
 )
 from circumspect.errors import InputError, MissingExtraError, OutputError
 from circumspect.gathering.gather_settings import GatherSettings, ScanTask
-from circumspect.gathering.job_pool import outcomes
+from circumspect.gathering.job_pool import JobPool
 from circumspect.gathering.object_selection import SelectedObject, select_objects
 from circumspect.gathering.object_source import sources_of
 from circumspect.gathering.simulated_task import Measure, SimulatedTask, scanned
@@ -48,11 +48,11 @@ def gather(
     folder: Path,
     settings: GatherSettings,
     objects: Sequence[SelectedObject],
-    workers: int,
+    pool: JobPool,
     measure: Measure | None = None,
     told: Told | None = None,
 ) -> list[GatheredScan]:
-    """Make the scans that are not there yet, in parallel processes.
+    """Make the scans that are not there yet, in parallel.
 
     A scan is in the manifest once all its files are there, so that whatever ends the work costs
     the scans under way and nothing else.
@@ -61,7 +61,7 @@ def gather(
         folder: Of the set; a set that is there already goes on or grows.
         settings: What is to be in it.
         objects: Those that `objects_for` chose.
-        workers: Processes.
+        pool: Makes the scans.
         measure: What the simulation knows of a scan's quality; a function of a module.
         told: Hears of progress.
 
@@ -72,7 +72,7 @@ def gather(
         InputError: The folder holds a set that was gathered otherwise, or has an object in the
             other split.
         MissingExtraError: The simulator is not installed.
-        OutputError: A file can not be written.
+        OutputError: A file can not be written, or a scan failed.
     """
     tasks = settings.tasks(objects)
     if is_gathered(folder):
@@ -85,9 +85,10 @@ def gather(
         told(count, len(tasks), "")
     failed: list[str] = []
     jobs = (_job(task, settings, folder, measure) for task in open_tasks)
-    for job, outcome in outcomes(jobs, scanned, workers):
+    for job, outcome in pool.outcomes(jobs, scanned):
         count += 1
-        if isinstance(outcome, MissingExtraError):
+        # Something is wrong with the machine that every scan would meet.
+        if isinstance(outcome, MissingExtraError | InputError):
             raise outcome
         if isinstance(outcome, BaseException):
             failed.append(f"{job.key} ({outcome})")

@@ -7,14 +7,17 @@ import logging
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import as_completed
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from circumspect.datasets.worker_pool import worker_pool
+from circumspect.errors import InputError
 from circumspect.storage import append_line
 
 Record = dict[str, Any]
+Outcome = Record | BaseException
 EACH = 8
 """Jobs after which a process is renewed."""
 
@@ -50,7 +53,7 @@ def run_all(
     jobs: Sequence[SomeJob],
     work: Callable[[SomeJob], Record],
     path: Path,
-    workers: int,
+    pool: JobPool,
     told: Callable[[int, int, str], None],
 ) -> list[Record]:
     """Do what is not done yet, appending one JSON line for each job as it ends.
@@ -61,7 +64,7 @@ def run_all(
         jobs: What is to be done.
         work: Does one; a function of a module.
         path: Of the lines.
-        workers: Processes.
+        pool: Does them.
         told: Called with (done, all, key) before the first job and after each.
 
     Returns:
@@ -72,7 +75,7 @@ def run_all(
     path.parent.mkdir(parents=True, exist_ok=True)
     count = len(jobs) - len(open_jobs)
     told(count, len(jobs), "")
-    for job, outcome in outcomes(open_jobs, work, workers):
+    for job, outcome in pool.outcomes(open_jobs, work):
         count += 1
         if isinstance(outcome, BaseException):
             _log.warning("%s failed: %r", job.key, outcome)
@@ -83,30 +86,62 @@ def run_all(
     return [record for record in records(path) if record["key"] in keys]
 
 
-def outcomes(
-    jobs: Iterable[SomeJob], work: Callable[[SomeJob], Record], workers: int
-) -> Iterator[tuple[SomeJob, Record | BaseException]]:
-    """Each job with its record, or with what went wrong, as they end.
+class JobPool(Protocol):
+    """Processes that do jobs: here or on other machines."""
 
-    Args:
-        jobs: What is to be done; taken as processes become free.
-        work: Does one; a function of a module.
-        workers: Processes.
+    @property
+    def name(self) -> str:
+        """What it is made of, for people."""
+        ...
+
+    def outcomes(
+        self, jobs: Iterable[SomeJob], work: Callable[[SomeJob], Record]
+    ) -> Iterator[tuple[SomeJob, Outcome]]:
+        """Each job with its record, or with what went wrong, as they end.
+
+        Args:
+            jobs: What is to be done; taken as processes become free.
+            work: Does one; a function of a module. It may be called again for a job whose process
+                was lost.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class LocalPool:
+    """Processes of this machine.
+
+    Attributes:
+        workers: How many.
+
+    Raises:
+        InputError: There is none.
     """
-    # One thread a process: more would only wait for each other.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    waiting = iter(jobs)
-    while some := list(islice(waiting, EACH * workers)):
-        yield from _of_one_pool(some, work, workers)
 
+    workers: int
 
-def _of_one_pool(
-    jobs: Sequence[SomeJob], work: Callable[[SomeJob], Record], workers: int
-) -> Iterator[tuple[SomeJob, Record | BaseException]]:
-    """Processes are renewed from call to call; `max_tasks_per_child` can wait forever (CPython
-    issue 115634).
-    """
-    with worker_pool(workers) as pool:
-        pending = {pool.submit(work, job): job for job in jobs}
-        for future in as_completed(pending):
-            yield pending[future], future.exception() or future.result()
+    def __post_init__(self) -> None:
+        if self.workers < 1:
+            raise InputError(f"--workers {self.workers}: at least one process is needed")
+
+    @property
+    def name(self) -> str:
+        """See `JobPool.name`."""
+        return "1 process" if self.workers == 1 else f"{self.workers} processes"
+
+    def outcomes(
+        self, jobs: Iterable[SomeJob], work: Callable[[SomeJob], Record]
+    ) -> Iterator[tuple[SomeJob, Outcome]]:
+        """See `JobPool.outcomes`.
+
+        Processes are renewed from batch to batch; `max_tasks_per_child` can wait forever (CPython
+        issue 115634).
+        """
+        # One thread a process: more would only wait for each other.
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
+        waiting = iter(jobs)
+        while some := list(islice(waiting, EACH * self.workers)):
+            with worker_pool(self.workers) as pool:
+                pending = {pool.submit(work, job): job for job in some}
+                for future in as_completed(pending):
+                    yield pending[future], future.exception() or future.result()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from circumspect.classification import Classifier
-from circumspect.datasets.gathered_set import GatheredScan
+from circumspect.datasets.gathered_set import SETTINGS, GatheredScan
 from circumspect.errors import InputError
 from circumspect.exploration.scan_settings import ScanSettings
 from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
@@ -57,9 +58,15 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
         Its `GatheredScan` in JSON types.
 
     Raises:
+        InputError: This machine does not see the set's folder.
         MissingExtraError: The simulator is not installed.
         OutputError: A file can not be written.
     """
+    if not (job.folder / SETTINGS).is_file():
+        raise InputError(
+            f"{job.folder}: can not be seen from {socket.gethostname()}; give a folder that all "
+            "nodes share"
+        )
     scan, settings = job.scan, job.settings
     config = {"object": scan.object, "seed": job.seed, "start_deg": scan.start_deg}
     quality: dict[str, Any] = {"seed": job.seed}
