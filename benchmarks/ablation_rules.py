@@ -120,6 +120,8 @@ RULES = (
          (Patch(tracker.Tracker, "_relocalised", _no_poses),)),
     Rule("vague poses", "a camera is looked for elsewhere only if a frame contradicts its pose",
          (Patch(tracker, "is_vague", lambda _: False, True),)),
+    Rule("overlap of lost cameras", "a scan of unknown space may find a lost camera",
+         (Patch(scan_likelihood, "MIN_OVERLAP", 0.0),)),
     Rule("free space", "scan points in free space do not count",
          (Patch(KeyframeMap, "free_space_contains", _not_free, True),)),
     Rule("seen-through surface", "map points that a frame sees through do not count",

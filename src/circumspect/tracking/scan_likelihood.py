@@ -36,6 +36,8 @@ MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.25, 3.0
 """A pose is contradicted if the violations exceed this share of the support plus an allowance."""
 MAX_CONFIRMED_SHARE = 0.02
 """A pose is confirmed if they are below this smaller share plus the allowance."""
+MIN_OVERLAP = 0.5
+"""Share of the points above the floor that must lie on the map for a lost camera to be found."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +48,12 @@ class ScanLikelihood:
         support: Sum over points on mapped surfaces.
         violations: Sum over points in free space and over map points that are seen through; not
             positive.
+        overlap: Share of the points above the floor that lie on mapped surfaces.
     """
 
     support: float = 0.0
     violations: float = 0.0
+    overlap: float = 0.0
 
     @property
     def total(self) -> float:
@@ -65,6 +69,15 @@ class ScanLikelihood:
     def confirms(self) -> bool:
         """Whether the scan agrees with the map so well that a new pose may be assumed."""
         return -self.violations <= self._allowed(MAX_CONFIRMED_SHARE)
+
+    @property
+    def recognises(self) -> bool:
+        """Whether the scan shows so much of the map that a lost camera may be found there.
+
+        Any two walls fit each other. What lies in unknown space contradicts no pose, and confirms
+        none.
+        """
+        return self.confirms and self.overlap >= MIN_OVERLAP
 
     def _allowed(self, share: float) -> float:
         return share * max(self.support, 0.0) + VIOLATION_ALLOWANCE
@@ -89,11 +102,13 @@ def scan_likelihood(
     R, t = T_map_camera[:3, :3], T_map_camera[:3, 3]
     points = sample.points_xyz @ R.T + t
     on_surface, ratios = _on_surface(points, sample.sigmas, keyframes, t)
-    counted = on_surface
+    telling = np.ones(len(points), bool)
     if frame.T_base_camera is not None:
         # The floor looks alike everywhere: its points support no pose.
-        counted = on_surface & (np.abs(points[:, 2]) > MAX_FLOOR_HEIGHT_M)
+        telling = np.abs(points[:, 2]) > MAX_FLOOR_HEIGHT_M
+    counted = on_surface & telling
     support = float((weights * ratios)[counted].sum())
+    overlap = float(weights[counted].sum()) / max(float(weights[telling].sum()), 1e-9)
     others = np.flatnonzero(~on_surface)
     free = keyframes.free_space_contains(points[others], T_map_camera)
     seen_through = violated_count(
@@ -102,7 +117,7 @@ def scan_likelihood(
     )  # fmt: skip
     independent = float(weights.mean()) / step * seen_through
     violations = np.log(OUTLIER_RATIO) * (float(weights[others[free]].sum()) + independent)
-    return ScanLikelihood(support, violations)
+    return ScanLikelihood(support, violations, overlap)
 
 
 def _on_surface(

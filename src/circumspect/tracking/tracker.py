@@ -114,7 +114,7 @@ class Tracker(PoseEstimator):
         starts = candidate_poses(data.scan, self.keyframes)
         previous = self._hypotheses[0]
         found = [self._evaluation.relocalised(start, previous, data) for start in starts]
-        return [h for h in found if h.unmeasured == 0 and h.likelihood.confirms]
+        return [h for h in found if h.unmeasured == 0 and h.likelihood.recognises]
 
     def _referenced(self, hypothesis: Hypothesis) -> Hypothesis:
         T = hypothesis.T_map_camera

@@ -94,7 +94,7 @@ class TrackingStatus:
         best = hypotheses[0]
         if best.likelihood.contradicts or best.motion == "dead reckoning":
             self._contradictions += 1
-        elif best.unmeasured == 0:
+        elif best.unmeasured == 0 and best.likelihood.recognises:
             self._contradictions = 0
         evidence, self.reason = self._evidence(best, len(hypotheses))
         self.state = next_state(self.state, evidence)
