@@ -118,7 +118,7 @@ class Zarr(Format):
     name, package = "Zarr", "zarr"
 
     def write(self, folder: Path, grids: NDArray[np.uint8], labels: NDArray[np.int64]) -> None:
-        import zarr
+        import zarr  # pyright: ignore[reportMissingImports]
 
         group = zarr.open_group(folder, mode="w", attributes={"shape": [32, 32, 32]})
         width = grids.shape[1]
@@ -128,7 +128,7 @@ class Zarr(Format):
         group.create_array("start_deg", data=np.zeros(len(grids)), chunks=(GROUP,), shards=(SHARD,))
 
     def epoch(self, folder: Path, seed: int, start: int = 0) -> Iterator[NDArray[np.uint8]]:
-        import zarr
+        import zarr  # pyright: ignore[reportMissingImports]
 
         group: Any = zarr.open_group(folder, mode="r")
         grids, labels = group["grid"], group["label"]
@@ -152,7 +152,7 @@ class WebDataset(Format):
     name, package = "WebDataset", "webdataset"
 
     def write(self, folder: Path, grids: NDArray[np.uint8], labels: NDArray[np.int64]) -> None:
-        from webdataset.writer import TarWriter
+        from webdataset.writer import TarWriter  # pyright: ignore[reportMissingImports]
 
         for number, rows in enumerate(_shards(len(grids))):
             with TarWriter(str(folder / f"{number:05}.tar")) as sink:
@@ -163,7 +163,7 @@ class WebDataset(Format):
                     })  # fmt: skip
 
     def epoch(self, folder: Path, seed: int, start: int = 0) -> Iterator[NDArray[np.uint8]]:
-        from webdataset.compat import WebDataset as Samples
+        from webdataset.compat import WebDataset as Samples  # pyright: ignore[reportMissingImports]
 
         paths = [str(path) for path in sorted(folder.glob("*.tar"))]
         source = Samples(paths, shardshuffle=len(paths), detshuffle=True, seed=seed)
