@@ -1,0 +1,199 @@
+"""A set of grids in shards, read as a stream: shuffled, in bounded memory, from any sample on."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from contextlib import ExitStack
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circumspect.datasets.set_store import SetStore
+from circumspect.datasets.shard_file import Rows, ShardFile, ShardHead
+from circumspect.errors import InputError
+
+BUFFER = 8
+"""An epoch is shuffled by row groups, and grids among so many of them."""
+
+
+class ShardedSet:
+    """One split of a set.
+
+    Attributes:
+        head: What all shards have in common, of the first one.
+    """
+
+    def __init__(self, shards: list[ShardFile]) -> None:
+        """Use shards that are open; see `read`."""
+        self._shards = shards
+        self.head: ShardHead = shards[0].head
+        self._groups = [(shard, n) for shard in shards for n in range(len(shard.groups))]
+        self._sizes = np.array([size for shard in shards for size in shard.groups], np.int64)
+
+    @classmethod
+    def read(cls, url: str | os.PathLike[str], split: str) -> Self:
+        """Open all shards of a split; their grids stay where they are.
+
+        Args:
+            url: The set, a folder or a URL.
+            split: train, validation or test.
+
+        Raises:
+            InputError: A shard is missing, broken, or does not fit the others; the message names it.
+            MissingExtraError: pyarrow or fsspec is not installed.
+        """
+        store = SetStore(url)
+        names = store.names(f"{split}/*.parquet")
+        _require_all(store, split, names)
+        with ExitStack() as opened:
+            shards = []
+            for name in names:
+                shards.append(ShardFile(store, name))
+                opened.callback(shards[-1].close)
+            for shard in shards[1:]:
+                _require_same(shards[0], shard)
+            opened.pop_all()
+            return cls(shards)
+
+    def __len__(self) -> int:
+        return int(self._sizes.sum())
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """What labels count."""
+        return self.head.classes
+
+    def in_order(self) -> Iterator[Rows]:
+        """All grids, a row group at a time.
+
+        Raises:
+            InputError: A shard is broken.
+        """
+        for shard, group in self._groups:
+            yield shard.rows(group)
+
+    def steps(self, batch: int, world: int = 1) -> int:
+        """Whole batches in an epoch.
+
+        Args:
+            batch: Grids in a batch of all processes together.
+            world: Processes that share an epoch.
+        """
+        return int(self._shares(world).min()) // (batch // world)
+
+    def batches(
+        self, batch: int, seed: int, first: int = 0, rank: int = 0, world: int = 1
+    ) -> Iterator[Rows]:
+        """An epoch of whole batches.
+
+        Row groups are shuffled and dealt to the processes; each process shuffles grids among
+        `BUFFER` of its groups. It holds no more than these in memory. Groups before batch `first`
+        are not read.
+
+        Args:
+            batch: Grids in a batch of all processes together; a multiple of `world`.
+            seed: Of the order; the same for all processes, another one for each epoch.
+            first: Begin with this batch.
+            rank: Which process this is.
+            world: How many there are.
+
+        Yields:
+            This process' share of each batch.
+
+        Raises:
+            InputError: A shard is broken.
+        """
+        share, left = batch // world, None
+        skipped = first * share
+        remaining = self.steps(batch, world) - first
+        for held in self._shuffled(seed, rank, world, skipped):
+            rows = held if left is None else Rows.joined([left, held])
+            whole = min(len(rows) // share, remaining)
+            for number in range(whole):
+                yield rows.subset(slice(number * share, (number + 1) * share))
+            remaining -= whole
+            if remaining <= 0:
+                return
+            left = rows.subset(slice(whole * share, None))
+
+    def _shuffled(self, seed: int, rank: int, world: int, skipped: int) -> Iterator[Rows]:
+        """The grids of a process in the order of an epoch, those of a buffer at a time."""
+        rng = np.random.default_rng([seed, rank])
+        mine = self._order(seed)[rank::world]
+        for start in range(0, len(mine), BUFFER):
+            groups = mine[start : start + BUFFER]
+            count = int(self._sizes[groups].sum())
+            within = rng.permutation(count)
+            if skipped >= count:
+                skipped -= count
+                continue
+            read = [self._groups[number] for number in groups]
+            yield Rows.joined([shard.rows(n) for shard, n in read]).subset(within[skipped:])
+            skipped = 0
+
+    def _order(self, seed: int) -> NDArray[np.int64]:
+        """Row groups of an epoch; those of the usual size come first in every round of dealing."""
+        return np.random.default_rng(seed).permutation(len(self._groups))
+
+    def _shares(self, world: int) -> NDArray[np.int64]:
+        """(world,) the fewest grids that a process is dealt, whatever the order."""
+        smallest = np.sort(self._sizes)
+        fewest = len(smallest) // world
+        return np.array([smallest[:fewest].sum()])
+
+    def unpacked(self, rows: Rows) -> NDArray[np.uint8]:
+        """(n, 1, *shape) grids, 1 where occupied."""
+        shape = self.head.shape
+        bits = np.unpackbits(rows.packed, axis=1, count=int(np.prod(shape)))
+        return bits.reshape(len(rows), 1, *shape)
+
+    def counts(self) -> dict[str, int]:
+        """Class to the number of its grids; reads all labels."""
+        total = np.zeros(len(self.classes), np.int64)
+        for rows in self.in_order():
+            total += np.bincount(rows.labels, minlength=len(self.classes))
+        return dict(zip(self.classes, total.tolist(), strict=True))
+
+    def close(self) -> None:
+        """Let go of all files."""
+        for shard in self._shards:
+            shard.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+
+def _require_all(store: SetStore, split: str, names: list[str]) -> None:
+    if not names:
+        raise InputError(f"{store.url}: holds no shard of the {split} split")
+    counts = {match[1] for name in names if (match := re.search(r"-of-(\d+)\.parquet$", name))}
+    if len(counts) != 1:
+        raise InputError(f"{store.url}: holds shards of several sets in its {split} split")
+    count = int(counts.pop())
+    wanted = {f"{split}/{number:05}-of-{count:05}.parquet" for number in range(count)}
+    if lacking := sorted(wanted - set(names)):
+        raise InputError(
+            f"{store.place(lacking[0])}: is missing, with {len(lacking) - 1} more; convert the set "
+            "again, which makes what is missing"
+        )
+
+
+def _require_same(first: ShardFile, other: ShardFile) -> None:
+    for what in ("recipe", "shape", "classes", "split"):
+        one, two = getattr(first.head, what), getattr(other.head, what)
+        if one != two:
+            raise InputError(
+                f"{other.place}: has other {what} than {first.place} ({_short(two)}, not "
+                f"{_short(one)})"
+            )
+
+
+def _short(value: object) -> str:
+    text = str(value)
+    return text if len(text) <= 60 else f"{text[:57]}…"
