@@ -42,7 +42,7 @@ class ShardedSet:
             split: train, validation or test.
 
         Raises:
-            InputError: A shard is missing, broken, or does not fit the others; the message names it.
+            InputError: A shard is missing, broken, or does not fit the others; it is named.
             MissingExtraError: pyarrow or fsspec is not installed.
         """
         store = SetStore(url)
@@ -82,7 +82,9 @@ class ShardedSet:
             batch: Grids in a batch of all processes together.
             world: Processes that share an epoch.
         """
-        return int(self._shares(world).min()) // (batch // world)
+        # Whatever the order, so that all processes take as many steps in every epoch.
+        fewest = np.sort(self._sizes)[: len(self._sizes) // world].sum()
+        return int(fewest) // (batch // world)
 
     def batches(
         self, batch: int, seed: int, first: int = 0, rank: int = 0, world: int = 1
@@ -135,14 +137,8 @@ class ShardedSet:
             skipped = 0
 
     def _order(self, seed: int) -> NDArray[np.int64]:
-        """Row groups of an epoch; those of the usual size come first in every round of dealing."""
+        """Row groups of an epoch, before they are dealt."""
         return np.random.default_rng(seed).permutation(len(self._groups))
-
-    def _shares(self, world: int) -> NDArray[np.int64]:
-        """(world,) the fewest grids that a process is dealt, whatever the order."""
-        smallest = np.sort(self._sizes)
-        fewest = len(smallest) // world
-        return np.array([smallest[:fewest].sum()])
 
     def unpacked(self, rows: Rows) -> NDArray[np.uint8]:
         """(n, 1, *shape) grids, 1 where occupied."""
