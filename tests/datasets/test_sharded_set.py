@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -47,9 +46,9 @@ def groups_of_5(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def memory() -> Iterator[str]:
+def memory() -> str:
     """An object store."""
-    yield f"memory://sets/{next(NUMBERS)}"
+    return f"memory://sets/{next(NUMBERS)}"
 
 
 @pytest.mark.parametrize("store", ["folder", "memory"])
