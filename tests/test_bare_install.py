@@ -10,7 +10,7 @@ from circumspect.geometry import write_ply
 
 EXTRAS = (
     "torch", "accelerate", "safetensors", "onnx", "onnxscript", "matplotlib", "embreex", "cv2",
-    "pupil_apriltags", "viser", "cyclonedds",
+    "pupil_apriltags", "viser", "cyclonedds", "ray", "pyarrow", "fsspec",
 )  # fmt: skip
 
 

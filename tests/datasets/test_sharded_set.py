@@ -19,7 +19,9 @@ from circumspect.datasets.sharded_set import ShardedSet
 from circumspect.errors import InputError, MissingExtraError, OutputError
 
 pytest.importorskip("pyarrow", reason="pyarrow is not installed")
-HEAD = ShardHead({"kind": "cylindrical"}, (4, 8, 3), ("chair", "sofa"), "train", 0, 1, "0.1.0")
+HEAD = ShardHead(
+    {"kind": "cylindrical"}, (1, 4, 8, 3), ("chair", "sofa"), {"seed": 0}, "train", 0, 1, "0.1.0"
+)
 NUMBERS = itertools.count()
 
 
@@ -165,6 +167,7 @@ def test_no_flipped_bit_gives_a_wrong_grid(tmp_path: Path) -> None:
     [
         ({"classes": ("chair", "table")}, "has other classes than"),
         ({"recipe": {"kind": "rectangular"}}, "has other recipe than"),
+        ({"source": {"seed": 1}}, "has other source than"),
     ],
 )
 def test_shards_that_do_not_fit_are_named(changed: dict, told: str, tmp_path: Path) -> None:

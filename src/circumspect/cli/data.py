@@ -9,50 +9,71 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from circumspect.cli.given_flags import given_flags
 from circumspect.errors import InputError, printable
 
+OF_CONVERT = ("net", "replicas", "shard_size", "seed", "workers", "cluster")
 SHOWN = 8
 """Of each list; --json tells all."""
 
 
 @dataclass(frozen=True)
 class Data:
-    """Data sets: fetch ModelNet10, verify a copy, import furniture catalogues.
+    """Data sets: fetch ModelNet10, verify a copy, import catalogues, convert to shards.
 
     $ circumspect data fetch modelnet10
     $ circumspect data verify ModelNet10
     $ circumspect data import sweethome3d FOLDER --out sweethome3d.npz
+    $ circumspect data convert ModelNet10 --out shards
     """
 
-    what: tyro.conf.Positional[Literal["fetch", "verify", "import"]]
+    what: tyro.conf.Positional[Literal["fetch", "verify", "import", "convert"]]
     """fetch: download and unpack; an interrupted download goes on. verify: count every class and
     split, and name what is missing, foreign or broken; of classes of your own nobody knows what is
     missing. import: read the models of catalogues, with real sizes and labels, into one mesh
-    pack."""
+    pack. convert: make shards of grids, from which sets larger than memory are trained on."""
     which: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SET")]
-    """What to fetch (modelnet10), what to import (sweethome3d), or the folder to verify: point
-    packs, OFF files, or a set that `circumspect gather` made."""
+    """What to fetch (modelnet10), what to import (sweethome3d), or the folder to verify or to
+    convert: point packs, OFF files, or a set that `circumspect gather` made."""
     path: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[PATH]")] = None
     """Of import: a .sh3f file, or a folder that is searched for them and for the jar of Sweet
     Home 3D."""
-    out: Path | None = None
+    out: str | None = None
     """Of fetch: where to put the folder ModelNet10, by default here. Of import: the mesh pack, by
-    default sweethome3d.npz."""
+    default sweethome3d.npz. Of convert: a folder, or a URL such as s3://bucket/set, by default
+    shards."""
     url: str | None = None
     """Of fetch: another place than the public archive."""
     sha256: str | None = None
     """Of fetch: what the archive must hash to."""
+    net: str = "planes"
+    """Of convert: the network that the grids are for; see `circumspect nets`."""
+    replicas: int | None = None
+    """Of convert: variants of each object that trains; without it as many as the network is meant
+    for."""
+    shard_size: int = 4096
+    """Of convert: grids in a shard."""
+    seed: int = 0
+    """Of convert: of the variants and of the order."""
+    workers: int | None = None
+    """Of convert: processes; one a core without it."""
+    cluster: str | None = None
+    """Of convert: a Ray cluster, as in `circumspect gather`."""
     json: bool = False
     """One JSON object and nothing else on standard output."""
 
     def run(self) -> int:
         """Fetch if that is asked for, then verify; 1 where something is missing or broken."""
+        if strange := given_flags(self, *OF_CONVERT) if self.what != "convert" else []:
+            raise InputError(f"{strange[0]} belongs to data convert; leave it out")
         if self.what == "import":
             return self._import()
         if self.path is not None:
             raise InputError(f"data {self.what} takes one SET and no further path: '{self.path}'")
         if self.what == "verify":
             return self._verify(Path(self.which))
+        if self.what == "convert":
+            return self._convert()
         path = self._fetched()
         try:
             return self._verify(path)
@@ -60,8 +81,27 @@ class Data:
             # It was there before: what is unpacked has a mesh or more.
             raise InputError(f"{error}; remove it, or fetch to another folder by --out") from error
 
+    def _convert(self) -> int:
+        from circumspect.cli.convert import convert_set
+
+        if strange := given_flags(self, "url", "sha256"):
+            raise InputError(f"{strange[0]} belongs to data fetch; leave it out")
+        counts = convert_set(
+            Path(self.which), self.out or "shards", self.net, self.replicas, self.shard_size,
+            self.seed, self.workers, self.cluster,
+        )  # fmt: skip
+        out = self.out or "shards"
+        if self.json:
+            print(json.dumps({"shards": out, **counts}))  # noqa: T201
+            return 0
+        left_out = counts.pop("left out")
+        told = ", ".join(f"{count:,} {split}" for split, count in counts.items())
+        print(f"{out}: grids: {told}")  # noqa: T201
+        if left_out:
+            print(f"{left_out} objects span no shape and are left out")  # noqa: T201
+        return 0
+
     def _import(self) -> int:
-        from circumspect.cli.given_flags import given_flags
         from circumspect.cli.import_sweethome3d import import_catalogues
 
         if self.which.lower() != "sweethome3d":
@@ -72,7 +112,7 @@ class Data:
             )
         if strange := given_flags(self, "url", "sha256"):
             raise InputError(f"{strange[0]} belongs to data fetch; leave it out")
-        return import_catalogues(self.path, self.out or Path("sweethome3d.npz"), self.json)
+        return import_catalogues(self.path, Path(self.out or "sweethome3d.npz"), self.json)
 
     def _fetched(self) -> Path:
         from circumspect.cli.progress import progress_bar
@@ -82,7 +122,7 @@ class Data:
             raise InputError(f"no data set '{self.which}' to fetch; known: modelnet10")
         with progress_bar("ModelNet10", of_bytes=True) as progress:
             return fetch_modelnet10(
-                self.out or Path(), self.url or URL, self.sha256, progress=progress
+                Path(self.out or ""), self.url or URL, self.sha256, progress=progress
             )
 
     def _verify_gathered(self, path: Path) -> int:

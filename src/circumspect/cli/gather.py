@@ -105,16 +105,14 @@ class Gather:
         if given := own + given_flags(self.reading):
             raise InputError(f"{given[0]} goes with --from RECORDING")
         settings = self._settings()
-        with progress_bar("objects") as show:
-            objects = objects_for(settings, show)
-        with (
-            opened_pool(self.workers, self.cluster) as pool,
-            progress_bar(f"scans, {pool.name}") as show,
-        ):
-            return gather(
-                self.out, settings, objects, pool, measured,
-                lambda done, total, _: show(done, total),
-            )  # fmt: skip
+        with opened_pool(self.workers, self.cluster) as pool:
+            with progress_bar("objects") as show:
+                objects = objects_for(settings, show)
+            with progress_bar(f"scans, {pool.name}") as show:
+                return gather(
+                    self.out, settings, objects, pool, measured,
+                    lambda done, total, _: show(done, total),
+                )  # fmt: skip
 
     def _settings(self) -> GatherSettings:
         from circumspect.gathering import GatherSettings

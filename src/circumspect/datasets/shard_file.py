@@ -2,7 +2,7 @@
 
 | column | what it holds |
 |---|---|
-| grid | a grid as packed bits |
+| grid | the views of an object as packed bits |
 | label | index into the classes |
 | object | the object's name; variants and scans of one object share it |
 | start_deg | azimuth from which it was scanned [degrees]; null where it was not |
@@ -36,8 +36,9 @@ class ShardHead:
 
     Attributes:
         recipe: What made the grids, see `recipe_from_dict`.
-        shape: Of one grid.
+        shape: Views of an object that lie together, and cells along each axis of a grid.
         classes: What labels count.
+        source: Which objects they are of, and how variants were drawn.
         split: train, validation or test.
         number: Of the shard, from 0.
         count: Of shards in the split.
@@ -47,6 +48,7 @@ class ShardHead:
     recipe: dict[str, Any]
     shape: tuple[int, ...]
     classes: tuple[str, ...]
+    source: dict[str, Any]
     split: str
     number: int
     count: int

@@ -141,10 +141,10 @@ class ShardedSet:
         return np.random.default_rng(seed).permutation(len(self._groups))
 
     def unpacked(self, rows: Rows) -> NDArray[np.uint8]:
-        """(n, 1, *shape) grids, 1 where occupied."""
+        """(n, views, *cells) grids, 1 where occupied."""
         shape = self.head.shape
         bits = np.unpackbits(rows.packed, axis=1, count=int(np.prod(shape)))
-        return bits.reshape(len(rows), 1, *shape)
+        return bits.reshape(len(rows), *shape)
 
     def counts(self) -> dict[str, int]:
         """Class to the number of its grids; reads all labels."""
@@ -181,7 +181,7 @@ def _require_all(store: SetStore, split: str, names: list[str]) -> None:
 
 
 def _require_same(first: ShardFile, other: ShardFile) -> None:
-    for what in ("recipe", "shape", "classes", "split"):
+    for what in ("recipe", "shape", "classes", "source", "split"):
         one, two = getattr(first.head, what), getattr(other.head, what)
         if one != two:
             raise InputError(

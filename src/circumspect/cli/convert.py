@@ -1,0 +1,47 @@
+"""`circumspect data convert`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from circumspect.errors import InputError, MissingExtraError
+
+
+def convert_set(
+    source: Path,
+    url: str,
+    net: str,
+    replicas: int | None,
+    shard_size: int,
+    seed: int,
+    workers: int | None,
+    cluster: str | None,
+) -> dict[str, int]:
+    """Make the shards of a set for a network, with progress; see `Data` for the arguments.
+
+    Returns:
+        See `convert`.
+    """
+    try:
+        from circumspect.nets.registry import net_spec
+        from circumspect.training import TrainingSettings
+    except ImportError as error:
+        raise MissingExtraError(error.name or "torch", "train") from error
+    from circumspect.classification import GridRecipe
+    from circumspect.cli.job_pool import opened_pool
+    from circumspect.cli.progress import progress_bar
+    from circumspect.gathering.conversion import ConversionSettings, convert
+
+    recipe = net_spec(net).recipe
+    if not isinstance(recipe, GridRecipe):
+        raise InputError(f"{net} takes points; shards hold grids")
+    meant = TrainingSettings(**{**net_spec(net).training, "net": net})
+    settings = ConversionSettings(
+        recipe, meant.changes(recipe.margin), meant.replicas if replicas is None else replicas,
+        shard_size, seed,
+    )  # fmt: skip
+    with (
+        opened_pool(workers, cluster) as pool,
+        progress_bar(f"shards, {pool.name}") as show,
+    ):
+        return convert(source, url, settings, pool, lambda done, total, _: show(done, total))

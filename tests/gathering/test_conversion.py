@@ -1,0 +1,195 @@
+"""Sets become shards: whole, once, resumable, and refused where something does not fit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from two_kinds import two_kinds
+
+from circumspect.classification import GridRecipe
+from circumspect.cli.main import main
+from circumspect.datasets import Augmentation, ObjectSet
+from circumspect.datasets.point_pack import write_point_pack
+from circumspect.datasets.shard_file import Rows
+from circumspect.datasets.sharded_set import ShardedSet
+from circumspect.errors import InputError, OutputError
+from circumspect.gathering import LocalPool, conversion
+from circumspect.gathering.conversion import ConversionSettings, convert, converted
+
+pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+RECIPE = GridRecipe(azimuth_views=2)
+SETTINGS = ConversionSettings(RECIPE, Augmentation(), replicas=3, shard_size=20)
+
+
+class HerePool:
+    """Does jobs in this process, and remembers them."""
+
+    name = "here"
+
+    def __init__(self) -> None:
+        self.done: list[str] = []
+
+    def outcomes(self, jobs: Any, work: Any) -> Iterator[tuple[Any, Any]]:
+        for job in jobs:
+            self.done.append(job.key)
+            yield job, work(job)
+
+
+@pytest.fixture
+def data(monkeypatch: pytest.MonkeyPatch) -> dict[str, ObjectSet]:
+    sets = {
+        "fit": two_kinds(24, seed=1),
+        "validation": renamed(two_kinds(6, seed=2), "held"),
+        "test": renamed(two_kinds(10, seed=3), "test"),
+    }
+    monkeypatch.setattr(conversion, "open_data_set", lambda _, split: sets[split])
+    return sets
+
+
+def renamed(objects: ObjectSet, prefix: str) -> ObjectSet:
+    return replace(objects, names=np.array([f"{prefix}_{name}" for name in objects.names]))
+
+
+def read(folder: Path, split: str) -> tuple[Rows, np.ndarray]:
+    with ShardedSet.read(folder, split) as shards:
+        rows = Rows.joined(list(shards.in_order()))
+        return rows, shards.unpacked(rows)
+
+
+def test_all_objects_are_there_with_their_variants(data: dict, tmp_path: Path) -> None:
+    told: list[tuple[int, int, str]] = []
+    counts = convert(tmp_path, str(tmp_path), SETTINGS, HerePool(), lambda *what: told.append(what))
+    assert counts == {"train": 72, "validation": 6, "test": 10, "left out": 0}
+    assert [done for done, *_ in told] == list(range(7))
+    train, grids = read(tmp_path, "train")
+    assert grids.shape == (72, 1, *RECIPE.shape)
+    assert set(train.objects.tolist()) == set(data["fit"].names.tolist())
+    assert len(np.unique(train.packed, axis=0)) == 72, "variants differ"
+    assert len(list((tmp_path / "train").iterdir())) == 4
+    tests, views = read(tmp_path, "test")
+    assert views.shape == (10, 2, *RECIPE.shape)
+    for name, label, grid in zip(tests.objects, tests.labels, views, strict=True):
+        index = data["test"].names.tolist().index(name)
+        assert data["test"].labels[index] == label
+        expected = RECIPE.grids(data["test"].cloud(index), [0.0])[0]
+        np.testing.assert_array_equal(grid, expected)
+
+
+def test_the_same_command_makes_what_is_missing_or_broken(data: dict, tmp_path: Path) -> None:
+    convert(tmp_path, str(tmp_path), SETTINGS, HerePool())
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.parquet")}
+    lost, cut = sorted((tmp_path / "train").iterdir())[1:3]
+    lost.unlink()
+    cut.write_bytes(cut.read_bytes()[:100])
+    pool = HerePool()
+    convert(tmp_path, str(tmp_path), SETTINGS, pool)
+    assert pool.done == [f"train/{lost.name}", f"train/{cut.name}"]
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.parquet")} == before
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(SETTINGS, seed=1), replace(SETTINGS, replicas=2),
+        replace(SETTINGS, recipe=replace(RECIPE, shape=(8, 16, 8))),
+        replace(SETTINGS, augmentation=Augmentation(stretch=0.2)),
+        replace(SETTINGS, shard_size=30),
+    ],
+)  # fmt: skip
+def test_shards_of_another_set_are_not_mixed(
+    other: ConversionSettings, data: dict, tmp_path: Path
+) -> None:
+    convert(tmp_path, str(tmp_path), SETTINGS, HerePool())
+    pool = HerePool()
+    with pytest.raises(InputError, match=r"\.parquet: is of another set"):
+        convert(tmp_path, str(tmp_path), other, pool)
+    assert not pool.done
+
+
+def test_an_object_of_two_splits_is_named(data: dict, tmp_path: Path) -> None:
+    data["test"] = replace(data["test"], names=data["fit"].names[:10])
+    with pytest.raises(InputError, match="plate_0000 is in the train and in the test split"):
+        convert(tmp_path, str(tmp_path), SETTINGS, HerePool())
+    assert not list(tmp_path.iterdir())
+
+
+def test_objects_without_a_shape_are_left_out_of_tests(data: dict, tmp_path: Path) -> None:
+    points = data["test"].points_xyz.copy()
+    points[4] = 0.0
+    data["test"] = replace(data["test"], points_xyz=points)
+    counts = convert(tmp_path, str(tmp_path), SETTINGS, HerePool())
+    assert (counts["test"], counts["left out"]) == (9, 1)
+
+
+def test_a_shard_that_fails_is_told_and_the_others_are_made(
+    data: dict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Failing(HerePool):
+        def outcomes(self, jobs: Any, work: Any) -> Iterator[tuple[Any, Any]]:
+            for number, job in enumerate(jobs):
+                yield job, OSError("disk full") if number == 1 else work(job)
+
+    with pytest.raises(OutputError, match=r"1 shards failed, the first: train/00001-of-00004"):
+        convert(tmp_path, str(tmp_path), SETTINGS, Failing())
+    assert len(list(tmp_path.rglob("*.parquet"))) == 5
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"replicas": 0}, "0 variants"),
+        ({"shard_size": 2}, "holds all variants"),
+        ({"recipe": GridRecipe(visibility=True)}, "hold grids of occupancy"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(changed: dict, told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        replace(SETTINGS, **changed)
+
+
+def test_shards_may_lie_in_an_object_store(data: dict, tmp_path: Path) -> None:
+    assert convert(tmp_path, "memory://converted", SETTINGS, HerePool())["train"] == 72
+    with ShardedSet.read("memory://converted", "train") as shards:
+        assert len(shards) == 72
+
+
+def test_the_command_converts_a_set(
+    data_set: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    out = str(tmp_path / "shards")
+    flags = [str(data_set), "--out", out, "--replicas", "2", "--workers", "1", "--json"]
+    assert main(["data", "convert", *flags]) == 0
+    told = json.loads(capsys.readouterr().out)
+    with ShardedSet.read(out, "train") as shards:
+        assert len(shards) == told["train"]
+    assert told["train"] + 2 * told["validation"] == 2 * 24
+    assert told["test"] == 10
+    assert main(["data", "verify", str(data_set), "--replicas", "2"]) == 2
+    assert "--replicas belongs to data convert" in capsys.readouterr().err
+    assert main(["data", "convert", str(data_set), "--net", "pointnet", "--out", out]) == 2
+    assert "pointnet takes points" in capsys.readouterr().err
+
+
+@pytest.fixture
+def data_set(tmp_path: Path) -> Path:
+    folder = tmp_path / "set"
+    folder.mkdir()
+    for split, objects in (("train", two_kinds(24, seed=1)), ("test", two_kinds(10, seed=3))):
+        write_point_pack(folder / f"{split}.npz", renamed(objects, split))
+    return folder
+
+
+def test_processes_make_the_same_shards(data_set: Path, tmp_path: Path) -> None:
+    """The work can be sent to another process, and gives the same there."""
+    pool = HerePool()
+    convert(data_set, str(tmp_path / "here"), SETTINGS, pool)
+    convert(data_set, str(tmp_path / "away"), SETTINGS, LocalPool(1))
+    for name in pool.done:
+        assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "away" / name).read_bytes()
+    assert converted.__module__ == "circumspect.gathering.conversion"
