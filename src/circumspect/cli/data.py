@@ -31,7 +31,7 @@ class Data:
     """fetch: download and unpack; an interrupted download goes on. verify: count every class and
     split, and name what is missing, foreign or broken; of classes of your own nobody knows what is
     missing. import: read the models of catalogues, with real sizes and labels, into one mesh
-    pack. convert: make shards of grids, from which sets larger than memory are trained on."""
+    pack. convert: make shards of grids, which are read as a stream, however many they are."""
     which: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SET")]
     """What to fetch (modelnet10), what to import (sweethome3d), or the folder to verify or to
     convert: point packs, OFF files, or a set that `circumspect gather` made."""
