@@ -157,9 +157,13 @@ class WebDataset(Format):
         for number, rows in enumerate(_shards(len(grids))):
             with TarWriter(str(folder / f"{number:05}.tar")) as sink:
                 for row in rows:
-                    told = {"label": int(labels[row]), "object": f"object-{row}", "start_deg": 0.0}
+                    fields = {
+                        "label": int(labels[row]),
+                        "object": f"object-{row}",
+                        "start_deg": 0.0,
+                    }
                     sink.write({
-                        "__key__": f"{row:08}", "grid": grids[row].tobytes(), "json": told,
+                        "__key__": f"{row:08}", "grid": grids[row].tobytes(), "json": fields,
                     })  # fmt: skip
 
     def epoch(self, folder: Path, seed: int, start: int = 0) -> Iterator[NDArray[np.uint8]]:
@@ -253,9 +257,9 @@ def measured(kind: Format, folder: Path, grids: NDArray[np.uint8], labels: Any) 
         "written": len(grids) / wrote,
         "read": len(grids) / epoch,
         "resumed_s": resumed,
-        "truncated": _told(kind, folder, grids, _truncate),
-        "flipped": _told(kind, folder, grids, _flip),
-        "lost": _told(kind, folder, grids, Path.unlink),
+        "truncated": _outcome(kind, folder, grids, _truncate),
+        "flipped": _outcome(kind, folder, grids, _flip),
+        "lost": _outcome(kind, folder, grids, Path.unlink),
     }
 
 
@@ -269,7 +273,7 @@ def _flip(path: Path) -> None:
     path.write_bytes(content)
 
 
-def _told(kind: Format, folder: Path, grids: NDArray[np.uint8], damage: Any) -> str:
+def _outcome(kind: Format, folder: Path, grids: NDArray[np.uint8], damage: Any) -> str:
     """What an epoch over a damaged set comes to."""
     with tempfile.TemporaryDirectory() as parent:
         copy = Path(shutil.copytree(folder, Path(parent) / "set"))

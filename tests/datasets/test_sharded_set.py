@@ -150,30 +150,30 @@ def test_no_flipped_bit_gives_a_wrong_grid(tmp_path: Path) -> None:
         broken = bytearray(content)
         broken[place] ^= 4
         file.write_bytes(broken)
-        told, read = "", part
+        message, read = "", part
         try:
             with ShardedSet.read(tmp_path, "train") as found:
                 read = Rows.joined(list(found.in_order()))
         except InputError as error:
-            told = str(error)
-        assert not told or "00000-of-00001.parquet" in told
-        assert len(told.splitlines()) <= 1
+            message = str(error)
+        assert not message or "00000-of-00001.parquet" in message
+        assert len(message.splitlines()) <= 1
         np.testing.assert_array_equal(read.packed, part.packed)
         np.testing.assert_array_equal(read.labels, part.labels)
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "message"),
     [
         ({"classes": ("chair", "table")}, "has other classes than"),
         ({"recipe": {"kind": "rectangular"}}, "has other recipe than"),
         ({"source": {"seed": 1}}, "has other source than"),
     ],
 )
-def test_shards_that_do_not_fit_are_named(changed: dict, told: str, tmp_path: Path) -> None:
+def test_shards_that_do_not_fit_are_named(changed: dict, message: str, tmp_path: Path) -> None:
     written(str(tmp_path), [5, 5])
     write_shard(SetStore(tmp_path), replace(HEAD, number=1, count=2, **changed), rows(5))
-    with pytest.raises(InputError, match=rf"00001-of-00002\.parquet: {told}"):
+    with pytest.raises(InputError, match=rf"00001-of-00002\.parquet: {message}"):
         ShardedSet.read(tmp_path, "train")
 
 

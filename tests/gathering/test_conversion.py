@@ -15,12 +15,14 @@ from two_kinds import two_kinds
 from circumspect.classification import GridRecipe
 from circumspect.cli.main import main
 from circumspect.datasets import Augmentation, ObjectSet
+from circumspect.datasets.gathered_set import GatheredScan, write_cloud
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.datasets.shard_file import Rows
 from circumspect.datasets.sharded_set import ShardedSet
 from circumspect.errors import InputError, OutputError
 from circumspect.gathering import LocalPool, conversion
 from circumspect.gathering.conversion import ConversionSettings, convert, converted
+from circumspect.geometry import PointCloud
 
 pytest.importorskip("pyarrow", reason="pyarrow is not installed")
 RECIPE = GridRecipe(azimuth_views=2)
@@ -44,11 +46,11 @@ class HerePool:
 @pytest.fixture
 def data(monkeypatch: pytest.MonkeyPatch) -> dict[str, ObjectSet]:
     sets = {
-        "fit": two_kinds(24, seed=1),
+        "train": two_kinds(24, seed=1),
         "validation": renamed(two_kinds(6, seed=2), "held"),
         "test": renamed(two_kinds(10, seed=3), "test"),
     }
-    monkeypatch.setattr(conversion, "open_data_set", lambda _, split: sets[split])
+    monkeypatch.setattr(conversion, "_objects_of", lambda _: sets)
     return sets
 
 
@@ -63,13 +65,15 @@ def read(folder: Path, split: str) -> tuple[Rows, np.ndarray]:
 
 
 def test_all_objects_are_there_with_their_variants(data: dict, tmp_path: Path) -> None:
-    told: list[tuple[int, int, str]] = []
-    counts = convert(tmp_path, str(tmp_path), SETTINGS, HerePool(), lambda *what: told.append(what))
+    shown: list[tuple[int, int]] = []
+    counts = convert(
+        tmp_path, str(tmp_path), SETTINGS, HerePool(), lambda *what: shown.append(what)
+    )
     assert counts == {"train": 72, "validation": 6, "test": 10, "left out": 0}
-    assert [done for done, *_ in told] == list(range(7))
+    assert shown == [(done, 6) for done in range(7)]
     train, grids = read(tmp_path, "train")
     assert grids.shape == (72, 1, *RECIPE.shape)
-    assert set(train.objects.tolist()) == set(data["fit"].names.tolist())
+    assert set(train.objects.tolist()) == set(data["train"].names.tolist())
     assert len(np.unique(train.packed, axis=0)) == 72, "variants differ"
     assert len(list((tmp_path / "train").iterdir())) == 4
     tests, views = read(tmp_path, "test")
@@ -113,7 +117,7 @@ def test_shards_of_another_set_are_not_mixed(
 
 
 def test_an_object_of_two_splits_is_named(data: dict, tmp_path: Path) -> None:
-    data["test"] = replace(data["test"], names=data["fit"].names[:10])
+    data["test"] = replace(data["test"], names=data["train"].names[:10])
     with pytest.raises(InputError, match="plate_0000 is in the train and in the test split"):
         convert(tmp_path, str(tmp_path), SETTINGS, HerePool())
     assert not list(tmp_path.iterdir())
@@ -141,15 +145,15 @@ def test_a_shard_that_fails_is_told_and_the_others_are_made(
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "message"),
     [
         ({"replicas": 0}, "0 variants"),
         ({"shard_size": 2}, "holds all variants"),
         ({"recipe": GridRecipe(visibility=True)}, "hold grids of occupancy"),
     ],
 )
-def test_settings_that_make_no_sense_are_refused(changed: dict, told: str) -> None:
-    with pytest.raises(InputError, match=told):
+def test_settings_that_make_no_sense_are_refused(changed: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
         replace(SETTINGS, **changed)
 
 
@@ -165,11 +169,11 @@ def test_the_command_converts_a_set(
     out = str(tmp_path / "shards")
     flags = [str(data_set), "--out", out, "--replicas", "2", "--workers", "1", "--json"]
     assert main(["data", "convert", *flags]) == 0
-    told = json.loads(capsys.readouterr().out)
+    counts = json.loads(capsys.readouterr().out)
     with ShardedSet.read(out, "train") as shards:
-        assert len(shards) == told["train"]
-    assert told["train"] + 2 * told["validation"] == 2 * 24
-    assert told["test"] == 10
+        assert len(shards) == counts["train"]
+    assert counts["train"] + 2 * counts["validation"] == 2 * 24
+    assert counts["test"] == 10
     assert main(["data", "verify", str(data_set), "--replicas", "2"]) == 2
     assert "--replicas belongs to data convert" in capsys.readouterr().err
     assert main(["data", "convert", str(data_set), "--net", "pointnet", "--out", out]) == 2
@@ -183,6 +187,25 @@ def data_set(tmp_path: Path) -> Path:
     for split, objects in (("train", two_kinds(24, seed=1)), ("test", two_kinds(10, seed=3))):
         write_point_pack(folder / f"{split}.npz", renamed(objects, split))
     return folder
+
+
+def test_shards_of_a_gathered_set_say_where_scans_started(tmp_path: Path) -> None:
+    folder, points = tmp_path / "set", two_kinds(2).points_xyz
+    (folder / "clouds").mkdir(parents=True)
+    lines = []
+    for number in range(12):
+        label, split = ("plate", "post")[number % 2], "test" if number > 9 else "train"
+        for start in (0.0, 45.0) if split == "test" else (0.0,):
+            name = f"thing{number}@{start:03.0f}"
+            cloud = PointCloud(points[number % 2] * (1 + number / 20))
+            write_cloud(folder / "clouds" / f"{name}.npz", cloud)
+            files = {"cloud": f"clouds/{name}.npz"}
+            lines.append(GatheredScan(name, f"thing{number}", label, split, start, files).line())
+    (folder / "manifest.jsonl").write_text("".join(lines))
+    convert(folder, str(tmp_path / "shards"), SETTINGS, HerePool())
+    rows, _ = read(tmp_path / "shards", "test")
+    found = sorted(zip(rows.objects.tolist(), rows.starts_deg.tolist(), strict=True))
+    assert found == [("thing10", 0.0), ("thing10", 45.0), ("thing11", 0.0), ("thing11", 45.0)]
 
 
 def test_processes_make_the_same_shards(data_set: Path, tmp_path: Path) -> None:

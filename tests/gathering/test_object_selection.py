@@ -52,12 +52,12 @@ def test_the_same_model_is_not_in_both_splits() -> None:
     """Not smaller either, nor turned by a right angle."""
     train = chairs("a", (1, 1, 0), (1, 0.8, np.pi / 2), (2, 1, 0), (1, 1, -np.pi / 2), (3, 1, 0))
     source = ObjectSource("mine", train, chairs("b", (1, 1.0, 0.0)))
-    told: list[tuple[int, int]] = []
+    shown: list[tuple[int, int]] = []
     chosen = select_objects(
-        [source], ["chair"], {"train": 2, "test": 1}, lambda *what: told.append(what)
+        [source], ["chair"], {"train": 2, "test": 1}, lambda *what: shown.append(what)
     )
     assert [one.name for one in chosen] == ["b0", "a2", "a4"]
-    assert told == [(1, 3), (2, 3), (3, 3)]
+    assert shown == [(1, 3), (2, 3), (3, 3)]
     with pytest.raises(InputError, match="2 objects of class chair to train with; 3 are asked"):
         select_objects([source], ["chair"], {"train": 3, "test": 1})
 

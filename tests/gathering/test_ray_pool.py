@@ -140,7 +140,7 @@ def test_a_node_that_does_not_see_the_folder_is_told(pool: RayPool, tmp_path: Pa
 
 
 @pytest.mark.parametrize(
-    ("flags", "told"),
+    ("flags", "message"),
     [
         (["--cluster", "127.0.0.1:9"], "no Ray cluster at 127.0.0.1:9"),
         (["--cluster", "nonsense"], "no Ray cluster at nonsense"),
@@ -148,13 +148,13 @@ def test_a_node_that_does_not_see_the_folder_is_told(pool: RayPool, tmp_path: Pa
     ],
 )
 def test_no_cluster_is_told_in_a_line(
-    flags: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture
+    flags: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     pytest.importorskip("ray", reason="Ray has no wheel for this Python")
     flags = [*flags, "--classes", "chair", "--train-objects", "1", "--test-objects", "0"]
     assert main(["gather", "--out", str(tmp_path / "set"), *flags]) == 2
     error = capsys.readouterr().err
-    assert told in error
+    assert message in error
     assert len(error.splitlines()) == 1
     assert not (tmp_path / "set").exists()
 

@@ -44,4 +44,4 @@ def convert_set(
         opened_pool(workers, cluster) as pool,
         progress_bar(f"shards, {pool.name}") as show,
     ):
-        return convert(source, url, settings, pool, lambda done, total, _: show(done, total))
+        return convert(source, url, settings, pool, show)

@@ -64,7 +64,7 @@ class Data:
 
     def run(self) -> int:
         """Fetch if that is asked for, then verify; 1 where something is missing or broken."""
-        if strange := given_flags(self, *OF_CONVERT) if self.what != "convert" else []:
+        if self.what != "convert" and (strange := given_flags(self, *OF_CONVERT)):
             raise InputError(f"{strange[0]} belongs to data convert; leave it out")
         if self.what == "import":
             return self._import()
@@ -95,8 +95,8 @@ class Data:
             print(json.dumps({"shards": out, **counts}))  # noqa: T201
             return 0
         left_out = counts.pop("left out")
-        told = ", ".join(f"{count:,} {split}" for split, count in counts.items())
-        print(f"{out}: grids: {told}")  # noqa: T201
+        sizes = ", ".join(f"{count:,} {split}" for split, count in counts.items())
+        print(f"{out}: grids: {sizes}")  # noqa: T201
         if left_out:
             print(f"{left_out} objects span no shape and are left out")  # noqa: T201
         return 0

@@ -16,16 +16,14 @@ from circumspect.classification import GridRecipe
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.datasets.augmentation import Augmentation
 from circumspect.datasets.augmented_clouds import AugmentedClouds
-from circumspect.datasets.open_data_set import Split
+from circumspect.datasets.gathered_set import is_gathered, read_manifest
 from circumspect.datasets.set_store import SetStore
 from circumspect.datasets.shard_file import Rows, ShardFile, ShardHead, require_pyarrow, write_shard
 from circumspect.datasets.sharded_set import ShardedSet
+from circumspect.datasets.validation_split import validation_split
 from circumspect.errors import GeometryError, InputError, OutputError
 from circumspect.gathering.job_pool import JobPool
 from circumspect.grid import hits_batch
-
-SPLITS: Mapping[str, Split] = {"train": "fit", "validation": "validation", "test": "test"}
-"""Splits of shards to those of `open_data_set`."""
 
 
 @dataclass(frozen=True)
@@ -63,12 +61,14 @@ class ConversionJob:
     Attributes:
         head: Of the shard.
         objects: Those of the shard.
+        starts_deg: Name of a scan to the azimuth of its start [degrees], where it is known.
         settings: Of the set.
         url: Of the shards.
     """
 
     head: ShardHead
     objects: ObjectSet
+    starts_deg: Mapping[str, float]
     settings: ConversionSettings
     url: str
 
@@ -83,7 +83,7 @@ def convert(
     url: str,
     settings: ConversionSettings,
     pool: JobPool,
-    told: Callable[[int, int, str], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, int]:
     """Make the shards that are not there yet.
 
@@ -92,7 +92,7 @@ def convert(
         url: Of the shards, a folder or a URL; all nodes of a cluster must see it.
         settings: How.
         pool: Does the work.
-        told: Called with (done, all, shard) before the first one and after each.
+        progress: Called with (done, all) before the first shard and after each.
 
     Returns:
         Split to its rows, and "left out" to objects that span no shape.
@@ -104,16 +104,16 @@ def convert(
     """
     require_pyarrow()
     store = SetStore(url)
-    objects = {split: open_data_set(source, of) for split, of in SPLITS.items()}
+    objects, starts = _objects_of(source), _starts_of(source)
     _require_apart(objects)
     heads = {split: _heads(split, one, settings) for split, one in objects.items()}
     there = _whole_shards(store, heads)
     total = sum(len(some) for some in heads.values())
-    if told is not None:
-        told(len(there), total, "")
+    if progress is not None:
+        progress(len(there), total)
     done, failed = len(there), list[str]()
     jobs = (
-        ConversionJob(head, objects[split].subset(members), settings, url)
+        ConversionJob(head, objects[split].subset(members), starts, settings, url)
         for split, some in heads.items()
         for head, members in some
         if head.name not in there
@@ -124,8 +124,8 @@ def convert(
             raise outcome
         if isinstance(outcome, BaseException):
             failed.append(f"{job.key} ({outcome})")
-        if told is not None:
-            told(done, total, job.key)
+        if progress is not None:
+            progress(done, total)
     if failed:
         raise OutputError(
             f"{url}: {len(failed)} shards failed, the first: {failed[0]}; the same command tries "
@@ -146,16 +146,30 @@ def converted(job: ConversionJob) -> dict[str, Any]:
     objects = job.objects
     rows = Rows(
         np.array(packed, np.uint8).reshape(len(made), job.head.grid_bytes),
-        objects.labels[members], objects.shown[members], np.full(len(made), np.nan),
+        objects.labels[members], objects.shown[members],
+        np.array([job.starts_deg.get(name, np.nan) for name in objects.names[members].tolist()]),
     )  # fmt: skip
     write_shard(SetStore(job.url), job.head, rows)
     return {"key": job.key, "rows": len(rows)}
 
 
+def _objects_of(source: Path) -> dict[str, ObjectSet]:
+    """Split to its objects; of the training split a part is validation."""
+    train, test = open_data_set(source, "train"), open_data_set(source, "test")
+    held_back = validation_split(train)
+    return {"train": train.subset(~held_back), "validation": train.subset(held_back), "test": test}
+
+
+def _starts_of(source: Path) -> dict[str, float]:
+    """Scan to the azimuth of its start [degrees], of gathered sets."""
+    scans = read_manifest(source) if is_gathered(source) else []
+    return {scan.scan: scan.start_deg for scan in scans if scan.start_deg is not None}
+
+
 def _variants(job: ConversionJob) -> Iterator[tuple[int, NDArray[np.uint8]]]:
     """Index and grid (1, *cells) of each variant."""
     settings = job.settings
-    # Another seed for each shard: variants are told apart by an object's place in its shard.
+    # Another seed for each shard: variants are identified by an object's place in its shard.
     seed = settings.seed * 1_000_003 + job.head.number
     clouds = AugmentedClouds(job.objects, settings.augmentation, seed)
     for index in range(len(job.objects)):

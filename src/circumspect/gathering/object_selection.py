@@ -63,7 +63,7 @@ class _Shapes:
         self.occupied.append(cells.ravel())
         self.beside.append(near.ravel())
 
-    def hold_one_like(self, mesh: TriangleMesh) -> bool:
+    def contain_same_model(self, mesh: TriangleMesh) -> bool:
         """Whether one of the shapes is the same model, in any quarter turn."""
         if not self.occupied:
             return False
@@ -89,7 +89,7 @@ def select_objects(
 
     Args:
         sources: Where objects come from.
-        classes: Of which classes.
+        classes: Classes of the objects.
         counts: Split to the number of objects of each class.
         progress: Called with (done, all).
 
@@ -150,7 +150,7 @@ def _is_suitable(candidate: SelectedObject, shapes: _Shapes) -> bool:
         if candidate.split == "test":
             shapes.add(mesh)
             return True
-        return not shapes.hold_one_like(mesh)
+        return not shapes.contain_same_model(mesh)
     except (InputError, GeometryError):
         return False
 

@@ -56,7 +56,7 @@ class ObjectSource:
 
         Args:
             path: A folder of point packs or of OFF files in the layout of ModelNet10, whose points
-                become surfaces; or a mesh pack, of which one object in six is for the test.
+                become surfaces; or a mesh pack; one in six of its objects is for the test.
 
         Raises:
             InputError: Nothing of that kind is there, or it is broken.

@@ -93,7 +93,7 @@ class RayPool:
         try:
             return self._ray.get(ready)
         except self._ray.exceptions.RayTaskError as error:
-            return _told(error.cause) if isinstance(error.cause, Exception) else error
+            return _cause_of(error.cause) if isinstance(error.cause, Exception) else error
         except self._ray.exceptions.RayError as error:
             return error
 
@@ -110,7 +110,7 @@ def _require_an_answer(address: str) -> None:
         socket.create_connection((host, int(port)), CONNECT_S).close()
 
 
-def _told(cause: Exception) -> Exception:
+def _cause_of(cause: Exception) -> Exception:
     """What a node raised; one that lacks the program can not say so itself."""
     if isinstance(cause, ModuleNotFoundError | AttributeError) and "circumspect" in str(cause):
         return InputError(f"a node has no circumspect {__version__} installed ({cause})")
