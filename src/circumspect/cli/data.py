@@ -31,7 +31,7 @@ class Data:
     """fetch: download and unpack; an interrupted download goes on. verify: count every class and
     split, and name what is missing, foreign or broken; of classes of your own nobody knows what is
     missing. import: read the models of catalogues, with real sizes and labels, into one mesh
-    pack. convert: make shards of grids, which are read as a stream, however many they are."""
+    pack. convert: write the grids of a set in shards, as a stream of any length."""
     which: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SET")]
     """What to fetch (modelnet10), what to import (sweethome3d), or the folder to verify or to
     convert: point packs, OFF files, or a set that `circumspect gather` made."""
@@ -49,12 +49,12 @@ class Data:
     net: str = "planes"
     """Of convert: the network that the grids are for; see `circumspect nets`."""
     replicas: int | None = None
-    """Of convert: variants of each object that trains; without it as many as the network is meant
-    for."""
+    """Of convert: augmented variants of each training object; without it the network's usual
+    number."""
     shard_size: int = 4096
     """Of convert: grids in a shard."""
     seed: int = 0
-    """Of convert: of the variants and of the order."""
+    """Of convert: seed of the augmentation and of the order of objects."""
     workers: int | None = None
     """Of convert: processes; one a core without it."""
     cluster: str | None = None

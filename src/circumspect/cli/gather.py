@@ -43,16 +43,16 @@ class Gather:
     classes: tuple[str, ...] = ("bed", "chair", "monitor", "sofa", "table", "toilet")
     """Classes of the objects."""
     train_objects: int = 8
-    """So many objects of each class train."""
+    """Training objects of each class."""
     test_objects: int = 4
-    """So many others of each class test."""
+    """Test objects of each class; none of them is a training object."""
     train_starts: tuple[float, ...] = (0.0,)
-    """Those that train are scanned from these azimuths [degrees]."""
+    """Azimuths from which each training object is scanned [degrees]."""
     test_starts: tuple[float, ...] = (0.0, 45.0, 90.0, 135.0)
-    """Those that test are scanned from these azimuths [degrees]."""
+    """Azimuths from which each test object is scanned [degrees]."""
     sources: tuple[str, ...] = ("furniture",)
-    """Where objects come from, in turn: furniture is procedural; others are paths, of a folder
-    like ModelNet10's or of a mesh pack."""
+    """Objects are taken from these sources in turn: furniture (procedural), a folder with the
+    layout of ModelNet10, or a mesh pack."""
     seed: int = 0
     """Of room, slip and noise."""
     slip: float = 0.05
