@@ -46,7 +46,7 @@ def test_bash_completes_commands_flags_values_and_words(script, tmp_path):
         "circumspect_scan_cha": "chair",
         "circumspect_scan_--plan": "--planner",
         "circumspect_scan_chair_--planner_": "normals circle confidence",
-        "circumspect_data_": "fetch verify import",
+        "circumspect_data_": "fetch verify import convert",
         "circumspect_locate_tr": "track",
         "circumspect_locate_track_--cal": "--calibration",
         "circumspect_classify_": "",

@@ -19,7 +19,7 @@ SHOWN = 8
 
 @dataclass(frozen=True)
 class Data:
-    """Data sets: fetch ModelNet10, verify a copy, import catalogues, convert to shards.
+    """Data sets: fetch ModelNet10, verify a copy, import meshes, make shards.
 
     $ circumspect data fetch modelnet10
     $ circumspect data verify ModelNet10
