@@ -25,8 +25,9 @@ from circumspect.datasets import GridCache
 from circumspect.datasets.furniture_set import furniture_set
 from circumspect.nets.registry import net_spec
 from circumspect.training import TrainingSettings
+from circumspect.training.batches import DrawnBatches, Samples
 from circumspect.training.scan_data import scan_data
-from circumspect.training.training_data import Samples, object_data
+from circumspect.training.training_data import TrainingData, object_data
 
 EACH, REPLICAS, BATCH = 12, 4, 32
 CLOUDS, SCANS = "complete clouds", "simulated scans"
@@ -52,10 +53,11 @@ def rows() -> list[Row]:
 
         def complete() -> Samples:
             cache = GridCache(folder)
-            return object_data(objects, settings, recipe, cache, cpu, nothing).samples
+            return _samples_of(object_data(objects, settings, recipe, cache, cpu, nothing))
 
         def scanned() -> Samples:
-            return scan_data(objects, (), settings, of_scans, cpu, nothing, folder).samples
+            found = scan_data(objects, (), settings, of_scans, cpu, nothing, folder)
+            return _samples_of(found)
 
         clouds, made_clouds = _timed_once(complete)
         scans, made_scans = _timed_once(scanned)
@@ -71,6 +73,11 @@ def rows() -> list[Row]:
         }
     )
     return found + [_per_sample(row) for row in read]
+
+
+def _samples_of(data: TrainingData) -> Samples:
+    assert isinstance(data.batches, DrawnBatches)
+    return data.batches.samples
 
 
 def _timed_once(make: Callable[[], Samples]) -> tuple[Samples, float]:

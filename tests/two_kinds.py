@@ -1,5 +1,7 @@
 """Objects of two kinds that anyone can tell apart, and a judge who does."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from circumspect.classification import GridRecipe
@@ -17,6 +19,11 @@ def two_kinds(count=32, points=300, seed=0, classes=("plate", "post"), sizes=PLA
     clouds = (cube * np.array(sizes)[labels, None]).astype(np.float32)
     names = np.array([f"{classes[k]}_{i:04d}" for i, k in enumerate(labels)])
     return ObjectSet(clouds, labels, names, classes)
+
+
+def renamed(objects, prefix):
+    """The same objects by other names."""
+    return replace(objects, names=np.array([f"{prefix}_{name}" for name in objects.names]))
 
 
 def flat_and_tall(count):

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from two_kinds import two_kinds
+from here_pool import HerePool
+from two_kinds import renamed, two_kinds
 
 from circumspect.classification import GridRecipe
 from circumspect.cli.main import main
@@ -29,20 +30,6 @@ RECIPE = GridRecipe(azimuth_views=2)
 SETTINGS = ConversionSettings(RECIPE, Augmentation(), replicas=3, shard_size=20)
 
 
-class HerePool:
-    """Does jobs in this process, and remembers them."""
-
-    name = "here"
-
-    def __init__(self) -> None:
-        self.done: list[str] = []
-
-    def outcomes(self, jobs: Any, work: Any) -> Iterator[tuple[Any, Any]]:
-        for job in jobs:
-            self.done.append(job.key)
-            yield job, work(job)
-
-
 @pytest.fixture
 def data(monkeypatch: pytest.MonkeyPatch) -> dict[str, ObjectSet]:
     sets = {
@@ -52,10 +39,6 @@ def data(monkeypatch: pytest.MonkeyPatch) -> dict[str, ObjectSet]:
     }
     monkeypatch.setattr(conversion, "_objects_of", lambda _: sets)
     return sets
-
-
-def renamed(objects: ObjectSet, prefix: str) -> ObjectSet:
-    return replace(objects, names=np.array([f"{prefix}_{name}" for name in objects.names]))
 
 
 def read(folder: Path, split: str) -> tuple[Rows, np.ndarray]:

@@ -125,7 +125,7 @@ def test_a_training_of_before_a_setting_was_there_is_taken_as_it_is(tmp_path):
     at.mkdir()
     (at / "best.safetensors").touch()
     for name in ("made_of.json", "config.json"):
-        made = {"circumspect": __version__, **run_config(settings, recipe, objects)}
+        made = {"circumspect": __version__, **run_config(settings, recipe, objects.digest)}
         (at / name).write_text(json.dumps(made))
         as_before_a_setting_was_there(at / name)
     assert trained(objects, settings, recipe, at, Watched(), cache) == at / "best.safetensors"

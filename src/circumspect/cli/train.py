@@ -13,13 +13,20 @@ from circumspect.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from circumspect.classification import InputRecipe
+    from circumspect.datasets import ObjectSet
     from circumspect.datasets.labelled_surfaces import LabelledSurfaces
     from circumspect.training import TrainingSettings
+    from circumspect.training.sharded_training import ShardedTraining
 
 CHANGES = ("stretch", "partial", "damage")
 """Flags on how objects are changed at random."""
 OF_SCANS = ("catalogue", "furniture_others", "draws")
 OF_CATALOGUES = ("catalogue_share", "catalogue_replicas")
+OF_OBJECTS = (
+    "grid", "cells", "passes", "replicas", "furniture", *CHANGES, "scans", "catalogue",
+    "furniture_each", "draws", "random_yaw", "validation", "validation_salt",
+)  # fmt: skip
+"""Flags on what `data convert` decided where the set is in shards."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +36,12 @@ class Train:
     $ circumspect train --net planes --data ModelNet10
     $ circumspect train --net moon2018 --grid rectangular --data ModelNet10
     $ circumspect train --scans --data ModelNet10 --catalogue sweethome3d.npz
-    $ torchrun --nproc-per-node 2 -m circumspect train --data ModelNet10
+    $ torchrun --nproc-per-node 2 -m circumspect train --data shards
     """
 
-    data: Path
-    """Folder with train.npz, ModelNet10's folder of OFF files, or a set that `gather` made."""
+    data: Annotated[str, tyro.conf.arg(metavar="PATH|URL")]
+    """Folder with train.npz, ModelNet10's folder of OFF files, a set that `gather` made, or the
+    folder or URL of shards that `data convert` made."""
     net: str = "planes"
     """One of `circumspect nets`."""
     out: Path | None = None
@@ -118,17 +126,23 @@ class Train:
         net = pooled_net(self.net, self.pool)
         # What is wrong with the flags is told before meshes are sampled.
         settings = self._settings(net)
-        recipe = self._recipe(settings)
+        shards = self._shards()
+        recipe = self._recipe(settings) if shards is None else shards.recipe
         require_takes(net, recipe)
         if settings.random_yaw:
             require_turnable(net)
         catalogues = self._catalogues()
-        with progress_bar("sampling meshes") as progress:
-            objects = open_data_set(self.data, "train", progress)
-        if self.passes is None and (passes := passes_for(len(objects))) > 1:
-            settings = replace(settings, passes=passes)
-            if speaks():
-                say(f"{len(objects)} objects are few: an epoch shows all {passes} times (--passes)")
+        objects: ObjectSet | ShardedTraining
+        if shards is not None:
+            objects = shards
+        else:
+            with progress_bar("sampling meshes") as progress:
+                objects = open_data_set(Path(self.data), "train", progress)
+            if self.passes is None and (passes := passes_for(len(objects))) > 1:
+                settings = replace(settings, passes=passes)
+                if speaks():
+                    few = f"{len(objects)} objects are few"
+                    say(f"{few}: an epoch shows all {passes} times (--passes)")
         out = self.out or Path("runs") / f"train-{net}"
         keep_freed_memory()
         with TrainingProgress(settings.epochs) as observer:
@@ -144,6 +158,17 @@ class Train:
         if speaks():
             print(f"{out / 'best.safetensors'}: {kept}")  # noqa: T201
         return 0
+
+    def _shards(self) -> ShardedTraining | None:
+        """The set, where it is in shards."""
+        from circumspect.datasets.sharded_set import is_sharded
+        from circumspect.training.sharded_training import ShardedTraining
+
+        if not is_sharded(self.data):
+            return None
+        if idle := given_flags(self, *OF_OBJECTS):
+            raise InputError(f"{idle[0]} goes with a set of objects; {self.data} holds shards")
+        return ShardedTraining.read(self.data)
 
     def _catalogues(self) -> list[LabelledSurfaces]:
         if not self.scans and (idle := given_flags(self, *OF_SCANS)):

@@ -15,7 +15,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from circumspect.datasets.set_store import SetStore
 from circumspect.errors import InputError, MissingExtraError
 
-FORMAT = 1
+FORMAT = 2
 KEY = b"circumspect"
 GROUP = 512
 """Grids in a row group, the least that is read at a time."""
@@ -43,6 +43,7 @@ class ShardHead:
         number: Of the shard, from 0.
         count: Of shards in the split.
         version: Of circumspect.
+        counts: Grids of each class; `write_shard` counts them.
     """
 
     recipe: dict[str, Any]
@@ -53,6 +54,7 @@ class ShardHead:
     number: int
     count: int
     version: str
+    counts: tuple[int, ...] = ()
 
     @property
     def name(self) -> str:
@@ -80,7 +82,8 @@ class ShardHead:
         found = json.loads(text)
         if (kind := found.pop("format", None)) != FORMAT:
             raise ValueError(f"it is of format {kind}, this version reads format {FORMAT}")
-        return cls(**{**found, "shape": tuple(found["shape"]), "classes": tuple(found["classes"])})
+        tuples = {name: tuple(found[name]) for name in ("shape", "classes", "counts")}
+        return cls(**{**found, **tuples})
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +155,8 @@ def write_shard(store: SetStore, head: ShardHead, rows: Rows) -> None:
         raise InputError(f"grids {rows.packed.shape} are not {head.grid_bytes} bytes each")
     if len(rows) and not 0 <= rows.labels.min() <= rows.labels.max() < len(head.classes):
         raise InputError(f"labels lie outside the {len(head.classes)} classes")
+    counts = np.bincount(rows.labels, minlength=len(head.classes))
+    head = replace(head, counts=tuple(counts.tolist()))
     grids = pa.FixedSizeBinaryArray.from_buffers(
         pa.binary(head.grid_bytes), len(rows), [None, pa.py_buffer(rows.packed.tobytes())]
     )

@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -60,6 +61,11 @@ class ShardedSet:
 
     def __len__(self) -> int:
         return int(self._sizes.sum())
+
+    @property
+    def groups(self) -> int:
+        """Row groups of all shards; what processes share."""
+        return len(self._groups)
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -147,10 +153,8 @@ class ShardedSet:
         return bits.reshape(len(rows), *shape)
 
     def counts(self) -> dict[str, int]:
-        """Class to the number of its grids; reads all labels."""
-        total = np.zeros(len(self.classes), np.int64)
-        for rows in self.in_order():
-            total += np.bincount(rows.labels, minlength=len(self.classes))
+        """Class to the number of its grids, as the heads of the shards say."""
+        total = np.sum([shard.head.counts for shard in self._shards], axis=0)
         return dict(zip(self.classes, total.tolist(), strict=True))
 
     def close(self) -> None:
@@ -163,6 +167,11 @@ class ShardedSet:
 
     def __exit__(self, *_: Any) -> None:
         self.close()
+
+
+def is_sharded(url: str) -> bool:
+    """Whether a path or URL is to be read as shards: all URLs are."""
+    return "://" in url or any(Path(url).glob("*/*.parquet"))
 
 
 def _require_all(store: SetStore, split: str, names: list[str]) -> None:

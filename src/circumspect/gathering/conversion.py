@@ -234,7 +234,7 @@ def _whole_shards(
             continue  # It is made again.
         head = shard.head
         shard.close()
-        if head != wanted[name]:
+        if replace(head, counts=()) != wanted[name]:
             raise InputError(f"{store.place(name)}: is of another set; take another place")
         found.add(name)
     return found

@@ -75,7 +75,7 @@ def is_trained(
 def _training_made_of(
     objects: ObjectSet, settings: TrainingSettings, recipe: InputRecipe
 ) -> dict[str, Any]:
-    return {VERSION: __version__, **run_config(settings, recipe, objects)}
+    return {VERSION: __version__, **run_config(settings, recipe, objects.digest)}
 
 
 def measured(

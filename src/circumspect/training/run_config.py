@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from circumspect.classification import InputRecipe
-from circumspect.datasets import ObjectSet
 from circumspect.datasets.labelled_surfaces import LabelledSurfaces
 from circumspect.errors import InputError, OutputError
 from circumspect.storage import require_no_strangers, write_json
@@ -26,11 +25,18 @@ MADE_OF = "made_of.json"
 def run_config(
     settings: TrainingSettings,
     recipe: InputRecipe,
-    objects: ObjectSet,
+    digest: str,
     catalogues: Sequence[LabelledSurfaces] = (),
 ) -> dict[str, Any]:
-    """All that determines a run, as JSON types."""
-    document = {"settings": settings.to_dict(), "grid": recipe.to_dict(), "data": objects.digest}
+    """All that determines a run, as JSON types.
+
+    Args:
+        settings: Of the run.
+        recipe: What the network is shown.
+        digest: A hash of the objects.
+        catalogues: Further objects.
+    """
+    document = {"settings": settings.to_dict(), "grid": recipe.to_dict(), "data": digest}
     if catalogues:
         document["catalogues"] = [catalogue.digest for catalogue in catalogues]
     return json.loads(json.dumps(document))

@@ -13,6 +13,7 @@ from circumspect.datasets.labelled_surfaces import OTHER, LabelledSurfaces, dige
 from circumspect.datasets.scan_sources import of_point_set, procedural
 from circumspect.datasets.scanned_inputs import ScannedInputs, scanned_inputs
 from circumspect.errors import InputError
+from circumspect.training.batches import DrawnBatches
 from circumspect.training.held_back import fitted_and_held_back
 from circumspect.training.scan_examiner import ScanExaminer
 from circumspect.training.scan_samples import ScanSamples
@@ -67,12 +68,14 @@ def scan_data(
     if held_back:
         scans = [scanned(of, HELD_BACK_SCANS, HELD_BACK_SEED, progress) for of in held_back]
         examiner = ScanExaminer(list(zip(scans, held_back, strict=True)), classes, device)
+    fitted = [name for of, _, _ in training for name in of.names.tolist()]
     return TrainingData(
         classes,
         digest_of([objects.digest, *(catalogue.digest for catalogue in catalogues)]),
-        [name for of, _, _ in training for name in of.names.tolist()],
+        len(fitted),
+        fitted,
         sum(map(len, held_back)),
-        ScanSamples(sources, classes, settings),
+        DrawnBatches(ScanSamples(sources, classes, settings), settings),
         examiner,
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -25,18 +25,22 @@ from circumspect.nets import Checkpoint, build_net
 from circumspect.nets.headed_planes import Headed
 from circumspect.nets.registry import net_spec, require_turnable
 from circumspect.nets.state_channels import state_channels
-from circumspect.training.draws import draw_epoch, learning_rate_at
+from circumspect.training.draws import learning_rate_at
 from circumspect.training.mixing import mixed
 from circumspect.training.optimisation import forgetful_average, optimizer_for
+from circumspect.training.progress import Progress
 from circumspect.training.resume import load_state, save_state
 from circumspect.training.run_config import BEST, STATE, claim_folder, run_config
 from circumspect.training.run_log import RunLog
 from circumspect.training.scan_data import scan_data
 from circumspect.training.settings import TrainingSettings
+from circumspect.training.sharded_training import ShardedTraining
 from circumspect.training.training_data import TrainingData, object_data
 
 FEWEST_TO_CHOOSE = 100
 """Held-back objects from which on they choose the epoch; of fewer it would be luck."""
+STATE_INTERVAL_S = 300.0
+"""Between saved states within an epoch."""
 
 
 class TrainingObserver(Protocol):
@@ -62,11 +66,12 @@ class _Run:
     averaged: AveragedModel
     optimizer: torch.optim.Optimizer
     data: TrainingData
+    weights: Tensor | None
     steps: int
 
 
 def train(
-    objects: ObjectSet,
+    objects: ObjectSet | ShardedTraining,
     settings: TrainingSettings,
     folder: Path,
     observer: TrainingObserver,
@@ -78,7 +83,8 @@ def train(
     """Train a network; a run that was interrupted goes on where it stopped.
 
     Args:
-        objects: The official training split; part of it is held back for validation.
+        objects: The official training split; part of it is held back for validation. Or a set
+            in shards, which was divided when they were made.
         settings: Of the run.
         folder: Of the run: settings, log, state and the best checkpoint.
         observer: Told of the progress.
@@ -92,8 +98,9 @@ def train(
         `FEWEST_TO_CHOOSE` are held back, else the last.
 
     Raises:
-        InputError: The folder holds a run with other settings, or one that is finished and has no
-            state to go on from; the recipe's margin is none of the sizes that are trained on; the
+        InputError: The folder holds a run with other settings, one that is finished and has no
+            state to go on from, or the middle of an epoch that another number of processes shares;
+            the recipe's margin is none of the sizes that are trained on; the
             network can not be trained at random yaw; or the loss or the weights are no longer
             finite.
         OutputError: The folder can not be written, or holds files of something else.
@@ -103,13 +110,13 @@ def train(
         settings.require_margin(recipe.margin)
     if settings.random_yaw:
         require_turnable(settings.net)
-    claim_folder(folder, run_config(settings, recipe, objects, catalogues))
+    claim_folder(folder, run_config(settings, recipe, objects.digest, catalogues))
     run = _prepare(objects, catalogues, settings, recipe, cache or GridCache(), observer)
-    history = _resumed(run, folder)
-    log = RunLog(folder, history) if run.accelerator.is_main_process else None
+    progress = _resumed(run, folder)
+    log = RunLog(folder, progress.history) if run.accelerator.is_main_process else None
     end = settings.epochs if stop_after is None else min(stop_after, settings.epochs)
-    for epoch in range(len(history), end):
-        row = _train_epoch(run, epoch, observer)
+    for epoch in range(progress.epoch, end):
+        row = _train_epoch(run, progress, observer, folder)
         _require_finite_weights(run, epoch)
         if run.data.examiner:
             with _precise(run):
@@ -120,8 +127,9 @@ def train(
             log.add(row)
             if kept:
                 _checkpoint(run, recipe, row).save(folder / BEST)
-            _save(run, folder, log.history)
+            _save(run, folder, progress.next_epoch(row))
             observer.finished_epoch(row)
+        progress = progress.next_epoch(row)
         run.accelerator.wait_for_everyone()
     if log:
         log.close()
@@ -137,13 +145,18 @@ def _merit(row: dict[str, float]) -> tuple[float, float]:
     return row["validation_accuracy"], -row["validation_loss"]
 
 
-def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str, float]:
-    """One epoch; every rank and every epoch has chance of its own, so a resumed run repeats it."""
-    settings, accelerator = run.settings, run.accelerator
-    torch.manual_seed(settings.seed * 1_000_003 + epoch * 1_009 + accelerator.process_index)
-    start, losses, hits, seen = time.perf_counter(), 0.0, 0, 0
+def _train_epoch(
+    run: _Run, progress: Progress, observer: TrainingObserver, folder: Path
+) -> dict[str, float]:
+    """The rest of an epoch.
+
+    Every rank and every step has a chance of its own, so that a resumed run repeats it.
+    """
+    settings, accelerator, epoch = run.settings, run.accelerator, progress.epoch
+    start = saved = time.perf_counter()
     run.net.train()
-    for step, (inputs, targets) in enumerate(_batches(run, epoch)):
+    for step, (inputs, targets) in enumerate(_batches(run, epoch, progress.step), progress.step):
+        torch.manual_seed(_seed_of(settings.seed, epoch, step, accelerator.process_index))
         rate = learning_rate_at(
             epoch * run.steps + step,
             settings.epochs * run.steps,
@@ -154,7 +167,7 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
             group["lr"] = rate
         with _precise(run):
             answer = run.net(*inputs)
-        logits, loss = _judged(answer, targets, settings)
+        logits, loss = _judged(answer, targets, settings, run.weights)
         accelerator.backward(loss)
         accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
         run.optimizer.step()
@@ -162,16 +175,19 @@ def _train_epoch(run: _Run, epoch: int, observer: TrainingObserver) -> dict[str,
         # Without averaging only the last step's weights are kept.
         if settings.averaging > 0 or step + 1 == run.steps:
             run.averaged.update_parameters(accelerator.unwrap_model(run.net))
-        losses += _finite(loss.item(), epoch)
-        hits += int((logits.argmax(1) == targets.argmax(1)).sum())
-        seen += len(targets)
+        hits = int((logits.argmax(1) == targets.argmax(1)).sum())
+        progress.add(_finite(loss.item(), epoch), hits, len(targets))
         observer.stepped(epoch, step + 1, run.steps, loss.item())
-    return {
-        "epoch": epoch + 1,
-        "loss": losses / run.steps,
-        "training_accuracy": hits / seen,
-        "seconds": time.perf_counter() - start,
-    }
+        now = time.perf_counter()
+        if now - saved > STATE_INTERVAL_S and step + 1 < run.steps:
+            progress.seconds, start, saved = progress.seconds + now - start, now, now
+            _save(run, folder, progress)
+    progress.seconds += time.perf_counter() - start
+    return progress.row()
+
+
+def _seed_of(*numbers: int) -> int:
+    return int(np.random.SeedSequence(numbers).generate_state(1, np.uint64)[0])
 
 
 def _finite(loss: float, epoch: int) -> float:
@@ -198,12 +214,15 @@ def _precise(run: _Run) -> torch.autocast:
 
 
 def _judged(
-    answer: Tensor | Headed, targets: Tensor, settings: TrainingSettings
+    answer: Tensor | Headed,
+    targets: Tensor,
+    settings: TrainingSettings,
+    weights: Tensor | None,
 ) -> tuple[Tensor, Tensor]:
     """The logits and the loss."""
     logits = answer.logits if isinstance(answer, Headed) else answer
     loss = functional.cross_entropy(
-        logits.float(), targets, label_smoothing=settings.label_smoothing
+        logits.float(), targets, weights, label_smoothing=settings.label_smoothing
     )
     if isinstance(answer, Headed):
         # `require_turnable` has refused a random yaw: the 0° of all objects lies in cell 0.
@@ -212,21 +231,15 @@ def _judged(
     return logits, loss
 
 
-def _batches(run: _Run, epoch: int) -> Iterator[tuple[list[Tensor], Tensor]]:
+def _batches(run: _Run, epoch: int, first: int) -> Iterator[tuple[list[Tensor], Tensor]]:
     """This process' share of the epoch's batches: inputs (b, …) and targets (b, c), float32."""
     settings, accelerator = run.settings, run.accelerator
-    rng = np.random.default_rng([settings.seed, epoch])
-    samples = run.data.samples
-    draws = draw_epoch(samples.chances, samples.epoch, rng)
-    replicas = rng.integers(settings.most_replicas, size=len(draws))
-    mine = slice(accelerator.process_index, None, accelerator.num_processes)
-    for step in range(run.steps):
-        batch = slice(step * settings.batch_size, (step + 1) * settings.batch_size)
-        chosen = draws[batch][mine]
-        inputs = samples.inputs(chosen, replicas[batch][mine], rng)
-        tensors = [torch.from_numpy(one).to(accelerator.device) for one in inputs]
-        tensors[0] = state_channels(tensors[0]) if len(tensors) > 1 else tensors[0].float()
-        tensors.append(torch.from_numpy(samples.targets[chosen]).to(accelerator.device))
+    rank, world = accelerator.process_index, accelerator.num_processes
+    batches = run.data.batches.of_epoch(epoch, first, rank, world)
+    for step, (inputs, targets) in enumerate(batches, first):
+        tensors = [torch.from_numpy(one).to(accelerator.device) for one in (*inputs, targets)]
+        tensors[0] = state_channels(tensors[0]) if len(inputs) > 1 else tensors[0].float()
+        rng = np.random.default_rng([settings.seed, epoch, step])
         *shown, targets = mixed(tensors, rng) if rng.random() < settings.mixing else tensors
         yield shown, targets
 
@@ -262,7 +275,7 @@ def recipe_for(settings: TrainingSettings) -> InputRecipe:
 
 
 def _prepare(
-    objects: ObjectSet,
+    objects: ObjectSet | ShardedTraining,
     catalogues: Sequence[LabelledSurfaces],
     settings: TrainingSettings,
     recipe: InputRecipe,
@@ -277,7 +290,9 @@ def _prepare(
     classes = len(objects.classes) + settings.scans
     net = build_net(settings.net, classes, recipe)
     with accelerator.main_process_first():
-        if settings.scans:
+        if isinstance(objects, ShardedTraining):
+            data = objects.data(settings, accelerator.device, accelerator.num_processes)
+        elif settings.scans:
             data = scan_data(
                 objects, catalogues, settings, recipe, accelerator.device, observer.preparing,
                 cache.folder / "scans",
@@ -286,7 +301,7 @@ def _prepare(
             data = object_data(
                 objects, settings, recipe, cache, accelerator.device, observer.preparing
             )
-    _require_a_batch(len(data.fitted), settings, fewest)
+    _require_a_batch(data.count, settings, fewest)
     optimizer = optimizer_for(net, settings)
     net, optimizer = accelerator.prepare(net, optimizer)
     averaged = AveragedModel(
@@ -294,8 +309,11 @@ def _prepare(
         avg_fn=forgetful_average(settings.averaging),
         use_buffers=True,
     )
-    steps = max(1, data.samples.epoch // settings.batch_size)
-    return _Run(settings, accelerator, net, averaged, optimizer, data, steps)
+    weights = None
+    if data.class_weights is not None:
+        weights = torch.tensor(data.class_weights, device=accelerator.device)
+    steps = data.batches.steps(accelerator.num_processes)
+    return _Run(settings, accelerator, net, averaged, optimizer, data, weights, steps)
 
 
 def _checkpoint(run: _Run, recipe: InputRecipe, row: dict[str, float]) -> Checkpoint:
@@ -311,15 +329,21 @@ def _modules(run: _Run) -> dict[str, nn.Module]:
     return {"net": run.accelerator.unwrap_model(run.net), "averaged": run.averaged}
 
 
-def _save(run: _Run, folder: Path, history: list[dict[str, float]]) -> None:
-    progress = {"history": history}
-    save_state(folder / STATE, _modules(run), run.optimizer, progress)
+def _save(run: _Run, folder: Path, progress: Progress) -> None:
+    if run.accelerator.is_main_process:
+        save_state(folder / STATE, _modules(run), run.optimizer, asdict(progress))
 
 
-def _resumed(run: _Run, folder: Path) -> list[dict[str, float]]:
-    """Restore the state of an interrupted run; the rows of its epochs."""
-    if not (folder / STATE).exists():
-        return []
-    return load_state(folder / STATE, _modules(run), run.optimizer, run.accelerator.device)[
-        "history"
-    ]
+def _resumed(run: _Run, folder: Path) -> Progress:
+    """Restore the state of an interrupted run."""
+    processes, path = run.accelerator.num_processes, folder / STATE
+    if not path.exists():
+        return Progress([], processes=processes)
+    found = load_state(path, _modules(run), run.optimizer, run.accelerator.device)
+    progress = Progress(**found)
+    if progress.step and progress.processes != processes:
+        raise InputError(
+            f"{path}: is of the middle of an epoch that {progress.processes} processes share; "
+            f"resume with as many, not with {processes}"
+        )
+    return replace(progress, processes=processes)
