@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ import tyro
 from circumspect import __version__
 from circumspect.cli.evaluate_crops import are_crops, evaluate_crops
 from circumspect.cli.given_flags import given_flags
+from circumspect.cli.job_pool import opened_pool
 from circumspect.cli.model_flag import MODELNET10, ROBOT
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, printable
@@ -37,11 +39,13 @@ class Evaluate:
     $ circumspect evaluate --model runs/train-planes --data ModelNet10 --yaw 0,45
     $ circumspect evaluate --data ModelNet10 --split test --corrupt --out robustness
     $ circumspect evaluate --data objects.npz --out real
+    $ circumspect evaluate --model runs/train-planes --data shards --split test
     """
 
-    data: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PATH")]
-    """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made; or
-    files of labelled real objects, which are not turned: docs/real-objects.md has their layout."""
+    data: Annotated[tuple[str, ...], tyro.conf.arg(metavar="PATH|URL")]
+    """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made; the
+    folder or URL of shards that `data convert` made, which are not turned; or files of labelled
+    real objects, which are not turned: docs/real-objects.md has their layout."""
     model: Annotated[str | None, tyro.conf.arg(metavar="NAME|FILE")] = None
     """A shipped classifier (`circumspect models` lists them), an ONNX file, a checkpoint or a run's
     folder; by default modelnet10, that of the paper's protocol, and robot on real objects."""
@@ -65,22 +69,33 @@ class Evaluate:
     """Print the metrics as JSON and nothing else on standard output."""
     threads: int = 0
     """Threads of ONNX Runtime; 0 means all cores."""
+    workers: int | None = None
+    """Of shards: processes; one a core without it."""
+    cluster: str | None = None
+    """Of shards: work on a Ray cluster, "auto" or HOST:PORT, whose nodes see the shards and the
+    classifier under the same paths."""
 
     def run(self) -> int:
         """Evaluate, write and tell."""
         from circumspect.cli.progress import progress_bar
+        from circumspect.datasets.sharded_set import is_sharded
         from circumspect.evaluation.evaluation_set import open_evaluation_set
         from circumspect.evaluation.predictor import load_predictor, with_margin
         from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
         from circumspect.storage import write_json
 
-        if are_crops(self.data):
-            return self._real_objects()
-        if len(self.data) != 1:
-            raise InputError(f"--data: one set at a time, not {len(self.data)}")
+        if any(map(is_sharded, self.data)):
+            return self._shards()
+        if given := given_flags(self, "workers", "cluster"):
+            raise InputError(f"{given[0]} goes with shards; `circumspect data convert` makes them")
+        paths = [Path(name) for name in self.data]
+        if are_crops(paths):
+            return self._real_objects(paths)
+        if len(paths) != 1:
+            raise InputError(f"--data: one set at a time, not {len(paths)}")
         if self.scale != "metric":
             raise InputError("--scale goes with files of labelled real objects")
-        data, name = self.data[0], self.model or MODELNET10
+        data, name = paths[0], self.model or MODELNET10
         given = given_flags(self, "yaw", "yaw_count")
         if self.corrupt and given:
             raise InputError(f"--corrupt is measured at 0°; leave {given[0]} out")
@@ -110,7 +125,21 @@ class Evaluate:
         self._draw(sweep, evaluated.objects)
         return 0
 
-    def _real_objects(self) -> int:
+    def _shards(self) -> int:
+        from circumspect.cli.evaluate_shards import evaluate_shards
+
+        if len(self.data) != 1:
+            raise InputError(f"--data: one set at a time, not {len(self.data)}")
+        given = given_flags(self, "yaw", "yaw_count", "corrupt", "margin", "scale", "threads")
+        if given:
+            raise InputError(f"the grids of shards are made already; leave {given[0]} out")
+        name = self.model or MODELNET10
+        with opened_pool(self.workers, self.cluster) as pool:
+            return evaluate_shards(
+                name, _identity(name), self.data[0], self.split, self.out, pool, self.json
+            )
+
+    def _real_objects(self, paths: Sequence[Path]) -> int:
         from circumspect.evaluation.predictor import load_predictor
 
         if given := given_flags(self, "split", "yaw", "yaw_count", "corrupt", "margin"):
@@ -118,7 +147,7 @@ class Evaluate:
         name = self.model or ROBOT
         predictor = load_predictor(name, self.threads)
         return evaluate_crops(
-            predictor, _identity(name), self.data, self.out, scale=self.scale, as_json=self.json
+            predictor, _identity(name), paths, self.out, scale=self.scale, as_json=self.json
         )
 
     def _head(self, predictor: Predictor, evaluated: EvaluationSet) -> dict[str, Any]:

@@ -12,6 +12,7 @@ The metadata "circumspect" of the schema hold a `ShardHead` as JSON.
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 from collections.abc import Sequence
@@ -65,6 +66,12 @@ class ShardHead:
     def grid_bytes(self) -> int:
         """Of one packed grid."""
         return -(-int(np.prod(self.shape)) // 8)
+
+    @property
+    def digest(self) -> str:
+        """A hash of what the split was made of; the same for all of its shards."""
+        content = json.dumps([self.recipe, self.source, self.split, self.count], sort_keys=True)
+        return hashlib.sha256(content.encode()).hexdigest()
 
     def to_json(self) -> str:
         """As the metadata hold it."""

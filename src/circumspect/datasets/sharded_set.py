@@ -63,6 +63,11 @@ class ShardedSet:
         return int(self._sizes.sum())
 
     @property
+    def names(self) -> list[str]:
+        """Of the shards inside the set."""
+        return [shard.head.name for shard in self._shards]
+
+    @property
     def groups(self) -> int:
         """Row groups of all shards; what processes share."""
         return len(self._groups)

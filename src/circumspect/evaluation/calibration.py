@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,18 @@ class Reliability:
     accuracy: NDArray[np.float64]
     confidence: NDArray[np.float64]
 
+    @classmethod
+    def of_sums(
+        cls,
+        counts: NDArray[np.float64],
+        correct: NDArray[np.float64],
+        confidence: NDArray[np.float64],
+    ) -> Self:
+        """From what `bins_of` gives."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            means = correct / counts, confidence / counts
+        return cls(np.linspace(0, 1, BINS + 1), counts.astype(np.int64), *means)
+
     @property
     def expected_error(self) -> float:
         """Expected calibration error: the mean distance of the two over all answers.
@@ -44,6 +56,23 @@ class Reliability:
         return float(gaps @ self.counts[held] / self.counts.sum())
 
 
+def bins_of(confidence: NDArray[np.float64], correct: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Sums over bins of probability, which may be added up.
+
+    Args:
+        confidence: (n,) probability of each answer.
+        correct: (n,) whether it is.
+
+    Returns:
+        (3, b) answers, correct answers, and the sum of probabilities.
+    """
+    edges = np.linspace(0, 1, BINS + 1)
+    bins = np.clip(np.digitize(confidence, edges[1:-1], right=True), 0, BINS - 1)
+    weights = (np.ones(len(bins)), correct, confidence)
+    sums = [np.bincount(bins, weights=some, minlength=BINS) for some in weights]
+    return np.array(sums, np.float64)
+
+
 def reliability(probabilities: NDArray[np.float64], labels: NDArray[np.int64]) -> Reliability:
     """Sort answers by their probability.
 
@@ -51,14 +80,8 @@ def reliability(probabilities: NDArray[np.float64], labels: NDArray[np.int64]) -
         probabilities: (n, c) that sum to 1 along each row; n at least 1.
         labels: (n,) true classes.
     """
-    confidence, right = probabilities.max(axis=1), probabilities.argmax(axis=1) == labels
-    edges = np.linspace(0, 1, BINS + 1)
-    bins = np.clip(np.digitize(confidence, edges[1:-1], right=True), 0, BINS - 1)
-    counts = np.bincount(bins, minlength=BINS)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        accuracy = np.bincount(bins, weights=right, minlength=BINS) / counts
-        mean = np.bincount(bins, weights=confidence, minlength=BINS) / counts
-    return Reliability(edges, counts, accuracy, mean)
+    correct = probabilities.argmax(axis=1) == labels
+    return Reliability.of_sums(*bins_of(probabilities.max(axis=1), correct))
 
 
 def fitted_temperature(probabilities: NDArray[np.float64], labels: NDArray[np.int64]) -> float:

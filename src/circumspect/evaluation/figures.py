@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from circumspect.datasets import ObjectSet
 from circumspect.errors import printable
-from circumspect.evaluation.calibration import reliability
+from circumspect.evaluation.calibration import Reliability, reliability
 from circumspect.evaluation.figure_canvas import new_figure
 from circumspect.evaluation.yaw_sweep import YawSweep
 from circumspect.storage import atomic_path
@@ -36,8 +38,10 @@ def draw_all(sweep: YawSweep, objects: ObjectSet, folder: Path) -> list[Path]:
     """
     figures = {
         "accuracy_over_yaw.png": draw_accuracy_over_yaw(sweep),
-        "confusion.png": draw_confusion(sweep),
-        "reliability.png": draw_reliability(sweep),
+        "confusion.png": draw_confusion(sweep.confusion, sweep.classes, yaws_of(sweep)),
+        "reliability.png": draw_reliability(
+            reliability(*sweep.flat), f"{len(sweep.labels)} objects, {yaws_of(sweep)}"
+        ),
         "surest_mistakes.png": draw_surest_mistakes(sweep, objects),
     }
     for name, figure in figures.items():
@@ -73,26 +77,26 @@ def draw_accuracy_over_yaw(sweep: YawSweep) -> Figure:
     axes.yaxis.set_major_formatter("{x:.0f} %")
     axes.set_title(
         f"Accuracy over yaw: {percent.min():.1f} to {percent.max():.1f} %\n"
-        f"{len(sweep.labels)} objects, {_yaws(sweep)}, "
+        f"{len(sweep.labels)} objects, {yaws_of(sweep)}, "
         f"{100 * sweep.flip_rate:.1f} % change their label",
         fontsize=11,
     )
     return figure
 
 
-def draw_confusion(sweep: YawSweep, over: str | None = None) -> Figure:
-    """Confusion matrix over all yaws, in percent of each true class.
+def draw_confusion(counts: NDArray[np.int64], classes: Sequence[str], over: str) -> Figure:
+    """Confusion matrix, in percent of each true class.
 
     Args:
-        sweep: The answers.
-        over: What they are over, where not yaws.
+        counts: (c, c) answers; row is the true class.
+        classes: Their names.
+        over: What they are over, such as "64 yaws".
     """
     figure = new_figure((7.2, 6.4))
     axes = figure.add_subplot()
-    counts = sweep.confusion
     percent = 100.0 * counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     axes.imshow(percent, cmap="Blues", vmin=0, vmax=100)
-    names = [name.replace("_", " ") for name in sweep.classes]
+    names = [name.replace("_", " ") for name in classes]
     axes.set_xticks(range(len(names)), names, rotation=40, ha="right")
     axes.set_yticks(range(len(names)), names)
     axes.set_xlabel("answer")
@@ -102,18 +106,23 @@ def draw_confusion(sweep: YawSweep, over: str | None = None) -> Figure:
             text = f"{value:.1f}" if value < 99.95 else "100"
             colour = "white" if value > 55 else "black"
             axes.text(column, row, text, ha="center", va="center", fontsize=8, color=colour)
-    axes.set_title(f"Share of each class [%], over {over or _yaws(sweep)}", fontsize=11)
+    axes.set_title(f"Share of each class [%], over {over}", fontsize=11)
     return figure
 
 
-def _yaws(sweep: YawSweep) -> str:
+def yaws_of(sweep: YawSweep) -> str:
+    """How many yaws a sweep has, in words."""
     count = len(sweep.yaw_deg)
     return "1 yaw" if count == 1 else f"{count} yaws"
 
 
-def draw_reliability(sweep: YawSweep) -> Figure:
-    """Accuracy over probability, and how often each probability is given."""
-    found = reliability(*sweep.flat)
+def draw_reliability(found: Reliability, of: str) -> Figure:
+    """Accuracy over probability, and how often each probability is given.
+
+    Args:
+        found: What is drawn.
+        of: What it is of, such as "100 objects".
+    """
     figure = new_figure((6.4, 6.4))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     width = np.diff(found.edges)
@@ -123,8 +132,7 @@ def draw_reliability(sweep: YawSweep) -> Figure:
     upper.set_ylabel("accuracy [%]")
     upper.set_ylim(0, 100)
     upper.set_title(
-        f"Expected calibration error {found.expected_error:.3f}: "
-        f"{len(sweep.labels)} objects, {_yaws(sweep)}",
+        f"Expected calibration error {found.expected_error:.3f}: {of}",
         fontsize=11,
     )
     share = 100 * found.counts / found.counts.sum()

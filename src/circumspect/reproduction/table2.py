@@ -11,7 +11,7 @@ import numpy as np
 from circumspect import __version__
 from circumspect.classification import GridRecipe
 from circumspect.datasets import GridCache, ObjectSet
-from circumspect.evaluation.figures import draw_confusion, save_figure
+from circumspect.evaluation.figures import draw_confusion, save_figure, yaws_of
 from circumspect.evaluation.markdown import table
 from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws
 from circumspect.reproduction.comparison_figures import draw_accuracies_over_yaw
@@ -87,7 +87,8 @@ def reproduce_table2(
             yaws, at = spread_yaws(how.yaw_count), folder / name / "around"
             around[kind, pool] = measured(weights, test, yaws, at, progress)
     for (kind, pool), sweep in angles.items():
-        save_figure(draw_confusion(sweep), folder / _confusions(kind, pool))
+        figure = draw_confusion(sweep.confusion, sweep.classes, yaws_of(sweep))
+        save_figure(figure, folder / _confusions(kind, pool))
     sweeps = {f"{kind}, {pool}": sweep for (kind, pool), sweep in around.items()}
     save_figure(draw_accuracies_over_yaw(sweeps), folder / "accuracy_over_yaw.png")
     document = _document(angles, around, records, how)

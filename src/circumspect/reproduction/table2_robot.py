@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from circumspect.reproduction.table2 import NETS, OURS, Table2
 from circumspect.reproduction.training_record import training_record, training_table
 from circumspect.reproduction.watched import Watched
 from circumspect.training import TrainingSettings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 PAPERS_STARTS = "4 starts"
 BATCH, MORE_EPOCHS = 8, 8
@@ -57,13 +60,11 @@ def reproduce_robot(
         recipe = GridRecipe(kind, how.shape)
         name = f"robot-{kind}-{pool}"
         sweeps, record = _tested(name, NETS[pool], scans, how, folder, watched, cache, recipe)
-        figure = draw_confusion(_joined(sweeps), PAPERS_STARTS)
-        save_figure(figure, folder / _confusions(f"{kind}, {pool}"))
+        save_figure(_confusion(sweeps), folder / _confusions(f"{kind}, {pool}"))
         rows.append(_row(f"{kind}, {pool}", sweeps, record, ROBOT[kind, pool]))
     sweeps, record = _tested(f"robot-{OURS}", OURS, scans, how, folder, watched, cache)
-    figure = draw_confusion(_joined(sweeps), PAPERS_STARTS)
     ours = f"ours ({OURS})"
-    save_figure(figure, folder / _confusions(ours))
+    save_figure(_confusion(sweeps), folder / _confusions(ours))
     rows.append(_row(ours, sweeps, record, None))
     document = {
         "circumspect": __version__,
@@ -117,16 +118,11 @@ def for_few(meant: TrainingSettings) -> TrainingSettings:
     )
 
 
-def _joined(sweeps: dict[float, YawSweep]) -> YawSweep:
-    """All answers to the scans from the paper's starts, as if they were one test."""
+def _confusion(sweeps: dict[float, YawSweep]) -> Figure:
+    """Of all answers to the scans from the paper's starts, as if they were one test."""
     some = [sweeps[start] for start in ANGLES_DEG]
-    return YawSweep(
-        np.zeros(1),
-        np.concatenate([sweep.probabilities for sweep in some], axis=1),
-        np.concatenate([sweep.labels for sweep in some]),
-        some[0].classes,
-        {},
-    )
+    total = np.sum([sweep.confusion for sweep in some], axis=0)
+    return draw_confusion(total, some[0].classes, PAPERS_STARTS)
 
 
 def _row(

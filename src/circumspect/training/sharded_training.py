@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -13,7 +11,6 @@ import numpy as np
 import torch
 
 from circumspect.classification import GridRecipe, recipe_from_dict
-from circumspect.datasets.shard_file import ShardHead
 from circumspect.datasets.sharded_set import ShardedSet
 from circumspect.errors import InputError
 from circumspect.training.batches import Batch
@@ -65,7 +62,7 @@ class ShardedTraining:
     @property
     def digest(self) -> str:
         """A hash of what the shards were made of."""
-        return head_digest(self.train.head)
+        return self.train.head.digest
 
     @property
     def recipe(self) -> GridRecipe:
@@ -140,12 +137,6 @@ class ShardBatches:
         size, seed = self._settings.batch_size, self._settings.seed * 1_000_003 + epoch
         for rows in self._shards.batches(size, seed, first, rank, world):
             yield (self._shards.unpacked(rows),), self._one_hot[rows.labels]
-
-
-def head_digest(head: ShardHead) -> str:
-    """A hash of what the shards of a split were made of."""
-    content = json.dumps([head.recipe, head.source, head.count], sort_keys=True)
-    return hashlib.sha256(content.encode()).hexdigest()
 
 
 def class_weights(counts: list[int], balance: float) -> tuple[float, ...]:
