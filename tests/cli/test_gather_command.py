@@ -12,8 +12,8 @@ from PIL import Image
 
 from circumspect.cli.main import main, parsed
 from circumspect.datasets.gathered_set import GatheredScan, read_manifest
-from circumspect.gathering.gather import append, begin
 from circumspect.gathering.recorded_scan import recording_name
+from circumspect.gathering.set_place import SetFolder
 from circumspect.geometry import read_cloud, read_tum
 from circumspect.recording import RunRecorder, open_recording
 
@@ -140,8 +140,8 @@ def test_a_recording_that_shows_nothing_is_refused(
     assert "shows no object in 4 frames (no depth in the frame); nothing was added" in complaint
     assert not (tmp_path / "mine").exists()
     # Sets of earlier versions hold such scans: the mended recording takes their place.
-    begin(tmp_path / "mine", {"source": "recordings"})
-    append(tmp_path / "mine", GatheredScan("blue@first", "blue", "chair", "train", None))
+    SetFolder(tmp_path / "mine").begin({"source": "recordings"})
+    SetFolder(tmp_path / "mine").add(GatheredScan("blue@first", "blue", "chair", "train", None))
     assert main(["gather", "--from", str(recording), *flags]) == 0
     (scan,) = read_manifest(tmp_path / "mine")
     assert "cloud" in scan.files
@@ -222,7 +222,7 @@ def test_scans_that_saw_nothing_are_told(tmp_path: Path, capsys: pytest.CaptureF
     flags += ["--workers", "1"]
     assert main(["gather", "--out", out, *flags, *SCAN]) == 0
     assert "never saw" not in capsys.readouterr().out
-    append(tmp_path / "set", GatheredScan("chair-1@045", "chair-1", "chair", "train", 45.0))
+    SetFolder(tmp_path / "set").add(GatheredScan("chair-1@045", "chair-1", "chair", "train", 45.0))
     assert main(["gather", "--out", out, *flags, *SCAN]) == 0
     assert "1 of them never saw their object; circumspect data verify" in capsys.readouterr().out
 

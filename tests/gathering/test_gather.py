@@ -30,16 +30,16 @@ from circumspect.datasets.gathered_set import (
 from circumspect.datasets.gathered_verification import verify_gathered
 from circumspect.errors import InputError, MissingExtraError, OutputError
 from circumspect.gathering import GatherSettings, LocalPool, gather, objects_for
-from circumspect.gathering.contact_sheet import draw_contact_sheet, drawn
-from circumspect.gathering.gather import append, begin
+from circumspect.gathering.contact_sheet import draw_contact_sheet, drawn, shown_scans
 from circumspect.gathering.recorded_scan import RecordedObject
+from circumspect.gathering.set_place import SetFolder
 from circumspect.geometry import PointCloud
 
 QUICK = GatherSettings(("chair", "bed"), 1, 0, (0.0, 90.0), frame_interval=2.0, frames=3)
 
 
 def make(folder: Path, settings: GatherSettings = QUICK, **more: Any) -> list[GatheredScan]:
-    return gather(folder, settings, objects_for(settings), LocalPool(1), **more)
+    return gather(SetFolder(folder), settings, objects_for(settings), LocalPool(1), **more)
 
 
 @pytest.fixture(scope="module")
@@ -95,24 +95,24 @@ def test_what_is_there_is_not_made_again_and_the_set_grows(
 
 
 def test_an_empty_set_is_not_complete(tmp_path: Path) -> None:
-    begin(tmp_path / "set", {"source": "recordings"})
+    SetFolder(tmp_path / "set").begin({"source": "recordings"})
     assert not verify_gathered(tmp_path / "set").complete
 
 
 def test_a_set_that_was_killed_at_its_very_beginning_goes_on(tmp_path: Path) -> None:
-    begin(tmp_path, {"source": "recordings"})
+    SetFolder(tmp_path).begin({"source": "recordings"})
     (tmp_path / MANIFEST).unlink()
-    begin(tmp_path, {"source": "recordings"})
+    SetFolder(tmp_path).begin({"source": "recordings"})
     assert read_manifest(tmp_path) == []
     (tmp_path / MANIFEST).unlink()
     (tmp_path / "settings.json").write_text('{"editor.fontSize": 12}')
     with pytest.raises(InputError, match="holds something else"):
-        begin(tmp_path, {"source": "recordings"})
+        SetFolder(tmp_path).begin({"source": "recordings"})
 
 
 def test_a_scan_is_added_behind_a_line_that_was_cut(tmp_path: Path) -> None:
     (tmp_path / MANIFEST).write_text(scan().line() + scan("cut").line()[:30])
-    append(tmp_path, scan("next"))
+    SetFolder(tmp_path).add(scan("next"))
     assert [s.scan for s in read_manifest(tmp_path)] == ["chair-1@0", "next"]
 
 
@@ -146,7 +146,7 @@ def test_a_line_that_an_interruption_cut_is_made_again(
     )
     assert len(make(tmp_path)) == 3
     assert asked == ["bed-200000@090"]
-    append(tmp_path, read_manifest(gathered)[3])
+    SetFolder(tmp_path).add(read_manifest(gathered)[3])
     assert (tmp_path / MANIFEST).read_text() == text
 
 
@@ -246,7 +246,7 @@ def test_recordings_train_beside_simulated_scans(gathered: Path, tmp_path: Path)
     files = {"cloud": "clouds/bed-200000@000.npz"}
     for name, start in (("blue@run1", None), ("red@run2", 30.0), ("red@run3", 50.0)):
         thing = name.partition("@")[0]
-        append(folder, scan(name, object=thing, label="lamp", start_deg=start, files=files))
+        SetFolder(folder).add(scan(name, object=thing, label="lamp", start_deg=start, files=files))
     train = open_data_set(folder, "train")
     assert train.names.tolist()[2:] == ["blue@run1", "red@run2"], "from the first start"
     assert train.shown.tolist()[2:] == ["blue", "red"]
@@ -299,8 +299,10 @@ def test_what_is_missing_foreign_and_broken_is_named(gathered: Path, tmp_path: P
     (folder / "clouds" / "bed-200000@000.npz").write_bytes(b"broken")
     (folder / "grids" / "bed-200000@090.npz").unlink()
     (folder / "poses" / "stranger.txt").write_text("")
-    append(folder, scan("chair-9@045", object="chair-9", start_deg=45.0, files={}))
-    append(folder, scan("chair-200000@135", object="chair-200000", split="test", start_deg=135.0))
+    SetFolder(folder).add(scan("chair-9@045", object="chair-9", start_deg=45.0, files={}))
+    SetFolder(folder).add(
+        scan("chair-200000@135", object="chair-200000", split="test", start_deg=135.0)
+    )
     found = verify_gathered(folder)
     assert not found.complete
     assert found.foreign == ("poses/stranger.txt",)
@@ -323,7 +325,7 @@ def test_a_split_needs_only_its_own_starts(gathered: Path, tmp_path: Path) -> No
 def test_the_contact_sheet_shows_every_scan(gathered: Path, tmp_path: Path) -> None:
     from PIL import Image
 
-    draw_contact_sheet(tmp_path / "sheet.png", gathered, read_manifest(gathered))
+    draw_contact_sheet(tmp_path / "sheet.png", gathered, shown_scans(read_manifest(gathered)))
     with Image.open(tmp_path / "sheet.png") as sheet:
         assert sheet.size == (120 + 2 * 110, 18 + 2 * 110)
         pixels = np.asarray(sheet.convert("L"))
@@ -334,7 +336,7 @@ def test_the_contact_sheet_shows_every_scan(gathered: Path, tmp_path: Path) -> N
     # Many objects from one start are no endless column.
     first, *_ = read_manifest(gathered)
     many = [replace(first, object=f"chair-{number}") for number in range(40)]
-    draw_contact_sheet(tmp_path / "sheet.png", gathered, many)
+    draw_contact_sheet(tmp_path / "sheet.png", gathered, shown_scans(many))
     with Image.open(tmp_path / "sheet.png") as sheet:
         assert 1 < sheet.width / sheet.height < 2
     one_point = drawn(np.zeros((1, 3), np.float32))

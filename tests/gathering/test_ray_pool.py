@@ -133,7 +133,7 @@ def test_a_set_is_gathered_on_a_cluster(
 def test_a_node_that_does_not_see_the_folder_is_told(pool: RayPool, tmp_path: Path) -> None:
     settings = GatherSettings(("chair",), 1, 0)
     scan = GatheredScan("chair-1@000", "chair-1", "chair", "train", 0.0)
-    task = SimulatedTask(scan, make_furniture("chair", 1), 0, settings, tmp_path / "elsewhere")
+    task = SimulatedTask(scan, make_furniture("chair", 1), 0, settings, str(tmp_path / "elsewhere"))
     ((_, outcome),) = pool.outcomes([task], scanned)
     assert isinstance(outcome, InputError)
     assert "give a folder that all nodes share" in str(outcome)

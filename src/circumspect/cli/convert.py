@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from circumspect.errors import InputError, MissingExtraError
 
 
 def convert_set(
-    source: Path,
+    source: str,
     url: str,
     net: str,
     replicas: int | None,
@@ -42,6 +44,23 @@ def convert_set(
     )  # fmt: skip
     with (
         opened_pool(workers, cluster) as pool,
+        _local(source) as folder,
         progress_bar(f"shards, {pool.name}") as show,
     ):
-        return convert(source, url, settings, pool, show)
+        return convert(folder, url, settings, pool, show)
+
+
+@contextmanager
+def _local(source: str) -> Iterator[Path]:
+    """A set as a folder; one in an object store is copied."""
+    from circumspect.gathering.set_place import place_of
+
+    if "://" not in source:
+        yield Path(source)
+        return
+    place = place_of(source)
+    scans = [scan for scan in place.scans() if "cloud" in scan.files]
+    if not scans:
+        raise InputError(f"{source}: holds no gathered set")
+    with place.local(scans) as folder:
+        yield folder

@@ -37,9 +37,10 @@ class Gather:
     The same command goes on after an interruption, and adds what is new.
     """
 
-    out: Path
+    out: Annotated[str, tyro.conf.arg(metavar="DIR|URL")]
     """Folder of the set; `circumspect train --data OUT` trains on it, `circumspect data verify OUT`
-    checks it."""
+    checks it. Simulated scans may also go to the URL of an object store, such as s3://bucket/set,
+    which `circumspect data convert` reads."""
     classes: tuple[str, ...] = ("bed", "chair", "monitor", "sofa", "table", "toilet")
     """Classes of the objects."""
     train_objects: int = 8
@@ -65,7 +66,7 @@ class Gather:
     """Processes; one a core without it."""
     cluster: str | None = None
     """Scan on this Ray cluster: auto for the one that this machine belongs to, or HOST:PORT. All
-    its nodes must see the folder OUT."""
+    its nodes must see OUT."""
     from_: Annotated[Path | None, tyro.conf.arg(name="from", metavar="RECORDING")] = None
     """Add a recording, of any kind that `circumspect replay` takes, instead of simulating. Flags
     from --box on say how it is read, as they do there."""
@@ -100,6 +101,7 @@ class Gather:
         from circumspect.cli.job_pool import opened_pool
         from circumspect.cli.progress import progress_bar
         from circumspect.gathering import gather, objects_for
+        from circumspect.gathering.set_place import place_of
 
         own = given_flags(self, "label", "name", "split", "start", "replace")
         if given := own + given_flags(self.reading):
@@ -110,7 +112,7 @@ class Gather:
                 objects = objects_for(settings, show)
             with progress_bar(f"scans, {pool.name}") as show:
                 return gather(
-                    self.out, settings, objects, pool, measured,
+                    place_of(self.out), settings, objects, pool, measured,
                     lambda done, total, _: show(done, total),
                 )  # fmt: skip
 
@@ -139,10 +141,13 @@ class Gather:
             raise InputError(f"{given[0]} is for simulated scans; --from RECORDING has its own")
         if self.label is None:
             raise InputError("--from RECORDING needs the --label of what it shows")
+        if "://" in self.out:
+            raise InputError(f"--out {self.out}: recordings are added to sets in folders")
+        out = Path(self.out)
         shown = RecordedObject(
             self.label, self.name or recording_name(recording), self.split, self.start
         )
-        scan = RecordedScan(self.out, recording, shown, self.replace)
+        scan = RecordedScan(out, recording, shown, self.replace)
         opened = self.reading.opened(recording)
         pipeline = opened.pipeline(Classifier.load())
         with opened.screen() as screen:
@@ -153,18 +158,21 @@ class Gather:
                 f"{names}: {self.label} of the {scan.split} split now, was {was.label} of the "
                 f"{was.split} split"
             )
-        return read_manifest(self.out)
+        return read_manifest(out)
 
     def _draw(self, scans: list[GatheredScan]) -> None:
-        from circumspect.gathering.contact_sheet import draw_contact_sheet
+        from circumspect.gathering.contact_sheet import draw_contact_sheet, shown_scans
+        from circumspect.gathering.set_place import place_of
 
-        draw_contact_sheet(self.out / SHEET, self.out, scans)
+        place, shown = place_of(self.out), shown_scans(scans)
+        with place.local(shown) as folder, place.written() as beside:
+            draw_contact_sheet(beside / SHEET, folder, shown)
 
     def _tell(self, scans: list[GatheredScan]) -> None:
         if self.json:
             counts = Counter(f"{scan.split}/{scan.label}" for scan in scans)
             document: dict[str, Any] = {
-                "folder": str(self.out),
+                "folder": self.out,
                 "scans": len(scans),
                 "counts": dict(sorted(counts.items())),
                 "without_cloud": [scan.scan for scan in scans if "cloud" not in scan.files],
@@ -173,7 +181,7 @@ class Gather:
             return
         print(_table(scans))  # noqa: T201
         held = "1 scan is" if len(scans) == 1 else f"{len(scans)} scans are"
-        print(f"{held} in {self.out}; look at {self.out / SHEET}")  # noqa: T201
+        print(f"{held} in {self.out}; look at {self.out.rstrip('/')}/{SHEET}")  # noqa: T201
         if blind := sum("cloud" not in scan.files for scan in scans):
             told = f"{blind} of them never saw their object"
             print(f"{told}; circumspect data verify {self.out} names them")  # noqa: T201

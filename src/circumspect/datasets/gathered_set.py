@@ -91,7 +91,7 @@ def read_manifest(path: Path) -> list[GatheredScan]:
     for number, line in enumerate(lines, start=1):
         if number == len(lines) and not line.endswith("\n"):
             break
-        scan = _scan(line, f"{file}: line {number}")
+        scan = scan_of_line(line, f"{file}: line {number}")
         found[scan.scan] = scan
     return list(found.values())
 
@@ -112,7 +112,16 @@ def read_settings(path: Path) -> dict[str, Any]:
     return found
 
 
-def _scan(line: str, place: str) -> GatheredScan:
+def scan_of_line(line: str, place: str) -> GatheredScan:
+    """Read a line of a manifest.
+
+    Args:
+        line: What `GatheredScan.line` gave.
+        place: Where it stands, for people.
+
+    Raises:
+        InputError: It is broken.
+    """
     try:
         if len(line) > LARGEST_LINE:
             raise ValueError(f"{len(line)} bytes")

@@ -67,6 +67,17 @@ class SetStore:
         except OSError as error:
             raise InputError(f"{self.place(name)}: can not be read ({error})") from error
 
+    def read(self, name: str) -> bytes:
+        """All of a file.
+
+        Raises:
+            InputError: It is missing or can not be read.
+        """
+        try:
+            return self._files.cat_file(f"{self._root}/{name}")
+        except OSError as error:
+            raise InputError(f"{self.place(name)}: can not be read ({error})") from error
+
     def write(self, name: str, content: bytes) -> None:
         """Write a whole file; no reader sees a part of it.
 

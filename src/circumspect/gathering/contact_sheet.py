@@ -16,15 +16,35 @@ SIDE, MARGIN, HEAD = 110, 120, 18
 """Pixels of a cloud, of the names at the left, and of the line on top."""
 SHAPE = 1.5
 """Width to height of the sheet, about."""
+MOST_CLOUDS = 600
+"""On a sheet."""
 SHOWN = 4096
 """Points of a cloud."""
 FROM = np.radians([-120.0, 25.0])
 """Azimuth and elevation of the eye."""
 
 
-def draw_contact_sheet(
-    path: Path, folder: Path, scans: Sequence[GatheredScan], most_clouds: int = 600
-) -> None:
+def shown_scans(
+    scans: Sequence[GatheredScan], most_clouds: int = MOST_CLOUDS
+) -> list[GatheredScan]:
+    """Scans that have a place on the sheet; objects are picked evenly where they are too many.
+
+    Args:
+        scans: Of a set.
+        most_clouds: Room for so many.
+    """
+    with_cloud = sorted((scan for scan in scans if "cloud" in scan.files), key=_order)
+    objects = list(dict.fromkeys(scan.object for scan in with_cloud))
+    columns = {_start(scan) for scan in with_cloud}
+    most = max(1, most_clouds // max(1, len(columns)))
+    if len(objects) > most:
+        picked = np.linspace(0, len(objects) - 1, most).round().astype(int)
+        objects = [objects[number] for number in picked]
+    chosen = set(objects)
+    return [scan for scan in with_cloud if scan.object in chosen]
+
+
+def draw_contact_sheet(path: Path, folder: Path, scans: Sequence[GatheredScan]) -> None:
     """One object a row, one start a column, all drawn as the robot saw them from its start.
 
     Few starts leave room for several blocks of rows side by side.
@@ -32,8 +52,7 @@ def draw_contact_sheet(
     Args:
         path: PNG to write.
         folder: Of the set.
-        scans: Its scans.
-        most_clouds: Room for so many; objects are picked evenly.
+        scans: From `shown_scans`.
 
     Raises:
         InputError: A cloud is broken.
@@ -41,14 +60,9 @@ def draw_contact_sheet(
     """
     from PIL import Image, ImageDraw
 
-    with_cloud = [scan for scan in scans if "cloud" in scan.files]
-    objects = list(dict.fromkeys(scan.object for scan in sorted(with_cloud, key=_order)))
-    by_angle = sorted(with_cloud, key=lambda scan: (scan.start_deg is None, scan.start_deg or 0.0))
+    objects = list(dict.fromkeys(scan.object for scan in scans))
+    by_angle = sorted(scans, key=lambda scan: (scan.start_deg is None, scan.start_deg or 0.0))
     columns = list(dict.fromkeys(map(_start, by_angle)))
-    most = max(1, most_clouds // max(1, len(columns)))
-    if len(objects) > most:
-        picked = np.linspace(0, len(objects) - 1, most).round().astype(int)
-        objects = [objects[number] for number in picked]
     width = MARGIN + SIDE * max(1, len(columns))
     blocks = max(1, round(math.sqrt(SHAPE * SIDE * len(objects) / width)))
     rows = max(1, math.ceil(len(objects) / blocks))
@@ -61,7 +75,7 @@ def draw_contact_sheet(
     for number, name in enumerate(objects):
         left, top = width * (number // rows), HEAD + SIDE * (number % rows)
         pen.text((left + 4, top + SIDE // 2), name, fill="black")
-        for scan in with_cloud:
+        for scan in scans:
             if scan.object == name:
                 picture = drawn(read_points(folder / scan.files["cloud"], scan.scan, SHOWN))
                 at = left + MARGIN + SIDE * columns.index(_start(scan))

@@ -14,8 +14,8 @@ from circumspect.datasets.gathered_set import (
     read_manifest,
 )
 from circumspect.errors import InputError
-from circumspect.gathering.gather import append, begin, require_free
 from circumspect.gathering.scan_files import told_quality, write_scan
+from circumspect.gathering.set_place import SetFolder
 from circumspect.geometry import TrajectoryLog
 from circumspect.recognition import (
     PipelineObserver,
@@ -86,7 +86,7 @@ class RecordedScan:
         if is_gathered(folder):
             there = [scan for scan in read_manifest(folder) if scan.object == shown.name]
         else:
-            require_free(folder)
+            SetFolder(folder).require_free()
         held = there[0].split if there else "train"
         self.split: Literal["train", "test"] = shown.split or held
         self._before = next((scan for scan in there if scan.scan == self._name), None)
@@ -131,12 +131,13 @@ class RecordedScan:
                 f"nothing was added to {self._folder}; where it does show one, say by --box or "
                 "--mount how it is to be read"
             )
-        if not is_gathered(self._folder):
-            begin(self._folder, {"source": "recordings"})
+        place = SetFolder(self._folder)
+        if not place.is_begun():
+            place.begin({"source": "recordings"})
         scan = self._scan(result, wheels, dict(reading or {}))
-        append(self._folder, scan)
+        place.add(scan)
         for other in self._others:
-            append(self._folder, replace(other, label=scan.label, split=scan.split))
+            place.add(replace(other, label=scan.label, split=scan.split))
         self._drop_what_is_left_of_before(scan)
         return scan
 

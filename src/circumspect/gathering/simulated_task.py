@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -10,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from circumspect.classification import Classifier
-from circumspect.datasets.gathered_set import SETTINGS, GatheredScan
+from circumspect.datasets.gathered_set import GatheredScan
 from circumspect.errors import InputError
 from circumspect.exploration.scan_settings import ScanSettings
 from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
 from circumspect.gathering.gather_settings import GatherSettings
 from circumspect.gathering.scan_files import told_quality, write_scan
+from circumspect.gathering.set_place import place_of
 from circumspect.geometry import TriangleMesh
 from circumspect.planning import SurfaceNormalPlanner
 from circumspect.recognition import RecognitionResult
@@ -34,7 +34,7 @@ class SimulatedTask:
         mesh: The object [m].
         seed: Of room, slip and noise.
         settings: Of the set.
-        folder: Of the set.
+        place: Of the set, a path or URL.
         measure: What the simulation knows of the scan's quality.
     """
 
@@ -42,7 +42,7 @@ class SimulatedTask:
     mesh: TriangleMesh
     seed: int
     settings: GatherSettings
-    folder: Path
+    place: str
     measure: Measure | None = None
 
     @property
@@ -58,15 +58,15 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
         Its `GatheredScan` in JSON types.
 
     Raises:
-        InputError: This machine does not see the set's folder.
+        InputError: This machine does not see the set.
         MissingExtraError: The simulator is not installed.
         OutputError: A file can not be written.
     """
-    if not (job.folder / SETTINGS).is_file():
-        raise InputError(
-            f"{job.folder}: can not be seen from {socket.gethostname()}; give a folder that all "
-            "nodes share"
-        )
+    with place_of(job.place).written() as folder:
+        return _scanned(job, folder)
+
+
+def _scanned(job: SimulatedTask, folder: Path) -> dict[str, Any]:
     scan, settings = job.scan, job.settings
     config = {"object": scan.object, "seed": job.seed, "start_deg": scan.start_deg}
     quality: dict[str, Any] = {"seed": job.seed}
@@ -86,5 +86,5 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
     quality["processor_s"] = round(time.process_time() - began, 2)
     if job.measure is not None:
         quality |= job.measure(parts, result, log)
-    files = write_scan(job.folder, job.key, result, log.odometry)
+    files = write_scan(folder, job.key, result, log.odometry)
     return asdict(replace(scan, files=files, quality=quality))
