@@ -139,7 +139,7 @@ def _candidates(
 def _of_class(source: ObjectSource, label: str, split: Split) -> Iterator[SelectedObject]:
     surfaces = source.train if split == "train" else source.test
     for index in np.flatnonzero(surfaces.labels == label).tolist():
-        name = _safe(str(surfaces.names[index]))
+        name = object_name(str(surfaces.names[index]))
         yield SelectedObject(name, label, split, source.name, surfaces, index)
 
 
@@ -155,7 +155,8 @@ def _is_suitable(candidate: SelectedObject, shapes: _Shapes) -> bool:
         return False
 
 
-def _safe(name: str) -> str:
+def object_name(name: str) -> str:
+    """What an object of a source is called in a gathered set."""
     return re.sub(r"[^\w.-]+", "_", name).strip("._")
 
 

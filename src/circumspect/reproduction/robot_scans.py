@@ -20,10 +20,12 @@ class RobotScans:
     Attributes:
         train: Of each object the scan from its first start.
         tests: By the azimuth of the start [degrees], the paper's among them.
+        grids: Name of a scan to the file of its grid.
     """
 
     train: ObjectSet
     tests: dict[float, ObjectSet]
+    grids: dict[str, Path]
 
     @classmethod
     def read(cls, gathered: Path) -> RobotScans:
@@ -36,13 +38,17 @@ class RobotScans:
             InputError: It can not be read, or lacks a start, a split or scans to hold back.
         """
         scans = read_manifest(gathered)
-        starts = sorted({scan.start_deg for scan in scans if scan.start_deg is not None})
+        starts = sorted({
+            scan.start_deg for scan in scans if scan.split == "test" and scan.start_deg is not None
+        })  # fmt: skip
         lacking = [f"{start:g}°" for start in ANGLES_DEG if start not in starts]
         if lacking:
-            raise InputError(f"{gathered}: holds no scans from {', '.join(lacking)}")
+            raise InputError(f"{gathered}: holds no test scans from {', '.join(lacking)}")
         train = read_training(gathered)
         try:
             fitted_and_held_back(train, TrainingSettings())
         except InputError as error:
             raise InputError(f"{gathered}: {error}") from error
-        return cls(train, {start: read_gathered(gathered, "test", [start]) for start in starts})
+        tests = {start: read_gathered(gathered, "test", [start]) for start in starts}
+        grids = {scan.scan: gathered / scan.files["grid"] for scan in scans if "grid" in scan.files}
+        return cls(train, tests, grids)
