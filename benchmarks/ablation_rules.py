@@ -24,6 +24,7 @@ from circumspect.tracking import (
     tracker,
 )
 from circumspect.tracking.hypothesis_evaluation import FrameInput, HypothesisEvaluation
+from circumspect.tracking.scan_likelihood import ScanLikelihood
 
 FROM_FRAME, SHOWS_NEW_VIEW = Scan.from_frame, KeyframeMap.shows_new_view
 CONTINUED = HypothesisEvaluation.continued
@@ -121,7 +122,7 @@ RULES = (
     Rule("vague poses", "a camera is looked for elsewhere only if a frame contradicts its pose",
          (Patch(tracker, "is_vague", lambda _: False, True),)),
     Rule("overlap of lost cameras", "a scan of unknown space may find a lost camera",
-         (Patch(scan_likelihood, "MIN_OVERLAP", 0.0),)),
+         (Patch(ScanLikelihood, "recognises", property(lambda found: found.confirms), True),)),
     Rule("free space", "scan points in free space do not count",
          (Patch(KeyframeMap, "free_space_contains", _not_free, True),)),
     Rule("seen-through surface", "map points that a frame sees through do not count",

@@ -19,7 +19,7 @@ class Patch:
     Attributes:
         owner: The module or class.
         name: Its attribute.
-        neutral: What takes its place: a function, or the value of a constant.
+        neutral: What takes its place: a function, a property, or the value of a constant.
         pure: Whether both may be called on the same arguments and their results be compared.
     """
 
@@ -64,15 +64,26 @@ def probed(rules: Sequence[Rule]) -> Iterator[set[str]]:
     by_function: dict[tuple[Any, str], list[tuple[Rule, Patch]]] = defaultdict(list)
     for rule in rules:
         for one in rule.patches:
-            if callable(getattr(one.owner, one.name)):
+            if callable(_function(one.owner, one.name)):
                 by_function[one.owner, one.name].append((rule, one))
             else:
                 active.add(rule.name)  # who reads a constant is not known
     with ExitStack() as stack:
         for (owner, name), probes in by_function.items():
-            probe = _probe(getattr(owner, name), probes, active)
+            probe: Any = _probe(_function(owner, name), probes, active)
+            if isinstance(getattr(owner, name), property):
+                probe = property(probe)
             stack.enter_context(patch.object(owner, name, probe))
         yield active
+
+
+def _function(owner: Any, name: str) -> Any:
+    """What is called: of a property what reads it."""
+    return _called(getattr(owner, name))
+
+
+def _called(attribute: Any) -> Any:
+    return attribute.fget if isinstance(attribute, property) else attribute
 
 
 def _probe(
@@ -82,7 +93,7 @@ def _probe(
         found = original(*args, **kwargs)
         for rule, one in probes:
             if rule.name not in active and not (
-                one.pure and _same(one.neutral(*args, **kwargs), found)
+                one.pure and _same(_called(one.neutral)(*args, **kwargs), found)
             ):
                 active.add(rule.name)
         return found

@@ -26,6 +26,10 @@ class Half:
     def of(self, number: float) -> float:
         return number / 2
 
+    @property
+    def whole(self) -> float:
+        return 1.0
+
 
 def poses(rules: tuple[Rule, ...] = ()) -> np.ndarray:
     tracker = OwnTracker(SETTINGS)
@@ -69,6 +73,17 @@ def test_probe_finds_rules_that_make_a_difference() -> None:
         assert not names
         assert Half().of(3.0) == 1.5
         assert names == {"other", "impure"}
+
+
+def test_probe_reads_properties() -> None:
+    other = Rule("other", "", (Patch(Half, "whole", property(lambda _: 2.0), True),))
+    same = Rule("same", "", (Patch(Half, "whole", property(lambda _: 1.0), True),))
+    with probed([other, same]) as names:
+        assert Half().whole == 1.0
+        assert names == {"other"}
+    with without([other]):
+        assert Half().whole == 2.0
+    assert Half().whole == 1.0
 
 
 def test_levelness_makes_a_difference(active: set[str]) -> None:
