@@ -36,7 +36,8 @@ SECTIONS = (
     "scans", "scan_answers", "point_surfaces", "faults", "fault_pairs", "fault_rules",
     "calibration", "scan_memory", "redkitchen_registration", "redkitchen", "ablation",
     "ablation_old", "depth_limits", "gtsam_trial", "recording", "large_bags", "ros_wire",
-    "dashboard", "intelligent_space", "training_speed", "augmentation_speed", "shard_formats", "scale",
+    "dashboard", "intelligent_space", "training_speed", "augmentation_speed", "shard_formats",
+    "scale",
 )  # fmt: skip
 """Results in the order of the page; those that are not there yet are left out."""
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")
