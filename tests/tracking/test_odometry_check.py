@@ -154,6 +154,27 @@ def test_odometry_is_left_out_while_it_is_wrong(caplog: pytest.LogCaptureFixture
     assert caplog.text.count("odometry contradicts the motion of the images") == 1
 
 
+@pytest.mark.parametrize("silence", ["standing still", "creeping", "dead reckoning"])
+def test_stuck_odometry_stays_left_out_while_nothing_speaks_for_it(silence: str) -> None:
+    """Stuck odometry fits a robot that stands still; a slow one contradicts no frame of it."""
+    stamps, registered, odometry = seen(0.5, 0.0, 50, 0)
+    odometry[:] = odometry[0]
+    check, pairs = OdometryCheck(), as_frames(stamps[:20], registered[:20], odometry[:20])
+    for frame, pose in pairs:
+        check.update(frame, pose)
+    assert check.checked(pairs[-1][0]).odometry is None
+    rest = 20 + np.arange(60)
+    still = np.repeat(registered[19:20], 60, axis=0)
+    if silence == "creeping":
+        still[:, 0] += 0.012 * np.arange(1, 61)
+    quiet = as_frames(2.0 + 0.5 * rest, still, np.repeat(odometry[:1], 60, axis=0))
+    for frame, pose in quiet:
+        if silence == "dead reckoning":
+            pose = replace(pose, state=TrackingState.DEAD_RECKONING)
+        check.update(frame, pose)
+        assert check.checked(frame).odometry is None
+
+
 def frames(lag: float, count: int = 30) -> list[tuple[RgbdFrame, PoseEstimate]]:
     """Frames with odometry that lags, and their registered poses."""
     return as_frames(*seen(0.5, lag, count, 0))

@@ -19,7 +19,8 @@ MIN_FRAMES, MIN_SPAN_S, MIN_INTERVAL_S = 20, 20.0, 0.2
 """The window holds at least so many frames and so much time [s]; frames in it are at least
 `MIN_INTERVAL_S` apart [s]."""
 RECENT_MOTIONS, MAX_CONTRADICTING = 10, 5
-"""Odometry is wrong if more than `MAX_CONTRADICTING` of so many last motions contradict it."""
+"""Odometry is wrong if more than `MAX_CONTRADICTING` of so many last motions contradict it, and
+right again if no more of as many do."""
 
 DIFFERENT_CLOCKS = "odometry and images are on different clocks"
 CONTRADICTED = "odometry contradicts the motion of the images"
@@ -86,7 +87,9 @@ class OdometryCheck:
         rows = np.array(self._rows)
         motions = rows[:, 0], rows[:, 1:4], rows[:, 4:]
         recent = contradicting_motions(*motions)[-RECENT_MOTIONS:]
-        self._is_wrong = int(recent.sum()) > MAX_CONTRADICTING
+        # Too few motions say nothing new.
+        if len(recent) == RECENT_MOTIONS or not self._is_wrong:
+            self._is_wrong = int(recent.sum()) > MAX_CONTRADICTING
         # An even motion says nothing of a lag that is known.
         self._lag = None if self._is_wrong else odometry_lag(*motions) or self._lag
 

@@ -12,7 +12,8 @@ usual ones (likelihood ratio test), and if none of the usual ones explains them:
 in time, so that a lag may fit it better by chance. A constant velocity says nothing about δ, and
 does no harm.
 
-Odometry is wrong if most motions contradict it at every lag, as with a stuck encoder.
+Odometry is wrong if most motions contradict it at every lag, as with a stuck encoder. Motions that
+are too small to contradict stuck odometry do not count.
 """
 
 from __future__ import annotations
@@ -83,11 +84,17 @@ def contradicting_motions(
         odometry: (n, 3) as for `odometry_lag`.
 
     Returns:
-        One flag for each motion that is known.
+        One flag for each motion that is known, and that odometry without motion would contradict
+        if it were wrong: a robot that stands still says nothing of stuck odometry.
     """
     costs = _costs(LAGS_S, stamps, registered, odometry)
+    standing = _costs(np.zeros(1), stamps, registered, 0 * odometry)[0]
+    moved = _costs(LAGS_S, stamps, 0 * registered, odometry)
     known = np.isfinite(costs).any(axis=0)
-    return np.nanmin(costs[:, known], axis=0) >= MAX_SQUARED_ERROR / 2
+    costs, standing, moved = costs[:, known], standing[known], moved[:, known]
+    limit = MAX_SQUARED_ERROR / 2
+    informative = (standing >= limit) | (np.nanmin(moved, axis=0) >= limit)
+    return (np.nanmin(costs, axis=0) >= limit)[informative]
 
 
 def _costs(
