@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from collections.abc import Iterator
@@ -9,13 +10,17 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import cluster_jobs
+import numpy as np
 import pytest
 from cluster_jobs import Nap, die, lack_a_module, sleep
 
 from circumspect.cli.main import main
+from circumspect.datasets import ObjectSet
 from circumspect.datasets.gathered_set import GatheredScan, read_manifest
 from circumspect.datasets.gathered_verification import verify_gathered
+from circumspect.datasets.point_pack import write_point_pack
 from circumspect.errors import InputError, MissingExtraError
+from circumspect.evaluation.predictor import load_predictor
 from circumspect.furniture import make_furniture
 from circumspect.gathering import GatherSettings, ray_pool
 from circumspect.gathering.ray_pool import RayPool
@@ -119,7 +124,9 @@ def test_a_set_is_gathered_on_a_cluster(
 ) -> None:
     # A process can be connected once at a time.
     monkeypatch.setattr(RayPool, "connected", lambda address: nullcontext(pool))
-    out = tmp_path / "set"
+    # Nodes have another working directory.
+    monkeypatch.chdir(tmp_path)
+    out = Path("set")
     flags = ["--classes", "chair", "--train-objects", "2", "--test-objects", "0"]
     flags += ["--frames", "3", "--out", str(out), "--cluster", "auto"]
     assert main(["gather", *flags]) == 0
@@ -128,6 +135,29 @@ def test_a_set_is_gathered_on_a_cluster(
     assert verify_gathered(out).complete
     assert main(["gather", *flags]) == 0
     assert read_manifest(out) == scans
+
+
+def test_a_set_is_converted_and_evaluated_on_a_cluster(
+    pool: RayPool, tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(RayPool, "connected", lambda address: nullcontext(pool))
+    monkeypatch.chdir(tmp_path)
+    rng, classes = np.random.default_rng(0), load_predictor("modelnet10").classes
+    for split in ("train", "test"):
+        points = rng.random((20, 300, 3)).astype(np.float32)
+        names = np.array([f"{split}_{number}" for number in range(20)])
+        objects = ObjectSet(points, np.arange(20) % 10, names, classes)
+        write_point_pack(tmp_path / "packs" / f"{split}.npz", objects)
+    there = ["--cluster", "auto", "--json"]
+    flags = ["--out", "shards", "--net", "modelnet10", "--replicas", "1", "--shard-size", "6"]
+    assert main(["data", "convert", "packs", *flags, *there]) == 0
+    assert json.loads(capsys.readouterr().out)["test"] == 20
+    assert main(["evaluate", "--data", "shards", "--split", "test", "--out", "out", *there]) == 0
+    sharded = json.loads(capsys.readouterr().out)
+    words = ["evaluate", "--data", "packs", "--split", "test", "--out", "whole", "--yaw", "0"]
+    assert main([*words, "--json"]) == 0
+    whole = json.loads(capsys.readouterr().out)
+    assert sharded["confusion"] == whole["confusion"]
 
 
 def test_a_node_that_does_not_see_the_folder_is_told(pool: RayPool, tmp_path: Path) -> None:

@@ -30,14 +30,19 @@ def convert_set(
     except ImportError as error:
         raise MissingExtraError(error.name or "torch", "train") from error
     from circumspect.classification import GridRecipe
-    from circumspect.cli.job_pool import opened_pool
+    from circumspect.classification.shipped import shipped_name
+    from circumspect.cli.job_pool import opened_pool, seen_from
     from circumspect.cli.progress import progress_bar
+    from circumspect.evaluation.predictor import load_predictor
     from circumspect.gathering.conversion import ConversionSettings, convert
 
-    recipe = net_spec(net).recipe
+    if shipped_name(net) is not None or Path(net).exists():
+        recipe, meant = load_predictor(net).recipe, TrainingSettings()
+    else:
+        recipe = net_spec(net).recipe
+        meant = TrainingSettings(**{**net_spec(net).training, "net": net})
     if not isinstance(recipe, GridRecipe):
         raise InputError(f"{net} takes points; shards hold grids")
-    meant = TrainingSettings(**{**net_spec(net).training, "net": net})
     settings = ConversionSettings(
         recipe, meant.changes(recipe.margin), meant.replicas if replicas is None else replicas,
         shard_size, seed,
@@ -47,7 +52,7 @@ def convert_set(
         _local(source) as folder,
         progress_bar(f"shards, {pool.name}") as show,
     ):
-        return convert(folder, url, settings, pool, show)
+        return convert(folder, seen_from(cluster, url), settings, pool, show)
 
 
 @contextmanager

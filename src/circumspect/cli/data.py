@@ -48,7 +48,8 @@ class Data:
     sha256: str | None = None
     """Of fetch: what the archive must hash to."""
     net: str = "planes"
-    """Of convert: the network that the grids are for; see `circumspect nets`."""
+    """Of convert: the network that the grids are for; see `circumspect nets`. Or a classifier that
+    is to be evaluated on them: a shipped one, an ONNX file, or the folder of a run."""
     replicas: int | None = None
     """Of convert: augmented variants of each training object; without it the network's usual
     number."""

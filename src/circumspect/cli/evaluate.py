@@ -16,7 +16,7 @@ import tyro
 from circumspect import __version__
 from circumspect.cli.evaluate_crops import are_crops, evaluate_crops
 from circumspect.cli.given_flags import given_flags
-from circumspect.cli.job_pool import opened_pool
+from circumspect.cli.job_pool import opened_pool, seen_from
 from circumspect.cli.model_flag import MODELNET10, ROBOT
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, printable
@@ -136,8 +136,20 @@ class Evaluate:
         name = self.model or MODELNET10
         with opened_pool(self.workers, self.cluster) as pool:
             return evaluate_shards(
-                name, _identity(name), self.data[0], self.split, self.out, pool, self.json
+                self._model_seen(),
+                _identity(name),
+                seen_from(self.cluster, self.data[0]),
+                self.split,
+                self.out,
+                pool,
+                self.json,
             )
+
+    def _model_seen(self) -> str:
+        from circumspect.classification.shipped import shipped_name
+
+        name = self.model or MODELNET10
+        return name if shipped_name(name) is not None else seen_from(self.cluster, name)
 
     def _real_objects(self, paths: Sequence[Path]) -> int:
         from circumspect.evaluation.predictor import load_predictor

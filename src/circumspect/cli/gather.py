@@ -98,7 +98,7 @@ class Gather:
         return 0
 
     def _simulated(self) -> list[GatheredScan]:
-        from circumspect.cli.job_pool import opened_pool
+        from circumspect.cli.job_pool import opened_pool, seen_from
         from circumspect.cli.progress import progress_bar
         from circumspect.gathering import gather, objects_for
         from circumspect.gathering.set_place import place_of
@@ -112,7 +112,7 @@ class Gather:
                 objects = objects_for(settings, show)
             with progress_bar(f"scans, {pool.name}") as show:
                 return gather(
-                    place_of(self.out), settings, objects, pool, measured,
+                    place_of(seen_from(self.cluster, self.out)), settings, objects, pool, measured,
                     lambda done, total, _: show(done, total),
                 )  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from circumspect.errors import InputError
@@ -36,3 +37,15 @@ def opened_pool(workers: int | None, cluster: str | None) -> Iterator[JobPool]:
 
     with RayPool.connected(cluster) as pool:
         yield pool
+
+
+def seen_from(cluster: str | None, place: str) -> str:
+    """A path or URL as processes elsewhere are given it.
+
+    Processes of a cluster have another working directory.
+
+    Args:
+        cluster: As for `opened_pool`.
+        place: A path or URL.
+    """
+    return place if cluster is None or "://" in place else str(Path(place).resolve())
