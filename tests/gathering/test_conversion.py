@@ -59,6 +59,8 @@ def test_all_objects_are_there_with_their_variants(data: dict, tmp_path: Path) -
     assert set(train.objects.tolist()) == set(data["train"].names.tolist())
     assert len(np.unique(train.packed, axis=0)) == 72, "variants differ"
     assert len(list((tmp_path / "train").iterdir())) == 4
+    neighbours = train.objects[1:] == train.objects[:-1]
+    assert neighbours.mean() < 0.3, "variants of an object do not lie together"
     tests, views = read(tmp_path, "test")
     assert views.shape == (10, 2, *RECIPE.shape)
     for name, label, grid in zip(tests.objects, tests.labels, views, strict=True):

@@ -149,6 +149,10 @@ def converted(job: ConversionJob) -> dict[str, Any]:
         objects.labels[members], objects.shown[members],
         np.array([job.starts_deg.get(name, np.nan) for name in objects.names[members].tolist()]),
     )  # fmt: skip
+    if job.head.split == "train":
+        # Variants of an object lie apart, so that those read together are of many objects.
+        order = np.random.default_rng([job.settings.seed, job.head.number]).permutation(len(rows))
+        rows = rows.subset(order)
     write_shard(SetStore(job.url), job.head, rows)
     return {"key": job.key, "rows": len(rows)}
 
