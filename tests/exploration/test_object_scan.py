@@ -54,6 +54,16 @@ def test_a_box_is_gone_round_and_all_of_it_is_written_down(planner, tmp_path: Pa
     assert (tmp_path / "picture.png").exists()
 
 
+def test_planner_that_returns_something_else_is_named() -> None:
+    class Odd(CirclePlanner):
+        def next_view(self, situation):
+            return None
+
+    going = scan(planner=Odd())
+    with pytest.raises(InputError, match="planner Odd returned a NoneType; a NextView or Finished"):
+        going.run()
+
+
 def test_the_robot_never_touches_what_it_scans() -> None:
     going = scan(planner=SurfaceNormalPlanner())
     wait, places = going.robot.wait, []

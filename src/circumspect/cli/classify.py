@@ -43,6 +43,10 @@ class Classify:
     unit: Unit | None = None
     """The unit of the coordinates, also of a saved grid's bounds; with it the object's size is
     used. By default m for glTF/GLB files, and unknown for all others."""
+    reader: Annotated[str | None, tyro.conf.arg(metavar="NAME|MODULE:NAME")] = None
+    """A reader of your own that reads the files, whatever their suffix; MODULE:NAME is a function
+    from a path to a PointCloud or a TriangleMesh. Installed readers read their suffixes without
+    this flag."""
     json: bool = False
     """One JSON object a line on standard output and nothing else there."""
     model: ModelFlag = ROBOT
@@ -63,6 +67,8 @@ class Classify:
             raise InputError(f"--top {self.top}: give 1 or more")
         if not self.files:
             raise CircumspectError("nothing to classify; give at least one file")
+        if self.reader is not None:
+            require_reader(self.reader)
         classifier = Classifier.load(self.model, self.threads)
         failed = False
         for file in self.files:
@@ -79,14 +85,16 @@ class Classify:
     def _named(self, file: Path, classifier: Classifier) -> dict[str, Any]:
         start, unit_m = time.perf_counter(), metres_per_unit(file, self.unit)
         metric = unit_m is not None
-        if (grid := saved_grid(file, self.up)) is not None:
+        grid = None if self.reader else saved_grid(file, self.up)
+        if grid is not None:
             points, loaded = int(grid.occupied.sum()), time.perf_counter()
             prediction = classifier.classify_grid(grid_in_metres(grid, unit_m), metric=metric)
             return prediction_record(file, prediction, points, 1e3 * (loaded - start))
         from circumspect.geometry import read_cloud
 
         up = "z" if self.up == "auto" else self.up
-        cloud = cloud_in_metres(read_cloud(file, up=up, samples=self.samples), unit_m)
+        read = read_cloud(file, up=up, samples=self.samples, reader=self.reader)
+        cloud = cloud_in_metres(read, unit_m)
         points, loaded = len(cloud), time.perf_counter()
         if self.up == "auto":
             from circumspect.classification.upright import classify_any_way_up
@@ -108,6 +116,17 @@ def _tell_of_floor(file: Path, cloud: PointCloud) -> None:
 
     if holds_floor(cloud.points_xyz):
         say(f"{file}: seems to hold the floor, too; cut the object out")
+
+
+def require_reader(name: str) -> None:
+    """Check `--reader` before files are read.
+
+    Raises:
+        InputError: No reader of that name, or one that can not be used.
+    """
+    from circumspect.geometry.cloud_files import READER_REGISTRY
+
+    READER_REGISTRY.get(name)
 
 
 def saved_grid(file: Path, up: str) -> OccupancyGrid | None:

@@ -12,8 +12,8 @@ import tyro
 from circumspect.cli.model_flag import NAMES
 
 # What tyro writes completes commands, flags and their values. Below is what it leaves out: files
-# where a word is no flag, names of classifiers after --model, and words of a command's own, such as
-# `data fetch`.
+# where a word is no flag, names of classifiers and planners after their flags, and words of a
+# command's own, such as `data fetch`.
 BASH = """
 _circumspect() {
   local cur="${COMP_WORDS[COMP_CWORD]}" own="" reply=() word
@@ -27,7 +27,9 @@ _circumspect() {
     [[ "$cur" == -* || "$word" != -* ]] && reply+=("$word")
   done
   (( COMP_CWORD == 2 )) && reply+=($(compgen -W "$own" -- "$cur"))
-  [[ "${COMP_WORDS[COMP_CWORD-1]}" == --model ]] && reply=($(compgen -W "@MODELS@" -- "$cur"))
+  case "${COMP_WORDS[COMP_CWORD-1]}" in
+@VALUES@
+  esac
   COMPREPLY=("${reply[@]}")
   # Nothing of ours: bash completes files itself, and knows folders from files.
   (( COMP_CWORD > 1 && ${#COMPREPLY[@]} == 0 )) && compopt -o default 2>/dev/null
@@ -36,10 +38,10 @@ _circumspect() {
 complete -F _circumspect circumspect
 """
 ZSH = """
-if [[ "${words[CURRENT-1]}" == --model ]]; then
-  compadd -- @MODELS@
-  _files
-elif (( CURRENT > 2 )) && [[ "$PREFIX" != -* && "${words[CURRENT-1]}" != --* ]]; then
+case "${words[CURRENT-1]}" in
+@VALUES@
+esac
+if (( CURRENT > 2 )) && [[ "$PREFIX" != -* && "${words[CURRENT-1]}" != --* ]]; then
   (( CURRENT == 3 )) && case "${words[2]}" in
 @OWN@
   esac
@@ -55,20 +57,24 @@ function _circumspect_takes_a_file
     and not string match --quiet -- '--*' (commandline -opc)[-1]
 end
 complete --command circumspect --force-files --condition _circumspect_takes_a_file
-function _circumspect_takes_a_model
-    string match --quiet -- --model (commandline -opc)[-1]
-end
-complete --command circumspect --force-files --arguments '@MODELS@' \
-    --condition _circumspect_takes_a_model
+@VALUES@
 @OWN@
 """
+VALUES = {"--model": NAMES, "--planner": ("normals", "circle", "confidence")}
+"""Names after a flag that also takes others: a file, MODULE:NAME."""
 OWN = {
-    "bash": (BASH, '    {0}) own="{1}" ;;'),
-    "zsh": (ZSH, "    {0}) compadd -- {1} ;;"),
+    "bash": (
+        BASH,
+        '    {0}) own="{1}" ;;',
+        '    {0}) reply=($(compgen -W "{1}" -- "$cur")) ;;',
+    ),
+    "zsh": (ZSH, "    {0}) compadd -- {1} ;;", "  {0}) compadd -- {1}; _files; return ;;"),
     "fish": (
         FISH,
         "complete --command circumspect --arguments '{1}' "
         "--condition '__fish_seen_subcommand_from {0}; and test (_circumspect_words) -eq 2'",
+        "complete --command circumspect --force-files --arguments '{1}' "
+        "--condition 'string match --quiet -- {0} (commandline -opc)[-1]'",
     ),
 }
 
@@ -108,10 +114,11 @@ def script(shell: str) -> str:
     told = io.StringIO()
     with contextlib.redirect_stdout(told), contextlib.suppress(SystemExit):
         parse_any(commands, "circumspect", ["--tyro-print-completion", shell])
-    extra, line = OWN[shell]
+    extra, line, value_line = OWN[shell]
     own = [(name, " ".join(_own_words(kind))) for name, (kind, _) in commands.items()]
     lines = "\n".join(line.format(name, words) for name, words in own if words)
-    extra = extra.replace("@OWN@", lines).replace("@MODELS@", " ".join(NAMES))
+    values = "\n".join(value_line.format(flag, " ".join(names)) for flag, names in VALUES.items())
+    extra = extra.replace("@OWN@", lines).replace("@VALUES@", values)
     return told.getvalue().rstrip() + "\n" + extra
 
 

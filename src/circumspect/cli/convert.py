@@ -39,8 +39,8 @@ def convert_set(
     if shipped_name(net) is not None or Path(net).exists():
         recipe, meant = load_predictor(net).recipe, TrainingSettings()
     else:
-        recipe = net_spec(net).recipe
-        meant = TrainingSettings(**{**net_spec(net).training, "net": net})
+        spec = net_spec(net)
+        recipe, meant = spec.recipe, TrainingSettings(**{**spec.training, "net": spec.name})
     if not isinstance(recipe, GridRecipe):
         raise InputError(f"{net} takes points; shards hold grids")
     settings = ConversionSettings(

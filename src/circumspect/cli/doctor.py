@@ -9,6 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from circumspect.errors import printable
+
 DATA = ("ModelNet10", "modelnet10", "redkitchen")
 """Folders that are looked for here and in $CIRCUMSPECT_DATA."""
 
@@ -32,7 +34,12 @@ class Doctor:
         from circumspect.cli.self_test import self_test
 
         extras, checks = installed(), self_test()
-        document = {**_machine(), "extras": extras, "checks": [asdict(check) for check in checks]}
+        document = {
+            **_machine(),
+            "extras": extras,
+            "checks": [asdict(check) for check in checks],
+            "plugins": _plugins(),
+        }
         if self.json:
             print(json.dumps(document))  # noqa: T201
         else:
@@ -60,6 +67,36 @@ def _machine() -> dict[str, Any]:
     }
 
 
+def _plugins() -> list[dict[str, str | None]]:
+    """Networks, view planners and readers of installed packages."""
+    from circumspect.geometry.cloud_files import READER_REGISTRY
+    from circumspect.planning import PLANNER_REGISTRY
+
+    found = [*PLANNER_REGISTRY.plugins(), *READER_REGISTRY.plugins()]
+    try:
+        from circumspect.nets.registry import NETWORKS
+    except ImportError:
+        # Without torch there are no networks; the table of extras says so.
+        return [plugin.to_dict() for plugin in found]
+    return [plugin.to_dict() for plugin in (*NETWORKS.plugins(), *found)]
+
+
+def _show_plugins(plugins: list[dict[str, str | None]]) -> None:
+    from rich.text import Text
+
+    from circumspect.cli.console import OutputConsole
+
+    console = OutputConsole(highlight=False)
+    for plugin in plugins:
+        works = plugin["error"] is None
+        mark = "[green]works [/green]" if works else "[red]BROKEN[/red]"
+        told = f"{plugin['kind']} {plugin['name']} of {plugin['distribution']}"
+        told = told if works else str(plugin["error"])
+        console.print(
+            Text.from_markup(f"{mark}  plug-in: "), Text(printable(told)), sep="", soft_wrap=True
+        )
+
+
 def _size(folder: Path) -> int:
     return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
 
@@ -80,6 +117,7 @@ def _show(document: dict[str, Any]) -> None:
     for check in document["checks"]:
         mark = "[green]works [/green]" if check["works"] else "[red]BROKEN[/red]"
         console.print(f"{mark}  {check['what']}: ", check["told"], sep="", soft_wrap=True)
+    _show_plugins(document["plugins"])
     table = Table("extra", "", "what for", "packages", box=None, pad_edge=False)
     lacking = []
     for extra, packages in document["extras"].items():

@@ -18,6 +18,7 @@ from circumspect.cli.evaluate_crops import are_crops, evaluate_crops
 from circumspect.cli.given_flags import given_flags
 from circumspect.cli.job_pool import opened_pool, seen_from
 from circumspect.cli.model_flag import MODELNET10, ROBOT
+from circumspect.cli.net_flag import NetFlag, name_net
 from circumspect.cli.say import say
 from circumspect.errors import InputError, MissingExtraError, printable
 
@@ -49,6 +50,8 @@ class Evaluate:
     model: Annotated[str | None, tyro.conf.arg(metavar="NAME|FILE")] = None
     """A shipped classifier (`circumspect models` lists them), an ONNX file, a checkpoint or a run's
     folder; by default modelnet10, that of the paper's protocol, and robot on real objects."""
+    net: NetFlag = None
+    """Of a checkpoint whose network is not installed: the network's code."""
     split: Literal["validation", "test", "train"] = "validation"
     """Choices are made on validation; test is for reports."""
     yaw: Annotated[str | None, tyro.conf.arg(metavar="DEG,DEG,...")] = None
@@ -84,6 +87,7 @@ class Evaluate:
         from circumspect.evaluation.yaw_sweep import spread_yaws, sweep_yaw
         from circumspect.storage import write_json
 
+        name_net(self.net)
         if any(map(is_sharded, self.data)):
             return self._shards()
         if given := given_flags(self, "workers", "cluster"):

@@ -12,6 +12,7 @@ import tyro
 
 from circumspect.cli.draft import draft_of
 from circumspect.cli.given_flags import given_flags
+from circumspect.cli.net_flag import NetFlag, name_net
 from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ class Export:
     added, its weights stay."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.onnx")]
     """The ONNX file to write; it is kept only if its network answers as the given ones do."""
+    net: NetFlag = None
+    """Of a checkpoint whose network is not installed: the network's code."""
     committee: tuple[Path, ...] = ()
     """Further checkpoints or runs, whose logits are averaged with the first's."""
     int8: Annotated[Path | None, tyro.conf.arg(metavar="DATA")] = None
@@ -68,6 +71,7 @@ class Export:
             checked_temperature,
         )
 
+        name_net(self.net)
         if self.temperature is not None:
             checked_temperature(self.temperature)
         if self.unknown_beyond is not None:

@@ -35,6 +35,8 @@ class Grid:
     """Along radius, azimuth and height, or along x, y and z."""
     up: Literal["x", "y", "z"] = "z"
     """The axis that points up in the file."""
+    reader: Annotated[str | None, tyro.conf.arg(metavar="NAME|MODULE:NAME")] = None
+    """A reader of your own, as of `circumspect classify`."""
     margin: float = 1.1
     """The grid is this many times as large as the smallest one that holds the object. The shipped
     classifiers expect 1.1; the paper has 1."""
@@ -55,10 +57,10 @@ class Grid:
             raise InputError(f"--out {out}: a grid is an npz; give a name that ends in .npz")
         if not all(abs(turn) < 1e6 for turn in self.turn):
             raise InputError(f"--turn {' '.join(f'{t:g}' for t in self.turn)}: give degrees")
-        if holds_grid(self.file):
+        if self.reader is None and holds_grid(self.file):
             raise InputError(f"{self.file}: is a grid already; give what it was made of")
         recipe = GridRecipe(kind=self.kind, shape=self.cells, margin=self.margin)
-        cloud = read_cloud(self.file, up=self.up, samples=self.samples)
+        cloud = read_cloud(self.file, up=self.up, samples=self.samples, reader=self.reader)
         with blamed_on(self.file):
             grid = recipe.bounds(cloud).hits(recipe.surface(cloud).points_xyz)
         grid.save(out)

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from circumspect.errors import InputError, MissingExtraError
+import tyro
+
+from circumspect.cli.say import say
+from circumspect.errors import InputError, MissingExtraError, printable
+
+if TYPE_CHECKING:
+    from circumspect.nets import NetSpec
+    from circumspect.plugins import Plugin
 
 MOST_CLASSES = 100_000
 """The largest networks then have gigabytes of weights."""
@@ -14,12 +21,17 @@ MOST_CLASSES = 100_000
 
 @dataclass(frozen=True)
 class Nets:
-    """Every network, with its size and work.
+    """Every network, with its size and work; those of installed plug-ins, too.
 
     $ circumspect nets
     $ circumspect nets --classes 40 --json
+    $ circumspect nets --net my_package.my_net:NET
+
+    The exit code is 1 where a plug-in can not be used.
     """
 
+    net: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME|MODULE:NAME")] = ()
+    """These networks only; MODULE:NAME is a NetSpec of your own."""
     json: bool = False
     """One JSON object a line on standard output and nothing else there."""
     classes: int = 10
@@ -33,33 +45,48 @@ class Nets:
             import torch  # noqa: F401
         except ImportError as error:
             raise MissingExtraError("torch", "train") from error
-        records = _records(self.classes)
+        records, failed = self._records()
         if self.json:
             for record in records:
                 print(json.dumps(record))  # noqa: T201
-        else:
+        elif records:
             _show(records)
-        return 0
+        return 1 if failed else 0
+
+    def _records(self) -> tuple[list[dict[str, Any]], bool]:
+        """A record a network, and whether a plug-in can not be used; each of these is reported."""
+        from circumspect.nets import NETS
+        from circumspect.nets.registry import NETWORKS, net_spec
+
+        if self.net:
+            return [_record(net_spec(name), self.classes, None) for name in self.net], False
+        records = [_record(spec, self.classes, None) for spec in NETS.values()]
+        failed = False
+        for plugin in NETWORKS.plugins():
+            try:
+                if plugin.error is not None:
+                    raise InputError(plugin.error)
+                records.append(_record(net_spec(plugin.name), self.classes, plugin))
+            except InputError as error:
+                failed = True
+                say(str(error))
+        return records, failed
 
 
-def _records(classes: int) -> list[dict[str, Any]]:
-    from circumspect.nets import NETS, build_net, cost_of
+def _record(spec: NetSpec, classes: int, plugin: Plugin | None) -> dict[str, Any]:
+    from circumspect.nets import build_net, cost_of
 
-    records = []
-    for spec in NETS.values():
-        cost = cost_of(build_net(spec.name, classes, spec.recipe), spec.recipe.input_shape)
-        records.append(
-            {
-                "name": spec.name,
-                "parameters": cost.parameters,
-                "multiply_adds": cost.multiply_adds,
-                "input": {"kind": spec.recipe.kind, "shape": list(spec.recipe.input_shape[-3:])},
-                "summary": spec.summary,
-                "source": spec.source,
-                "departures": spec.departures,
-            }
-        )
-    return records
+    cost = cost_of(build_net(spec.name, classes, spec.recipe), spec.recipe.input_shape)
+    return {
+        "name": spec.name,
+        "parameters": cost.parameters,
+        "multiply_adds": cost.multiply_adds,
+        "input": {"kind": spec.recipe.kind, "shape": list(spec.recipe.input_shape[-3:])},
+        "summary": spec.summary,
+        "source": spec.source,
+        "departures": spec.departures,
+        "distribution": None if plugin is None else plugin.distribution,
+    }
 
 
 def _show(records: list[dict[str, Any]]) -> None:
@@ -81,7 +108,7 @@ def _show(records: list[dict[str, Any]]) -> None:
             f"{record['parameters'] / 1e6:.2f} M",
             f"{record['multiply_adds'] / 1e6:,.0f} M",
             f"{kind}\n{cells}",
-            f"{record['summary']} ({record['source']})",
+            printable(f"{record['summary']} ({record['distribution'] or record['source']})"),
         )
     console = OutputConsole()
     console.print(table)

@@ -47,9 +47,10 @@ class Scan:
     """Azimuth of the start [degrees], counter-clockwise seen from above; without it drawn."""
     seed: int | None = None
     """The same seed gives the same run; without it a new one is drawn."""
-    planner: Literal["normals", "circle", "confidence"] = "normals"
-    """Where to look from next: along the surface's normals as in the paper, on a circle, or on a
-    circle until the answer is confident."""
+    planner: Annotated[str, tyro.conf.arg(metavar="NAME|MODULE:NAME")] = "normals"
+    """Where to look from next: normals, along the surface's normals as in the paper; circle;
+    confidence, on a circle until the answer is confident; or a planner of your own, by the name
+    that its package gives it or by MODULE:NAME."""
     stop_when_sure: bool = False
     """End as soon as the answer is confident in three consecutive frames, whatever the planner."""
     slip: float = 0.05
@@ -243,12 +244,12 @@ class Scan:
         )
 
     def _planner(self) -> ViewPlanner:
-        from circumspect.planning import CirclePlanner, ConfidencePlanner, SurfaceNormalPlanner
+        from circumspect.planning import ConfidencePlanner, make_planner
 
-        if self.planner == "confidence":
-            return ConfidencePlanner()
-        planner = CirclePlanner() if self.planner == "circle" else SurfaceNormalPlanner()
-        return ConfidencePlanner(planner) if self.stop_when_sure else planner
+        planner = make_planner(self.planner)
+        if self.stop_when_sure and not isinstance(planner, ConfidencePlanner):
+            return ConfidencePlanner(planner)
+        return planner
 
 
 def _how_to_repeat(config: Mapping[str, Any], chosen_there: bool) -> str:

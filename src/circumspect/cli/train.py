@@ -42,8 +42,8 @@ class Train:
     data: Annotated[str, tyro.conf.arg(metavar="PATH|URL")]
     """Folder with train.npz, ModelNet10's folder of OFF files, a set that `gather` made, or the
     folder or URL of shards that `data convert` made."""
-    net: str = "planes"
-    """One of `circumspect nets`."""
+    net: Annotated[str, tyro.conf.arg(metavar="NAME|MODULE:NAME")] = "planes"
+    """One of `circumspect nets`, or a NetSpec of your own: docs/own-network.md."""
     out: Path | None = None
     """Folder of the run: settings, log, state, best.safetensors; runs/train-NET by default."""
     grid: Literal["cylindrical", "rectangular"] | None = None
@@ -121,9 +121,9 @@ class Train:
         from circumspect.cli.say import say
         from circumspect.cli.training_progress import TrainingProgress
         from circumspect.datasets import GridCache, open_data_set
-        from circumspect.nets.registry import require_takes, require_turnable
+        from circumspect.nets.registry import net_spec, require_takes, require_turnable
 
-        net = pooled_net(self.net, self.pool)
+        net = net_spec(pooled_net(self.net, self.pool)).name
         # What is wrong with the flags is told before meshes are sampled.
         settings = self._settings(net)
         shards = self._shards()

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from circumspect.errors import InputError
 from circumspect.exploration.end_reason import EndReason, ScanEnded
 from circumspect.exploration.frame_driver import FrameDriver, Frames
 from circumspect.exploration.progress_watch import ProgressWatch
@@ -168,6 +169,11 @@ class ObjectScan:
         view = self.planner.next_view(self.situation)
         if isinstance(view, Finished):
             raise ScanEnded(self._explained(view))
+        if not isinstance(view, NextView):
+            raise InputError(
+                f"the view planner {type(self.planner).__name__} returned a "
+                f"{type(view).__name__}; a NextView or Finished is needed"
+            )
         return view
 
     @timed("plan")

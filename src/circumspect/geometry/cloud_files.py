@@ -18,11 +18,13 @@ from circumspect.geometry.numpy_file import read_npy, read_npz
 from circumspect.geometry.obj_file import read_obj
 from circumspect.geometry.off_file import read_off
 from circumspect.geometry.pcd_file import read_pcd
+from circumspect.geometry.plugin_reader import PluginReader, checked_reader
 from circumspect.geometry.ply_file import read_ply
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.stl_file import read_stl
 from circumspect.geometry.triangle_mesh import TriangleMesh
 from circumspect.geometry.xyz_file import read_xyz
+from circumspect.plugins import Registry
 
 # Suffix -> reader. A new format is one line here.
 READERS: dict[str, Callable[[Path], FileShape]] = {
@@ -39,6 +41,11 @@ READERS: dict[str, Callable[[Path], FileShape]] = {
     ".glb": read_gltf,
     ".gltf": read_gltf,
 }
+
+READER_REGISTRY: Registry[PluginReader] = Registry(
+    "reader", "circumspect.readers", {}, checked_reader
+)
+"""Readers of other packages; an entry point is named after the suffix it reads, without the dot."""
 
 # How a file begins, where that says more than its name.
 _SIGNATURES = {
@@ -60,7 +67,11 @@ _ROTATION_TO_Z_UP: dict[str, NDArray[np.float64]] = {
 
 
 def read_cloud(
-    path: str | os.PathLike[str], up: str = "z", samples: int = 32768, seed: int = 0
+    path: str | os.PathLike[str],
+    up: str = "z",
+    samples: int = 32768,
+    seed: int = 0,
+    reader: str | None = None,
 ) -> PointCloud:
     """Read the surface points of an object, z up.
 
@@ -71,6 +82,7 @@ def read_cloud(
             glTF and GLB files usually need "y"; nothing is turned by itself.
         samples: How many points to draw from a mesh, evenly by area. Mere points are all kept.
         seed: Of the draw.
+        reader: Name of a plug-in reader, or MODULE:NAME of one, for a file of any suffix.
 
     Returns:
         The cloud in the unit of the file, with normals where the file or its faces give them.
@@ -84,18 +96,21 @@ def read_cloud(
         raise InputError(f"samples must be at least 1, not {samples}")
     rotation = _rotation(up)
     with blamed_on(path) as file:
-        shape = _reader(file)(file)
+        shape = _reader(file, reader)(file)
         if shape.has_faces:
             return shape.mesh(rotation).sampled(samples, np.random.default_rng(seed))
         return shape.cloud(rotation)
 
 
-def read_mesh(path: str | os.PathLike[str], up: str = "z") -> TriangleMesh:
+def read_mesh(
+    path: str | os.PathLike[str], up: str = "z", reader: str | None = None
+) -> TriangleMesh:
     """Read a surface of triangles, z up; polygons are cut into triangles.
 
     Args:
         path: A file of one of the formats in `READERS`.
         up: The axis that points up in the file, as in `read_cloud`.
+        reader: As in `read_cloud`.
 
     Raises:
         InputError: The file can not be read; the message names it and what to do.
@@ -103,7 +118,7 @@ def read_mesh(path: str | os.PathLike[str], up: str = "z") -> TriangleMesh:
     """
     rotation = _rotation(up)
     with blamed_on(path) as file:
-        return _reader(file)(file).mesh(rotation)
+        return _reader(file, reader)(file).mesh(rotation)
 
 
 def _rotation(up: str) -> NDArray[np.float64]:
@@ -112,7 +127,9 @@ def _rotation(up: str) -> NDArray[np.float64]:
     return _ROTATION_TO_Z_UP[up]
 
 
-def _reader(path: Path) -> Callable[[Path], FileShape]:
+def _reader(path: Path, plugin: str | None) -> Callable[[Path], FileShape]:
+    if plugin is not None:
+        return READER_REGISTRY.get(plugin)
     with path.open("rb") as stream:
         head = stream.read(16)
     if not head:
@@ -123,6 +140,8 @@ def _reader(path: Path) -> Callable[[Path], FileShape]:
     signed = (suffix for mark, suffix in _SIGNATURES.items() if head.startswith(mark))
     suffix = next(signed, path.suffix.lower())
     if suffix not in READERS:
-        known = " ".join(sorted(READERS))
+        if (reader := READER_REGISTRY.find(suffix.removeprefix("."))) is not None:
+            return reader
+        known = " ".join(sorted({*READERS, *(f".{name}" for name in READER_REGISTRY.names())}))
         raise InputError(f"unknown format {path.suffix or '(no suffix)'!r}; known: {known}")
     return READERS[suffix]

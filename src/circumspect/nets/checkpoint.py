@@ -14,7 +14,7 @@ from torch import Tensor, nn
 
 from circumspect.classification import InputRecipe, recipe_from_dict
 from circumspect.errors import InputError, WeightsError
-from circumspect.nets.registry import build_net
+from circumspect.nets.registry import build_net, require_known
 from circumspect.nets.tensor_file import save_tensors
 
 HEADER = "circumspect"
@@ -73,7 +73,8 @@ class Checkpoint:
         """Read what `save` wrote.
 
         Raises:
-            WeightsError: The file is missing, broken, or of another program.
+            WeightsError: The file is missing, broken, of another program, or of a network that is
+                not installed.
         """
         if not Path(path).is_file():
             raise WeightsError(f"{path}: no such file")
@@ -83,8 +84,8 @@ class Checkpoint:
                 weights = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118
             if broken := [name for name, value in weights.items() if not value.isfinite().all()]:
                 raise ValueError(f"{broken[0]} holds numbers that are not finite")
-            return cls(
-                header["net"],
+            checkpoint = cls(
+                str(header["net"]),
                 tuple(header["classes"]),
                 recipe_from_dict(header["grid"]),
                 weights,
@@ -100,3 +101,5 @@ class Checkpoint:
             InputError,
         ) as error:
             raise WeightsError(f"{path}: not a checkpoint of circumspect ({error})") from error
+        require_known(checkpoint.net, path)
+        return checkpoint

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -14,7 +14,7 @@ from torch import nn
 
 from circumspect.classification import GridRecipe, InputRecipe, PointsRecipe
 from circumspect.classification.context import WIDTH
-from circumspect.errors import InputError
+from circumspect.errors import CircumspectError, InputError, WeightsError, printable
 from circumspect.nets.deeppano import DeepPano
 from circumspect.nets.headed_planes import HeadedPlanes
 from circumspect.nets.moon2018 import Moon2018
@@ -25,6 +25,14 @@ from circumspect.nets.pointnet import PointNet
 from circumspect.nets.shapenets import ShapeNets
 from circumspect.nets.voxelnet import VoxelNet
 from circumspect.nets.voxnet import VoxNet
+from circumspect.plugins import (
+    PLUGIN_NAME,
+    REFERENCE,
+    PluginError,
+    Registry,
+    cause_of,
+    kind_of,
+)
 
 MARGIN = 1.1
 """Of what is trained on objects of varied size; `docs/networks.md` says why."""
@@ -190,17 +198,72 @@ NETS = {
 }
 
 
+def _checked(name: str, value: Any) -> NetSpec:
+    """What a plug-in offers, if it is a network.
+
+    Raises:
+        InputError: It is not.
+    """
+    if not isinstance(value, NetSpec):
+        raise InputError(f"{kind_of(value)}; a circumspect.nets.NetSpec is needed")
+    if not PLUGIN_NAME.fullmatch(str(value.name)):
+        raise InputError(
+            f"has the name {value.name!r:.40}; letters, digits, '-' and '_' are needed"
+        )
+    if value.name in NETS:
+        raise InputError(f"has the name of the built-in network {value.name}; choose another")
+    if not REFERENCE.fullmatch(name) and name != value.name:
+        raise InputError(f"is named {value.name} by its NetSpec; give the entry point that name")
+    if not callable(value.build) or not isinstance(value.recipe, InputRecipe):
+        raise InputError("needs a callable `build` and an input specification as `recipe`")
+    return value
+
+
+NETWORKS = Registry("network", "circumspect.nets", NETS, _checked)
+"""The networks above, and those of other packages."""
+_REFERENCES: dict[str, str] = {}
+"""Name to MODULE:NAME of the networks that were asked for by it."""
+
+
 def net_spec(name: str) -> NetSpec:
     """Look a network up.
 
+    Args:
+        name: One of `NETS`, an entry point of the group `circumspect.nets`, or MODULE:NAME of a
+            `NetSpec`, which is known by its own name from then on.
+
     Raises:
         InputError: No network of that name.
+        PluginError: There is one, but it can not be used.
     """
-    if name in NETS:
-        return NETS[name]
-    near = difflib.get_close_matches(name, NETS, 1)
-    hint = f"; did you mean {near[0]}?" if near else ""
-    raise InputError(f"no network '{name}'; known: {', '.join(NETS)}{hint}")
+    spec = NETWORKS.get(name)
+    if REFERENCE.fullmatch(name):
+        NETWORKS.remember(spec.name, spec)
+        _REFERENCES[spec.name] = name
+    return spec
+
+
+def net_words(name: str) -> str:
+    """What to type for a network: its name, or MODULE:NAME where it was asked for by that."""
+    return _REFERENCES.get(name, name)
+
+
+def require_known(name: str, file: str | os.PathLike[str]) -> None:
+    """Check a network that a file names; no code of its choice is imported.
+
+    Args:
+        name: As the file says.
+        file: For the message.
+
+    Raises:
+        WeightsError: No network of that name is known.
+        PluginError: There is one, but it can not be used.
+    """
+    if REFERENCE.fullmatch(name) or NETWORKS.find(name) is None:
+        raise WeightsError(
+            f"{file}: made with the network '{printable(name[:80])}', which is not installed; name "
+            "its code: --net MODULE:NAME"
+        )
 
 
 def build_net(name: str, classes: int, recipe: InputRecipe) -> nn.Module:
@@ -219,11 +282,53 @@ def build_net(name: str, classes: int, recipe: InputRecipe) -> nn.Module:
         takes = "points" if isinstance(spec.recipe, PointsRecipe) else "grids"
         raise InputError(f"{name} takes {takes}")
     cells = (recipe.shape,) if isinstance(recipe, GridRecipe) else ()
-    net = spec.build(classes, *cells, **_beside(spec, recipe))
+    beside = _beside(spec, recipe)
+    net = (
+        spec.build(classes, *cells, **beside)
+        if spec.name in NETS
+        else _built_by_plugin(spec, classes, recipe, cells, beside)
+    )
     layouts = {4: torch.channels_last, 5: torch.channels_last_3d}
     for parameter in net.parameters():
         if layout := layouts.get(parameter.ndim):
             parameter.data = parameter.data.contiguous(memory_format=layout)
+    return net
+
+
+def _built_by_plugin(
+    spec: NetSpec,
+    classes: int,
+    recipe: InputRecipe,
+    cells: tuple[tuple[int, int, int], ...],
+    beside: Mapping[str, int],
+) -> nn.Module:
+    """A network of foreign code, which gives a score of each class for each input.
+
+    Raises:
+        PluginError: It can not be built, or gives something else.
+    """
+    title = f"network '{spec.name}'"
+    try:
+        net = spec.build(classes, *cells, **beside)
+        if not isinstance(net, nn.Module):
+            raise PluginError(f"{title}: what it builds {kind_of(net)}; a torch Module is needed")
+        context = (torch.zeros(2, beside["context"]),) if beside else ()
+        channels = beside.get("channels", recipe.input_shape[0])
+        shape = (channels, *recipe.input_shape[1:]) if cells else recipe.input_shape
+        training = net.training
+        with torch.no_grad():
+            scores = net.eval()(torch.zeros(2, *shape), *context)
+        net.train(training)
+    except CircumspectError:
+        raise
+    except Exception as error:
+        raise PluginError(f"{title} can not be built or run: {cause_of(error)}") from error
+    found = tuple(scores.shape) if isinstance(scores, torch.Tensor) else kind_of(scores)
+    if found != (2, classes):
+        raise PluginError(
+            f"{title}: of two inputs of shape {shape} and {classes} classes it makes {found}, not "
+            f"scores of shape (2, {classes})"
+        )
     return net
 
 
@@ -247,6 +352,10 @@ def require_takes(name: str, recipe: InputRecipe) -> None:
     Raises:
         InputError: No network of that name, or it can not be shown that.
     """
+    if net_spec(name).name not in NETS:
+        # Foreign code need not run without numbers.
+        build_net(name, 2, recipe)
+        return
     # Shapes without numbers: the largest of them have millions.
     with torch.device("meta"):
         build_net(name, 2, recipe)

@@ -6,6 +6,7 @@ from circumspect.planning.circle_planner import CirclePlanner
 from circumspect.planning.confidence_planner import ConfidencePlanner
 from circumspect.planning.next_view import Finished, NextView
 from circumspect.planning.plan_view import footprint
+from circumspect.planning.registry import PLANNER_REGISTRY, PLANNERS, make_planner
 from circumspect.planning.rounds import bearing_turned, sectors_visited
 from circumspect.planning.route import NoWay, Route, passable, route
 from circumspect.planning.situation import Situation
@@ -22,6 +23,8 @@ from circumspect.planning.view_planner import ViewPlanner
 
 __all__ = [
     "IMAGE_SHARE",
+    "PLANNERS",
+    "PLANNER_REGISTRY",
     "SURFACE_DISTANCE",
     "Answer",
     "CirclePlanner",
@@ -39,6 +42,7 @@ __all__ = [
     "camera_place",
     "fitting_distance",
     "footprint",
+    "make_planner",
     "passable",
     "route",
     "sectors_visited",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from circumspect.nets.registry import NetSpec, net_spec, require_turnable
+from circumspect.nets.registry import NetSpec, net_spec, net_words, require_turnable
 from circumspect.training import TrainingSettings
 
 SUFFIX = "-random-yaw"
@@ -35,6 +35,11 @@ class Contender:
         if random_yaw:
             require_turnable(net)
         return cls(net_spec(net).name, random_yaw)
+
+    @property
+    def words(self) -> str:
+        """What to type for it: its name, or MODULE:NAME of a network that is not installed."""
+        return net_words(self.net) + (SUFFIX if self.random_yaw else "")
 
     @property
     def name(self) -> str:

@@ -47,9 +47,11 @@ class Comparison(Experiment):
     only: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        # MODULE:NAME becomes the network's own name, which is that of its row and its folder.
+        object.__setattr__(self, "nets", tuple(Contender.from_name(n).name for n in self.nets))
+        only = (Contender.from_name(name).name if ":" in name else name for name in self.only)
+        object.__setattr__(self, "only", tuple(only))
         super().__post_init__()
-        for name in self.nets:
-            Contender.from_name(name)
         rows = (OURS, *self.nets)
         if strange := [name for name in self.only if name not in rows]:
             raise InputError(f"--only {strange[0]}: this comparison has {', '.join(rows)}")
@@ -80,7 +82,8 @@ class Comparison(Experiment):
 
     def command(self, what: str) -> str:
         """See `Experiment.command`."""
-        some = [] if self.nets == ALL_ROWS else ["--nets", *self.nets]
+        words = [Contender.from_name(name).words for name in self.nets]
+        some = [] if self.nets == ALL_ROWS else ["--nets", *words]
         if not self.nets:
             # `--nets` without names would be all of them.
             some = ["--only", OURS]

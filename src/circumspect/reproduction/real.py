@@ -22,7 +22,7 @@ from circumspect.errors import InputError, printable
 from circumspect.evaluation.crop_answers import CropAnswer, Scale, answer_crops
 from circumspect.evaluation.crop_metrics import crop_metrics
 from circumspect.evaluation.predictor import Predictor, checkpoint_path, load_predictor
-from circumspect.nets.registry import net_spec
+from circumspect.nets.registry import net_spec, net_words
 from circumspect.reproduction.experiment import Experiment
 from circumspect.reproduction.paired_comparison import compared_to_first, leave_one_room_out
 from circumspect.reproduction.real_report import real_markdown
@@ -58,11 +58,10 @@ class RealObjects(Experiment):
     data: Path | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "nets", tuple(net_spec(net).name for net in self.nets))
         super().__post_init__()
         if both := set(self.nets) & set(self.contenders):
             raise InputError(f"--contenders {min(both)}=…: is the name of a network to train")
-        for net in self.nets:
-            net_spec(net)
         if not self.nets and not self.contenders:
             raise InputError("there is nothing to compare; give --contenders NAME=FILE")
 
@@ -82,7 +81,7 @@ class RealObjects(Experiment):
 
     def _training_words(self) -> list[str]:
         """The flags that determine the trainings."""
-        words = ["--nets", *self.nets]
+        words = ["--nets", *map(net_words, self.nets)]
         words += [] if self.data is None else ["--data", self.data.name]
         packs = [path.name for path in self.catalogues]
         words += ["--catalogue", *packs] if packs else []

@@ -6,13 +6,12 @@ import queue
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from circumspect.planning import PLANNER_REGISTRY
 from circumspect.viewer.clipped import clipped
 
 if TYPE_CHECKING:
     from circumspect.viewer.dashboard import Dashboard
     from circumspect.viewer.run_controls import RunControls
-
-PLANNERS = ("normals", "circle", "confidence")
 
 
 @dataclass(frozen=True)
@@ -22,7 +21,7 @@ class RunRequest:
     Attributes:
         thing: Name of the object, from the list that was offered.
         start_deg: Azimuth of the start [degrees].
-        planner: One of `PLANNERS`.
+        planner: Name of a view planner, from the list that was offered.
     """
 
     thing: str
@@ -56,12 +55,14 @@ class NextRun:
         """
         self.requests: queue.Queue[RunRequest] = queue.Queue()
         self._things = things if first.thing in things else (first.thing, *things)
+        # MODULE:NAME of the first run is offered as well.
+        self._planners = tuple(dict.fromkeys((*PLANNER_REGISTRY.names(), first.planner)))
         gui = dashboard.server.gui
         with dashboard.panel.tabs.add_tab("New run"):
             self.thing = gui.add_dropdown("object", self._things, initial_value=first.thing)
             start = float(round(first.start_deg % 360.0))
             self.start = gui.add_slider("start [°]", 0.0, 360.0, 1.0, start)
-            self.planner = gui.add_dropdown("planner", PLANNERS, initial_value=first.planner)
+            self.planner = gui.add_dropdown("planner", self._planners, initial_value=first.planner)
             self.begin = gui.add_button("Start")
 
         @self.begin.on_click
@@ -76,5 +77,5 @@ class NextRun:
         return RunRequest(
             thing if thing in self._things else self._things[0],
             clipped(self.start.value, 0.0, 360.0),
-            planner if planner in PLANNERS else PLANNERS[0],
+            planner if planner in self._planners else self._planners[0],
         )
