@@ -72,19 +72,26 @@ class Classifier(ABC):
         """
 
     @staticmethod
-    def load(model: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
+    def load(
+        model: str | os.PathLike[str] | None = None,
+        threads: int = 0,
+        input_spec: str | os.PathLike[str] | None = None,
+    ) -> OnnxClassifier:
         """Load a classifier.
 
         Args:
-            model: The name of a shipped classifier, "robot" or "modelnet10"; or an ONNX file that
-                `circumspect export` wrote. None means "robot". A name goes before a file of the
-                same name: "./robot" and `Path("robot")` are the file.
+            model: The name of a shipped classifier, "robot" or "modelnet10"; or an ONNX file, of
+                `circumspect export` or of another program. None means "robot". A name goes before
+                a file of the same name: "./robot" and `Path("robot")` are the file.
             threads: Threads of the network; 0 means as many as there are cores.
+            input_spec: TOML or JSON file that describes an ONNX file of another program; None
+                means NAME.input.toml or NAME.input.json beside NAME.onnx.
 
         Raises:
-            WeightsError: No classifier has this name, or the file is missing, broken, or not a
-                circumspect classifier.
+            WeightsError: No classifier has this name, or the file is missing, broken, of another
+                program and not described, or not as the description says.
+            InputError: The input specification is missing or broken.
         """
         from circumspect.classification.onnx_classifier import OnnxClassifier
 
-        return OnnxClassifier.load(model, threads)
+        return OnnxClassifier.load(model, threads, input_spec)

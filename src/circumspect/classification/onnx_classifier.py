@@ -15,12 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.context import contexts_of
+from circumspect.classification.foreign_session import ForeignSession
 from circumspect.classification.grid_recipe import GridRecipe
 from circumspect.classification.input_recipe import InputRecipe
+from circumspect.classification.input_spec_file import InputSpecFile, spec_paths
 from circumspect.classification.model_description import LaterFormatError, ModelDescription
 from circumspect.classification.one_object import is_one_object
 from circumspect.classification.onnx_file import (
     broken_description,
+    description_in,
     foreign_network,
     open_session,
     shipped_network,
@@ -51,25 +54,33 @@ class OnnxClassifier(Classifier):
         training objects, unknown_beyond."""
         self._described = ModelDescription.from_dict(description)
         self._outputs = [output.name for output in session.get_outputs()]
-        self._loaded_with: tuple[str, int] | None = None
+        self._loaded_with: tuple[str, int, str | None] | None = None
 
     @staticmethod
-    def load(model: str | os.PathLike[str] | None = None, threads: int = 0) -> OnnxClassifier:
+    def load(
+        model: str | os.PathLike[str] | None = None,
+        threads: int = 0,
+        input_spec: str | os.PathLike[str] | None = None,
+    ) -> OnnxClassifier:
         """See `Classifier.load`."""
         name = shipped_name(model)
         if name is not None:
+            if input_spec is not None:
+                raise InputError(
+                    f"{input_spec}: the classifier '{name}' needs no input specification"
+                )
             title = f"the classifier '{name}'"
-            shipped = _checked(*open_session(shipped_network(name), title, threads), title)
-            shipped._loaded_with = (name, threads)
+            session = open_session(shipped_network(name), title, threads)
+            shipped = _checked(session, description_in(session, title), title)
+            shipped._loaded_with = (name, threads, None)
             return shipped
-        title = str(model)
-        content = foreign_network(model or "")
-        own = _checked(*open_session(content, title, threads, foreign=True), title)
+        own = _own(Path(model or ""), foreign_network(model or ""), threads, input_spec)
         # Absolute: never a shipped name, and the same file wherever it is loaded again.
-        own._loaded_with = (str(Path(model or "").absolute()), threads)
+        spec = None if input_spec is None else str(Path(input_spec).absolute())
+        own._loaded_with = (str(Path(model or "").absolute()), threads, spec)
         return own
 
-    def __reduce__(self) -> tuple[Callable[..., OnnxClassifier], tuple[str, int]]:
+    def __reduce__(self) -> tuple[Callable[..., OnnxClassifier], tuple[str, int, str | None]]:
         """A copy, in this or in another process, is loaded from the same file again.
 
         Raises:
@@ -331,7 +342,35 @@ def _single(distances: NDArray[np.float64]) -> NDArray[np.float64]:
     return distances[:, 0]
 
 
-def _checked(session: Any, description: dict[str, Any], name: str) -> OnnxClassifier:
+def _own(
+    file: Path, content: bytes, threads: int, input_spec: str | os.PathLike[str] | None
+) -> OnnxClassifier:
+    """The classifier in a user's file: of `circumspect export`, or of another program."""
+    session, title = open_session(content, str(file), threads, foreign=True), str(file)
+    description = description_in(session, title)
+    if description is not None:
+        if input_spec is not None:
+            raise InputError(
+                f"{input_spec}: {file} was made by circumspect export and holds its own input "
+                "specification; leave this one out"
+            )
+        return _checked(session, description, title)
+    given = None if input_spec is None else InputSpecFile.load(input_spec)
+    spec = given or InputSpecFile.beside(file)
+    if spec is None:
+        beside = " or ".join(path.name for path in spec_paths(file))
+        raise WeightsError(
+            f"{file}: an ONNX network of another program; describe its input in {beside}, or make "
+            "one with circumspect export"
+        )
+    try:
+        adapted = ForeignSession(session, spec)
+    except WeightsError as error:
+        raise WeightsError(f"{file}: {error} ({spec.path.name})") from error
+    return OnnxClassifier(adapted, spec.description(file.stem))
+
+
+def _checked(session: Any, description: Any, name: str) -> OnnxClassifier:
     """The classifier, if the network takes and gives what is described."""
     try:
         classifier = OnnxClassifier(session, description)

@@ -71,10 +71,8 @@ def _read(model: str | os.PathLike[str]) -> bytes:
         raise WeightsError(f"{path}: can not be read ({reason_of(error)})") from error
 
 
-def open_session(
-    content: bytes, name: str, threads: int, foreign: bool = False
-) -> tuple[Any, dict[str, Any]]:
-    """An inference session, and what the file says of itself.
+def open_session(content: bytes, name: str, threads: int, foreign: bool = False) -> Any:
+    """An inference session.
 
     Args:
         content: Of the file.
@@ -84,7 +82,7 @@ def open_session(
 
     Raises:
         InputError: Threads out of range.
-        WeightsError: Not a network, or one of another program.
+        WeightsError: Not a network.
     """
     import onnxruntime
 
@@ -105,14 +103,25 @@ def open_session(
         raise WeightsError(
             f"{name}: not an ONNX network; make one with circumspect export"
         ) from error
+    return session
+
+
+def description_in(session: Any, name: str) -> dict[str, Any] | None:
+    """What a file says of itself; None where it is of another program.
+
+    Args:
+        session: Of the file.
+        name: Of the file, for messages.
+
+    Raises:
+        WeightsError: Its description is broken.
+    """
     try:
         text = session.get_modelmeta().custom_metadata_map.get(METADATA_KEY)
     except UnicodeDecodeError as error:
         raise WeightsError(f"{name}: its description is no text; export it anew") from error
-    if text is None:
-        raise WeightsError(f"{name}: an ONNX network of another program; use circumspect export")
     try:
-        return session, json.loads(text)
+        return None if text is None else json.loads(text)
     except (ValueError, RecursionError) as error:
         raise broken_description(name, error) from error
 

@@ -52,6 +52,9 @@ class Classify:
     model: ModelFlag = ROBOT
     """A shipped classifier (`circumspect models` lists them), or an ONNX file of your own that
     `circumspect export` made."""
+    input_spec: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """TOML or JSON that describes an ONNX file of another program (docs/own-network.md); by
+    default NAME.input.toml or NAME.input.json beside NAME.onnx."""
     samples: int = 32768
     """Points sampled on a mesh."""
     threads: int = 0
@@ -69,7 +72,7 @@ class Classify:
             raise CircumspectError("nothing to classify; give at least one file")
         if self.reader is not None:
             require_reader(self.reader)
-        classifier = Classifier.load(self.model, self.threads)
+        classifier = Classifier.load(self.model, self.threads, self.input_spec)
         failed = False
         for file in self.files:
             try:

@@ -50,6 +50,9 @@ class Evaluate:
     model: Annotated[str | None, tyro.conf.arg(metavar="NAME|FILE")] = None
     """A shipped classifier (`circumspect models` lists them), an ONNX file, a checkpoint or a run's
     folder; by default modelnet10, that of the paper's protocol, and robot on real objects."""
+    input_spec: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """TOML or JSON that describes an ONNX file of another program (docs/own-network.md); by
+    default NAME.input.toml or NAME.input.json beside NAME.onnx."""
     net: NetFlag = None
     """Of a checkpoint whose network is not installed: the network's code."""
     split: Literal["validation", "test", "train"] = "validation"
@@ -107,7 +110,7 @@ class Evaluate:
             raise InputError("give --yaw or --yaw-count, not both")
         count = YAWS if self.yaw_count is None else self.yaw_count
         yaws = spread_yaws(count) if self.yaw is None else _parsed(self.yaw)
-        predictor = load_predictor(name, self.threads)
+        predictor = load_predictor(name, self.threads, self.input_spec)
         if self.margin is not None:
             predictor = with_margin(predictor, self.margin)
         with progress_bar("sampling meshes") as progress:
@@ -134,7 +137,9 @@ class Evaluate:
 
         if len(self.data) != 1:
             raise InputError(f"--data: one set at a time, not {len(self.data)}")
-        given = given_flags(self, "yaw", "yaw_count", "corrupt", "margin", "scale", "threads")
+        given = given_flags(
+            self, "yaw", "yaw_count", "corrupt", "margin", "scale", "threads", "input_spec"
+        )
         if given:
             raise InputError(f"the grids of shards are made already; leave {given[0]} out")
         name = self.model or MODELNET10
@@ -161,15 +166,21 @@ class Evaluate:
         if given := given_flags(self, "split", "yaw", "yaw_count", "corrupt", "margin"):
             raise InputError(f"real objects are classified as they are; leave {given[0]} out")
         name = self.model or ROBOT
-        predictor = load_predictor(name, self.threads)
+        predictor = load_predictor(name, self.threads, self.input_spec)
         return evaluate_crops(
-            predictor, _identity(name), paths, self.out, scale=self.scale, as_json=self.json
+            predictor,
+            {**_identity(name), **_described(predictor)},
+            paths,
+            self.out,
+            scale=self.scale,
+            as_json=self.json,
         )
 
     def _head(self, predictor: Predictor, evaluated: EvaluationSet) -> dict[str, Any]:
         return {
             "circumspect": __version__,
             **_identity(self.model or MODELNET10),
+            **_described(predictor),
             "split": self.split,
             "data": evaluated.objects.digest,
             "seen_in_training": evaluated.seen,
@@ -206,6 +217,16 @@ def _identity(model: str) -> dict[str, str]:
     content = checkpoint_path(model_path(model)).read_bytes()
     name = shipped_name(model) or Path(model).name
     return {"model": name, "sha256": hashlib.sha256(content).hexdigest()}
+
+
+def _described(predictor: Predictor) -> dict[str, str]:
+    """The hash of the input specification, where a network of another program has one."""
+    from circumspect.classification import OnnxClassifier
+
+    if not isinstance(predictor, OnnxClassifier):
+        return {}
+    sha256 = predictor.description.get("input_spec_sha256")
+    return {} if sha256 is None else {"input_spec_sha256": sha256}
 
 
 def _parsed(text: str) -> list[float]:

@@ -87,7 +87,9 @@ def checkpoint_path(weights: Path) -> Path:
 
 
 def load_predictor(
-    model: str | os.PathLike[str] | None = None, threads: int = 0
+    model: str | os.PathLike[str] | None = None,
+    threads: int = 0,
+    input_spec: str | os.PathLike[str] | None = None,
 ) -> TrainedPredictor:
     """Load an ONNX classifier or a checkpoint of a training run.
 
@@ -97,6 +99,7 @@ def load_predictor(
         model: The name of a shipped classifier or an ONNX file, as `Classifier.load` takes them; a
             checkpoint; or the folder of a run.
         threads: Of ONNX Runtime; 0 means all cores.
+        input_spec: Of an ONNX file of another program, see `Classifier.load`.
 
     Raises:
         WeightsError: No classifier has this name, or the file is missing, broken, or of another
@@ -104,10 +107,14 @@ def load_predictor(
         MissingExtraError: A checkpoint needs torch.
     """
     if not model or shipped_name(model) is not None:
-        return Classifier.load(model, threads)
+        return Classifier.load(model, threads, input_spec)
     weights = checkpoint_path(Path(model))
     if weights.suffix != CHECKPOINT_SUFFIX:
-        return Classifier.load(model, threads)
+        return Classifier.load(model, threads, input_spec)
+    if input_spec is not None:
+        raise WeightsError(
+            f"{input_spec}: {weights} is a checkpoint and needs no input specification"
+        )
     try:
         import torch
     except ImportError as error:
