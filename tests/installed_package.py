@@ -13,7 +13,7 @@ def forget_plugins():
     if "circumspect.nets.registry" in sys.modules:
         registries.append(sys.modules["circumspect.nets.registry"].NETWORKS)
     for registry in registries:
-        registry._loaded.clear()
+        registry.forget()
 
 
 def install(folder, monkeypatch, modules, groups, name="spare-parts", version="1.2"):

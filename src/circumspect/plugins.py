@@ -74,6 +74,7 @@ class Registry(Generic[T]):
         self.kind, self.group, self.built_in = kind, group, built_in
         self._checked = checked
         self._loaded: dict[str, T] = {}
+        self._entries: dict[str, list[EntryPoint]] | None = None
 
     def get(self, name: str) -> T:
         """Look one up and load it.
@@ -154,7 +155,17 @@ class Registry(Generic[T]):
             return str(error)
         return None
 
+    def forget(self) -> None:
+        """Look everything up again, after packages were installed or removed."""
+        self._loaded.clear()
+        self._entries = None
+
     def _offered(self) -> dict[str, list[EntryPoint]]:
+        if self._entries is None:
+            self._entries = self._found()
+        return self._entries
+
+    def _found(self) -> dict[str, list[EntryPoint]]:
         # Imported here: every command would pay for it otherwise.
         from importlib.metadata import entry_points
 

@@ -105,14 +105,15 @@ def test_meshes_are_counted_by_their_folders(tmp_path, capsys):
 
 def test_what_no_reader_could_read_is_broken(tmp_path, capsys):
     write_meshes(tmp_path, "cup/train/a.off", "cup/train/b.off", "cup/train/c.Off")
+    (tmp_path / "cup" / "train" / "c.Off").write_text("no mesh")
     line = OFF.replace("0 1 0", "2 0 0").replace("0 0 1\n", "3 0 0\n")
     (tmp_path / "cup" / "train" / "b.off").write_text(line)
     (tmp_path / "cup" / "train" / "d.off").symlink_to("nowhere.off")
     (tmp_path / "cup" / "train" / "e.off").mkdir()
     found = verify_own(tmp_path)
     assert found.counts == {("train", "cup"): 1}
-    assert found.foreign == ("cup/train/c.Off",)
-    assert [file for file, _ in found.broken] == [f"cup/train/{name}.off" for name in "bde"]
+    names = ["b.off", "c.Off", "d.off", "e.off"]
+    assert [file for file, _ in found.broken] == [f"cup/train/{name}" for name in names]
     assert "no area" in found.broken[0][1]
     assert main(["data", "verify", str(tmp_path)]) == 1
     assert "Traceback" not in capsys.readouterr().err
@@ -127,25 +128,38 @@ def test_a_mesh_without_area_is_named_where_it_is_sampled(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("classes", "own"),
+    ("classes", "each", "own"),
     [
-        (["cup"], True),
-        (["chair", "stool"], True),
-        (["chair"], False),
-        (["chair", "sofa", "stool"], False),
-        ([], False),
+        (["cup"], 1, True),
+        (["chair", "stool"], 1, True),
+        (["chair", "sofa"], 9, True),
+        (["chair", "sofa", "stool"], 9, True),
+        (["bathtub"], 80, False),
+        (["bathtub", "stool"], 80, False),
+        ([], 0, False),
     ],
 )
-def test_a_part_of_modelnet10_stays_one(tmp_path, classes, own):
+def test_set_is_a_copy_of_modelnet10_where_it_holds_half_of_a_class(tmp_path, classes, each, own):
     for name in classes:
-        write_meshes(tmp_path, f"{name}/train/{name}_0001.off")
+        write_meshes(tmp_path, *(f"{name}/train/{name}_{i:04d}.off" for i in range(1, each + 1)))
     write_meshes(tmp_path, "unpacked/deeper/cup/train/a.off")
     assert has_own_classes(tmp_path) is own
+    if classes and own:
+        assert main(["data", "verify", str(tmp_path)]) == 0
+
+
+def test_packs_of_few_models_of_modelnet10_are_a_set_of_their_own(tmp_path):
+    write_pack(tmp_path / "train.npz", ["chair_0001", "sofa_0001"], [0, 1], ("chair", "sofa"))
+    assert has_own_classes(tmp_path)
+    names = [f"bathtub_{i:04d}" for i in range(1, 90)]
+    write_pack(tmp_path / "train.npz", names, [0] * 89, ("bathtub", "stool"))
+    assert not has_own_classes(tmp_path)
 
 
 def test_a_broken_modelnet10_is_named_as_such(tmp_path, capsys):
-    write_meshes(tmp_path, "chair/train/chair_0001.off", "sofa/test/sofa_0681.off")
-    code, document = verified(tmp_path, capsys)
+    folder = tmp_path / "ModelNet10"
+    write_meshes(folder, "chair/train/chair_0001.off", "sofa/test/sofa_0681.off")
+    code, document = verified(folder, capsys)
     assert code == 1
     assert len(document["missing"]) == 4897
     assert "own_classes" not in document

@@ -221,7 +221,9 @@ class TestOffFolder:
             write_off(tmp_path / "mug" / "train" / f"mug_0001.{suffix}", 1.0)
         if len(list((tmp_path / "mug" / "train").iterdir())) < 2:
             pytest.skip("this file system does not tell capitals")
-        with pytest.raises(InputError, match=r"mug_0001\.off and .*mug_0001\.OFF: remove one"):
+        with pytest.raises(
+            InputError, match=r"mug_0001\.OFF and .*mug_0001\.off: one object in two"
+        ):
             open_data_set(tmp_path, "train")
 
     def test_a_sofa_among_modelnet10s_chairs_is_told(self, tmp_path, caplog):

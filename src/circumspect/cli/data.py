@@ -34,8 +34,8 @@ class Data:
     pack. convert: write the grids of a set in shards, as a stream of any length."""
     which: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SET")]
     """What to fetch (modelnet10), what to import (sweethome3d), or the folder to verify or to
-    convert: point packs, OFF files, or a set that `circumspect gather` made, also in an object
-    store."""
+    convert: point packs, files as <class>/{train,test}/* in any readable format, or a set that
+    `circumspect gather` made, also in an object store."""
     path: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[PATH]")] = None
     """Of import: a .sh3f file, or a folder that is searched for them and for the jar of Sweet
     Home 3D."""

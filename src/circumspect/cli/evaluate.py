@@ -44,9 +44,10 @@ class Evaluate:
     """
 
     data: Annotated[tuple[str, ...], tyro.conf.arg(metavar="PATH|URL")]
-    """Folder with point packs, ModelNet10's folder of OFF files, or a set that `gather` made; the
-    folder or URL of shards that `data convert` made, which are not turned; or files of labelled
-    real objects, which are not turned: docs/real-objects.md has their layout."""
+    """Folder with point packs, ModelNet10's folder of OFF files, one of own classes as
+    <class>/{train,test}/* in any readable format, or a set that `gather` made; the folder or URL of
+    shards that `data convert` made, which are not turned; or files of labelled real objects, which
+    are not turned: docs/real-objects.md has their layout."""
     model: Annotated[str | None, tyro.conf.arg(metavar="NAME|FILE")] = None
     """A shipped classifier (`circumspect models` lists them), an ONNX file, a checkpoint or a run's
     folder; by default modelnet10, that of the paper's protocol, and robot on real objects."""

@@ -40,8 +40,9 @@ class Train:
     """
 
     data: Annotated[str, tyro.conf.arg(metavar="PATH|URL")]
-    """Folder with train.npz, ModelNet10's folder of OFF files, a set that `gather` made, or the
-    folder or URL of shards that `data convert` made."""
+    """Folder with train.npz, ModelNet10's folder of OFF files, one of own classes as
+    <class>/{train,test}/* in any readable format, a set that `gather` made, or the folder or URL of
+    shards that `data convert` made."""
     net: Annotated[str, tyro.conf.arg(metavar="NAME|MODULE:NAME")] = "planes"
     """One of `circumspect nets`, or a NetSpec of your own: docs/own-network.md."""
     out: Path | None = None

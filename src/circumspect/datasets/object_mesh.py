@@ -1,14 +1,45 @@
-"""A mesh file of a set as an object's surface."""
+"""A file of a set as an object's surface."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
-from circumspect.errors import GeometryError, InputError
-from circumspect.geometry import TriangleMesh, read_mesh
+import numpy as np
+from numpy.typing import NDArray
 
-SUFFIXES = (".off", ".OFF")
-"""Of the files that are meshes of a set."""
+from circumspect.datasets.farthest_points import evenly_sampled, evenly_thinned
+from circumspect.errors import GeometryError, InputError
+from circumspect.geometry import PointCloud, TriangleMesh, read_mesh, require_extent
+from circumspect.geometry.cloud_files import READER_REGISTRY, READERS, read_surface
+
+OFF_SUFFIXES = (".off", ".OFF")
+"""Of the files that ModelNet10 is made of."""
+METRIC_SUFFIXES = (".glb", ".gltf")
+"""Of formats whose specification fixes the unit, metres, and the axis that points up, y."""
+COMPANIONS = (".mtl", ".bin", ".png", ".jpg", ".jpeg", ".webp", ".ktx2")
+"""Of files that belong to a mesh beside them: materials, textures, buffers."""
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectSample:
+    """What a set keeps of an object.
+
+    Attributes:
+        points_xyz: (1024, 3) float32, evenly spread, in units of the longest side.
+        side: The longest side in the unit of the file.
+        metric: That unit is the metre.
+    """
+
+    points_xyz: NDArray[np.float32]
+    side: float
+    metric: bool
+
+
+def is_object_file(file: Path) -> bool:
+    """Whether a reader knows the suffix, in small letters or capitals; nothing is read."""
+    suffix = file.suffix.lower()
+    return suffix in READERS or suffix.removeprefix(".") in READER_REGISTRY.names()
 
 
 def read_object_mesh(file: Path) -> TriangleMesh:
@@ -17,9 +48,53 @@ def read_object_mesh(file: Path) -> TriangleMesh:
     Raises:
         InputError: It can not be read, or has no area; the message names the file.
     """
-    mesh = read_mesh(file)
+    mesh = read_mesh(file, up=_up(file))
+    _require_area(mesh, file)
+    return mesh
+
+
+def require_object(file: Path) -> None:
+    """Check that a file holds an object: a mesh with an area, or points that span a shape.
+
+    Raises:
+        InputError: It can not be read, or holds none; the message names the file.
+    """
+    _surface(file)
+
+
+def sample_object(file: Path) -> ObjectSample:
+    """Spread points over the mesh in a file, or thin its points.
+
+    Raises:
+        InputError: It can not be read, has no area, or spans no shape; the message names the file.
+    """
+    surface = _surface(file)
+    metric = file.suffix.lower() in METRIC_SUFFIXES
+    if isinstance(surface, TriangleMesh):
+        side = float(np.ptp(surface.vertices_xyz, axis=0).max())
+        return ObjectSample(evenly_sampled(surface), side, metric)
+    side = float(np.ptp(surface.points_xyz, axis=0).max())
+    return ObjectSample(evenly_thinned(surface), side, metric)
+
+
+def _surface(file: Path) -> TriangleMesh | PointCloud:
+    surface = read_surface(file, up=_up(file))
+    if isinstance(surface, TriangleMesh):
+        _require_area(surface, file)
+        return surface
+    try:
+        require_extent(surface)
+    except GeometryError as error:
+        raise InputError(f"{file}: {error}") from error
+    return surface
+
+
+def _require_area(mesh: TriangleMesh, file: Path) -> None:
     try:
         mesh.chosen_by_area(1)
     except GeometryError as error:
         raise InputError(f"{file}: {error}") from error
-    return mesh
+
+
+def _up(file: Path) -> str:
+    return "y" if file.suffix.lower() in METRIC_SUFFIXES else "z"

@@ -26,6 +26,7 @@ class ObjectSet:
             one; None where each cloud is an object of its own.
         sides: (n,) longest side of each object in the unit of its file, which the points may have
             lost; None where that is unknown.
+        metric: (n,) bool, whether the side of each is in metres; None where no unit is known.
 
     Raises:
         InputError: The arrays do not belong together.
@@ -37,6 +38,7 @@ class ObjectSet:
     classes: tuple[str, ...]
     scan_of: NDArray[np.str_] | None = None
     sides: NDArray[np.float64] | None = None
+    metric: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.points_xyz)
@@ -51,6 +53,8 @@ class ObjectSet:
             raise InputError(f"{count} scans need as many objects, not {self.scan_of.shape}")
         if self.sides is not None and self.sides.shape != (count,):
             raise InputError(f"{count} objects need as many sides, not {self.sides.shape}")
+        if self.metric is not None and (self.sides is None or self.metric.shape != (count,)):
+            raise InputError(f"{count} objects need as many sides and units of them")
         if count and not 0 <= self.labels.min() <= self.labels.max() < len(self.classes):
             raise InputError(f"labels lie outside the {len(self.classes)} classes")
         if not np.isfinite(self.points_xyz).all():
@@ -84,6 +88,7 @@ class ObjectSet:
             self.classes,
             None if self.scan_of is None else self.scan_of[chosen],
             None if self.sides is None else self.sides[chosen],
+            None if self.metric is None else self.metric[chosen],
         )
 
     @property

@@ -1,22 +1,21 @@
-"""The folder that ModelNet10's archive unpacks to: `<class>/{train,test}/<class>_NNNN.off`."""
+"""A folder of objects, `<class>/{train,test}/*`: ModelNet10's, or one of own classes."""
 
 from __future__ import annotations
 
 import hashlib
 import logging
 import os
-from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from circumspect.datasets.cache_folder import cache_folder
-from circumspect.datasets.farthest_points import CANDIDATES, POINTS, evenly_sampled
-from circumspect.datasets.object_mesh import SUFFIXES, read_object_mesh
+from circumspect.datasets.farthest_points import CANDIDATES, POINTS
+from circumspect.datasets.object_mesh import is_object_file, sample_object
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.datasets.verification import MODELNET10, NAME
@@ -29,7 +28,9 @@ log = logging.getLogger(__name__)
 def read_off_folder(
     folder: Path, split: str, progress: Callable[[int, int], None] | None = None
 ) -> ObjectSet:
-    """Sample every mesh of one split; the result is cached as a point pack.
+    """Sample every object of one split; the result is cached as a point pack.
+
+    Files are of any readable format. Sizes are in metres where the format says so.
 
     What seems to be a copy of ModelNet10 but holds files that are not named after their class is
     read all the same, and a warning logged.
@@ -37,35 +38,39 @@ def read_off_folder(
     Args:
         folder: Holds one folder a class.
         split: "train" or "test".
-        progress: Called with (done, all) after each mesh.
+        progress: Called with (done, all) after each file.
 
     Raises:
-        InputError: No such split, two files of one name, or a mesh that can not be read.
+        InputError: No such split, two files of one name, or a file that can not be read.
     """
-    files = off_files(folder, split)
+    files = object_files(folder, split)
     if not files:
-        raise InputError(f"{folder}: no <class>/{split}/*.off below it")
+        raise InputError(
+            f"{folder}: no <class>/{split}/*.off below it, nor files of another readable format"
+        )
     _warn_of_strangers(folder, split, files)
     cached = cache_folder("packs") / f"{_fingerprint(files)}.npz"
     with suppress(InputError):
         return read_point_pack(cached)
     objects = _sample(files, progress)
     write_point_pack(cached, objects)
-    log.info("%s: %d meshes sampled, kept as %s", folder, len(objects), cached)
+    log.info("%s: %d objects sampled, kept as %s", folder, len(objects), cached)
     # Quantised like every later read: else what was made of this one would not fit to those.
     return read_point_pack(cached)
 
 
-def off_files(folder: Path, split: str) -> list[Path]:
-    """The meshes of one split, in order.
+def object_files(folder: Path, split: str) -> list[Path]:
+    """The objects of one split, in order.
 
     Raises:
-        InputError: Two differ in the case of their suffix alone, and would be one object.
+        InputError: Two differ in their suffix alone, and would be one object.
     """
-    files = sorted(file for file in folder.glob(f"*/{split}/*") if file.suffix in SUFFIXES)
-    counts = Counter(file.with_suffix("") for file in files)
-    if twice := [str(stem) for stem, count in counts.items() if count > 1]:
-        raise InputError(f"{' and '.join(twice[0] + end for end in SUFFIXES)}: remove one of them")
+    files = sorted(file for file in folder.glob(f"*/{split}/*") if is_object_file(file))
+    named: dict[Path, Path] = {}
+    for file in files:
+        other = named.setdefault(file.with_suffix(""), file)
+        if other is not file:
+            raise InputError(f"{other} and {file}: one object in two files; remove one of them")
     return files
 
 
@@ -94,14 +99,20 @@ def _is_named_after_its_class(file: Path) -> bool:
 def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> ObjectSet:
     classes = tuple(sorted({file.parent.parent.name for file in files}))
     points, sides = np.empty((len(files), POINTS, 3), np.float32), np.empty(len(files))
+    metric = np.zeros(len(files), bool)
     with ThreadPoolExecutor() as pool:
-        for done, (sample, side) in enumerate(pool.map(_sampled, files), start=1):
-            points[done - 1], sides[done - 1] = sample, side
+        for index, sample in enumerate(pool.map(sample_object, files)):
+            points[index], sides[index], metric[index] = (
+                sample.points_xyz,
+                sample.side,
+                sample.metric,
+            )
             if progress:
-                progress(done, len(files))
+                progress(index + 1, len(files))
     labels = np.array([classes.index(file.parent.parent.name) for file in files], np.int64)
     names = np.array([object_name(file) for file in files])
-    return ObjectSet(points, labels, names, classes, sides=sides)
+    known = metric if metric.any() else None
+    return ObjectSet(points, labels, names, classes, sides=sides, metric=known)
 
 
 def object_name(file: Path) -> str:
@@ -121,24 +132,16 @@ def _is_of_both_splits(file: Path) -> bool:
 
     What trains keeps its name whatever tests come later: networks remember it.
     """
+    if file.parent.name != "test":
+        return False
     train = file.parent.parent / "train"
-    named_alike = (train / f"{file.stem}{suffix}" for suffix in SUFFIXES)
-    return file.parent.name == "test" and any(map(Path.exists, named_alike))
+    return file.stem in _stems(train, train.stat().st_mtime_ns if train.is_dir() else 0)
 
 
-def sampled_file(file: Path) -> NDArray[np.float32]:
-    """(1024, 3) evenly spread points of one mesh, in units of its longest side.
-
-    Raises:
-        InputError: It can not be read, or has no area.
-    """
-    return _sampled(file)[0]
-
-
-def _sampled(file: Path) -> tuple[NDArray[np.float32], float]:
-    """The points of one mesh, and its longest side in the unit of the file."""
-    mesh = read_object_mesh(file)
-    return evenly_sampled(mesh), float(np.ptp(mesh.vertices_xyz, axis=0).max())
+@lru_cache(maxsize=1024)
+def _stems(folder: Path, changed_ns: int) -> frozenset[str]:  # noqa: ARG001 - else it is another folder
+    """Names of the objects in a folder, as it is at a time."""
+    return frozenset(file.stem for file in folder.glob("*") if is_object_file(file))
 
 
 def _fingerprint(files: list[Path]) -> str:

@@ -13,7 +13,7 @@ from circumspect.datasets.gathered_set import (
     read_training,
 )
 from circumspect.datasets.object_set import ObjectSet
-from circumspect.datasets.off_folder import off_files, read_off_folder
+from circumspect.datasets.off_folder import object_files, read_off_folder
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.datasets.validation_split import validation_split
 from circumspect.errors import InputError
@@ -27,12 +27,13 @@ def open_data_set(
     """Read one split of a data set.
 
     Args:
-        path: A folder of point packs (`train.npz`, `test.npz`), the OFF folder of ModelNet10, a
-            gathered set (of each object the scans from its first start train, and all test), or
-            one point pack, which then stands for all of its split.
+        path: A folder of point packs (`train.npz`, `test.npz`); a folder of objects in files of any
+            readable format, `<class>/{train,test}/*`, such as ModelNet10's; a gathered set (of each
+            object the scans from its first start train, and all test); or one point pack, which
+            then stands for all of its split.
         split: "train" is the official training split; "fit" and "validation" are its two
             parts; "test" is for reports only.
-        progress: Called with (done, all) while meshes are sampled.
+        progress: Called with (done, all) while objects are sampled.
         salt: Of the validation split.
 
     Raises:
@@ -65,7 +66,7 @@ def _read(path: Path, source: str, progress: Callable[[int, int], None] | None) 
 def _require_meshes_or_packs(path: Path, source: str) -> None:
     """That a folder of point packs is not taken for an OFF folder where the other pack lies."""
     other = "train" if source == "test" else "test"
-    if (path / f"{other}.npz").is_file() and not off_files(path, source):
+    if (path / f"{other}.npz").is_file() and not object_files(path, source):
         raise InputError(
             f"{path}: {source}.npz is missing, only {other}.npz is there; the {source} split needs "
             "a pack of its own"

@@ -1,4 +1,4 @@
-"""Whether a set of other classes than ModelNet10's can be read; what it lacks nobody knows."""
+"""Whether a set of own classes can be read; what it should hold beside is not known."""
 
 from __future__ import annotations
 
@@ -8,10 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from circumspect.datasets.object_mesh import SUFFIXES, read_object_mesh
+from circumspect.datasets.object_mesh import (
+    COMPANIONS,
+    OFF_SUFFIXES,
+    is_object_file,
+    require_object,
+)
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import KINDS, read_point_pack
-from circumspect.datasets.verification import MODELNET10, NAME, SPLITS
+from circumspect.datasets.verification import MODELNET10, NAME, SPLITS, expected_names
 from circumspect.errors import CircumspectError, InputError
 from circumspect.geometry.npy_stream import read_arrays
 
@@ -53,24 +58,39 @@ class OwnVerification:
 
 
 def has_own_classes(path: Path) -> bool:
-    """Whether at least half of a set's classes are others than ModelNet10's.
+    """Whether a set is one of own classes, not a copy of ModelNet10.
 
-    A copy of ModelNet10 may lack classes and have something beside them. Packs of which none can be
-    read are told as they are, not as a ModelNet10 without anything.
+    A copy may lack classes and have something beside them, but of one class at least it holds half
+    of the models under their names; or its folder is named ModelNet10. Packs of which none can be
+    read are reported as they are, not as a ModelNet10 without anything.
     """
+    if "modelnet10" in path.absolute().name.lower():
+        return False
     packs = _packs(path)
-    classes = set(_classes_of_packs(packs)) if packs else {file.parts[0] for file in _meshes(path)}
-    strangers = classes - MODELNET10.keys()
-    if not classes:
-        return bool(packs)
-    return 2 * len(strangers) >= len(classes)
+    meshes = [] if packs else list(_meshes(path))
+    if not packs and not meshes:
+        return False
+    found = Counter(
+        named[1] for name in _own_names(packs, meshes) if (named := NAME.fullmatch(name))
+    )
+    return not any(2 * found[name] >= sum(counts) for name, counts in MODELNET10.items())
+
+
+def _own_names(packs: dict[str, Path], meshes: list[Path]) -> set[str]:
+    """Names of ModelNet10's models that a set holds, in the folders of their classes."""
+    models = {name for names in expected_names().values() for name in names}
+    if packs:
+        return models & set(_names_in_packs(packs))
+    placed = (file for file in meshes if file.suffix in OFF_SUFFIXES)
+    return models & {file.stem for file in placed if file.stem.startswith(f"{file.parts[0]}_")}
 
 
 def verify_own(path: Path, progress: Callable[[int, int], None] | None = None) -> OwnVerification:
     """Read all of a set and count its classes and splits.
 
     Args:
-        path: A folder of point packs, or one laid out as <class>/{train,test}/*.off.
+        path: A folder of point packs, or of files of any readable format, laid out as
+            <class>/{train,test}/*.
         progress: Called with (done, all) after each file.
     """
     packs = _packs(path)
@@ -84,12 +104,28 @@ def _packs(path: Path) -> dict[str, Path]:
 
 
 def _meshes(path: Path) -> Iterator[Path]:
-    """Of <class>/{train,test}/*.off, seen from the set's folder."""
+    """Of <class>/{train,test}/*, seen from the set's folder."""
     for file in path.glob("*/*/*"):
         place = file.relative_to(path)
         # Folders and dangling links of such names as well, which no reader can read.
-        if place.parts[1] in SPLITS and file.suffix in SUFFIXES:
+        if place.parts[1] in SPLITS and is_object_file(file):
             yield place
+
+
+def _names_in_packs(packs: dict[str, Path]) -> Iterator[str]:
+    for pack in packs.values():
+        try:
+            yield from map(str, read_arrays(pack, {"names": KINDS["names"]})["names"].flat)
+        except InputError:
+            continue  # Its fault is told when all of it is read.
+
+
+def _twins(meshes: set[Path]) -> dict[Path, Path]:
+    """Files that differ from another one in their suffix alone, to the other one."""
+    first: dict[Path, Path] = {}
+    for file in sorted(meshes):
+        first.setdefault(file.with_suffix(""), file)
+    return {file: other for file in meshes if (other := first[file.with_suffix("")]) != file}
 
 
 def _classes_of_packs(packs: dict[str, Path]) -> Iterator[str]:
@@ -137,13 +173,18 @@ def _of_files(path: Path, progress: Callable[[int, int], None] | None) -> OwnVer
         {*meshes, *(file.relative_to(path) for file in path.rglob("*") if file.is_file())}
     )
     counts: Counter[tuple[str, str]] = Counter()
+    twins = _twins(meshes)
     foreign, broken = [], []
     for done, file in enumerate(files, start=1):
         if file not in meshes:
-            foreign.append(str(file))
+            # Materials and textures lie beside their mesh.
+            if file.suffix.lower() not in COMPANIONS or len(file.parts) < 3:
+                foreign.append(str(file))
         else:
             try:
-                read_object_mesh(path / file)
+                if twin := twins.get(file):
+                    raise InputError(f"{file}: the same object as {twin}; remove one of them")
+                require_object(path / file)
                 counts[file.parts[1], file.parts[0]] += 1
             except CircumspectError as error:
                 broken.append((str(file), str(error)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +13,10 @@ from circumspect.geometry.npy_stream import read_arrays
 from circumspect.storage import atomic_open
 
 KINDS = {"points_u16": "iu", "offset": "f", "scale": "f", "labels": "iu", "names": "U",
-         "classes": "U"}  # fmt: skip
+         "classes": "U", "metric": "b"}  # fmt: skip
 """Arrays of a pack to NumPy's letters for what they hold."""
+OPTIONAL = ("metric",)
+"""Whether scales are in metres: packs of earlier versions do not say."""
 WANTED = {
     "points_u16": "uint16; scale the coordinates to 0 … 65535 and save them as that",
     "labels": "whole numbers; they count the classes from 0: save labels.astype('int16')",
@@ -35,7 +38,7 @@ def read_point_pack(path: Path) -> ObjectSet:
         InputError: The file is missing, broken, lacks a key, one holds another type of values, or
             an object spans no shape.
     """
-    pack = read_arrays(path, KINDS, wanted=WANTED)
+    pack = read_arrays(path, KINDS, optional=OPTIONAL, wanted=WANTED)
     points, labels = pack["points_u16"], pack["labels"]
     names, classes = pack["names"], pack["classes"]
     if points.dtype != np.uint16:
@@ -53,6 +56,7 @@ def read_point_pack(path: Path) -> ObjectSet:
             names.astype(np.str_),
             tuple(str(name) for name in classes),
             sides=pack["scale"].astype(np.float64),
+            metric=pack.get("metric"),
         )
         objects.require_shapes()
     except InputError as error:
@@ -71,9 +75,12 @@ def write_point_pack(path: Path, objects: ObjectSet) -> None:
     unit = (objects.points_xyz - low[:, None]) / scale[:, None, None]
     if objects.sides is not None:
         low, scale = low * (objects.sides / scale)[:, None], objects.sides
+    # Packs of objects without a unit stay as they were.
+    metric: dict[str, Any] = {} if objects.metric is None else {"metric": objects.metric}
     with atomic_open(path, "wb") as stream:
         np.savez_compressed(
             stream,
+            **metric,
             points_u16=np.rint(unit * 65535).astype(np.uint16),
             offset=low,
             scale=scale,

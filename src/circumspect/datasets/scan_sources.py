@@ -38,22 +38,29 @@ class PointSurfaces:
         """See `MeshSource.mesh`."""
         return short_edge_triangles(_standing(self.points_in_metres(index)))
 
+    @property
+    def is_metric(self) -> NDArray[np.bool_]:
+        """(n,) whether the size of each object is known."""
+        found = self.objects.metric
+        return np.zeros(len(self.objects), bool) if found is None else found
+
     def size_factors(self) -> NDArray[np.float64]:
         """(n, 2) by how much each object may shrink and grow, see `metric_size.size_factors`."""
-        return np.array(
-            [
-                size_factors(
-                    self.objects.classes[label], np.ptp(self.points_in_metres(index), axis=0)
-                )
-                for index, label in enumerate(self.objects.labels)
-            ]
-        ).reshape(-1, 2)
+        return np.array([self._factors(index) for index in range(len(self.objects))]).reshape(-1, 2)
+
+    def _factors(self, index: int) -> tuple[float, float]:
+        if self.is_metric[index]:
+            return 1.0, 1.0
+        label = self.objects.classes[self.objects.labels[index]]
+        return size_factors(label, np.ptp(self.points_in_metres(index), axis=0))
 
     def points_in_metres(self, index: int) -> NDArray[np.float64]:
         """(p, 3) points of one object [m]."""
         points = self.objects.points_xyz[index].astype(np.float64)
         if self.objects.sides is not None:
             points = points / np.ptp(points, axis=0).max() * self.objects.sides[index]
+        if self.is_metric[index]:
+            return points
         label = self.objects.classes[self.objects.labels[index]]
         return points * metres_per_unit(
             label, np.ptp(points, axis=0), _chance(str(self.objects.names[index]))
@@ -87,16 +94,26 @@ def of_point_set(objects: ObjectSet) -> LabelledSurfaces:
     """The objects of a labelled set of points.
 
     Raises:
-        InputError: A class of which nobody knows the size.
+        InputError: A class of unknown size, with objects whose files give no size in metres.
     """
     labels = np.array([objects.classes[label] for label in objects.labels])
-    if unknown := sorted(set(labels.tolist()) - set(SIZES)):
-        raise InputError(f"no sizes are known for {', '.join(unknown)}; known: {', '.join(SIZES)}")
     source = PointSurfaces(objects)
+    if unknown := sorted(set(labels[~source.is_metric].tolist()) - set(SIZES)):
+        raise InputError(
+            f"no sizes are known for {', '.join(unknown)}; known: {', '.join(SIZES)}; files in "
+            "metres (GLB, glTF) have their own"
+        )
     return LabelledSurfaces(
         source, np.arange(len(objects)), labels, objects.names,
-        digest_of(["points 2", objects.digest]), source.size_factors(),
+        digest_of(["points 2", objects.digest, *_sizes(objects)]), source.size_factors(),
     )  # fmt: skip
+
+
+def _sizes(objects: ObjectSet) -> list[str]:
+    """Known sizes, which the digest of a set leaves out."""
+    if objects.metric is None or objects.sides is None:
+        return []
+    return [repr(float(side)) for side in np.where(objects.metric, objects.sides, 0.0)]
 
 
 def procedural(each: int, others: int, held_back: bool = False) -> LabelledSurfaces:

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from circumspect.datasets.object_mesh import SUFFIXES, read_object_mesh
+from circumspect.datasets.object_mesh import OFF_SUFFIXES, read_object_mesh
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.errors import CircumspectError, InputError
@@ -94,7 +94,7 @@ def verify(path: Path, progress: Callable[[int, int], None] | None = None) -> Ve
     if not path.is_dir():
         raise InputError(f"{path}: no such folder; give point packs or the OFF folder")
     files = sorted(file for file in path.rglob("*") if file.is_file())
-    if not any(file.suffix in SUFFIXES for file in files):
+    if not any(file.suffix in OFF_SUFFIXES for file in files):
         raise InputError(f"{path}: neither point packs nor <class>/{{train,test}}/*.off below it")
     return _of_files(path, files, progress)
 
@@ -155,7 +155,7 @@ def _of_files(
         split = place.parts[1] if len(place.parts) == 3 else ""
         name_of_class = file.stem.rpartition("_")[0]
         belongs = file.stem in known.get(split, ()) and place.parts[0] == name_of_class
-        if not belongs or file.suffix not in SUFFIXES:
+        if not belongs or file.suffix not in OFF_SUFFIXES:
             foreign.append(str(place))
         else:
             try:

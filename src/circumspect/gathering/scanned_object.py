@@ -111,32 +111,40 @@ def _from_points(name: str, data: Path) -> ScannedObject:
     found = _in_packs(name, packs) if packs else _in_off_folder(name, data)
     if found is None:
         raise InputError(f"{data}: no object {name!r} there; names are like chair_0890")
-    label, points = found
+    label, points, side = found
     with blamed_on(data / name):
-        return ScannedObject(name, label, surface_from_points(points, label))
+        return ScannedObject(name, label, surface_from_points(points, label, side))
 
 
-def _in_packs(name: str, packs: list[Path]) -> tuple[str, NDArray[np.float32]] | None:
-    """Class and points of an object."""
+def _in_packs(name: str, packs: list[Path]) -> tuple[str, NDArray[np.float32], float | None] | None:
+    """Class and points of an object, and its longest side [m] where that is known."""
     from circumspect.datasets.point_pack import read_point_pack
 
     for pack in packs:
         objects = read_point_pack(pack)
         for index in (objects.names == name).nonzero()[0]:
-            return objects.classes[int(objects.labels[index])], objects.points_xyz[index]
+            label = objects.classes[int(objects.labels[index])]
+            known = (
+                objects.metric is not None and objects.sides is not None and objects.metric[index]
+            )
+            side = float(objects.sides[index]) if known and objects.sides is not None else None
+            return label, objects.points_xyz[index], side
     return None
 
 
-def _in_off_folder(name: str, data: Path) -> tuple[str, NDArray[np.float32]] | None:
+def _in_off_folder(name: str, data: Path) -> tuple[str, NDArray[np.float32], float | None] | None:
     """The same, of its mesh alone: to sample all of them takes minutes."""
-    from circumspect.datasets.off_folder import object_name, off_files, sampled_file
+    from circumspect.datasets.object_mesh import sample_object
+    from circumspect.datasets.off_folder import object_files, object_name
 
-    files = sorted(file for split in ("train", "test") for file in off_files(data, split))
+    files = sorted(file for split in ("train", "test") for file in object_files(data, split))
     if not files:
         raise InputError(
             f"{data}: no point packs there (test.npz, train.npz), nor <class>/{{train,test}}/*.off"
         )
     for file in files:
         if object_name(file) == name:
-            return file.parent.parent.name, sampled_file(file)
+            sample = sample_object(file)
+            side = sample.side if sample.metric else None
+            return file.parent.parent.name, sample.points_xyz, side
     return None

@@ -121,6 +121,23 @@ def read_mesh(
         return _reader(file, reader)(file).mesh(rotation)
 
 
+def read_surface(path: str | os.PathLike[str], up: str = "z") -> TriangleMesh | PointCloud:
+    """Read what a file holds, z up: a surface of triangles, or points where it has no faces.
+
+    Args:
+        path: A file of one of the formats in `READERS`.
+        up: The axis that points up in the file, as in `read_cloud`.
+
+    Raises:
+        InputError: The file can not be read; the message names it and what to do.
+        GeometryError: It was read, but holds no usable shape.
+    """
+    rotation = _rotation(up)
+    with blamed_on(path) as file:
+        shape = _reader(file, None)(file)
+        return shape.mesh(rotation) if shape.has_faces else shape.cloud(rotation)
+
+
 def _rotation(up: str) -> NDArray[np.float64]:
     if up not in _ROTATION_TO_Z_UP:
         raise InputError(f"up must be x, y or z, not {up!r}")

@@ -48,7 +48,7 @@ def surface_from_points(
 
     Args:
         points_xyz: (n, 3), z up, any unit.
-        category: One of `LONGEST_SIDES`.
+        category: One of `LONGEST_SIDES`, or any where the longest side is given.
         longest_side: Of the bounding box [m]; None means the typical one of the category.
 
     Returns:
@@ -59,7 +59,7 @@ def surface_from_points(
         InputError: The category is unknown.
         GeometryError: The points span no surface.
     """
-    if category not in LONGEST_SIDES:
+    if longest_side is None and category not in LONGEST_SIDES:
         raise InputError(f"no size for {category!r}; known: {', '.join(LONGEST_SIDES)}")
     mesh = _uncrowded(short_edge_triangles(points_xyz, NEIGHBOURS, REACH))
     low, high = mesh.vertices_xyz.min(axis=0), mesh.vertices_xyz.max(axis=0)
