@@ -67,6 +67,15 @@ class ModelFacts:
         )  # fmt: skip
 
     @property
+    def training_data(self) -> str | None:
+        """What it was trained on and taught, in words; None where nobody knows."""
+        if self.shipped is not None:
+            return self.shipped.training_data
+        taught = self.classifier.taught
+        words = ", ".join(f"{one.name} ({len(one.features)} examples)" for one in taught)
+        return f"taught: {words}" if words else None
+
+    @property
     def training_objects(self) -> int | None:
         """How many objects it was trained on; None where the file does not say."""
         names = self.classifier.training.get(OBJECTS)
@@ -90,9 +99,10 @@ class ModelFacts:
         return {
             "name": self.name,
             "shipped": shipped is not None,
+            "taught": dict(self.classifier.description.get("taught", {})),
             "default": shipped is not None and shipped.name == DEFAULT,
             "summary": None if shipped is None else shipped.summary,
-            "training_data": None if shipped is None else shipped.training_data,
+            "training_data": self.training_data,
             "classes": list(self.classifier.classes),
             "input": self.classifier.recipe.to_dict(),
             "network": self.classifier.description.get("name"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,9 @@ from circumspect.classification.onnx_session import check_shapes, run_in_parts
 from circumspect.classification.open_set import OpenSetRule
 from circumspect.classification.plausible_size import require_plausible_size
 from circumspect.classification.prediction import Prediction
-from circumspect.classification.shipped import shipped_name
+from circumspect.classification.shipped import SHIPPED, model_path, shipped_name
+from circumspect.classification.taught_classes import TaughtClass, TaughtClasses
+from circumspect.classification.taught_file import SUFFIX, TaughtFile
 from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.geometry import PointCloud
 from circumspect.geometry.given_cloud import as_cloud
@@ -47,8 +49,10 @@ DISTANCE = "distance"
 class OnnxClassifier(Classifier):
     """Runs a network that `circumspect export` wrote; see `Classifier`."""
 
-    def __init__(self, session: Any, description: dict[str, Any]) -> None:
-        self._session = session
+    def __init__(
+        self, session: Any, description: dict[str, Any], taught: TaughtClasses | None = None
+    ) -> None:
+        self._session, self._taught = session, taught
         self.description = description
         """What the file says of itself: name, classes, grid, temperature, training and, with its
         training objects, unknown_beyond."""
@@ -74,11 +78,49 @@ class OnnxClassifier(Classifier):
             shipped = _checked(session, description_in(session, title), title)
             shipped._loaded_with = (name, threads, None)
             return shipped
-        own = _own(Path(model or ""), foreign_network(model or ""), threads, input_spec)
+        file = model_path(model)
+        if file.suffix.lower() == SUFFIX:
+            if input_spec is not None:
+                raise InputError(f"{input_spec}: {file} needs no input specification")
+            own = _taught(file, threads)
+        else:
+            own = _own(file, foreign_network(model or ""), threads, input_spec)
         # Absolute: never a shipped name, and the same file wherever it is loaded again.
         spec = None if input_spec is None else str(Path(input_spec).absolute())
-        own._loaded_with = (str(Path(model or "").absolute()), threads, spec)
+        own._loaded_with = (str(file.absolute()), threads, spec)
         return own
+
+    def with_taught(self, classes: Sequence[TaughtClass]) -> OnnxClassifier:
+        """The same classifier with classes that it was taught, in the place of earlier ones.
+
+        Args:
+            classes: In the order of the outputs, after those of the network.
+
+        Raises:
+            WeightsError: The network gives no features.
+            InputError: It names one of the classes already, or the features are of another width.
+        """
+        if not self.gives_features:
+            raise WeightsError("these weights give no features to teach; export them anew")
+        earlier = () if self._taught is None else self._taught.classes
+        names = [name for name in self._described.outputs if name not in {c.name for c in earlier}]
+        if not classes:
+            return OnnxClassifier(self._session, {**self.description, "classes": names})
+        for one in classes:
+            if one.name in names:
+                raise InputError(f"the classifier names {one.name} already")
+            one.require_width(self._session.get_outputs()[self._outputs.index(FEATURES)].shape[1])
+        named = [*names, *(one.name for one in classes)]
+        taught = {one.name: len(one.features) for one in classes}
+        description = {**self.description, "classes": named, "taught": taught}
+        return OnnxClassifier(
+            self._session, description, TaughtClasses(tuple(classes), self.temperature)
+        )
+
+    @property
+    def taught(self) -> tuple[TaughtClass, ...]:
+        """The classes that it was taught."""
+        return () if self._taught is None else tuple(self._taught.classes)
 
     def __reduce__(self) -> tuple[Callable[..., OnnxClassifier], tuple[str, int, str | None]]:
         """A copy, in this or in another process, is loaded from the same file again.
@@ -189,6 +231,24 @@ class OnnxClassifier(Classifier):
             self.classes, probabilities[0], times, in_distribution=known, distance=distance,
             coverage=coverage, rule=self._described.rule, in_distribution_probability=belongs,
         )  # fmt: skip
+
+    def classify_inputs(
+        self,
+        inputs: NDArray[Any],
+        context: NDArray[np.float32] | None = None,
+        coverage: float | None = None,
+    ) -> Prediction:
+        """Name one object as it is shown to the network.
+
+        Args:
+            inputs: (1, views, *input_shape) as `recipe.inputs` makes them.
+            context: (6,) as `recipe.context` makes it; None means an unknown scale.
+            coverage: See `classify`.
+
+        Raises:
+            InputError: A coverage that is no share.
+        """
+        return self._prediction(inputs, context, {}, coverage)
 
     def probabilities(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
@@ -328,6 +388,21 @@ class OnnxClassifier(Classifier):
     def _means_over_views(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None, *outputs: str
     ) -> list[NDArray[np.float64]]:
+        """The outputs of the network, completed by the classes that it was taught."""
+        if self._taught is None or not {self._outputs[0], DISTANCE} & set(outputs):
+            return self._network_means(inputs, contexts, *outputs)
+        wanted = (self._outputs[0], FEATURES, *((DISTANCE,) if self.gives_distances else ()))
+        found = dict(zip(wanted, self._network_means(inputs, contexts, *wanted), strict=True))
+        nearest = _single(found[DISTANCE]) if self.gives_distances else None
+        logits, nearest = self._taught.completed(found[wanted[0]], found[FEATURES], nearest)
+        found[wanted[0]] = logits
+        if nearest is not None:
+            found[DISTANCE] = nearest[:, None]
+        return [found[name] for name in outputs]
+
+    def _network_means(
+        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None, *outputs: str
+    ) -> list[NDArray[np.float64]]:
         count, views = inputs.shape[:2]
         flat = inputs.reshape(count * views, *self.recipe.input_shape)
         contexts = contexts_of(self.recipe, inputs, contexts)
@@ -368,6 +443,17 @@ def _own(
     except WeightsError as error:
         raise WeightsError(f"{file}: {error} ({spec.path.name})") from error
     return OnnxClassifier(adapted, spec.description(file.stem))
+
+
+def _taught(file: Path, threads: int) -> OnnxClassifier:
+    """A classifier that was taught, with the one that it was taught to."""
+    taught = TaughtFile.load(file)
+    path = taught.require_base(file)
+    base = OnnxClassifier.load(taught.base if taught.base in SHIPPED else path, threads)
+    try:
+        return base.with_taught(taught.classes)
+    except InputError as error:
+        raise WeightsError(f"{file}: {error}; teach it again") from error
 
 
 def _checked(session: Any, description: Any, name: str) -> OnnxClassifier:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
+from circumspect.classification.own_models import own_model, own_model_names
 from circumspect.errors import WeightsError
 
 WEIGHTS = "weights"
@@ -86,22 +87,27 @@ def shipped_path(name: str) -> Path:
 
 
 def model_path(model: str | os.PathLike[str] | None) -> Path:
-    """The ONNX file of a shipped classifier or of one's own; it need not exist.
+    """The file of a shipped classifier or of one's own; it need not exist.
 
     Args:
         model: As `Classifier.load` takes it.
     """
     name = shipped_name(model)
-    return Path(model or "") if name is None else shipped_path(name)
+    if name is not None:
+        return shipped_path(name)
+    return own_model(model) or Path(model or "")
 
 
 def unknown_model(model: str | os.PathLike[str]) -> WeightsError:
     """The error for what is neither a shipped classifier nor a file."""
     text = os.fspath(model)
     bare = os.sep not in text
-    near = difflib.get_close_matches(Path(text).stem.lower(), SHIPPED, 1) if bare else []
+    names = (*SHIPPED, *own_model_names())
+    near = difflib.get_close_matches(Path(text).stem.lower(), names, 1) if bare else []
     hint = f"did you mean '{near[0]}'? " if near else ""
     known = f"{hint}shipped: {', '.join(SHIPPED)}"
+    if own := own_model_names():
+        known += f"; your own: {', '.join(own)}"
     if isinstance(model, str) and bare and not Path(text).suffix:
         return WeightsError(f"no classifier '{text[:80]}'; {known}; or give an ONNX file")
     return WeightsError(f"{text}: no such file; {known}")

@@ -22,6 +22,7 @@ COMMANDS = {
     "classify": ("classify:Classify", "class and probabilities of meshes, clouds and grids"),
     "explain": ("explain:Explain", "why: the cells that carry the answer, what it resembles"),
     "models": ("models:Models", "the classifiers at hand, with their figures"),
+    "teach": ("teach:Teach", "add a class to a classifier from a few examples"),
     "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
     "replay": ("replay:Replay", "a recording through the pipeline"),
     "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),

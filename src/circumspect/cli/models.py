@@ -26,7 +26,7 @@ NONE = "–"
 
 @dataclass(frozen=True)
 class Models:
-    """The classifiers at hand: the shipped ones, or a file of your own.
+    """The classifiers at hand: the shipped ones, those that were taught, or a file of your own.
 
     $ circumspect models
     $ circumspect models robot
@@ -34,8 +34,8 @@ class Models:
     """
 
     model: Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="[NAME|FILE]")] = None
-    """All about one classifier: a shipped one by name, or an ONNX file that `circumspect export`
-    made. Without it a table of the shipped ones."""
+    """All about one classifier: a shipped or taught one by name, or a file of your own. Without it
+    a table of those that have names."""
     json: bool = False
     """One JSON object a line for each classifier on standard output and nothing else there."""
 
@@ -46,7 +46,7 @@ class Models:
         if self.model is not None:
             found, failed = [ModelFacts.load(self.model)], False
         else:
-            found, failed = _shipped()
+            found, failed = _named()
         for facts in found:
             if facts.stale:
                 say(f"{facts.name}: the figures beside it are of another file and not shown")
@@ -58,17 +58,19 @@ class Models:
         return 1 if failed else 0
 
 
-def _shipped() -> tuple[list[ModelFacts], bool]:
-    """The shipped classifiers that can be loaded, and whether some can not."""
+def _named() -> tuple[list[ModelFacts], bool]:
+    """The shipped and the taught classifiers that can be loaded, and whether some can not."""
     from circumspect.classification.model_facts import ModelFacts
+    from circumspect.classification.own_models import own_model_names
 
+    names = (*NAMES, *own_model_names())
     found: list[ModelFacts] = []
-    for name in NAMES:
+    for name in names:
         try:
             found.append(ModelFacts.load(name))
         except CircumspectError as error:
             say(str(error))
-    return found, len(found) < len(NAMES)
+    return found, len(found) < len(names)
 
 
 def _show(found: list[ModelFacts], single: bool) -> None:
@@ -103,7 +105,7 @@ def _overview(found: list[ModelFacts]) -> Table:
             str(len(facts.classifier.classes)),
             _megabytes(facts),
             time.text if time else NONE,
-            facts.shipped.training_data if facts.shipped else NONE,
+            facts.training_data or NONE,
             "\n".join(f"{one.text} {one.measure}, {one.data}" for one in headlines) or NONE,
         )
     return table
@@ -118,7 +120,9 @@ def _details(facts: ModelFacts) -> Table:
     classifier, shipped = facts.classifier, facts.shipped
     rows = [("name", facts.name)]
     if shipped is not None:
-        rows += [("purpose", shipped.summary), ("trained on", shipped.training_data)]
+        rows += [("purpose", shipped.summary)]
+    if facts.training_data is not None:
+        rows += [("trained on", facts.training_data)]
     rows += [
         (f"{len(classifier.classes)} classes", ", ".join(classifier.classes)),
         ("input", _settings(classifier.recipe.to_dict())),
