@@ -249,6 +249,24 @@ def test_wrong_network_is_reported_and_the_others_are_listed(
     assert len(err.splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("training", "cause"),
+    [
+        ("{'epoch': 3}", "no training setting 'epoch'; known: augmentation, augmented"),
+        ("{'epochs': 'three'}", "a training setting is of a wrong type"),
+    ],
+)
+def test_wrong_training_settings_of_a_network_are_named(
+    tmp_path, monkeypatch, capsys, training, cause
+):
+    folder = tmp_path / "site"
+    folder.mkdir()
+    source = NET.replace('source="a test"', f"training={training}")
+    install(folder, monkeypatch, {"wrong_net": source}, {"circumspect.nets": {}})
+    assert main(["train", "--net", "wrong_net:TINY", "--data", str(tmp_path)]) == 2
+    assert cause in capsys.readouterr().err
+
+
 def test_checkpoint_imports_no_code_of_its_choice(tmp_path, monkeypatch):
     from circumspect.errors import WeightsError
     from circumspect.nets import Checkpoint, build_net

@@ -203,6 +203,13 @@ def test_specification_of_a_network_that_needs_none_is_refused(tmp_path):
         Classifier.load(tmp_path / "net.onnx", input_spec=tmp_path / "elsewhere.toml")
 
 
+def test_export_leaves_it_as_it_is(tmp_path, capsys):
+    network = save(tmp_path / "net.onnx")
+    describe(network)
+    assert main(["export", str(network), str(tmp_path / "new.onnx")]) == 2
+    assert "of another program, which is used as it is" in capsys.readouterr().err
+
+
 def test_classify_and_evaluate_take_it(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     network, elsewhere = save(tmp_path / "net.onnx"), tmp_path / "about.toml"

@@ -192,3 +192,21 @@ def test_runs_are_examples(tmp_path, capsys):
     (tmp_path / "run-1" / "grid.npz").unlink()
     assert main(["teach", "lamp", *runs, "--out", str(out), "--replace"]) == 2
     assert "run-1: holds no grid.npz" in capsys.readouterr().err
+
+
+def test_own_onnx_file_is_taught_beside_itself(lamps, tmp_path, capsys):
+    from circumspect.classification.shipped import shipped_path
+
+    own = tmp_path / "mine.onnx"
+    shutil.copy(shipped_path("robot"), own)
+    assert teach("lamp", lamps, "--model", str(own), "--out", "elsewhere") == 2
+    assert f"must lie beside {own}" in capsys.readouterr().err
+    assert teach("lamp", lamps, "--model", str(own)) == 0
+    taught = tmp_path / "mine-lamp.json"
+    assert json.loads(capsys.readouterr().out)["trained"] is None, "it has no table of examples"
+    assert Classifier.load(taught, 1).classify(lamp(20), metric=True).label == "lamp"
+    assert main(["calibrate", str(taught), "x.onnx", "--data", str(tmp_path)]) == 2
+    assert "was taught classes; calibrate the classifier" in capsys.readouterr().err
+    own.write_bytes(shipped_path("modelnet10").read_bytes())
+    assert main(["classify", "x.ply", "--model", str(taught)]) == 2
+    assert "is another network than the one that was taught" in capsys.readouterr().err

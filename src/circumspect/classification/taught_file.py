@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from circumspect.classification.onnx_inspection import LARGEST_FILE
 from circumspect.classification.shipped import SHIPPED, shipped_path
 from circumspect.classification.taught_classes import TaughtClass
 from circumspect.errors import InputError, WeightsError, reason_of
@@ -26,7 +27,7 @@ class TaughtFile:
     """What a taught classifier is made of.
 
     Attributes:
-        base: A shipped classifier's name, or the ONNX file, from the folder of this file.
+        base: A shipped classifier's name, or the name of an ONNX file beside this file.
         sha256: Of the base's ONNX file when it was taught.
         classes: In the order in which they were taught.
         examples: Name of a class to the SHA-256 hashes of what it was taught from.
@@ -53,6 +54,8 @@ class TaughtFile:
         """
         path = self.base_path(file)
         try:
+            if not path.is_file() or path.stat().st_size > LARGEST_FILE:
+                raise OSError("it is no ONNX file")
             found = hashlib.sha256(path.read_bytes()).hexdigest()
         except OSError as error:
             raise WeightsError(
@@ -119,7 +122,9 @@ def _checked(document: Mapping[str, Any]) -> TaughtFile:
         raise InputError(f"format {number!r:.20}; this version reads {FORMAT}; update circumspect")
     base, sha256 = document.get("base"), document.get("sha256")
     classes, examples = document.get("classes"), document.get("examples")
-    if not isinstance(base, str) or not isinstance(sha256, str) or "\0" in base:
+    # A name, not a path: nothing outside of the folder is read.
+    named = isinstance(base, str) and base and Path(base).name == base and "\0" not in base
+    if not named or not isinstance(base, str) or not isinstance(sha256, str):
         raise InputError("broken: it does not name the classifier that was taught")
     if not isinstance(classes, list) or not 0 < len(classes) <= MAX_CLASSES:
         raise InputError("broken: it has no classes, or too many")

@@ -63,6 +63,11 @@ class Calibrate:
         if not 0 < self.most_wrong < 1:
             raise InputError(f"--most-wrong is a share between 0 and 1, not {self.most_wrong}")
         classifier = Classifier.load(self.model)
+        if classifier.taught:
+            raise InputError(
+                f"{self.model}: was taught classes; calibrate the classifier that was taught, and "
+                "teach it again"
+            )
         recipe = classifier.recipe
         assert isinstance(classifier, OnnxClassifier)
         if not isinstance(recipe, GridRecipe) or not recipe.takes_context:

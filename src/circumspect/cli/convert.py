@@ -43,6 +43,13 @@ def convert_set(
         recipe, meant = spec.recipe, TrainingSettings(**{**spec.training, "net": spec.name})
     if not isinstance(recipe, GridRecipe):
         raise InputError(f"{net} takes points; shards hold grids")
+    if shipped_name(net) is not None or Path(net).exists():
+        recipe, meant = load_predictor(net).recipe, TrainingSettings()
+    else:
+        spec = net_spec(net)
+        recipe, meant = spec.recipe, TrainingSettings.of_net(spec)
+    if not isinstance(recipe, GridRecipe):
+        raise InputError(f"{net} takes points; shards hold grids")
     settings = ConversionSettings(
         recipe, meant.changes(recipe.margin), meant.replicas if replicas is None else replicas,
         shard_size, seed,

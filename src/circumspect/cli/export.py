@@ -106,7 +106,13 @@ class Export:
                 f"{self.weights}: is exported already and keeps its weights; {given[0]} goes with "
                 "checkpoints"
             )
-        self._asked(Classifier.load(self.weights).recipe)
+        classifier = Classifier.load(self.weights)
+        if "input_spec_sha256" in classifier.description:
+            raise InputError(
+                f"{self.weights}: of another program, which is used as it is; change its input "
+                "specification"
+            )
+        self._asked(classifier.recipe)
 
     def _asked(self, recipe: InputRecipe) -> InputRecipe:
         """What a network is shown that was shown this."""

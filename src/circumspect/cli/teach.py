@@ -49,7 +49,8 @@ class Teach:
     """What is taught: a shipped or a taught classifier by name, or an ONNX file that `circumspect
     export` made."""
     out: Annotated[str | None, tyro.conf.arg(metavar="NAME|FILE.json")] = None
-    """The new classifier: a name, by which `--model` finds it, or a file; MODEL-NAME by default."""
+    """The new classifier: a name, by which `--model` finds it, or a file; MODEL-NAME by default,
+    and a file beside MODEL where that is an ONNX file of your own."""
     replace: bool = False
     """Overwrite a taught classifier of that name."""
     up: Literal["x", "y", "z"] = "z"
@@ -93,12 +94,20 @@ class Teach:
         from circumspect.classification.own_models import OWN_NAME, own_model_path
         from circumspect.classification.shipped import SHIPPED
 
+        base, network = _network(self.model)
         wanted = self.out or f"{Path(self.model).stem}-{self.name}"
+        if base is None and self.out is None:
+            wanted = str(network.with_name(f"{wanted}.json"))
         if wanted in SHIPPED:
             raise InputError(f"--out {wanted}: the name of a shipped classifier; choose another")
         path = own_model_path(wanted) if OWN_NAME.fullmatch(wanted) else Path(wanted)
         if path.suffix.lower() != ".json" or path.name.endswith((".card.json", ".input.json")):
             raise InputError(f"--out {wanted}: give a name, or a file that ends in .json")
+        if base is None and network.absolute().parent != path.absolute().parent:
+            raise InputError(
+                f"--out {wanted}: must lie beside {network}, which it refers to: --out "
+                f"{network.parent / path.name}"
+            )
         if path.exists() and not self.replace:
             raise InputError(f"{path}: exists; --replace overwrites it, --out names another one")
         return path
@@ -146,9 +155,7 @@ class Teach:
 
         base, network = _network(self.model)
         earlier = _taught_before(self.model)
-        if base is None:
-            inside = network.absolute().parent == out.absolute().parent
-            base = network.name if inside else str(network.absolute())
+        base = base or network.name
         hashes = {**earlier, self.name: tuple(one.sha256 for one in shown)}
         classes = (*classifier.taught, taught)
         out.parent.mkdir(parents=True, exist_ok=True)

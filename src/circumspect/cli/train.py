@@ -203,10 +203,10 @@ class Train:
         given.pop("catalogue")
         if self.catalogue_share is not None or not self.catalogue:
             given["catalogue"] = self.catalogue_share or 0.0
-        given = {**net_spec(net).training, **given, "net": net}
         changes = {name: getattr(self, name) for name in CHANGES}
         changes = {name: value for name, value in changes.items() if value is not None}
-        settings = TrainingSettings(**given, augmentation=Augmentation(**changes))
+        given |= {"augmentation": Augmentation(**changes)}
+        settings = TrainingSettings.of_net(net_spec(net), **given)
         if not settings.augmented and (idle := given_flags(self, *CHANGES)):
             raise InputError(f"{net} is shown objects as they are; leave out {', '.join(idle)}")
         return settings

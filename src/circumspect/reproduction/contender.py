@@ -59,7 +59,7 @@ class Contender:
     @property
     def settings(self) -> TrainingSettings:
         """As the network is meant to be trained; at random yaw with as many variants as usual."""
-        meant = TrainingSettings(**{**self.spec.training, "net": self.net})
+        meant = TrainingSettings.of_net(self.spec)
         if not self.random_yaw:
             return meant
         replicas = max(meant.replicas, TrainingSettings.replicas)

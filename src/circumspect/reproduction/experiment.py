@@ -62,7 +62,7 @@ class Experiment(ABC):
 
     def meant(self, net: str) -> TrainingSettings:
         """As a network is meant to be trained."""
-        return TrainingSettings(**{**net_spec(net).training, "net": net})
+        return TrainingSettings.of_net(net_spec(net))
 
     @property
     def precisions(self) -> str:

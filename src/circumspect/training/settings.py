@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Literal
 
 from circumspect.datasets import Augmentation
 from circumspect.datasets.scan_augmentation import ScanAugmentation
 from circumspect.errors import CircumspectError, InputError
+from circumspect.nets.registry import NetSpec
+from circumspect.plugins import PluginError
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,31 @@ class TrainingSettings:
                 raise CircumspectError(f"{name} must lie in 0 … 1, not {getattr(self, name)}")
         if self.scans and self.catalogue + self.furniture > 1:
             raise CircumspectError("catalogue and furniture are shares; together at most 1")
+
+    @classmethod
+    def of_net(cls, spec: NetSpec, **changes: Any) -> TrainingSettings:
+        """As a network is meant to be trained, but for some changes.
+
+        Args:
+            spec: The network; of another package, it may ask for what there is not.
+            changes: Settings by name.
+
+        Raises:
+            PluginError: The network asks for an unknown setting, or for one of a wrong type.
+            CircumspectError: A value is out of range.
+        """
+        known = {one.name for one in fields(cls)} - {"net"}
+        if strange := sorted(set(spec.training) - known):
+            raise PluginError(
+                f"network '{spec.name}': no training setting {strange[0]!r}; known: "
+                f"{', '.join(sorted(known))}"
+            )
+        try:
+            return cls(**{**spec.training, **changes, "net": spec.name})
+        except TypeError as error:
+            raise PluginError(
+                f"network '{spec.name}': a training setting is of a wrong type ({error})"
+            ) from error
 
     def changes(self, margin: float) -> Augmentation:
         """The random changes that are made for a network that will be asked with a margin."""
