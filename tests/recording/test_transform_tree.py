@@ -41,6 +41,28 @@ def test_transforms_are_found_along_the_tree() -> None:
     np.testing.assert_array_equal(direct.as_matrix(), as_told.as_matrix(), "not even rounded")
 
 
+@pytest.mark.parametrize("parent", ["base", "elsewhere"])
+def test_static_transforms_stay_static(parent: str) -> None:
+    """A flipped bit, or a second publisher, names the camera on /tf as well."""
+    rng = np.random.default_rng(4)
+    tree, mount = TransformTree(), random_pose(rng)
+    tree.heard(transforms_message([transform_message(mount, 0.0, "base", "camera")]), lasting=True)
+    for stamp in (1.0, 2.0):
+        other = transform_message(random_pose(rng), stamp, parent, "camera")
+        tree.heard(transforms_message([other]))
+    for stamp in (0.0, 1.5, 100.0):
+        found = tree.between("base", "camera", stamp)
+        assert found is not None
+        np.testing.assert_allclose(found.as_matrix(), mount.as_matrix(), atol=1e-12)
+    corrected = random_pose(rng)
+    tree.heard(
+        transforms_message([transform_message(corrected, 3.0, "base", "camera")]), lasting=True
+    )
+    found = tree.between("base", "camera", 100.0)
+    assert found is not None
+    np.testing.assert_allclose(found.as_matrix(), corrected.as_matrix(), atol=1e-12)
+
+
 def test_a_loop_of_transforms_ends() -> None:
     tree, T = TransformTree(), RigidTransform.identity()
     names = [("a", "b"), ("b", "c"), ("c", "a")]

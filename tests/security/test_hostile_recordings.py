@@ -25,17 +25,20 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.localization.image_folder import read_grey
 from circumspect.localization.json_file import read_document
 from circumspect.recording import open_recording
-from circumspect.recording.bag_safety import require_bounded_messages
+from circumspect.recording.bag_safety import LARGEST_MESSAGE, require_bounded_messages
 from circumspect.recording.bounded_unpacking import LARGEST, unpacked
 from circumspect.recording.image_files import read_colour, read_depth
 from circumspect.recording.matrix_file import read_pose
 from circumspect.recording.open_recording import open_bag
+from circumspect.recording.pose_messages import transform_message, transforms_message
 from circumspect.recording.ros_types import typestore
+from circumspect.recording.transform_tree import TransformTree
 
 ZEROS = 64 << 20
 """Bytes that the small bombs here unpack to."""
@@ -98,7 +101,7 @@ def chunk_record(packed: bytes, packing: str, claimed: int) -> bytes:
 
 @pytest.mark.parametrize("packing", ["zstd", "lz4"])
 @pytest.mark.parametrize("claimed", [100, 2**62])
-def test_a_chunk_that_is_a_bomb_ends_the_file(packing, claimed, bombs, tmp_path):
+def test_a_chunk_that_is_a_bomb_is_left_out(packing, claimed, bombs, tmp_path):
     path = mcap_file(tmp_path / "bomb.mcap")
     whole = path.read_bytes()
     end = whole.index(b"\x0f" + struct.pack("<Q", 4))  # The end of the data.
@@ -106,13 +109,14 @@ def test_a_chunk_that_is_a_bomb_ends_the_file(packing, claimed, bombs, tmp_path)
     bag = open_bag(path)
     with little_memory():
         assert list(bag.messages({"/odom"})) == []
-    assert bag.fault is not None
+    assert bag.fault is None
+    assert str(bag.damage).startswith("1 damaged part")
     path.write_bytes(whole[:8] + chunk_record(bombs[packing], packing, claimed))
     with little_memory(), pytest.raises(InputError, match="holds no messages"):
         open_bag(path)
 
 
-def test_a_chunk_of_a_million_messages_of_nothing_ends_the_file(tmp_path):
+def test_a_chunk_of_a_million_messages_of_nothing_is_left_out(tmp_path):
     path = mcap_file(tmp_path / "many.mcap")
     whole = path.read_bytes()
     plain = 10**6 * (b"\x05" + struct.pack("<QHIQQ", 22, 1, 0, 1, 1))
@@ -122,7 +126,7 @@ def test_a_chunk_of_a_million_messages_of_nothing_ends_the_file(tmp_path):
     assert path.stat().st_size < 10_000
     with little_memory(80 << 20):
         bag = open_bag(path)
-    assert "broken off" in str(bag.fault)
+    assert "1 damaged part" in str(bag.damage)
     assert bag.topics["/odom"].count < 10_000
 
 
@@ -139,6 +143,79 @@ def test_a_large_chunk_of_a_sound_recording_is_read(tmp_path):
     bag = open_bag(path)
     assert bag.fault is None
     assert bag.topics["/odom"].count == count + 1
+
+
+def text(value: bytes) -> bytes:
+    return struct.pack("<I", len(value)) + value
+
+
+def record(opcode: int, body: bytes) -> bytes:
+    return struct.pack("<BQ", opcode, len(body)) + body
+
+
+LONG = b"x" * (8 << 20)
+
+
+@pytest.mark.parametrize(
+    "described",
+    [
+        lambda n: record(3, struct.pack("<H", n) + text(LONG) + text(b"ros2msg") + text(b"")),
+        lambda n: record(3, struct.pack("<H", n) + text(b"a") + text(LONG) + text(b"")),
+        lambda n: record(4, struct.pack("<HH", n, 1) + text(LONG) + text(b"cdr") + text(b"")),
+        lambda n: record(4, struct.pack("<HH", n, 1) + text(b"/a") + text(LONG) + text(b"")),
+        lambda n: record(
+            4, struct.pack("<HH", n, 1) + text(b"/a") + text(b"cdr") + text(text(b"k") + text(LONG))
+        ),
+    ],
+    ids=["type", "encoding of a type", "topic", "encoding of a topic", "notes of a topic"],
+)
+def test_names_in_packed_chunks_are_bounded(described, tmp_path):
+    """A few kilobytes for each name: twelve of them took two gigabytes."""
+    path = mcap_file(tmp_path / "names.mcap")
+    whole = path.read_bytes()
+    end = whole.index(b"\x0f" + struct.pack("<Q", 4))
+    chunks = b""
+    for number in range(2, 10):
+        message = record(5, struct.pack("<HIQQ", number, 0, 1, 1))
+        plain = described(number) + message
+        chunks += chunk_record(PACKERS["zstd"](plain), "zstd", len(plain))
+    path.write_bytes(whole[:end] + chunks)
+    with little_memory(40 << 20):
+        bag = open_bag(path)
+    assert set(bag.topics) == {"/odom"}
+    assert str(bag.damage).startswith("1 damaged part, ")
+
+
+def test_more_topics_than_any_robot_has(tmp_path, monkeypatch):
+    monkeypatch.setattr("circumspect.recording.mcap_bag.MOST_TOPICS", 20)
+    path = mcap_file(tmp_path / "topics.mcap")
+    whole = path.read_bytes()
+    end = whole.index(b"\x0f" + struct.pack("<Q", 4))
+    plain = b"".join(
+        record(4, struct.pack("<HH", 7, 1) + text(b"/%d" % n) + text(b"cdr") + text(b""))
+        + record(5, struct.pack("<HIQQ", 7, 0, 1, 1))
+        for n in range(30)
+    )
+    path.write_bytes(whole[:end] + chunk_record(plain, "", len(plain)))
+    with pytest.raises(InputError, match="more than 20 topics"):
+        open_bag(path)
+
+
+def test_messages_that_are_larger_than_any_of_their_type_are_not_decoded(tmp_path):
+    path = mcap_file(tmp_path / "large.mcap", bytes(LARGEST_MESSAGE + 1))
+    bag = open_bag(path)
+    with little_memory(3 * LARGEST_MESSAGE):
+        assert list(bag.messages({"/odom"})) == []
+    assert bag.undecoded["/odom", "nav_msgs/msg/Odometry"] == 1
+
+
+def test_names_of_frames_are_bounded():
+    tree = TransformTree()
+    for names in (("map", "x" * 10_000), ("x" * 10_000, "map")):
+        told = transforms_message([transform_message(RigidTransform.identity(), 0.0, *names)])
+        with pytest.raises(InputError, match="more than 1024 characters"):
+            tree.heard(told)
+    assert not tree.frames
 
 
 def test_records_that_claim_to_be_endless(tmp_path):

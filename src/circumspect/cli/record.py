@@ -75,6 +75,7 @@ def facts(bag: Bag) -> dict[str, Any]:
         "bytes": _size(bag.path),
         "seconds": _span([t for t in bag.topics.values() if t.count]),
         "broken": bag.fault,
+        "damaged": bag.damage,
         "topics": {name: asdict(topic) for name, topic in sorted(bag.topics.items())},
         "replay": replayed,
         "notes": notes,
@@ -108,6 +109,8 @@ def _show(document: dict[str, Any]) -> None:
     if document["broken"]:
         told = printable(document["broken"])
         console.print(f"It is {told}; what came before can be replayed.", markup=False)
+    if document["damaged"]:
+        console.print(f"It has {document['damaged']}; a replay skips them.", markup=False)
     console.print(_table(document["topics"], seconds))
     replay = document["replay"]
     if isinstance(replay, str):

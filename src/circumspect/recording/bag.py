@@ -53,6 +53,7 @@ class Bag(ABC):
         topics: By name.
         notes: What was kept with the messages by whoever recorded them.
         fault: Why reading ended before the bag's end; None while it did not.
+        damage: What was damaged in the bag and left out, and how much of it; None for nothing.
         undecoded: How many messages read last are not what they should be, by topic and type.
     """
 
@@ -61,6 +62,7 @@ class Bag(ABC):
     topics: dict[str, Topic]
     notes: dict[str, str]
     fault: str | None
+    damage: str | None
     undecoded: Counter[tuple[str, str]]
 
     @abstractmethod
@@ -80,4 +82,6 @@ class Bag(ABC):
             f"messages on {topic}": f"{count} {'is' if count == 1 else 'are'} no {kind}"
             for (topic, kind), count in sorted(self.undecoded.items())
         }
+        if self.damage is not None:
+            told["what is damaged"] = self.damage
         return told if self.fault is None else {**told, "the end": self.fault}

@@ -9,12 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from circumspect.errors import InputError
+from circumspect.recording.ros_types import COMPRESSED_IMAGE, IMAGE
 
 LARGEST_INDEX = 4 << 20
 """An index in YAML of more bytes is something else."""
 LONGEST_ARRAY = 1 << 20
 """Of a fixed length, in messages."""
 MOST_TABLES = 100
+LARGEST_MESSAGE = 4 << 20
+"""Of any message but an image [bytes]; in memory its parts take many times as much."""
+LARGEST_IMAGE = 200 << 20
+"""Of a message with an image [bytes]."""
 _COMPUTED = re.compile(r"\b(?:AS|VIRTUAL)\b", re.IGNORECASE)
 _ALIAS = re.compile(rb"(?:^|[\s\[{,:-])\*\w+\s*(?:$|[\s,\]}])")
 _INDEX, _SQLITE = "metadata.yaml", b"SQLite format 3\0"
@@ -67,6 +72,21 @@ def _require_stored_rows(file: Path) -> None:
     for kind, text in rows:
         if kind not in ("table", "index") or _COMPUTED.search(str(text or "")):
             raise InputError(f"{file}: a data base that computes its rows is no recording")
+
+
+def require_possible_size(kind: str, size: int) -> None:
+    """Check a message before it is decoded.
+
+    Args:
+        kind: Its type.
+        size: Its length [bytes].
+
+    Raises:
+        InputError: No such message is as large.
+    """
+    largest = LARGEST_IMAGE if kind in (IMAGE, COMPRESSED_IMAGE) else LARGEST_MESSAGE
+    if size > largest:
+        raise InputError(f"a {kind} of {size} bytes; {largest} are read")
 
 
 def require_bounded_messages(definitions: Mapping[str, Any]) -> None:

@@ -7,12 +7,13 @@ unpacks for them is replaced.
 from __future__ import annotations
 
 import bz2
-import io
 import os
 from functools import cache
-from typing import IO, Any
+from typing import IO, Any, TypeAlias
 
 from circumspect.errors import InputError
+
+_Bytes: TypeAlias = bytes | bytearray | memoryview
 
 LARGEST = 2**28
 """Chunks and messages of more bytes are refused."""
@@ -23,7 +24,7 @@ MOST_UNPACKED = 64
 """A packed file of a bag may unpack to so many times its size, or to what does no harm."""
 
 
-def unpacked(data: bytes, packing: str, size: int = LARGEST) -> bytes:
+def unpacked(data: _Bytes, packing: str, size: int = LARGEST) -> _Bytes:
     """Unpack.
 
     Args:
@@ -44,22 +45,22 @@ def unpacked(data: bytes, packing: str, size: int = LARGEST) -> bytes:
     return _UNPACKERS[packing](data, size)
 
 
-def _unpacked_zstd(data: bytes, size: int) -> bytes:
+def _unpacked_zstd(data: _Bytes, size: int) -> bytearray:
     import zstandard
 
     machine = zstandard.ZstdDecompressor(max_window_size=WIDEST_WINDOW)
-    with machine.stream_reader(io.BytesIO(data), read_across_frames=True) as stream:
+    with machine.stream_reader(data, read_across_frames=True) as stream:
         return _at_most(stream, size)
 
 
-def _unpacked_lz4(data: bytes, size: int) -> bytes:
+def _unpacked_lz4(data: _Bytes, size: int) -> bytes:
     import lz4.frame
 
     machine = lz4.frame.LZ4FrameDecompressor()
     return _checked(machine.decompress(data, max_length=size + 1), bool(machine.eof), size)
 
 
-def _unpacked_bz2(data: bytes, size: int) -> bytes:
+def _unpacked_bz2(data: _Bytes, size: int) -> bytes:
     machine = bz2.BZ2Decompressor()
     return _checked(machine.decompress(data, max_length=size + 1), machine.eof, size)
 
@@ -67,13 +68,13 @@ def _unpacked_bz2(data: bytes, size: int) -> bytes:
 _UNPACKERS = {"zstd": _unpacked_zstd, "lz4": _unpacked_lz4, "bz2": _unpacked_bz2}
 
 
-def _at_most(stream: Any, size: int) -> bytes:
+def _at_most(stream: Any, size: int) -> bytearray:
     found = bytearray()
     while part := stream.read(min(1 << 20, size + 1 - len(found))):
         found += part
         if len(found) > size:
             raise InputError(f"unpacks to more than {size} bytes")
-    return bytes(found)
+    return found
 
 
 def _checked(found: bytes, ended: bool, size: int) -> bytes:
@@ -93,14 +94,14 @@ def bound_rosbags() -> None:
 
     first.decompressors.update(
         {
-            name: lambda data, name=name: unpacked(data, name)
+            name: lambda data, name=name: bytes(unpacked(data, name))
             for name in first.decompressors
             if name in _UNPACKERS
         }
     )
     mcap.DECOMPRESSORS.update(
         {
-            name: lambda data, size, name=name: unpacked(data, name, size)
+            name: lambda data, size, name=name: bytes(unpacked(data, name, size))
             for name in mcap.DECOMPRESSORS
             if name
         }
@@ -113,7 +114,7 @@ class _BoundedZstd:
 
     @staticmethod
     def decompress(data: bytes) -> bytes:
-        return unpacked(bytes(data), "zstd")
+        return bytes(unpacked(data, "zstd"))
 
     @staticmethod
     def open(stream: IO[bytes], mode: str) -> _BoundedStream:

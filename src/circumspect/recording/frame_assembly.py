@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterable, Iterator, MutableMapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -39,6 +39,8 @@ LASTING = "tf_static"
 """Last word of the topics on which transforms are told for good."""
 MOST_WAITING = 100
 """So many depth images wait at most, whatever the clocks say."""
+MOST_KEPT = 256 << 20
+"""So many bytes of depth images wait at most, and half as many of colour images are kept."""
 
 _log = logging.getLogger(__name__)
 
@@ -148,6 +150,8 @@ class FrameAssembly:
                 self._hear_odometry(told, message.log_time)
             elif message.topic == topics.colour:
                 self._colours.append(told)
+                while len(self._colours) > 1 and _size(self._colours) > MOST_KEPT // 2:
+                    self._colours.popleft()
         except CircumspectError as error:
             self.unread[message.topic] = str(error)
             _log.warning("a message on %s left out: %s", message.topic, error)
@@ -213,7 +217,9 @@ class FrameAssembly:
         self._clock, self._strange = now, None
         self._waiting.append((message, self._since_image))
         self._since_image = None
-        if self._camera is None and len(self._waiting) > WITHOUT_CAMERA:
+        if self._camera is None and (
+            len(self._waiting) > WITHOUT_CAMERA or self._waiting_size() > MOST_KEPT
+        ):
             self._waiting.popleft()
             raise InputError(
                 f"no CameraInfo comes with {self._topics.depth}; name its topic (replay "
@@ -225,9 +231,12 @@ class FrameAssembly:
             message = self._waiting[0][0]
             waited = log_time - message.log_time
             patient = 0 <= waited < PATIENCE * NANOSECONDS and len(self._waiting) < MOST_WAITING
-            if patient and self._more_to_come(message.told):
+            if patient and self._waiting_size() <= MOST_KEPT and self._more_to_come(message.told):
                 return
             yield from self._next()
+
+    def _waiting_size(self) -> int:
+        return _size(message.told for message, _ in self._waiting)
 
     def _more_to_come(self, image: Any) -> bool:
         """Whether poses, odometry or colour of an image's time may still be on the way."""
@@ -299,6 +308,11 @@ class FrameAssembly:
         except InputError as error:
             _log.warning("colour left out: %s", error)
             return None
+
+
+def _size(images: Iterable[Any]) -> int:
+    """Of their pixels [bytes]."""
+    return sum(len(image.data) for image in images)
 
 
 def _leap(before: _Moment | None, now: _Moment) -> float:

@@ -7,27 +7,34 @@ from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from circumspect.errors import InputError, MissingExtraError, reason_of
 from circumspect.recording.bag import Bag, BagMessage, Topic
+from circumspect.recording.bag_safety import require_possible_size
 from circumspect.recording.bounded_unpacking import LARGEST
-from circumspect.recording.mcap_chunk import records_of
+from circumspect.recording.mcap_records import MAGIC, McapRecords
 from circumspect.recording.mcap_writer import NOTES
 from circumspect.recording.ros_types import typestore
 
 if TYPE_CHECKING:
-    from mcap.records import McapRecord
+    from mcap.records import Channel, Message, Metadata, Schema
 
 MOST_NOTES = 1000
 """An index that points to more of them is not believed: all may be the same large one."""
-MAGIC = b"\x89MCAP0\r\n"
+LONGEST_NOTES = 4 << 20
+"""What exceeds so many characters of notes is left out."""
+LARGEST_INDEX = 16 << 20
+"""In memory an index takes many times its size [bytes]; with a larger one the file is read."""
+MOST_TOPICS = 10_000
+_FOOTER_AND_MAGIC, _SUMMARY_START = 37, slice(9, 17)
 
 
 class McapBag(Bag):
     """An MCAP file as ROS 2 or `McapWriter` writes it, read from its beginning to its end.
 
-    A file that breaks off, as that of a process that was killed, is read as far as it goes.
+    A file that breaks off, as that of a process that was killed, is read as far as it goes. What
+    is damaged within costs its chunk.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -43,6 +50,7 @@ class McapBag(Bag):
             raise MissingExtraError("mcap", "bags") from error
         self.path = Path(path)
         self.kind, self.fault, self.undecoded = "MCAP", None, Counter()
+        self.damage = None
         self.topics: dict[str, Topic] = {}
         self.notes: dict[str, str] = {}
         self._types = typestore()
@@ -54,7 +62,9 @@ class McapBag(Bag):
                     raise InputError(f"{path}: is no MCAP file, or holds nothing")
         except OSError as error:
             raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
+        self._described: dict[int, tuple[str, str, str]] = {}
         if not self._by_index():
+            self._described.clear()
             self._by_reading()
         if not self.topics:
             raise InputError(f"{path}: holds no messages")
@@ -65,20 +75,25 @@ class McapBag(Bag):
 
         try:
             with self.path.open("rb") as stream:
+                if _index_size(stream) > LARGEST_INDEX:
+                    return False
+                stream.seek(0)
                 reader = SeekingReader(stream, record_size_limit=LARGEST)
                 summary = reader.get_summary()
                 if summary is None or summary.statistics is None or not summary.channels:
                     return False
                 if len(summary.metadata_indexes) > MOST_NOTES:
                     return False
-                told = summary.statistics
-                counts = told.channel_message_counts
-                if told.message_count and not counts:
+                statistics = summary.statistics
+                counts = statistics.channel_message_counts
+                if statistics.message_count and not counts:
                     return False
+                first, last = statistics.message_start_time, statistics.message_end_time
                 for number, channel in summary.channels.items():
+                    # Where the chunk that describes a topic is damaged, the index still does.
+                    kind = summary.schemas[channel.schema_id].name
+                    self._described[number] = channel.topic, kind, channel.message_encoding
                     if count := counts.get(number, 0):
-                        kind = summary.schemas[channel.schema_id].name
-                        first, last = told.message_start_time, told.message_end_time
                         self._count(channel.topic, kind, count, first, last)
                 for record in reader.iter_metadata():
                     self._note(record)
@@ -90,24 +105,26 @@ class McapBag(Bag):
     def _by_reading(self) -> None:
         from mcap.records import Channel, Message, Metadata, Schema
 
-        schemas: dict[int, str] = {}
-        channels: dict[int, Channel] = {}
+        kinds: dict[int, str] = {}
+        channels: dict[int, tuple[str, int]] = {}
         for record in self._records():
             match record:
                 case Schema():
-                    schemas[record.id] = record.name
+                    kinds[record.id] = record.name
                 case Channel():
-                    channels[record.id] = record
+                    channels[record.id] = record.topic, record.schema_id
                 case Metadata():
                     self._note(record)
                 case Message() if record.channel_id in channels:
-                    channel, time = channels[record.channel_id], record.log_time
-                    kind = schemas.get(channel.schema_id, "")
-                    self._count(channel.topic, kind, 1, time, time)
+                    topic, schema = channels[record.channel_id]
+                    time = record.log_time
+                    self._count(topic, kinds.get(schema, ""), 1, time, time)
                 case _:
                     pass
 
     def _count(self, topic: str, kind: str, count: int, first: int, last: int) -> None:
+        if topic not in self.topics and len(self.topics) >= MOST_TOPICS:
+            raise InputError(f"{self.path}: holds more than {MOST_TOPICS} topics")
         known = self.topics.get(topic, Topic(topic, kind, 0))
         # Time may well be 0, in simulation.
         earliest = first if known.first is None else min(known.first, first)
@@ -116,7 +133,9 @@ class McapBag(Bag):
 
     def _note(self, record: Any) -> None:
         if record.name == NOTES:
-            self.notes |= record.metadata
+            noted = {**self.notes, **record.metadata}
+            if sum(len(key) + len(value) for key, value in noted.items()) <= LONGEST_NOTES:
+                self.notes = noted
 
     def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
         """See `Bag.messages`."""
@@ -124,16 +143,28 @@ class McapBag(Bag):
 
         self.undecoded = Counter()
         kinds: dict[int, str] = {}
-        wanted: dict[int, tuple[str, str]] = {}
+        # What the file itself says on the way replaces what its index says.
+        wanted = {
+            number: (topic, self._kind(topic, kind, encoding))
+            for number, (topic, kind, encoding) in self._described.items()
+            if topic in topics
+        }
         for record in self._records():
             match record:
                 case Schema():
                     kinds[record.id] = record.name
                 case Channel() if record.topic in topics:
-                    wanted[record.id] = record.topic, self._kind(record, kinds)
+                    kind = kinds.get(record.schema_id)
+                    if kind is None and record.id in wanted:
+                        continue
+                    kind = self._kind(record.topic, kind or "", record.message_encoding)
+                    wanted[record.id] = record.topic, kind
+                case Channel():
+                    wanted.pop(record.id, None)
                 case Message() if record.channel_id in wanted:
                     topic, kind = wanted[record.channel_id]
                     try:
+                        require_possible_size(kind, len(record.data))
                         told = self._types.deserialize_cdr(record.data, kind)
                     except Exception:  # whatever a parser makes of broken bytes
                         self.undecoded[topic, kind] += 1
@@ -142,34 +173,34 @@ class McapBag(Bag):
                 case _:
                     pass
 
-    def _kind(self, channel: Any, kinds: dict[int, str]) -> str:
-        kind = kinds.get(channel.schema_id, "")
-        if channel.message_encoding != "cdr" or kind not in self._types.fielddefs:
+    def _kind(self, topic: str, kind: str, encoding: str) -> str:
+        if encoding != "cdr" or kind not in self._types.fielddefs:
             raise InputError(
-                f"{self.path}: {channel.topic} holds {kind or 'messages without a type'} as "
-                f"{channel.message_encoding or 'nothing'}; known are messages of ROS 2 as cdr"
+                f"{self.path}: {topic} holds {kind or 'messages without a type'} as "
+                f"{encoding or 'nothing'}; known are messages of ROS 2 as cdr"
             )
         return kind
 
-    def _records(self) -> Iterator[McapRecord]:
+    def _records(self) -> Iterator[Channel | Message | Metadata | Schema]:
         """All records in order, up to the end or to where the file breaks off."""
-        from mcap.records import Chunk, DataEnd
-        from mcap.stream_reader import StreamReader
-
-        self.fault, whole = None, 0
+        self.fault, self.damage = None, None
         with self.path.open("rb") as stream:
             size = os.fstat(stream.fileno()).st_size
-            try:
-                reader = StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST)
-                for record in reader.records:
-                    if isinstance(record, DataEnd):
-                        return
-                    if isinstance(record, Chunk):
-                        yield from records_of(record)
-                    else:
-                        yield record
-                    whole = stream.tell()
-            except Exception:  # whatever a parser makes of a broken file
-                left = size - whole
+            records = McapRecords(stream)
+            yield from records
+            if (left := records.cut_bytes) is not None:
                 where = f": of {size} bytes the last {left} are no record"
                 self.fault = f"broken off{where if left else ' after a whole record'}"
+            if parts := records.damaged_parts:
+                self.damage = (
+                    f"{parts} damaged part{'s' * (parts > 1)}, {records.damaged_bytes} of "
+                    f"{size} bytes"
+                )
+
+
+def _index_size(stream: BinaryIO) -> int:
+    """From the beginning of the index to the end of the file [bytes]."""
+    end = stream.seek(0, os.SEEK_END)
+    stream.seek(max(end - _FOOTER_AND_MAGIC, 0))
+    footer = stream.read(_FOOTER_AND_MAGIC)
+    return end - int.from_bytes(footer[_SUMMARY_START], "little")

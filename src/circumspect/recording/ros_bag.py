@@ -11,12 +11,19 @@ from typing import TYPE_CHECKING
 
 from circumspect.errors import InputError
 from circumspect.recording.bag import Bag, BagMessage, Topic
-from circumspect.recording.bag_safety import require_bounded_messages, require_plain_bag
+from circumspect.recording.bag_safety import (
+    require_bounded_messages,
+    require_plain_bag,
+    require_possible_size,
+)
 from circumspect.recording.bounded_unpacking import bound_rosbags
+from circumspect.recording.readable_stretches import ReadableStretches
+from circumspect.recording.ros_time import NANOSECONDS
 from circumspect.recording.ros_types import typestore
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
+    from rosbags.interfaces import Connection
 
 
 class _PlainSuffix(type(Path())):
@@ -37,7 +44,7 @@ class RosBag(Bag):
             InputError: It can not be read.
             MissingExtraError: rosbags is not installed.
         """
-        self.path, self.notes, self.fault = Path(path), {}, None
+        self.path, self.notes, self.fault, self.damage = Path(path), {}, None, None
         self.undecoded = Counter()
         self.kind = "ROS 1 bag" if self.path.suffix.lower() == ".bag" else "ROS 2 bag"
         if not self.path.exists():
@@ -76,24 +83,30 @@ class RosBag(Bag):
 
     def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
         """See `Bag.messages`."""
-        self.fault, self.undecoded = None, Counter()
+        self.fault, self.damage, self.undecoded = None, None, Counter()
         with self._opened() as reader:
             wanted = [c for c in reader.connections if c.topic in topics]
-            found = reader.messages(connections=wanted) if wanted else iter(())
-            while True:
+            if not wanted:
+                return
+
+            def read(start: int) -> Iterator[tuple[int, tuple[Connection, bytes]]]:
+                for connection, log_time, data in reader.messages(wanted, start):
+                    yield log_time, (connection, data)
+
+            found = ReadableStretches(read, reader.start_time, reader.end_time)
+            for log_time, (connection, data) in found:
                 try:
-                    connection, log_time, data = next(found)
-                except StopIteration:
-                    return
-                except Exception as error:  # whatever a parser makes of a broken bag
-                    self.fault = f"broken off: {_first_line(error)}"
-                    return
-                try:
+                    require_possible_size(connection.msgtype, len(data))
                     told = reader.deserialize(data, connection.msgtype)
                 except Exception:  # whatever a parser makes of broken bytes
                     self.undecoded[connection.topic, connection.msgtype] += 1
                     continue
                 yield BagMessage(connection.topic, log_time, told)
+            if found.gaps:
+                parts = f"{found.gaps} damaged part{'s' * (found.gaps > 1)}"
+                self.damage = f"{parts}, {found.lost / NANOSECONDS:.1f} s"
+            if found.broken_off and found.error is not None:
+                self.fault = f"broken off: {_first_line(found.error)}"
 
 
 def _first_line(error: Exception) -> str:

@@ -16,6 +16,8 @@ DEEPEST = 64
 """A chain of more frames is a loop."""
 MOST = 5000
 """No robot has more frames."""
+LONGEST_NAME = 1024
+"""Of a frame [characters]."""
 
 
 class TransformTree:
@@ -23,6 +25,8 @@ class TransformTree:
 
     def __init__(self) -> None:
         self._frames: dict[str, TransformHistory] = {}
+        self._static: set[str] = set()
+        """What /tf_static placed; /tf does not move it."""
 
     def heard(self, told: Any, lasting: bool = False) -> None:
         """Take a `tf2_msgs/TFMessage` in.
@@ -32,13 +36,20 @@ class TransformTree:
             lasting: It tells of what does not move, as those on /tf_static do.
 
         Raises:
-            InputError: A transform is not finite, or there are more frames than any robot has.
+            InputError: A transform is not finite, there are more frames than any robot has, or
+                a name is too long.
         """
         for stamped in told.transforms:
             T = transform_of(stamped.transform.translation, stamped.transform.rotation)
             parent, child = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
             if len(self._frames) >= MOST and child not in self._frames:
                 raise InputError(f"transforms of more than {MOST} frames")
+            if max(len(parent), len(child)) > LONGEST_NAME:
+                raise InputError(f"a frame's name has more than {LONGEST_NAME} characters")
+            if child in self._static and not lasting:
+                continue
+            if lasting:
+                self._static.add(child)
             if child not in self._frames or self._frames[child].parent != parent:
                 self._frames[child] = TransformHistory(parent)
             self._frames[child].heard(seconds(stamped), T, lasting)
