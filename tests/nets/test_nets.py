@@ -3,6 +3,7 @@ import os
 import re
 import stat
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -221,3 +222,60 @@ class TestCheckpoint:
         wrong = Checkpoint("planes", ("a", "b"), original.recipe, original.weights)
         with pytest.raises(WeightsError, match="do not fit"):
             wrong.build()
+
+    @pytest.mark.parametrize(
+        ("entry", "value"),
+        [
+            ("net", []), ("net", 3), ("classes", "abc"), ("classes", [1, 2, 3]),
+            ("classes", ["a", "a", "b"]), ("classes", 3), ("grid", [1]), ("grid", "cylindrical"),
+            ("grid", {"kind": []}),
+            ("grid", {"shape": [1000, 1000, 1000]}), ("training", [1]), ("training", 3),
+            ("training", {"settings": [1]}), ("training", {"reached": 1}),
+            ("training", {"objects": "chair"}), ("training", {"objects": [1]}),
+        ],
+    )  # fmt: skip
+    def test_headers_of_other_types(self, tmp_path, entry, value):
+        path = tmp_path / "w.safetensors"
+        header = {
+            "net": "planes", "classes": list(CLASSES), "grid": GridRecipe().to_dict(),
+            "training": {},
+        }  # fmt: skip
+        save_file({"a": torch.zeros(3)}, path, {"circumspect": json.dumps(header)})
+        assert Checkpoint.load(path).classes == CLASSES
+        save_file(
+            {"a": torch.zeros(3)}, path, {"circumspect": json.dumps({**header, entry: value})}
+        )
+        with pytest.raises(WeightsError, match="not a checkpoint"):
+            Checkpoint.load(path)
+
+    def test_tensors_of_four_bits(self, tmp_path):
+        path = tmp_path / "w.safetensors"
+        header = {
+            "net": "planes", "classes": list(CLASSES), "grid": GridRecipe().to_dict(),
+            "training": {},
+        }  # fmt: skip
+        content = json.dumps(
+            {
+                "__metadata__": {"circumspect": json.dumps(header)},
+                "w": {"dtype": "F4", "shape": [2], "data_offsets": [0, 1]},
+            }
+        ).encode()
+        path.write_bytes(len(content).to_bytes(8, "little") + content + b"\0")
+        with pytest.raises(WeightsError, match="not a checkpoint"):
+            Checkpoint.load(path)
+
+    @pytest.mark.parametrize("name", NETS)
+    def test_a_network_of_the_described_size_is_not_allocated(self, name, monkeypatch):
+        """A header of a few kilobytes could describe gigabytes of weights."""
+        built = []
+        monkeypatch.setattr(
+            "circumspect.nets.checkpoint.build_net",
+            lambda *wanted: built.append(torch.empty(0).device.type) or build_net(*wanted),
+        )
+        recipe = NETS[name].recipe
+        if isinstance(recipe, GridRecipe):
+            recipe = replace(recipe, shape=(128, 128, 128))
+        classes = tuple(f"class {n}" for n in range(1000))
+        with pytest.raises(WeightsError, match="do not fit"):
+            Checkpoint(name, classes, recipe, {"a": torch.zeros(3)}).build()
+        assert built == ["meta"]

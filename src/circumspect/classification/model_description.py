@@ -61,6 +61,7 @@ class ModelDescription:
         """
         _require_known_format(description)
         outputs = _checked_classes(description)
+        require_training_record(description.get("training") or {})
         beyond, open_set = description.get("unknown_beyond"), description.get("open_set")
         return cls(
             outputs,
@@ -104,10 +105,35 @@ def _other_column(description: Mapping[str, Any], classes: tuple[str, ...]) -> i
     return classes.index(other)
 
 
+def require_training_record(training: Any) -> None:
+    """Check what a file says of its training.
+
+    Raises:
+        WeightsError: It is no object, its settings or what was reached are none, or the training
+            objects are not names.
+    """
+    if not isinstance(training, dict):
+        raise WeightsError("its record of the training is no object")
+    for key in ("settings", "reached"):
+        if not isinstance(training.get(key, {}), dict):
+            raise WeightsError(f"'{key}' in its record of the training is no object")
+    names = training.get(OBJECTS) or []
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise WeightsError("the training objects in its record of the training are not names")
+
+
 def _checked_classes(description: Any) -> tuple[str, ...]:
     if not isinstance(description, dict):
         raise WeightsError("its description is no object")
-    classes = description["classes"]
+    return checked_classes(description["classes"])
+
+
+def checked_classes(classes: Any) -> tuple[str, ...]:
+    """Names of classes as a file has them.
+
+    Raises:
+        WeightsError: Not a list of distinct names.
+    """
     names = isinstance(classes, list) and all(isinstance(name, str) for name in classes)
     if not names or not all(0 < len(name) <= 200 and name.isprintable() for name in classes):
         raise WeightsError("its classes are not names")

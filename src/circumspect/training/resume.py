@@ -73,7 +73,9 @@ def load_state(
         for name, module in modules.items():
             module.load_state_dict(_below(tensors, name))
         _restore(optimizer, _below(tensors, "optimizer"))
-    except (SafetensorError, OSError, RuntimeError, ValueError, KeyError) as error:
+    except (
+        SafetensorError, OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError
+    ) as error:  # fmt: skip
         raise _unusable(path) from error
     return progress
 
