@@ -5,13 +5,14 @@ from __future__ import annotations
 import bz2
 import io
 import os
+import resource
 import shutil
 import sqlite3
 import struct
 import tracemalloc
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import lz4.frame
@@ -414,6 +415,22 @@ def test_pictures_of_nothing_are_not_unpacked(size, tmp_path):
             read(path)
     with little_memory():
         assert read_colour(path, (640, 480)) is None
+
+
+def test_chunks_of_pictures_that_announce_gigabytes(tmp_path):
+    path = tmp_path / "a.png"
+    Image.fromarray(np.arange(48, dtype=np.uint16).reshape(6, 8)).save(path)
+    whole = path.read_bytes()
+    at = whole.index(b"IDAT") - 4
+    path.write_bytes(whole[:at] + b"\xff\xff\xff\xff" + whole[at + 4 :])
+    limits = resource.getrlimit(resource.RLIMIT_AS)
+    used = 4096 * int(Path("/proc/self/statm").read_text().split()[0])
+    resource.setrlimit(resource.RLIMIT_AS, (used + (1 << 30), limits[1]))
+    try:
+        with suppress(InputError):
+            assert read_depth(path).shape == (6, 8)
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, limits)
 
 
 def test_formats_that_other_programs_would_run_are_not_opened(tmp_path):

@@ -81,6 +81,26 @@ def test_clouds_in_archives_do_not_explode(bomb, tmp_path):
         read_cloud(path)
 
 
+def test_archives_without_an_array_of_a_known_name_are_not_read_whole(tmp_path):
+    """Each array may be as large as the limit for one; all of them took gigabytes."""
+    path = tmp_path / "a.npz"
+    zeros = {f"a{n}": np.zeros((100_000, 4)) for n in range(20)}
+    np.savez_compressed(path, **zeros)
+    with little(16 << 20), pytest.raises(InputError, match="holds 0 arrays of shape"):
+        read_cloud(path)
+    points = np.random.default_rng(0).random((2000, 3))
+    np.savez_compressed(path, **zeros, cloud=points)
+    with little(16 << 20):
+        assert len(read_cloud(path)) == 2000
+
+
+def test_a_trajectory_of_empty_lines(tmp_path):
+    path = tmp_path / "a.tum"
+    path.write_bytes(b"\n" * 1_000_000 + b"1 0 0 0 0 0 0 1\n")
+    with little(4 << 20):
+        assert len(read_tum(path)) == 1
+
+
 def test_packs_tables_and_gathered_clouds_do_not_explode(bomb, tmp_path):
     path = tmp_path / "train.npz"
     words = {"names": np.array(["a"]), "classes": np.array(["a"]), "labels": np.array([0])}

@@ -122,6 +122,16 @@ def _unpacked(
         return array_in(stream, largest, kinds, wanted)
 
 
+def shape_in_member(archive: zipfile.ZipFile, item: zipfile.ZipInfo) -> tuple[int, ...]:
+    """The shape of an array of an NPZ file, which is not read.
+
+    Raises:
+        ValueError: No NPY file; see `NPZ_FAULTS` for what else.
+    """
+    with archive.open(item) as stream:
+        return _header(stream)[0]
+
+
 def array_in(
     stream: IO[bytes], largest: int, kinds: str = NUMBERS, wanted: str | None = None
 ) -> NDArray[Any]:

@@ -11,13 +11,22 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry.file_shape import FileShape
-from circumspect.geometry.npy_stream import NPZ_FAULTS, NUMBERS, array_in, array_in_member, told
+from circumspect.geometry.npy_stream import (
+    NPZ_FAULTS,
+    NUMBERS,
+    array_in,
+    array_in_member,
+    shape_in_member,
+    told,
+)
 from circumspect.geometry.point_fields import rows_of_fields
 
 POINT_KEYS = ("points_xyz", "points", "xyz")
 NORMAL_KEYS = ("normals_xyz", "normals")
 WIDEST = 16
 """Three rows with more columns than this are a cloud that lies on its side."""
+MOST_ARRAYS = 1000
+"""Of an archive without an array of a known name."""
 MOST_COLUMNS = 64
 """Coordinates, colours and features of one point; an array with more is an image."""
 
@@ -69,14 +78,16 @@ def _chosen_array(
     for key in POINT_KEYS:
         if key in members:
             return array_in_member(archive, members[key], _KINDS, _WANTED), key
-    arrays = {key: array_in_member(archive, item) for key, item in members.items()}
-    fitting = [key for key, array in arrays.items() if array.ndim == 2 and array.shape[1] == 3]
+    if len(members) > MOST_ARRAYS:
+        raise InputError(f"holds {len(members)} arrays and none named {', '.join(POINT_KEYS)}")
+    shapes = {key: shape_in_member(archive, item) for key, item in members.items()}
+    fitting = [key for key, shape in shapes.items() if len(shape) == 2 and shape[1] == 3]
     if len(fitting) != 1:
         raise InputError(
             f"holds {len(fitting)} arrays of shape (n, 3) and none named "
             f"{', '.join(POINT_KEYS)}; it has: {', '.join(members) or 'no arrays'}"
         )
-    return arrays[fitting[0]], fitting[0]
+    return array_in_member(archive, members[fitting[0]]), fitting[0]
 
 
 def _points(array: NDArray[Any], name: str) -> NDArray[np.float64]:

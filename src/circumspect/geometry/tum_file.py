@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import numpy as np
 
@@ -40,8 +39,8 @@ def read_tum(path: str | os.PathLike[str]) -> Trajectory:
     """
     from scipy.spatial.transform import RigidTransform, Rotation
 
-    with blamed_on(path) as file:
-        table = read_table(_lines(file), comments="#")
+    with blamed_on(path) as file, file.open("rb") as stream:
+        table = read_table(stream, comments="#")
         if table.shape[1] != 8:
             raise InputError(f"needs 8 columns (stamp tx ty tz qx qy qz qw), has {table.shape[1]}")
         if not np.isfinite(table).all():
@@ -55,7 +54,3 @@ def read_tum(path: str | os.PathLike[str]) -> Trajectory:
             )
         poses = RigidTransform.from_components(table[:, 1:4], Rotation.from_quat(quaternions))
         return Trajectory(table[:, 0], poses)
-
-
-def _lines(path: Path) -> list[bytes]:
-    return path.read_bytes().splitlines()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from circumspect.errors import InputError
 from circumspect.sensing.regular_file import require_regular
@@ -35,10 +36,7 @@ def opened_picture(
 
     name = name or str(source)
     try:
-        if isinstance(source, Path):
-            require_regular(source)
-        held = io.BytesIO(source) if isinstance(source, bytes) else source
-        with Image.open(held, formats=tuple(formats)) as picture:
+        with _held(source) as held, Image.open(held, formats=tuple(formats)) as picture:
             if max(picture.size) > largest:
                 raise InputError(f"{name}: has {picture.size[0]} x {picture.size[1]} pixels; "
                                  f"{largest} along a side are read")  # fmt: skip
@@ -48,7 +46,27 @@ def opened_picture(
         OSError,
         ValueError,
         SyntaxError,
+        MemoryError,
         Image.DecompressionBombError,
         Image.DecompressionBombWarning,
     ) as error:
         raise InputError(f"{name}: can not be read ({error})") from error
+
+
+def _held(source: Path | bytes) -> IO[bytes]:
+    if isinstance(source, bytes):
+        return io.BytesIO(source)
+    require_regular(source)
+    return _WithinFile(io.FileIO(source))
+
+
+class _WithinFile(io.BufferedReader):
+    """A file of which no more is asked for than it holds.
+
+    Pillow reads as many bytes as a chunk of a PNG announces, and Python makes room for them.
+    """
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is not None and size > io.DEFAULT_BUFFER_SIZE:
+            size = min(size, max(os.fstat(self.fileno()).st_size - self.tell(), 0))
+        return super().read(size)
