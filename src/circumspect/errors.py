@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+_log = logging.getLogger(__name__)
 
 
 class CircumspectError(Exception):
@@ -53,10 +56,29 @@ def printable(text: str) -> str:
 
 @contextmanager
 def blamed_on(file: Path) -> Iterator[None]:
-    """Put the file's name before the message of any known fault that lacks it."""
+    """Turn whatever goes wrong with a file into a known fault that names it.
+
+    Other files are still processed. A fault that no reader knows is one of circumspect: its
+    traceback goes to the log at the level DEBUG.
+
+    Raises:
+        CircumspectError: Anything went wrong but a closed pipe or connection.
+    """
     try:
         yield
     except CircumspectError as error:
         if str(error).startswith(f"{file}:"):
             raise
         raise CircumspectError(f"{file}: {error}") from error
+    except ConnectionError:
+        raise
+    except MemoryError as error:
+        raise CircumspectError(f"{file}: does not fit into memory; thin it out first") from error
+    except OSError as error:
+        raise CircumspectError(f"{file}: can not be read ({reason_of(error)})") from error
+    except Exception as error:
+        _log.debug("%s", file, exc_info=True)
+        what = f"{type(error).__name__}: {str(error)[:200]}".partition("\n")[0]
+        raise CircumspectError(
+            f"{file}: can not be used ({what}); please report this, with the file"
+        ) from error

@@ -14,6 +14,7 @@ from typing import Any
 from circumspect import __version__
 from circumspect.cli.say import say
 from circumspect.cli.termination import EXIT_CODE, Terminated, ends_as_ctrl_c_does
+from circumspect.cli.visible_controls import visible_controls
 from circumspect.errors import CircumspectError, MissingExtraError, reason_of
 
 COMMANDS = {
@@ -157,7 +158,10 @@ def _dispatch(words: list[str]) -> int:
     if words[0] in ("--version", "-V"):
         sys.stdout.write(f"circumspect {__version__}\n")
         return 0
-    return parsed(words[0], words[1:]).run()
+    # What is parsed and its help are the user's own and ours; the run prints text of files.
+    command = parsed(words[0], words[1:])
+    with visible_controls():
+        return command.run()
 
 
 def parsed(name: str, flags: Sequence[str]) -> Any:

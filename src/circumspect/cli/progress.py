@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     DownloadColumn,
@@ -17,6 +16,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from circumspect.cli.console import OutputConsole
 from circumspect.cli.say import say
 
 TELL_EVERY = 60.0
@@ -86,7 +86,7 @@ def bars(of_bytes: bool = False) -> Progress:
     Args:
         of_bytes: See `progress_bar`.
     """
-    console = Console(stderr=True)
+    console = OutputConsole(stderr=True)
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
