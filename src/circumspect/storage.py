@@ -1,4 +1,7 @@
-"""Results on disk: written aside, then renamed, so that no reader sees half a file."""
+"""Results on disk: written aside, then renamed, so that no reader sees half a file.
+
+After a loss of power a file is the old one or the new one as a whole.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import errno
 import json
 import math
 import os
+import re
 import secrets
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -13,6 +17,9 @@ from pathlib import Path
 from typing import IO, Any
 
 from circumspect.errors import OutputError, reason_of
+
+_PARTIAL = "-partial-"
+_ABANDONED = re.compile(rf"\..{{0,32}}{_PARTIAL}[0-9a-f]{{12}}(\..*)?")
 
 
 @contextmanager
@@ -37,7 +44,10 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
             target = _resolved(target)
             aside = _create_aside(target)
             yield aside
+            _sync(aside)
             aside.replace(target)
+            # Without it a loss of power may bring the earlier file back.
+            _sync(target.parent)
         finally:
             if aside is not None:
                 with suppress(OSError):
@@ -46,6 +56,30 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         if not _is_about(error, target, aside):
             raise
         raise OutputError(_explain(Path(path), error)) from error
+
+
+def remove_abandoned(folder: Path) -> None:
+    """Remove temporary files of runs that were killed from a folder that nobody else writes to."""
+    for file in folder.glob(f".*{_PARTIAL}*"):
+        if _ABANDONED.fullmatch(file.name) and file.is_file():
+            with suppress(OSError):
+                file.unlink()
+
+
+def _sync(path: Path) -> None:
+    """Wait until the disk has a file, or a folder's names.
+
+    Raises:
+        OSError: It has not; not all file systems can sync folders.
+    """
+    place = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        os.fsync(place)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.EBADF):
+            raise
+    finally:
+        os.close(place)
 
 
 def require_writable(folder: str | os.PathLike[str]) -> None:
@@ -209,7 +243,8 @@ def _create_aside(target: Path) -> Path:
     if target.exists() and not target.is_file():
         raise OutputError(f"{target}: is not a regular file; give another name")
     target.parent.mkdir(parents=True, exist_ok=True)
-    aside = target.with_name(f".{target.stem[:32]}-{secrets.token_hex(6)}{target.suffix[:16]}")
+    mark = f"{_PARTIAL}{secrets.token_hex(6)}"
+    aside = target.with_name(f".{target.stem[:32]}{mark}{target.suffix[:16]}")
     # Exclusive, and with the permissions that any new file of this user gets.
     os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     return aside

@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from circumspect.errors import MissingExtraError
+from circumspect.folder_lock import lock_folder
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import Calibration, SpaceTrack, TagMount
 from circumspect.runs.run_folder import LOG
@@ -41,6 +42,7 @@ class LocatedRun:
         """
         self.path = path
         require_no_strangers(path, (*RESULTS, *more), (FIXES, *more), foreign=(LOG,))
+        self._lock = lock_folder(path)
         require_writable(path)
 
     def save(

@@ -22,6 +22,8 @@ from circumspect.datasets.gathered_set import (
 )
 from circumspect.datasets.set_store import SetStore
 from circumspect.errors import InputError, OutputError
+from circumspect.folder_lock import NAME as LOCK
+from circumspect.folder_lock import FolderLock, lock_folder
 from circumspect.storage import append_line, atomic_open, write_json
 
 SCANS = "scans"
@@ -117,6 +119,7 @@ class SetFolder:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self._lock: FolderLock | None = None
 
     @property
     def name(self) -> str:
@@ -130,6 +133,7 @@ class SetFolder:
     def begin(self, settings: Mapping[str, object]) -> None:
         """See `SetPlace.begin`."""
         self.require_free()
+        self._claim()
         self.write_settings(settings)
         with atomic_open(self._folder / MANIFEST) as stream:
             stream.write("")
@@ -144,8 +148,17 @@ class SetFolder:
             raise InputError(f"{self._folder}: holds something else; give an empty or a new folder")
 
     def settings(self) -> dict[str, Any]:
-        """See `SetPlace.settings`."""
+        """See `SetPlace.settings`; whoever goes on with a set writes to it."""
+        self._claim()
         return read_settings(self._folder)
+
+    def _claim(self) -> None:
+        """Keep other processes from writing to the set.
+
+        Raises:
+            OutputError: One does.
+        """
+        self._lock = self._lock or lock_folder(self._folder)
 
     def write_settings(self, settings: Mapping[str, object]) -> None:
         """See `SetPlace.write_settings`."""
@@ -157,6 +170,7 @@ class SetFolder:
 
     def add(self, scan: GatheredScan) -> None:
         """See `SetPlace.add`."""
+        self._claim()
         append_line(self._folder / MANIFEST, scan.line().rstrip("\n"), durable=True)
 
     def finish(self) -> None:
@@ -182,7 +196,7 @@ def _is_free(folder: Path) -> bool:
     """Whether it is empty, or holds only the settings of a set that was interrupted at once."""
     if not folder.is_dir():
         return False
-    names = [file.name for file in folder.iterdir()]
+    names = [file.name for file in folder.iterdir() if file.name != LOCK]
     if names == [SETTINGS]:
         return bool(read_settings(folder).keys() & {"version", "source"})
     return not names

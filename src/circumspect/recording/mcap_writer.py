@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -114,6 +115,8 @@ class McapWriter:
         """
         if not self._file.closed:
             self._kept(self._writer.finish)
+            with suppress(OSError):  # Pipes and some file systems can not; the messages are there.
+                self._file.sync()
             self._file.close()
 
     def discard(self) -> None:

@@ -58,6 +58,14 @@ class WholeFile:
         self._size += len(self._pending)
         self._pending.clear()
 
+    def sync(self) -> None:
+        """Wait until the disk has what was kept.
+
+        Raises:
+            OSError: It has not.
+        """
+        os.fsync(self._file)
+
     def close(self) -> None:
         """Let go of the file; what is gathered and not kept is lost."""
         if not self.closed:

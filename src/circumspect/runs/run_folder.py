@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from circumspect.errors import MissingExtraError, OutputError, reason_of
 from circumspect.exploration.view_record import ViewOutcome
+from circumspect.folder_lock import lock_folder
 from circumspect.geometry import write_tum
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.recognition.recognition_step import answer_record
@@ -59,12 +60,13 @@ class RunFolder:
                 given, appear in the picture.
 
         Raises:
-            OutputError: The folder can not be written, holds a file that is of no run and would be
-                replaced, or a folder in the place of a run's file.
+            OutputError: Another run writes to the folder, it can not be written, holds a file that
+                is of no run and would be replaced, or a folder in the place of a run's file.
         """
         self.path = Path(path)
         names, signs = (CONFIG, LOG, *RESULTS, PLAYBACK), (CONFIG, LOG)
         require_no_strangers(self.path, names, signs)
+        self._lock = lock_folder(self.path)
         earlier = [self.path / name for name in RESULTS]
         earlier += (self.path / PLAYBACK).glob("*.npz")
         _require_no_folders(earlier)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -21,6 +22,7 @@ from circumspect.classification.model_description import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.labelled_surfaces import LabelledSurfaces
 from circumspect.errors import InputError
+from circumspect.folder_lock import lock_folder
 from circumspect.nets import Checkpoint, build_net
 from circumspect.nets.headed_planes import Headed
 from circumspect.nets.registry import net_spec, require_turnable
@@ -110,6 +112,8 @@ def train(
         settings.require_margin(recipe.margin)
     if settings.random_yaw:
         require_turnable(settings.net)
+    # Of the processes that train together the first alone writes.
+    lock = lock_folder(folder) if os.environ.get("RANK", "0") == "0" else None
     claim_folder(folder, run_config(settings, recipe, objects.digest, catalogues))
     run = _prepare(objects, catalogues, settings, recipe, cache or GridCache(), observer)
     progress = _resumed(run, folder)
@@ -133,6 +137,7 @@ def train(
         run.accelerator.wait_for_everyone()
     if log:
         log.close()
+    del lock
     return Checkpoint.load(folder / BEST)
 
 
