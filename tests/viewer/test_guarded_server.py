@@ -7,6 +7,7 @@ import socket
 import time
 import urllib.error
 import urllib.request
+from contextlib import suppress
 from types import SimpleNamespace
 
 import pytest
@@ -15,12 +16,18 @@ pytest.importorskip("viser", reason="viser is not installed")
 
 import viser
 from viser import _messages
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
 from circumspect.errors import InputError
-from circumspect.viewer.guarded_server import address, guarded_server, own_page, stop
+from circumspect.viewer.guarded_server import (
+    LARGEST_MESSAGE,
+    address,
+    guarded_server,
+    own_page,
+    stop,
+)
 
 PROTOCOL = [Subprotocol(f"viser-v{viser.__version__}")]
 
@@ -34,15 +41,18 @@ def server():
 
 def talks(server, **headers) -> bool:
     """Whether a browser with such headers gets anything."""
-    port = server.get_port()
-    with connect(
-        f"ws://127.0.0.1:{port}", subprotocols=PROTOCOL, open_timeout=10,
+    try:
+        with connected(server, **headers) as channel:
+            return bool(channel.recv(timeout=20))
+    except InvalidStatus as rejected:
+        return rejected.response.status_code != 403
+
+
+def connected(server, **headers):
+    return connect(
+        f"ws://127.0.0.1:{server.get_port()}", subprotocols=PROTOCOL, open_timeout=20,
         origin=headers.get("Origin"), user_agent_header=None, proxy=None,
-    ) as channel:  # fmt: skip
-        try:
-            return bool(channel.recv(timeout=5))
-        except ConnectionClosed:
-            return False
+    )  # fmt: skip
 
 
 def test_it_is_bound_to_loopback_and_says_nothing(capsys):
@@ -132,13 +142,46 @@ def test_its_own_page_may_talk_and_a_page_of_another_site_may_not(server):
         ({"Host": "localhost:80", "Origin": "http://localhost:80"}, "127.0.0.1", True),
         ({"Host": "[::1]:80", "Origin": "http://[::1]:80"}, "::1", True),
         ({"Host": "evil.example:80", "Origin": "http://evil.example:80"}, "127.0.0.1", False),
-        ({"Host": "robot:80", "Origin": "http://robot:80"}, "0.0.0.0", True),
+        ({"Host": "robot:80", "Origin": "http://robot:80"}, "0.0.0.0", False),
+        ({"Host": "10.0.0.7:80", "Origin": "http://10.0.0.7:80"}, "0.0.0.0", True),
+        ({"Host": "[fd00::2]:80", "Origin": "http://[fd00::2]:80"}, "::", True),
+        ({"Host": "10.0.0.7:80"}, "127.0.0.1", False),
+        ({"Host": "Allowed.example:80", "Origin": "http://allowed.example:80"}, "0.0.0.0", True),
+        ({"Host": "[:80"}, "0.0.0.0", False),
+        ({"Host": f"{socket.gethostname()}:80"}, "0.0.0.0", True),
         ({"Host": "robot:80", "Origin": "http://evil.example"}, "0.0.0.0", False),
         ({}, "127.0.0.1", False),
     ],
 )
 def test_whose_page_it_is(headers, host, own):
-    assert own_page(headers, host) is own
+    assert own_page(headers, host, ("allowed.example",)) is own
+
+
+def test_a_page_by_a_name_that_somebody_else_points_here_is_rejected(server):
+    request = urllib.request.Request(
+        address(server, "127.0.0.1"), headers={"Host": "rebound.example"}
+    )
+    with pytest.raises(urllib.error.HTTPError, match="403"):
+        urllib.request.urlopen(request, timeout=20)
+
+
+def test_large_messages_end_the_connection_silently(server, caplog, capsys):
+    with connected(server) as channel:
+        channel.recv(timeout=20)
+        channel.send(bytes(LARGEST_MESSAGE + 1))
+        with suppress(ConnectionClosed):
+            while channel.recv(timeout=20):
+                pass
+    assert "Traceback" not in capsys.readouterr().err + caplog.text
+
+
+def test_connections_are_limited(server, monkeypatch):
+    monkeypatch.setattr("circumspect.viewer.guarded_server.MOST_CONNECTIONS", 1)
+    with connected(server) as first, connected(server) as second:
+        first.recv(timeout=20)
+        second.recv(timeout=20)
+        with pytest.raises(InvalidStatus, match="503"):
+            connected(server).__enter__()
 
 
 def test_no_file_can_be_had_by_its_path(server):

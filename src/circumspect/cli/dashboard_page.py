@@ -23,6 +23,9 @@ class PageFlags:
     """The dashboard's port; 0 for any that is free."""
     viewer_host: str = "127.0.0.1"
     """The dashboard's address; another than this lets others see and steer the robot."""
+    viewer_names: tuple[str, ...] = ()
+    """Host names by which browsers may reach the dashboard at another address, beside this
+    machine's own name and addresses in numbers; others are rejected."""
 
     @contextmanager
     def opened(self, classifier: Classifier) -> Iterator[Dashboard]:
@@ -36,7 +39,7 @@ class PageFlags:
         from circumspect.viewer.guarded_server import LOOPBACK
 
         host = self.viewer_host
-        with Dashboard(classifier, host, self.viewer_port) as dashboard:
+        with Dashboard(classifier, host, self.viewer_port, names=self.viewer_names) as dashboard:
             if host not in LOOPBACK:
                 say(f"warning: whoever reaches {host} can see this dashboard and steer the robot")
             say(f"the dashboard is at {dashboard.url}; Ctrl-C ends it")

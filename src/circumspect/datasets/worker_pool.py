@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 
@@ -25,7 +26,7 @@ def worker_pool(
         initializer: Called first in each; a function of a module.
         arguments: Its arguments.
     """
-    context = multiprocessing.get_context("spawn")
+    context = _Context()
     others = set(multiprocessing.active_children())
     with ProcessPoolExecutor(workers, context, _begin, (initializer, arguments)) as pool:
         try:
@@ -36,6 +37,21 @@ def worker_pool(
             for process in set(multiprocessing.active_children()) - others:
                 process.terminate()
             raise
+
+
+class _Worker(SpawnProcess):
+    """A process that is started with Ctrl-C blocked, so that it prints no traceback of its own."""
+
+    def start(self) -> None:
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Context(SpawnContext):
+    Process = _Worker
 
 
 def _begin(initializer: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:

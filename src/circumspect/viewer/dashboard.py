@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Self
 
@@ -42,6 +42,7 @@ class Dashboard:
         host: str = DEFAULT_HOST,
         port: int = DEFAULT_PORT,
         always: bool = False,
+        names: Sequence[str] = (),
     ) -> None:
         """Open the page.
 
@@ -50,12 +51,13 @@ class Dashboard:
             host: Address to listen at.
             port: 0 means any that is free.
             always: Show states even when nobody looks, as an export does.
+            names: Host names by which browsers may reach it, see `guarded_server`.
 
         Raises:
             InputError: The port is taken.
             MissingExtraError: viser is not installed.
         """
-        self.server = guarded_server(host, port)
+        self.server = guarded_server(host, port, names)
         self.url = address(self.server, host)
         self.stage = Stage(self.server)
         self.panel = Panel(self.server)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import io
+import ipaddress
 import logging
 import socket
 import sys
+import threading
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
@@ -21,15 +25,24 @@ EVERYWHERE = {"0.0.0.0": "127.0.0.1", "::": "::1"}
 TITLE = "circumspect"
 
 
-def guarded_server(host: str, port: int) -> viser.ViserServer:
+MOST_CONNECTIONS = 16
+"""Browsers and other programs at a time."""
+LARGEST_MESSAGE = 1 << 20
+"""What a browser sends are clicks and camera poses [bytes]."""
+
+
+def guarded_server(host: str, port: int, names: Sequence[str] = ()) -> viser.ViserServer:
     """Start a server.
 
     Sharing over the internet and sending of files are taken out, whatever a browser asks for. A
-    page of another site that a browser shows can not talk to the dashboard behind its back.
+    page of another site that a browser shows can not talk to the dashboard behind its back: it is
+    rejected before the handshake.
 
     Args:
         host: Address to listen at.
         port: The port; 0 means any that is free.
+        names: Host names by which browsers may reach the server, beside addresses in numbers and
+            the names of this machine.
 
     Raises:
         InputError: The port is taken, or this machine has no such address.
@@ -42,9 +55,8 @@ def guarded_server(host: str, port: int) -> viser.ViserServer:
     from viser import _messages
 
     _require_free(host, port)
-    logging.getLogger("websockets.server").addFilter(_is_no_failed_handshake)
     # viser announces itself on standard output, which may be meant for a program.
-    with contextlib.redirect_stdout(io.StringIO()):
+    with contextlib.redirect_stdout(io.StringIO()), _guarded_serve(host, names):
         server = viser.ViserServer(host=host, port=port, label=TITLE, verbose=False)
     connection = server._websock_server
     for kind in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
@@ -52,32 +64,93 @@ def guarded_server(host: str, port: int) -> viser.ViserServer:
     for kind in (_messages.FileTransferStartUpload, _messages.FileTransferPart):
         connection._incoming_handlers.pop(kind, None)
 
-    @connection.on_client_connect
-    async def _(client: Any) -> None:
-        live = connection._live_connections.get(client.client_id)
-        headers = {} if live is None or live.request is None else live.request.headers
-        if live is not None and not own_page(headers, host):
-            await live.close(1008, "a page of another site")
-
     server.gui.configure_theme(
         show_logo=False, show_share_button=False, control_width="large", brand_color=(29, 78, 216)
     )
     return server
 
 
-def own_page(headers: Any, host: str) -> bool:
+@contextlib.contextmanager
+def _guarded_serve(host: str, names: Sequence[str]) -> Iterator[None]:
+    """Let the server that viser starts meanwhile refuse strangers, and limit what it takes."""
+    import websockets.asyncio.server as sockets
+
+    real, started = sockets.serve, threading.Event()
+
+    def serve(handler: Any, *place: Any, **options: Any) -> Any:
+        pages = options["process_request"]
+
+        async def process_request(connection: Any, request: Any) -> Any:
+            if not own_page(request.headers, host, names):
+                return connection.respond(403, "this dashboard is not reached by that name\n")
+            if len(connection.server.connections) > MOST_CONNECTIONS:
+                return connection.respond(503, "too many connections\n")
+            found = pages(connection, request)
+            return await found if inspect.isawaitable(found) else found
+
+        limited = {**options, "process_request": process_request, "max_size": LARGEST_MESSAGE}
+        started.set()
+        return real(handler, *place, **limited, logger=_silent_logger())
+
+    sockets.serve = serve  # type: ignore[assignment]
+    try:
+        yield
+        if not started.is_set():
+            raise RuntimeError("this version of viser starts its server in another way")
+    finally:
+        sockets.serve = real  # type: ignore[assignment]
+
+
+def _silent_logger() -> logging.Logger:
+    """Of a connection that fails nobody has to know: its traceback names no fault of ours."""
+    logger = logging.getLogger("circumspect.viewer.connections")
+    logger.propagate = False
+    logger.addHandler(logging.NullHandler())
+    return logger
+
+
+def own_page(headers: Any, host: str, names: Sequence[str] = ()) -> bool:
     """Whether a connection comes from the dashboard's own page, or from no browser at all.
+
+    A name that somebody else points at this machine opens nothing, wherever the server listens: it
+    is reached by an address in numbers, by the names of this machine, or by those that are allowed.
 
     Args:
         headers: Of the request: Host and, where a browser made it, Origin.
-        host: Where the server listens. On loopback it has the names of this machine only, so that
-            a name that somebody else points at this machine opens nothing.
+        host: Where the server listens; on loopback the names of loopback alone are its own.
+        names: Further names that are allowed.
     """
-    named = headers.get("Host", "")
-    if host in LOOPBACK and urlsplit(f"//{named}").hostname not in LOOPBACK:
+    hosts = headers.get_all("Host") if hasattr(headers, "get_all") else [headers.get("Host", "")]
+    origins = (
+        headers.get_all("Origin")
+        if hasattr(headers, "get_all")
+        else [value for value in [headers.get("Origin")] if value is not None]
+    )
+    if len(hosts) != 1 or len(origins) > 1:
         return False
-    origin = headers.get("Origin")
-    return origin is None or urlsplit(origin).netloc == named
+    (named,) = hosts
+    try:
+        hostname = urlsplit(f"//{named}").hostname or ""
+        from_own = not origins or urlsplit(origins[0]).netloc.lower() == named.lower()
+    except ValueError:
+        return False
+    allowed = {name.lower() for name in (host, *names)}
+    if host not in LOOPBACK:
+        own = socket.gethostname().lower()
+        allowed |= {own, own.partition(".")[0], f"{own.partition('.')[0]}.local"}
+    is_known = hostname in LOOPBACK or hostname in allowed
+    if not is_known and host not in LOOPBACK:
+        is_known = _is_address(hostname)
+    return is_known and from_own
+
+
+def _is_address(name: str) -> bool:
+    """Whether it is an address in numbers, which nobody can point elsewhere."""
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
 
 
 def address(server: viser.ViserServer, host: str) -> str:
@@ -92,11 +165,6 @@ def stop(server: viser.ViserServer) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
     sys.stdout.flush()
-
-
-def _is_no_failed_handshake(record: logging.LogRecord) -> bool:
-    """A browser that connects ahead, or a check of the port, sends no request: that is no fault."""
-    return record.getMessage() != "opening handshake failed"
 
 
 def _require_free(host: str, port: int) -> None:
