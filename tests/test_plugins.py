@@ -113,7 +113,7 @@ def test_reference_needs_no_package(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "path", list(sys.path))
     (tmp_path / "loose_planner.py").write_text(PLANNER)
     assert make_planner("loose_planner:Wide").step_deg == 60.0
-    assert "loose_planner:Wide" in PLANNER_REGISTRY.names(), "the page of the run offers it"
+    assert PLANNER_REGISTRY.names() == tuple(PLANNERS)
 
 
 @pytest.mark.parametrize(
@@ -181,6 +181,16 @@ def test_reader_flag_reads_any_suffix(package, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["label"] == "chair"
     grid = str(tmp_path / "grid.npz")
     assert main(["grid", file, "--out", grid, "--reader", "spare_reader:read_blob"]) == 0
+
+
+def test_file_name_is_no_reference_to_code(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "evil.py").write_text("open('evil ran', 'w')\ndef read(path): pass\n")
+    file = tmp_path / "chair.evil:read"
+    file.write_text("1 2 3")
+    assert main(["classify", str(file)]) == 2
+    assert "unknown format '.evil:read'" in capsys.readouterr().err
+    assert not (tmp_path / "evil ran").exists()
 
 
 def test_reader_that_fails_costs_its_file(package, tmp_path, capsys):

@@ -96,12 +96,19 @@ class Registry(Generic[T]):
             f"no {self.kind} '{printable(name[:80])}'; known: {', '.join(known)}{hint}"
         )
 
-    def find(self, name: str) -> T | None:
+    def find(self, name: str, *, reference: bool = True) -> T | None:
         """The same, but None where there is none of that name.
+
+        Args:
+            name: See `get`.
+            reference: Whether it may be MODULE:NAME. No where the name is from a file: its author
+                does not choose what code is imported.
 
         Raises:
             PluginError: See `get`.
         """
+        if not reference and REFERENCE.fullmatch(name):
+            return None
         if name in self.built_in:
             return self.built_in[name]
         if name in self._loaded:
@@ -135,8 +142,9 @@ class Registry(Generic[T]):
         self._loaded[name] = value
 
     def names(self) -> tuple[str, ...]:
-        """All names that can be asked for: built-in ones, then plug-ins; nothing is imported."""
-        return tuple(dict.fromkeys((*self.built_in, *self._loaded, *sorted(self._offered()))))
+        """All names without MODULE:NAME: built-in ones, then plug-ins; nothing is imported."""
+        loaded = (name for name in self._loaded if not REFERENCE.fullmatch(name))
+        return tuple(dict.fromkeys((*self.built_in, *loaded, *sorted(self._offered()))))
 
     def plugins(self) -> list[Plugin]:
         """Load all plug-ins of installed packages, and say which of them can be used."""

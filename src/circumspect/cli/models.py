@@ -26,7 +26,7 @@ NONE = "–"
 
 @dataclass(frozen=True)
 class Models:
-    """The classifiers at hand: the shipped ones, those that were taught, or a file of your own.
+    """The classifiers at hand: shipped ones, taught ones, or a file of your own.
 
     $ circumspect models
     $ circumspect models robot

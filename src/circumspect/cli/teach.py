@@ -34,8 +34,7 @@ class Teach:
     $ circumspect teach fan fans/*.ply --unit m --model robot-lamp
     $ circumspect classify lamp.glb --model robot-lamp
 
-    An object gets the new name where the network's last layer sees it nearer to an example than to
-    any training object; all other answers stay as they are.
+    Answers about objects that do not resemble the examples stay as they are.
     """
 
     name: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="NAME")]

@@ -157,7 +157,8 @@ def _reader(path: Path, plugin: str | None) -> Callable[[Path], FileShape]:
     signed = (suffix for mark, suffix in _SIGNATURES.items() if head.startswith(mark))
     suffix = next(signed, path.suffix.lower())
     if suffix not in READERS:
-        if (reader := READER_REGISTRY.find(suffix.removeprefix("."))) is not None:
+        name = suffix.removeprefix(".")
+        if (reader := READER_REGISTRY.find(name, reference=False)) is not None:
             return reader
         known = " ".join(sorted({*READERS, *(f".{name}" for name in READER_REGISTRY.names())}))
         raise InputError(f"unknown format {path.suffix or '(no suffix)'!r}; known: {known}")

@@ -259,7 +259,7 @@ def require_known(name: str, file: str | os.PathLike[str]) -> None:
         WeightsError: No network of that name is known.
         PluginError: There is one, but it can not be used.
     """
-    if REFERENCE.fullmatch(name) or NETWORKS.find(name) is None:
+    if NETWORKS.find(name, reference=False) is None:
         raise WeightsError(
             f"{file}: made with the network '{printable(name[:80])}', which is not installed; name "
             "its code: --net MODULE:NAME"
