@@ -12,7 +12,7 @@ INSTALL = $(PIP) '.[$(EXTRAS)]' || { sleep 20; $(PIP) '.[$(EXTRAS)]'; }
 SOURCES := $(shell find src/circumspect native -type f -not -name '*.pyc') \
 	CMakeLists.txt pyproject.toml constraints.txt README.md
 
-.PHONY: demo viewer ros2 test lint audit docs bench constraints clean
+.PHONY: demo viewer ros2 test lint audit fuzz sanitize docs bench constraints clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/created:
@@ -60,6 +60,27 @@ lint: $(VENV)/installed-test  ## style, types and import floors
 
 audit: $(VENV)/installed-test  ## known faults of the packages that are pinned and installed
 	$(BIN)/python .ci/audit.py
+
+SECONDS_EACH ?= 3600
+fuzz: $(VENV)/installed-test  ## mutated files for every reader; long, before a release
+	$(BIN)/python -m tests.fuzz all --seconds $(SECONDS_EACH)
+
+# The tests of the kernels, with the kernels built to find wrong accesses and undefined behaviour.
+NATIVE_TESTS := $(wildcard tests/*/test_*native*.py tests/*/test_*twin*.py) \
+	tests/grid tests/sensing/test_depth_blocks.py
+sanitize: $(VENV)/installed-test  ## address and undefined-behaviour sanitizers on native/
+	rm -rf build/sanitized/src && mkdir -p build/sanitized/src
+	cp -r src/circumspect build/sanitized/src/
+	$(BIN)/cmake -S . -B build/sanitized/native -DSANITIZE=ON -DCMAKE_BUILD_TYPE=Release \
+		-DPython_EXECUTABLE=$(abspath $(BIN)/python) \
+		-Dnanobind_DIR=$$($(BIN)/python -m nanobind --cmake_dir)
+	$(BIN)/cmake --build build/sanitized/native
+	for package in geometry grid sensing registration reconstruction tracking; do \
+		cp build/sanitized/native/$$package/_native*.so build/sanitized/src/circumspect/$$package/; \
+	done
+	LD_PRELOAD="$$($(CXX) -print-file-name=libasan.so) $$($(CXX) -print-file-name=libstdc++.so)" \
+		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized/src \
+		$(BIN)/python -m pytest -q -p no:xdist $(sort $(wildcard $(NATIVE_TESTS)))
 
 docs: $(VENV)/installed-test  ## the documentation as pages: build/docs/index.html
 	$(BIN)/python -m sphinx -q -W --keep-going -E docs build/docs
