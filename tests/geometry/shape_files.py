@@ -152,6 +152,12 @@ def lzf_compressed(data: bytes) -> bytes:
     return bytes(packed)
 
 
+def ptx(points: NDArray[np.floating], pose: str = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n") -> bytes:
+    """A scan of one column, with intensities, behind its header."""
+    header = f"1\n{len(points)}\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n{pose}"
+    return (header + rows(np.column_stack([points, np.full(len(points), 0.5)]))).encode()
+
+
 def saved(**arrays: NDArray[np.generic]) -> bytes:
     """An NPZ file."""
     stream = io.BytesIO()
@@ -193,6 +199,13 @@ CLOUDS: dict[str, Callable[[], bytes]] = {
     "title.txt": lambda: b"//X Y Z R G B\n50\n# c\n" + rows(np.hstack([POINTS, NORMALS])).encode(),
     "comma.csv": lambda: b"x,y,z\n" + rows(POINTS, ", ").encode(),
     "semicolon.txt": lambda: rows(POINTS, ";").encode(),
+    "counts.pts": lambda: b"".join(
+        f"{len(part)}\n".encode() + rows(np.hstack([part, part])).encode()
+        for part in (POINTS[:20], POINTS[20:])
+    ),
+    "tabs.asc": lambda: rows(POINTS, "\t").encode(),
+    "two_scans.ptx": lambda: ptx(POINTS[:20]) + ptx(POINTS[20:]),
+    "named_wrongly.xyz": lambda: ptx(POINTS),
     "float32.npy": lambda: npy(np.hstack([POINTS, NORMALS]).astype(np.float32)),
     "columns.npy": lambda: npy(np.asfortranarray(POINTS)),
     "key.npz": lambda: saved(points=POINTS, other=np.zeros((4, 3))),

@@ -206,15 +206,33 @@ HOSTILE_SCENES = {
     ),
     "the same part over and over": (gltf(nodes=binary_tree(40)), "a scene is a tree"),
     "a crowd": (
-        gltf(nodes=[{"mesh": 0}] * 100,
+        gltf(nodes=[{"mesh": 0}] * 100, scenes=[{"nodes": [*range(100)]}],
              accessors=[{"bufferView": 0, "componentType": 5121, "count": 300_000, "type": "VEC3"}]),
         "shows 30000000 vertices",
     ),
     "many buffers": (gltf(buffers=[{"byteLength": 2**30, "uri": "a.gltf"}] * 1000), "1000 buffers"),
+    "another file, escaped": (
+        gltf(buffers=[{"byteLength": 36, "uri": "%2e%2e/secret.bin"}]), "outside of its folder"
+    ),
+    "zeros that a false size excuses": (
+        gltf(buffers=[{"byteLength": 2**50}],
+             accessors=[{"componentType": 5126, "count": 2**40, "type": "VEC3"}]), "announces"
+    ),
+    "a child before the first": (gltf(nodes=[{"mesh": 0, "children": [-1]}]), "entry -1 of nodes"),
+    "a crowd of instances": (
+        gltf(nodes=[{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"SCALE": 1}}}}],
+             accessors=[{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                        {"componentType": 5126, "count": 5_000_000, "type": "VEC3"}]), "shows 5000000 instances"
+    ),
+    "a sparse value beyond the end": (
+        gltf(accessors=[{"componentType": 5126, "count": 2, "type": "VEC3", "sparse": {
+            "count": 1, "indices": {"bufferView": 0, "componentType": 5125, "byteOffset": 0},
+            "values": {"bufferView": 0}}}]), "replaces value 1065353216 of 2"
+    ),
     "a negative count": (gltf(accessors=[{"count": -5, "type": "VEC3"}]), "negative"),
-    "another file": (gltf(buffers=[{"byteLength": 36, "uri": "../secret.bin"}]), "no readable glTF"),
-    "a network": (gltf(buffers=[{"byteLength": 36, "uri": "http://[::1]/a"}]), "can not be read"),
-    "a loop": (gltf(nodes=[{"mesh": 0, "children": [1]}, {"children": [0]}]), "a part within itself"),
+    "another file": (gltf(buffers=[{"byteLength": 36, "uri": "../secret.bin"}]), "outside of its folder"),
+    "a network": (gltf(buffers=[{"byteLength": 36, "uri": "http://[::1]/a"}]), "outside of its folder"),
+    "a loop": (gltf(nodes=[{"mesh": 0, "children": [1]}, {"children": [0]}]), "within itself"),
 }  # fmt: skip
 
 

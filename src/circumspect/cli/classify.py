@@ -30,16 +30,16 @@ class Classify:
     $ circumspect classify chair.ply
     $ circumspect classify scans/*.pcd --json
     $ circumspect classify desk.stl --unit mm
-    $ circumspect classify model.glb --up y
+    $ circumspect classify model.glb --up z
     $ circumspect classify fallen.ply --up auto
     """
 
     files: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="FILE...")]
     """OFF, PLY, OBJ, STL, GLB, PCD, XYZ, CSV, NPY, NPZ, or a grid saved by `circumspect grid`."""
-    up: Literal["x", "y", "z", "auto"] = "z"
-    """The axis that points up in the files; glTF/GLB files usually need y; nothing is turned by
-    itself. auto stands each object on every face that it can stand on and takes the most probable
-    answer. Saved grids have their axis already."""
+    up: Literal["x", "y", "z", "auto"] | None = None
+    """The axis that points up in the files; by default y for glTF/GLB, what the file says for USD,
+    and z for all others. auto tries the default first, then every face that the object can stand
+    on. Saved grids have their axis already."""
     unit: Unit | None = None
     """The unit of the coordinates, also of a saved grid's bounds; with it the object's size is
     used. By default m for glTF/GLB files, and unknown for all others."""
@@ -95,7 +95,7 @@ class Classify:
             return prediction_record(file, prediction, points, 1e3 * (loaded - start))
         from circumspect.geometry import read_cloud
 
-        up = "z" if self.up == "auto" else self.up
+        up = None if self.up == "auto" else self.up
         read = read_cloud(file, up=up, samples=self.samples, reader=self.reader)
         cloud = cloud_in_metres(read, unit_m)
         points, loaded = len(cloud), time.perf_counter()
@@ -132,7 +132,7 @@ def require_reader(name: str) -> None:
     READER_REGISTRY.get(name)
 
 
-def saved_grid(file: Path, up: str) -> OccupancyGrid | None:
+def saved_grid(file: Path, up: str | None) -> OccupancyGrid | None:
     """The grid in a file that `circumspect grid` wrote, None for any other file.
 
     Args:
@@ -149,7 +149,7 @@ def saved_grid(file: Path, up: str) -> OccupancyGrid | None:
 
     if not holds_grid(file):
         return None
-    if up != "z":
+    if up not in (None, "z"):
         raise InputError(f"is a grid, which has its axis already; leave --up {up} out")
     return OccupancyGrid.load(file)
 

@@ -58,8 +58,9 @@ class Explain:
     """The class to ask about; without it the one that is named."""
     near: int = 5
     """How many of the nearest training objects to name; 0 for none."""
-    up: Literal["x", "y", "z", "auto"] = "z"
-    """The axis that points up in the file; auto tries every face that the object can stand on, and
+    up: Literal["x", "y", "z", "auto"] | None = None
+    """The axis that points up in the file; by default y for glTF/GLB, what the file says for USD,
+    and z for all others. auto tries every face that the object can stand on, and
     shows it on the most probable one. A saved grid has its axis already."""
     unit: Unit | None = None
     """The unit of the coordinates, also of a saved grid's bounds; with it the object's size is
@@ -115,7 +116,7 @@ class Explain:
                 return explain_grid(classifier, grid, self.label, progress, metric=metric), None
         from circumspect.geometry import read_cloud
 
-        up = "z" if self.up == "auto" else self.up
+        up = None if self.up == "auto" else self.up
         cloud = cloud_in_metres(read_cloud(self.file, up=up, samples=self.samples), unit_m)
         pose = None
         if self.up == "auto":

@@ -33,8 +33,9 @@ class Grid:
     """Of the grid."""
     cells: tuple[int, int, int] = (32, 32, 32)
     """Along radius, azimuth and height, or along x, y and z."""
-    up: Literal["x", "y", "z"] = "z"
-    """The axis that points up in the file."""
+    up: Literal["x", "y", "z"] | None = None
+    """The axis that points up in the file; by default y for glTF/GLB, what the file says for USD,
+    and z for all others."""
     reader: Annotated[str | None, tyro.conf.arg(metavar="NAME|MODULE:NAME")] = None
     """A reader of your own, as of `circumspect classify`."""
     margin: float = 1.1

@@ -12,6 +12,8 @@ FOR = {
     "sim": "demo, scan, gather: the simulated robot",
     "train": "train, export, reproduce, nets",
     "data": "data fetch",
+    "formats": "files of LAS, LAZ, E57, and GLB with Draco",
+    "usd": "files of USD and USDZ",
     "bags": "--record, replay of bags",
     "locate": "locate: ceiling cameras",
     "viewer": "view, --viewer: the dashboard",

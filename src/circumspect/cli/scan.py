@@ -79,8 +79,9 @@ class Scan:
     data: Path | None = None
     """ModelNet10's folder of point packs, or that of OFF files, which `circumspect data fetch`
     makes; OBJECT is the name of an object in it."""
-    up: Literal["x", "y", "z"] = "z"
-    """The axis that points up in a mesh file."""
+    up: Literal["x", "y", "z"] | None = None
+    """The axis that points up in a mesh file; by default y for glTF/GLB, what the file says for
+    USD, and z for all others."""
     height: float | None = None
     """Scale a mesh file to this height [m]; without it its unit is taken for a metre."""
     model: ModelFlag = ROBOT

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 Unit = Literal["m", "cm", "mm", "in", "unknown"]
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-METRIC_FORMATS = (".glb", ".gltf")
-"""Formats whose specification fixes the unit: metres."""
+METRIC_FORMATS = (".glb", ".gltf", ".e57", ".usd", ".usda", ".usdc", ".usdz")
+"""Formats whose specification fixes the unit to metres, or that state it and are read in metres."""
 
 
 def metres_per_unit(file: Path, unit: Unit | None) -> float | None:

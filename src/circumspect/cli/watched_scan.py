@@ -100,7 +100,7 @@ def _following(first: Scan, command: str, following: NextRun) -> tuple[Scan, Sim
             seed=None, out=None, record=None,
         )  # fmt: skip
         if request.thing != first.object:
-            wanted = replace(wanted, data=None, up="z", height=None)
+            wanted = replace(wanted, data=None, up=None, height=None)
         try:
             return wanted, wanted.prepared(command)
         except CircumspectError as error:

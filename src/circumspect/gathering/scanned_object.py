@@ -35,7 +35,7 @@ class ScannedObject:
 def scanned_object(
     words: str,
     variant: int,
-    up: str = "z",
+    up: str | None = None,
     height: float | None = None,
     data: Path | None = None,
 ) -> ScannedObject:
@@ -45,7 +45,7 @@ def scanned_object(
         words: A category of furniture, one with a variant ("chair-17"), a mesh file, or with
             `data` the name of an object there.
         variant: Of the furniture where `words` name none.
-        up: The axis that points up in a mesh file.
+        up: The axis that points up in a mesh file; None takes the convention of its format.
         height: To which a mesh file is scaled [m]; None takes its unit for a metre.
         data: ModelNet10's folder of point packs, or that of OFF files.
 
@@ -54,7 +54,7 @@ def scanned_object(
     """
     from circumspect.furniture import CATEGORIES, make_furniture
 
-    turned = height is not None or up != "z"
+    turned = height is not None or up is not None
     if data is not None:
         if turned:
             raise InputError(f"--up and --height are for mesh files, not for objects of {data}")
@@ -79,7 +79,7 @@ def scanned_object(
     )
 
 
-def _from_file(file: Path, up: str, height: float | None) -> ScannedObject:
+def _from_file(file: Path, up: str | None, height: float | None) -> ScannedObject:
     from circumspect.errors import blamed_on
     from circumspect.geometry import read_mesh
 

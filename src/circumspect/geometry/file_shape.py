@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError, InputError
+from circumspect.geometry.missing_points import missing_points
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.precision import require_precision
 from circumspect.geometry.triangle_mesh import TriangleMesh
@@ -27,14 +28,14 @@ class FileShape:
         faces: (f, 3) integer indices into the points; None or empty for a mere cloud.
         normals_xyz: (n, 3) or None.
         areas: (n,) or None.
-        scan: The format lets a scanner mark missing points by NaN; such points are dropped.
+        up: The axis that points up by the format's own convention.
     """
 
     points_xyz: NDArray[np.float64]
     faces: NDArray[np.int64] | None = None
     normals_xyz: NDArray[np.float64] | None = None
     areas: NDArray[np.float64] | None = None
-    scan: bool = False
+    up: str = "z"
 
     @property
     def has_faces(self) -> bool:
@@ -50,16 +51,20 @@ class FileShape:
         """
         if self.faces is None or len(self.faces) == 0:
             raise GeometryError("has no faces; a mesh is needed here, not mere points")
-        require_precision(self.points_xyz)
-        return TriangleMesh(_turned(self.points_xyz, rotation), self.faces)
+        points, faces = _used_vertices(self.points_xyz, self.faces)
+        require_precision(points)
+        return TriangleMesh(_turned(points, rotation), faces)
 
     def cloud(self, rotation: NDArray[np.float64]) -> PointCloud:
         """The points themselves, turned by a (3, 3) rotation.
 
+        Points with NaN or infinite coordinates, which scanners write for missing ones, are left
+        out with a warning that counts them; so are those at the origin, see `missing_points`.
+
         Raises:
-            GeometryError: No points, points that are not finite, or too coarse ones.
+            GeometryError: No points, only missing ones, or too coarse ones.
         """
-        shape = self._without_missing_points() if self.scan else self
+        shape = self._without_missing_points()
         require_precision(shape.points_xyz)
         normals = None if shape.normals_xyz is None else _unit(shape.normals_xyz)
         return PointCloud(
@@ -69,17 +74,17 @@ class FileShape:
         )
 
     def _without_missing_points(self) -> FileShape:
-        valid = np.logical_and.reduce(np.isfinite(self.points_xyz), axis=1)
+        valid = ~missing_points(self.points_xyz)
         missing = len(valid) - int(valid.sum())
         if missing == 0:
             return self
         if missing == len(valid):
             raise GeometryError(f"all {missing} points are invalid (NaN or infinite)")
-        _LOG.info("dropped %d of %d points that are invalid (NaN)", missing, len(valid))
         return FileShape(
             self.points_xyz[valid],
             normals_xyz=None if self.normals_xyz is None else self.normals_xyz[valid],
             areas=None if self.areas is None else self.areas[valid],
+            up=self.up,
         )
 
 
@@ -101,6 +106,17 @@ def side_by_side(
     return joined
 
 
+def _used_vertices(
+    points_xyz: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Without vertices that are not finite, where no face names them."""
+    finite = np.logical_and.reduce(np.isfinite(points_xyz), axis=1)
+    if finite.all() or not finite[faces].all():
+        return points_xyz, faces
+    _LOG.warning("ignored %d vertices that are NaN or infinite", int((~finite).sum()))
+    return points_xyz[finite], (np.cumsum(finite) - 1)[faces]
+
+
 def _turned(vectors_xyz: NDArray[np.float64], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """Rotated vectors in an array that nobody else may write to."""
     if np.array_equal(rotation, np.eye(3)):
@@ -119,7 +135,7 @@ def _unit(normals_xyz: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Normals at length 1; None where some have no direction."""
     longest = np.abs(normals_xyz).max(axis=1, keepdims=True)
     if not (np.isfinite(longest).all() and (longest > 0).all()):
-        _LOG.info("ignored the normals: some are zero or not finite")
+        _LOG.warning("ignored the normals: some are zero or not finite")
         return None
     scaled = normals_xyz / longest
     return scaled / np.linalg.norm(scaled, axis=1, keepdims=True)

@@ -148,6 +148,8 @@ def array_in(
         ValueError: No NPY file.
     """
     shape, fortran_order, dtype = _header(stream)
+    if not all(type(length) is int for length in shape):  # True is an int to NumPy's check.
+        raise ValueError(f"shape {shape} is not of whole numbers")
     count = math.prod(shape)
     if dtype.kind not in kinds:
         raise InputError(f"holds an array of {dtype}, not of {wanted or WORDS.get(kinds, kinds)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterable
 from typing import IO
 
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry.ignored_warnings import ignored_warnings
+
+_DECIMAL_COMMA = re.compile(r"'[-+]?\d+,\d+([eE][-+]?\d+)?'")
 
 
 def read_table(
@@ -60,7 +63,9 @@ def read_table(
                 encoding="latin-1",
             )
     except ValueError as error:
-        raise InputError(f"has a broken table of numbers: {str(error)[:200]}") from error
+        comma = _DECIMAL_COMMA.search(str(error)) is not None and delimiter is None
+        remedy = "; write decimal points in place of commas" if comma else ""
+        raise InputError(f"has a broken table of numbers: {str(error)[:200]}{remedy}") from error
     if len(table) == 0:
         raise InputError("holds no numbers")
     if rows is not None and len(table) < rows:

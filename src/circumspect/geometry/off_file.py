@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +13,33 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry.file_shape import FileShape
+from circumspect.geometry.ignored_warnings import ignored_warnings
 from circumspect.geometry.number_table import read_table
 from circumspect.geometry.polygons import fan_triangles, fan_triangles_mixed
 
-# Texture, colour and normal columns may follow the coordinates; the counts may follow the word
-# on its own line, as in the known faulty files of ModelNet ("OFF123 456 0").
-_HEADER = re.compile(rb"\s*(?:ST)?C?N?OFF(?![A-Z])", re.ASCII)
+# The counts may follow the word on its own line, as in the known faulty files of ModelNet
+# ("OFF123 456 0").
+_HEADER = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF(?![A-Z])", re.ASCII)
 _COMMENT = re.compile(rb"#[^\r\n]*")
+
+
+@dataclass(frozen=True)
+class OffLayout:
+    """What the first word says about the numbers of a vertex.
+
+    Attributes:
+        coordinates: 3, or 4 where they are homogeneous (4OFF).
+        others: Numbers of normal, colour and texture behind them.
+    """
+
+    coordinates: int
+    others: int
 
 
 def read_off(path: Path) -> FileShape:
     """Read vertices and faces; polygons become triangles, colours are passed over.
+
+    Line breaks need not stand where the format's examples have them.
 
     Raises:
         InputError: Not an ASCII OFF file, truncated, or broken.
@@ -32,7 +49,25 @@ def read_off(path: Path) -> FileShape:
     header = _HEADER.match(data)
     if header is None:
         raise InputError("is not an OFF file: it does not begin with OFF; check the format")
-    lines = [line for line in data[header.end() :].splitlines() if line and not line.isspace()]
+    texture, colour, normal, homogeneous, dimension = header.groups()
+    if dimension is not None:
+        raise InputError("is an nOFF file of any dimension; save it as OFF")
+    layout = OffLayout(
+        4 if homogeneous else 3, 2 * bool(texture) + 4 * bool(colour) + 3 * bool(normal)
+    )
+    body = data[header.end() :]
+    try:
+        return _by_lines(body, layout)
+    except InputError as error:
+        # Files with other line breaks are rare, and their faces can have no colours.
+        if (shape := _free_format(body, layout)) is None:
+            raise
+        del error
+        return shape
+
+
+def _by_lines(body: bytes, layout: OffLayout) -> FileShape:
+    lines = [line for line in body.splitlines() if line and not line.isspace()]
     vertex_count, face_count = _counts(lines)
     lines = lines[1:]
     if len(lines) < vertex_count + face_count:
@@ -40,8 +75,51 @@ def read_off(path: Path) -> FileShape:
             f"ends too early: {vertex_count} vertices and {face_count} faces announced, "
             f"{len(lines)} lines found"
         )
-    vertices = read_table(lines[:vertex_count], rows=vertex_count, columns=3)
-    return FileShape(vertices, _faces(lines[vertex_count:][:face_count], vertex_count))
+    vertices = read_table(lines[:vertex_count], rows=vertex_count, columns=layout.coordinates)
+    faces = _faces(lines[vertex_count:][:face_count], vertex_count)
+    return FileShape(_cartesian(vertices), faces)
+
+
+def _free_format(body: bytes, layout: OffLayout) -> FileShape | None:
+    """The same without regard to line breaks; None where the numbers do not fit the counts."""
+    with ignored_warnings():  # Numbers end where words begin, with a warning.
+        try:
+            numbers = np.fromstring(body, sep=" ")  # pyright: ignore[reportArgumentType]
+        except ValueError:
+            return None
+    if len(numbers) < 3 or not (numbers[:3] >= 0).all() or not (numbers[:3] < 2**40).all():
+        return None
+    vertex_count, face_count = (int(number) for number in numbers[:2])
+    width = layout.coordinates + layout.others
+    end = 3 + vertex_count * width
+    if end > len(numbers):
+        return None
+    vertices = numbers[3:end].reshape(vertex_count, width)[:, : layout.coordinates]
+    polygons = _polygons_in_a_row(numbers[end:], face_count)
+    if polygons is None:
+        return None
+    return FileShape(_cartesian(vertices), fan_triangles_mixed(polygons, vertex_count))
+
+
+def _polygons_in_a_row(
+    numbers: NDArray[np.float64], count: int
+) -> list[NDArray[np.float64]] | None:
+    """Faces one behind the other, each led by its number of corners; None where they do not fit."""
+    polygons, position = [], 0
+    for _ in range(count):
+        corners = int(numbers[position]) if position < len(numbers) else -1
+        if corners < 0 or position + 1 + corners > len(numbers):
+            return None
+        polygons.append(numbers[position + 1 : position + 1 + corners])
+        position += 1 + corners
+    return polygons if position == len(numbers) else None
+
+
+def _cartesian(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3) of (n, 3), or of homogeneous (n, 4)."""
+    if vertices.shape[1] == 3:
+        return np.ascontiguousarray(vertices)
+    return vertices[:, :3] / vertices[:, 3:]
 
 
 def _counts(lines: list[bytes]) -> tuple[int, int]:

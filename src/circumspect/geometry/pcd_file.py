@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
+from circumspect.geometry.field_names import unique_names
 from circumspect.geometry.file_shape import FileShape, side_by_side
 from circumspect.geometry.lzf import decompress_lzf
 from circumspect.geometry.number_table import read_table
@@ -47,7 +48,7 @@ class PcdHeader:
 def read_pcd(path: Path) -> FileShape:
     """Read the fields x y z and, where given, normal_x normal_y normal_z.
 
-    NaN marks a missing point of an organised cloud; the viewpoint is passed over.
+    The viewpoint and other fields are passed over.
 
     Raises:
         InputError: Not a PCD file, truncated, or broken.
@@ -62,7 +63,7 @@ def read_pcd(path: Path) -> FileShape:
     if points is None:
         raise InputError(f"has no fields x y z, but {' '.join(columns) or 'none'}")
     normals = side_by_side(columns, ("normal_x", "normal_y", "normal_z"))
-    return FileShape(points, normals_xyz=normals, scan=True)
+    return FileShape(points, normals_xyz=normals)
 
 
 def parse_pcd_header(data: bytes) -> PcdHeader:
@@ -89,20 +90,20 @@ def parse_pcd_header(data: bytes) -> PcdHeader:
 
 def _fields(entries: dict[str, list[str]]) -> tuple[tuple[str, str, int], ...]:
     names = entries["FIELDS"] if "FIELDS" in entries else entries["COLUMNS"]
+    if len(names) > MOST_FIELDS:
+        raise ValueError(f"{len(names)} fields")
     counts = [int(word) for word in entries.get("COUNT", ["1"] * len(names))]
+    if entries["DATA"][0].lower() == "ascii":
+        # Version .5 has neither TYPE nor SIZE, and numbers in text need none.
+        entries = {"TYPE": ["F"] * len(names), "SIZE": ["4"] * len(names), **entries}
     types = [
         _TYPES[kind.upper(), int(size)]
         for kind, size in zip(entries["TYPE"], entries["SIZE"], strict=True)
     ]
-    if len(names) > MOST_FIELDS:
-        raise ValueError(f"{len(names)} fields")
     if min(counts, default=1) < 0 or max(counts, default=0) > 10_000:
         raise ValueError(f"COUNT {max(counts)}")
     # Padding is named "_", several times over.
-    unique = [f"{name} {index}" if name == "_" else name for index, name in enumerate(names)]
-    if len(set(unique)) < len(unique):
-        raise ValueError("a field stands twice")
-    return tuple(zip(unique, types, counts, strict=True))
+    return tuple(zip(unique_names(names), types, counts, strict=True))
 
 
 def _points(entries: dict[str, list[str]]) -> int:
@@ -145,7 +146,7 @@ def _decode_compressed(data: bytes, header: PcdHeader) -> dict[str, NDArray[Any]
             f"would unpack from {packed_size >> 10} KiB to {size >> 20} MiB; no measured data do, "
             "so it is not read"
         )
-    unpacked = decompress_lzf(data[start : start + packed_size], size)
+    unpacked = _unpacked(data[start : start + packed_size], size)
     columns, offset = {}, 0
     for field in header.fields:
         item = np.dtype([_sub(field)])
@@ -154,6 +155,15 @@ def _decode_compressed(data: bytes, header: PcdHeader) -> dict[str, NDArray[Any]
         columns[field[0]] = table[field[0]]
         offset += header.points * item.itemsize
     return columns
+
+
+def _unpacked(packed: bytes, size: int) -> bytes:
+    try:
+        return decompress_lzf(packed, size)
+    except InputError:
+        if len(packed) != size:
+            raise
+        return packed  # Data that do not get smaller are stored by some programs as they are.
 
 
 def _sub(field: tuple[str, str, int]) -> tuple[Any, ...]:

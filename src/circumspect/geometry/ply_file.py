@@ -17,17 +17,23 @@ from circumspect.geometry.ply_header import parse_ply_header
 from circumspect.geometry.ply_rows import Columns, Polygons, ply_rows
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.polygons import fan_triangles, fan_triangles_mixed
+from circumspect.geometry.triangle_strips import strip_triangles
 from circumspect.storage import atomic_open
 
 _POSITION = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
 _AREA = "area"
 _TYPES = {"<f8": "double", "<f4": "float", "<i4": "int", "|u1": "uchar"}
-_FACE_LISTS = ("vertex_indices", "vertex_index")
+_USED = (*_POSITION, *_NORMAL, _AREA)
+_INDEX_LISTS = ("vertex_indices", "vertex_index")
+_RESTART = -1
+"""In a list of triangle strips it ends one strip and begins the next."""
 
 
 def read_ply(path: Path) -> FileShape:
-    """Read vertices (x y z, nx ny nz, area) and, where there are any, faces.
+    """Read vertices (x y z, nx ny nz, area) and, where there are any, faces and triangle strips.
+
+    Other properties, lists among them, and other elements are passed over.
 
     Raises:
         InputError: Not a PLY file, truncated, or broken.
@@ -37,26 +43,31 @@ def read_ply(path: Path) -> FileShape:
     header = parse_ply_header(data)
     rows = ply_rows(data, header)
     vertices: Columns = {}
-    polygons: Polygons = []
+    polygons, strips = [], []
     for element in header.elements:
-        if element.name == "face":
-            polygons = rows.lists(element, _FACE_LISTS)
-        elif element.has_lists:
-            rows.lists(element, ())
-        elif element.name == "vertex":
-            vertices = rows.scalars(element)
+        wanted = _USED if element.name == "vertex" else ()
+        lists = _INDEX_LISTS if element.name in ("face", "tristrips") else ()
+        if element.has_lists:
+            columns, found = rows.mixed(element, wanted, lists)
         else:
-            rows.scalars(element)
+            columns, found = rows.scalars(element), []
+        if element.name == "vertex":
+            vertices = columns
+        elif element.name == "face":
+            polygons = found
+        elif element.name == "tristrips":
+            strips = found
     points = side_by_side(vertices, _POSITION)
     if points is None:
         raise InputError("is a PLY file without vertices x, y, z; nothing to read")
     faces = _triangles(polygons, len(points))
+    if len(strips):
+        faces = np.concatenate([faces, _strip_triangles(strips, len(points))])
     return FileShape(
         points,
         faces=faces,
         normals_xyz=side_by_side(vertices, _NORMAL),
         areas=vertices.get(_AREA),
-        scan=len(faces) == 0,
     )
 
 
@@ -120,3 +131,8 @@ def _triangles(polygons: Polygons, vertex_count: int) -> NDArray[np.int64]:
     if isinstance(polygons, np.ndarray):
         return fan_triangles(polygons, vertex_count)
     return fan_triangles_mixed(polygons, vertex_count)
+
+
+def _strip_triangles(strips: Polygons, vertex_count: int) -> NDArray[np.int64]:
+    triangles = [strip_triangles(np.asarray(strip, np.float64), _RESTART) for strip in strips]
+    return fan_triangles(np.concatenate(triangles), vertex_count)

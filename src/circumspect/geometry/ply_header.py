@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from circumspect.errors import InputError
+from circumspect.geometry.field_names import unique_names
 
 # Name in the header (old and new style) -> NumPy's name of the type.
 _TYPES = {
@@ -106,11 +107,13 @@ def _elements(lines: list[list[str]]) -> tuple[PlyElement, ...]:
             properties.append(_property(words))
             last = elements[-1]
             elements[-1] = PlyElement(last.name, last.count, tuple(properties))
-    for element in elements:
-        names = [item.name for item in element.properties]
-        if len(set(names)) < len(names):
-            raise ValueError(f"element {element.name!r} has a property twice")
-    return tuple(elements)
+    return tuple(_with_unique_names(element) for element in elements)
+
+
+def _with_unique_names(element: PlyElement) -> PlyElement:
+    names = unique_names([item.name for item in element.properties])
+    properties = zip(element.properties, names, strict=True)
+    return replace(element, properties=tuple(replace(item, name=name) for item, name in properties))
 
 
 def _property(words: list[str]) -> PlyProperty:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import struct
 from abc import ABC, abstractmethod
+from array import array
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,8 +30,16 @@ class PlyRows(ABC):
         """The next element, which has no lists, as columns by name."""
 
     @abstractmethod
-    def lists(self, element: PlyElement, names: tuple[str, ...]) -> Polygons:
-        """The list property of one of these names in the next element, row by row."""
+    def mixed(
+        self, element: PlyElement, numbers: tuple[str, ...], lists: tuple[str, ...]
+    ) -> tuple[Columns, Polygons]:
+        """The next element, which has lists.
+
+        Args:
+            element: What the header says of it.
+            numbers: Names of the properties that are single numbers to return, where they exist.
+            lists: Names of which the first list property found is returned, row by row.
+        """
 
 
 def ply_rows(data: bytes, header: PlyHeader) -> PlyRows:
@@ -51,17 +60,15 @@ class BinaryRows(PlyRows):
         fields = [(item.name, self._order + item.type) for item in element.properties]
         return self._table(element, np.dtype(fields))
 
-    def lists(self, element: PlyElement, names: tuple[str, ...]) -> Polygons:
+    def mixed(
+        self, element: PlyElement, numbers: tuple[str, ...], lists: tuple[str, ...]
+    ) -> tuple[Columns, Polygons]:
         """See `PlyRows`."""
-        if element.count == 0:
-            return []
-        alike = self._alike(element)
-        if alike is None:
-            return self._one_by_one(element, names)
-        chosen = (
-            item.name for item in element.properties if item.count_type and item.name in names
-        )
-        return next((alike[name] for name in chosen), [])
+        chosen = chosen_list(element, lists)
+        if element.count and (alike := self._alike(element)) is not None:
+            columns = {name: alike[name] for name in numbers if _is_number(element, name)}
+            return columns, [] if chosen is None else alike[chosen]
+        return self._one_by_one(element, numbers, chosen)
 
     def _table(self, element: PlyElement, row: np.dtype) -> Columns:
         size = element.count * row.itemsize
@@ -108,35 +115,40 @@ class BinaryRows(PlyRows):
             return None
         return length if length >= 0 else None
 
-    def _one_by_one(self, element: PlyElement, names: tuple[str, ...]) -> Polygons:
+    def _one_by_one(
+        self, element: PlyElement, numbers: tuple[str, ...], chosen: str | None
+    ) -> tuple[Columns, Polygons]:
+        """Rows of different lengths; only what is wanted is kept."""
+        columns = {name: array("d") for name in numbers if _is_number(element, name)}
         steps = [
             (
                 struct.Struct(self._order + _STRUCT_CODES[item.count_type or item.type]),
                 _STRUCT_CODES[item.type] if item.count_type else "",
                 int(item.type[1]),
-                item.name in names,
+                item.name == chosen,
+                None if item.count_type else columns.get(item.name),
             )
             for item in element.properties
         ]
         data, offset, rows = self._data, self._offset, []
         for index in range(element.count):
             try:
-                for head, code, size, wanted in steps:
-                    (length,) = head.unpack_from(data, offset)
+                for head, code, size, wanted, column in steps:
+                    (value,) = head.unpack_from(data, offset)
                     offset += head.size
                     if not code:
+                        if column is not None:
+                            column.append(value)
                         continue
-                    if length < 0 or offset + length * size > len(data):
+                    if value < 0 or offset + value * size > len(data):
                         raise _too_short(element, index)
                     if wanted:
-                        rows.append(
-                            struct.unpack_from(f"{self._order}{length}{code}", data, offset)
-                        )
-                    offset += length * size
+                        rows.append(struct.unpack_from(f"{self._order}{value}{code}", data, offset))
+                    offset += value * size
             except struct.error:
                 raise _too_short(element, index) from None
         self._offset = offset
-        return rows
+        return {name: np.array(column) for name, column in columns.items()}, rows
 
 
 class AsciiRows(PlyRows):
@@ -153,9 +165,12 @@ class AsciiRows(PlyRows):
         table = read_table(self._stream, rows=element.count, columns=len(element.properties))
         return {item.name: table[:, index] for index, item in enumerate(element.properties)}
 
-    def lists(self, element: PlyElement, names: tuple[str, ...]) -> Polygons:
+    def mixed(
+        self, element: PlyElement, numbers: tuple[str, ...], lists: tuple[str, ...]
+    ) -> tuple[Columns, Polygons]:
         """See `PlyRows`."""
-        rows = []
+        columns = {name: array("d") for name in numbers if _is_number(element, name)}
+        chosen, rows = chosen_list(element, lists), []
         for index in range(element.count):
             line = self._stream.readline()
             while line.isspace():
@@ -163,28 +178,40 @@ class AsciiRows(PlyRows):
             if not line:
                 raise _too_short(element, index)
             try:
-                rows.extend(_lists_of_line([float(word) for word in line.split()], element, names))
+                found = _parts_of_line([float(word) for word in line.split()], element)
             except (ValueError, IndexError, OverflowError):
                 raise InputError(f"has a broken {element.name}: {line[:60]!r}") from None
-        return rows
+            for name, column in columns.items():
+                column.append(found[name][0])
+            if chosen is not None:
+                rows.append(found[chosen])
+        return {name: np.array(column) for name, column in columns.items()}, rows
 
 
-def _lists_of_line(
-    numbers: list[float], element: PlyElement, names: tuple[str, ...]
-) -> list[list[float]]:
-    lists, position = [], 0
+def _parts_of_line(numbers: list[float], element: PlyElement) -> dict[str, list[float]]:
+    """Name of a property to its values in a row; a number is a list of one."""
+    parts, position = {}, 0
     for item in element.properties:
-        if item.count_type is None:
+        length = 1
+        if item.count_type is not None:
+            length = int(numbers[position])
             position += 1
-            continue
-        length = int(numbers[position])
-        values = numbers[position + 1 : position + 1 + length]
+        values = numbers[position : position + length]
         if length < 0 or len(values) < length:
             raise ValueError
-        if item.name in names:
-            lists.append(values)
-        position += 1 + length
-    return lists
+        parts[item.name] = values
+        position += length
+    return parts
+
+
+def chosen_list(element: PlyElement, names: tuple[str, ...]) -> str | None:
+    """The first list property of an element with one of these names."""
+    lists = (item.name for item in element.properties if item.count_type and item.name in names)
+    return next(lists, None)
+
+
+def _is_number(element: PlyElement, name: str) -> bool:
+    return any(item.name == name and item.count_type is None for item in element.properties)
 
 
 def _too_short(element: PlyElement, found: int) -> InputError:

@@ -43,14 +43,14 @@ def fan_triangles(polygons: NDArray[np.number], vertex_count: int) -> NDArray[np
 
 
 def fan_triangles_mixed(
-    polygons: Iterable[Sequence[float]], vertex_count: int
+    polygons: Iterable[Sequence[float] | NDArray[np.number]], vertex_count: int
 ) -> NDArray[np.int64]:
     """`fan_triangles` of polygons with different numbers of corners, grouped by that number.
 
     Raises:
         GeometryError: An index that is no whole number or names no vertex.
     """
-    by_corners: dict[int, list[Sequence[float]]] = {}
+    by_corners: dict[int, list[Sequence[float] | NDArray[np.number]]] = {}
     for polygon in polygons:
         by_corners.setdefault(len(polygon), []).append(polygon)
     groups = [

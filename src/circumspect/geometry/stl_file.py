@@ -13,8 +13,10 @@ from circumspect.geometry.file_shape import FileShape
 from circumspect.geometry.number_table import read_table
 
 _HEADER_SIZE = 80
+_LOOKED_AT = 1024
 _TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 # What follows in the line is a name, which may hold any word; some files are one line.
+_END = re.compile(rb"end\s*solid")
 _SOLID = re.compile(rb"solid\b(?:(?!facet\s+normal\b)[^\r\n])*")
 _VERTEX = re.compile(rb"\bvertex\s+(\S+[ \t]+\S+[ \t]+\S+)")
 
@@ -26,8 +28,9 @@ def read_stl(path: Path) -> FileShape:
         InputError: Not an STL file, or truncated.
     """
     data = path.read_bytes()
-    # Binary files may begin with "solid", too; that their size fits tells them apart.
-    if data[:5].lower() == b"solid" and not _size_fits(data):
+    # Binary files may begin with "solid", too, and may have bytes behind their triangles.
+    begins_as_text = data[:_LOOKED_AT].lstrip()[:5].lower() == b"solid"
+    if begins_as_text and not _size_fits(data) and b"\0" not in data[:_LOOKED_AT]:
         corners = _read_ascii(data)
     else:
         corners = _read_binary(data)
@@ -64,6 +67,6 @@ def _read_ascii(data: bytes) -> NDArray[np.float64]:
     lines = _VERTEX.findall(nameless)
     if len(lines) % 3 or len(lines) != nameless.count(b"vertex"):
         raise InputError("is a broken STL file: a facet without three vertices")
-    if b"endsolid" not in nameless:
+    if _END.search(nameless) is None:
         raise InputError("ends too early: an STL file that has no endsolid")
     return read_table(lines, rows=len(lines), columns=3)

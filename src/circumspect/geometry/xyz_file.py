@@ -8,6 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import IO
 
+import numpy as np
+from numpy.typing import NDArray
+
 from circumspect.errors import InputError
 from circumspect.geometry.column_titles import (
     FIRST_THREE,
@@ -22,6 +25,10 @@ from circumspect.geometry.number_table import read_table
 
 # So many lines of titles or counts may stand before the first point.
 _LEADING_LINES = 10
+# In fewer rows a column may be constant by chance.
+_FEWEST_ROWS = 16
+# Steps of a time or an index differ by less than this share.
+_EVEN = 1e-3
 
 
 def read_xyz(path: Path) -> FileShape:
@@ -34,17 +41,53 @@ def read_xyz(path: Path) -> FileShape:
         InputError: No table of numbers, or its titles name columns that are no coordinates.
     """
     with path.open("rb") as stream:
-        columns, delimiter = _skip_to_first_point(stream)
+        columns, delimiter, titled = _skip_to_first_point(stream)
         lines = (told for line in stream if (told := _without_comment(line)))
-        return FileShape(
-            read_table(
-                lines, columns=columns, delimiter=delimiter, quote='"' if delimiter else None
-            )
-        )
+        quote = '"' if delimiter else None
+        points = read_table(lines, columns=columns, delimiter=delimiter, quote=quote)
+    if columns == FIRST_THREE and not titled:
+        require_coordinates_first(points, _width(path, delimiter))
+    return FileShape(points)
 
 
-def _skip_to_first_point(stream: IO[bytes]) -> tuple[tuple[int, int, int], str | None]:
-    """Leave the stream where the first point begins; return its columns and their delimiter."""
+def require_coordinates_first(points: NDArray[np.float64], width: int) -> None:
+    """Refuse a first column that is constant or a running number, where others follow.
+
+    Args:
+        points: (n, 3) the first three columns of a table without titles.
+        width: How many columns the table has.
+
+    Raises:
+        InputError: The first column is a label, a time or an index, not x.
+    """
+    if width <= len(FIRST_THREE) or len(points) < _FEWEST_ROWS:
+        return
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(points[:, 0])
+    even = np.abs(steps - steps[0]) <= _EVEN * np.abs(steps[0])
+    if not even.all() or not (points[:, 1] != points[0, 1]).any():
+        return
+    kind = "constant" if steps[0] == 0 else "a running number"
+    raise InputError(
+        f"has {width} columns without titles, and the first one is {kind}, so that it is not x; "
+        "put a line with their names first, as: label x y z"
+    )
+
+
+def _width(path: Path, delimiter: str | None) -> int:
+    """How many columns the last row of a table has."""
+    with path.open("rb") as stream:
+        stream.seek(-min(path.stat().st_size, 10_000), 2)
+        rows = [row for line in stream if (row := _without_comment(line))]
+    return len(split(_text(rows[-1]), delimiter)) if rows else 0
+
+
+def _skip_to_first_point(stream: IO[bytes]) -> tuple[tuple[int, int, int], str | None, bool]:
+    """Leave the stream where the first point begins.
+
+    Returns:
+        Its columns, their delimiter, and whether a title names them.
+    """
     if stream.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
         stream.seek(0)
     titles: deque[str] = deque(maxlen=_LEADING_LINES)
@@ -57,7 +100,8 @@ def _skip_to_first_point(stream: IO[bytes]) -> tuple[tuple[int, int, int], str |
             start, line = stream.tell(), stream.readline(10_000)
         if (found := _point(titles, _text(_without_comment(line)))) is not None:
             stream.seek(start)
-            return found
+            named = any(named_columns(title, _text(_without_comment(line))) for title in titles)
+            return *found, named
         if line:
             titles.appendleft(_text(line))
             last_words = line
