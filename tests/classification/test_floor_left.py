@@ -54,4 +54,4 @@ def test_an_object_with_its_floor_is_unknown(tmp_path, capsys) -> None:
     told = capsys.readouterr()
     assert "scan.npy: unknown object (nearest: " in told.out
     assert told.err.count("\n") == 1
-    assert "scan.npy: seems to hold the floor, too; cut the object out" in told.err
+    assert "scan.npy: seems to hold the floor, too; cut it off: --cut-floor" in told.err

@@ -39,6 +39,8 @@ class Prediction:
         rule: The bounds that make an answer confident.
         in_distribution_probability: Probability of being of one of the classes; None where the
             classifier's file has no such model.
+        ambiguity: Why a probable answer is not confident, as where the object may stand on another
+            face; empty as a rule.
     """
 
     label: str
@@ -50,6 +52,7 @@ class Prediction:
     coverage: float | None = None
     rule: ConfidenceRule = field(default_factory=ConfidenceRule, repr=False)
     in_distribution_probability: float | None = None
+    ambiguity: str = ""
 
     def __post_init__(self) -> None:
         for name in ("probabilities", "milliseconds"):
@@ -75,7 +78,7 @@ class Prediction:
         """Why the answer is not confident; empty where it is."""
         if not self.in_distribution:
             return UNKNOWN_OBJECT
-        return self.rule.reason(self.probability, self.coverage)
+        return self.rule.reason(self.probability, self.coverage) or self.ambiguity
 
     @property
     def alternatives(self) -> Mapping[str, float]:

@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from circumspect.cli.floor import floor_cut_of, floor_record, say_of_floor
 from circumspect.cli.model_flag import ROBOT, ModelFlag
+from circumspect.cli.object_cloud import object_cloud
 from circumspect.cli.say import say
-from circumspect.cli.unit import Unit, cloud_in_metres, grid_in_metres, metres_per_unit
+from circumspect.cli.unit import Unit, grid_in_metres, metres_per_unit
 from circumspect.errors import CircumspectError, InputError, blamed_on, printable
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
     from circumspect.classification import Classifier, Prediction
-    from circumspect.geometry import PointCloud
     from circumspect.grid import OccupancyGrid
 
 
@@ -32,6 +33,7 @@ class Classify:
     $ circumspect classify desk.stl --unit mm
     $ circumspect classify model.glb --up z
     $ circumspect classify fallen.ply --up auto
+    $ circumspect classify phone-scan.ply --cut-floor
     """
 
     files: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="FILE...")]
@@ -40,6 +42,9 @@ class Classify:
     """The axis that points up in the files; by default y for glTF/GLB, what the file says for USD,
     and z for all others. auto tries the default first, then every face that the object can stand
     on. Saved grids have their axis already."""
+    cut_floor: bool = False
+    """The files hold the floor, too: find it, remove it and what stands beside the object, and
+    level the rest. With --up auto the floor's normal is up."""
     unit: Unit | None = None
     """The unit of the coordinates, also of a saved grid's bounds; with it the object's size is
     used. By default m for glTF/GLB files, and unknown for all others."""
@@ -93,32 +98,28 @@ class Classify:
             points, loaded = int(grid.occupied.sum()), time.perf_counter()
             prediction = classifier.classify_grid(grid_in_metres(grid, unit_m), metric=metric)
             return prediction_record(file, prediction, points, 1e3 * (loaded - start))
-        from circumspect.geometry import read_cloud
-
-        up = None if self.up == "auto" else self.up
-        read = read_cloud(file, up=up, samples=self.samples, reader=self.reader)
-        cloud = cloud_in_metres(read, unit_m)
+        cloud = object_cloud(file, self.up, self.samples, unit_m, self.reader)
+        auto, more = self.up == "auto", {}
+        if self.cut_floor and (cut := floor_cut_of(file, cloud, auto)) is not None:
+            cloud, auto = cut.levelled(), False
+            more["floor"] = floor_record(cut)
+            if self.up == "auto":
+                more["up_xyz"] = cut.plane.normal_xyz.round(4).tolist()
         points, loaded = len(cloud), time.perf_counter()
-        if self.up == "auto":
+        if auto:
             from circumspect.classification.upright import classify_any_way_up
 
             prediction, pose = classify_any_way_up(classifier, cloud, metric=metric)
-            record = prediction_record(file, prediction, points, 1e3 * (loaded - start))
-            return {**record, "up_xyz": up_of(pose)}
-        prediction = classifier.classify(cloud, metric=metric)
-        _tell_of_floor(file, cloud)
-        return prediction_record(file, prediction, points, 1e3 * (loaded - start))
+            more["up_xyz"] = up_of(pose)
+        else:
+            prediction = classifier.classify(cloud, metric=metric)
+        if not self.cut_floor:
+            say_of_floor(file, cloud, auto, prediction)
+        return prediction_record(file, prediction, points, 1e3 * (loaded - start)) | more
 
     def _tell(self, record: dict[str, Any]) -> None:
         line = json.dumps(record) if self.json else _readable(record, self.top)
         print(line, flush=True)  # noqa: T201
-
-
-def _tell_of_floor(file: Path, cloud: PointCloud) -> None:
-    from circumspect.classification.floor_left import holds_floor
-
-    if holds_floor(cloud.points_xyz):
-        say(f"{file}: seems to hold the floor, too; cut the object out")
 
 
 def require_reader(name: str) -> None:

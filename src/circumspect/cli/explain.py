@@ -19,10 +19,10 @@ from circumspect.cli.classify import (
     up_of,
 )
 from circumspect.cli.model_flag import ROBOT, ModelFlag
+from circumspect.cli.object_cloud import object_cloud
 from circumspect.cli.say import say
 from circumspect.cli.unit import (
     Unit,
-    cloud_in_metres,
     grid_in_metres,
     metres_per_unit,
     unit_shown,
@@ -114,10 +114,7 @@ class Explain:
             grid = grid_in_metres(grid, unit_m)
             with progress_bar("emptying cells") as progress:
                 return explain_grid(classifier, grid, self.label, progress, metric=metric), None
-        from circumspect.geometry import read_cloud
-
-        up = None if self.up == "auto" else self.up
-        cloud = cloud_in_metres(read_cloud(self.file, up=up, samples=self.samples), unit_m)
+        cloud = object_cloud(self.file, self.up, self.samples, unit_m)
         pose = None
         if self.up == "auto":
             from circumspect.classification.upright import classify_any_way_up, stood

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from circumspect.cli.object_cloud import object_cloud
 from circumspect.cli.say import say
 from circumspect.cli.unit import metres_per_unit, unit_shown
 from circumspect.errors import InputError, MissingExtraError, blamed_on, printable
@@ -50,7 +51,6 @@ class Grid:
     def run(self) -> int:
         """Grid, save and draw."""
         from circumspect.classification import GridRecipe
-        from circumspect.geometry import read_cloud
         from circumspect.grid.grid_file import holds_grid
 
         out = self.out or Path(f"{self.file.stem}-grid.npz")
@@ -61,7 +61,7 @@ class Grid:
         if self.reader is None and holds_grid(self.file):
             raise InputError(f"{self.file}: is a grid already; give what it was made of")
         recipe = GridRecipe(kind=self.kind, shape=self.cells, margin=self.margin)
-        cloud = read_cloud(self.file, up=self.up, samples=self.samples, reader=self.reader)
+        cloud = object_cloud(self.file, self.up, self.samples, None, self.reader)
         with blamed_on(self.file):
             grid = recipe.bounds(cloud).hits(recipe.surface(cloud).points_xyz)
         grid.save(out)

@@ -77,6 +77,18 @@ class PointCloud(ReadOnlyArrays):
         shares = self.areas / largest
         return shares / shares.sum()
 
+    def part(self, chosen: NDArray[np.bool_]) -> PointCloud:
+        """Some of the points, with their areas and normals.
+
+        Args:
+            chosen: (n,) True for each point to keep; at least one.
+        """
+        return PointCloud(
+            self.points_xyz[chosen],
+            areas=None if self.areas is None else self.areas[chosen],
+            normals_xyz=None if self.normals_xyz is None else self.normals_xyz[chosen],
+        )
+
     def moved(self, T_target_source: RigidTransform | ArrayLike) -> PointCloud:
         """The cloud under a homogeneous transform.
 

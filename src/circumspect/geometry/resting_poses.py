@@ -46,7 +46,7 @@ def resting_poses(cloud: PointCloud, most: int = 8) -> list[Rotation]:
         hull = ConvexHull(points)
     except QhullError:
         normal = np.linalg.svd(points, full_matrices=False)[2][2]
-        return [_onto_floor(normal), _onto_floor(-normal)][:most]
+        return [rotation_onto_floor(normal), rotation_onto_floor(-normal)][:most]
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
     a, b, c = points[hull.simplices].transpose(1, 0, 2)
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
@@ -65,7 +65,7 @@ def resting_poses(cloud: PointCloud, most: int = 8) -> list[Rotation]:
             found.append((areas[face].sum(), normal))
     found.sort(key=lambda one: -one[0])
     large = [normal for area, normal in found if area > SMALL * found[0][0]]
-    return [_onto_floor(normal) for normal in large[:most]]
+    return [rotation_onto_floor(normal) for normal in large[:most]]
 
 
 def _way_out(
@@ -81,7 +81,12 @@ def _way_out(
     return float(away.min())
 
 
-def _onto_floor(normal: NDArray[np.float64]) -> Rotation:
+def rotation_onto_floor(normal: NDArray[np.float64]) -> Rotation:
+    """The smallest rotation that turns a direction down.
+
+    Args:
+        normal: (3,) unit vector.
+    """
     down = np.array([0.0, 0.0, -1.0])
     axis = np.cross(normal, down)
     sine, cosine = float(np.linalg.norm(axis)), float(normal @ down)
