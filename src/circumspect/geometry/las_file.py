@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from circumspect.errors import InputError, MissingExtraError
 from circumspect.geometry.file_shape import FileShape
@@ -31,10 +33,7 @@ def read_las(path: Path) -> FileShape:
             count = int(reader.header.point_count)
             if count > MAX_POINTS:
                 raise InputError(f"has {count} points; {MAX_POINTS} are read: thin it out first")
-            chunks = [
-                np.stack([np.asarray(axis) for axis in (chunk.x, chunk.y, chunk.z)], axis=1)
-                for chunk in reader.chunk_iterator(_CHUNK)
-            ]
+            chunks = [_points(chunk) for chunk in reader.chunk_iterator(_CHUNK)]
     except (InputError, MemoryError, OSError):
         raise
     except Exception as error:  # Broken files bring about errors of several libraries.
@@ -44,3 +43,7 @@ def read_las(path: Path) -> FileShape:
     if len(points) < count:
         raise InputError(f"ends too early: {count} points announced, {len(points)} found")
     return FileShape(points)
+
+
+def _points(chunk: Any) -> NDArray[np.float64]:
+    return np.stack([np.asarray(axis) for axis in (chunk.x, chunk.y, chunk.z)], axis=1)
