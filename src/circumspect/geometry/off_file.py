@@ -84,7 +84,7 @@ def _free_format(body: bytes, layout: OffLayout) -> FileShape | None:
     """The same without regard to line breaks; None where the numbers do not fit the counts."""
     with ignored_warnings():  # Numbers end where words begin, with a warning.
         try:
-            numbers = np.fromstring(body, sep=" ")  # pyright: ignore[reportArgumentType]
+            numbers = np.fromstring(body.decode("latin-1"), sep=" ")
         except ValueError:
             return None
     if len(numbers) < 3 or not (numbers[:3] >= 0).all() or not (numbers[:3] < 2**40).all():
