@@ -54,11 +54,10 @@ def memory_table(folder: Path, side: int) -> str:
 
     mesh, rows = wavy_mesh(side), []
     warm = folder / "warm.stl"
-    warm.write_bytes(trimesh.creation.box().export(file_type="stl"))
+    trimesh.creation.box().export(str(warm))
     for kind in FORMATS:
-        data = mesh.export(file_type=kind)
         path = folder / f"mesh.{kind}"
-        path.write_bytes(data.encode() if isinstance(data, str) else data)
+        mesh.export(str(path))
         size = path.stat().st_size
         peaks = [
             1024 * float(child(PEAK.format(reader=reader, warm=f"area({str(warm)!r})"), path))
