@@ -71,7 +71,8 @@ def test_frames_before_the_first_mount_are_left_out_of_a_replay(
     tmp_path: Path, write: Write
 ) -> None:
     told = [
-        (*one[:2], 0.15 if one[0] == "/tf_static" else one[2], one[3]) for one in robots_messages()
+        ("/tf", *one[1:2], 0.15, one[3]) if one[0] == "/tf_static" else one
+        for one in robots_messages()
     ]
     recording = open_recording(write(tmp_path, sorted(told, key=lambda one: one[2])))
     assert [one.stamp for one in recording.placed()] == pytest.approx([0.2, 0.3, 0.4, 0.5])

@@ -17,7 +17,7 @@ from circumspect.recording import (
     open_bag,
     open_recording,
 )
-from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, typestore
+from circumspect.recording.ros_types import IMAGE, ODOMETRY, typestore
 
 
 def test_without_camera_info_intrinsics_are_asked_for(tmp_path: Path) -> None:
@@ -27,17 +27,6 @@ def test_without_camera_info_intrinsics_are_asked_for(tmp_path: Path) -> None:
     other = PinholeCamera(32, 24, 28.0, 28.0, 16.0, 12.0)
     found = list(open_recording(path, settings=BagSettings(camera=other)))
     assert {one.camera for one in found} == {other}
-
-
-def test_a_camera_info_that_never_comes_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("circumspect.recording.frame_assembly.WITHOUT_CAMERA", 3)
-    told = robots_messages()
-    last = next(one for one in reversed(told) if one[1] == CAMERA_INFO)
-    late = [one for one in told if one[1] != CAMERA_INFO or one is last]
-    with pytest.raises(InputError, match="no CameraInfo comes"):
-        list(open_recording(mcap(tmp_path, late)))
 
 
 def test_without_odometry_frames_have_none(tmp_path: Path) -> None:

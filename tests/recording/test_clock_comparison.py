@@ -48,16 +48,20 @@ def test_late_missing_and_matching_odometry_is_on_the_clock(
     assert set(warnings(ahead, silence, matched)) == {""}
 
 
-def test_a_bag_says_once_that_its_clocks_differ(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
+@pytest.mark.parametrize("ahead", [1.7e9, 100.0])
+def test_a_bag_with_two_clocks_is_matched_by_its_log_times(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, ahead: float
 ) -> None:
-    path = mcap(tmp_path, [on_another_clock(one) for one in robots_messages()])
+    path = mcap(tmp_path, [on_another_clock(one, ahead) for one in robots_messages()])
     recording = open_recording(path)
     found = list(recording)
     assert len(found) == COUNT
-    assert all(one.odometry is None for one in found)
-    assert "different clocks" in recording.skipped["odometry"]
-    assert caplog.text.count("different clocks") == 1
+    for one in found:
+        assert one.odometry is not None
+        assert one.odometry.T_odom_base.xy == pytest.approx(driven(one.stamp).xy, abs=1e-4)
+    assert not recording.skipped
+    assert caplog.text.count("matched by the bag's log times") == 1
+    assert f"stamps on /odom are {ahead:.1f} s ahead of those of the depth images" in caplog.text
 
 
 def test_a_bag_whose_clock_starts_at_zero_has_odometry_from_the_first_image(tmp_path: Path) -> None:

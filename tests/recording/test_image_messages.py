@@ -93,11 +93,22 @@ def test_compressed_depth() -> None:
     millimetres = np.random.default_rng(0).integers(0, 9000, (5, 4)).astype(np.uint16)
     told = compressed(millimetres, "16UC1; compressedDepth png")
     np.testing.assert_array_equal(depth_of(told), metres(millimetres))
-    with pytest.raises(InputError, match="compressedDepth png is known"):
-        depth_of(compressed(millimetres, "32FC1; compressedDepth"))
+    with pytest.raises(InputError, match=r"format '8UC1; compressedDepth'; known are 16UC1 and"):
+        depth_of(compressed(millimetres, "8UC1; compressedDepth"))
     told.data = told.data[:40]
     with pytest.raises(InputError, match="can not be read"):
         depth_of(told)
+
+
+@given(st.floats(1e-5, 0.1))
+def test_a_depth_scale_is_metres_a_unit(scale: float) -> None:
+    units = np.array([[0, 1, 4000, 65534, 65535]], np.uint16)
+    expected = [[np.nan, scale, 4000 * scale, 65534 * scale, np.nan]]
+    held = (image(units, "16UC1"), compressed(units, "16UC1; compressedDepth png"))
+    for told in held:
+        np.testing.assert_allclose(depth_of(told, scale), expected, rtol=1e-6)
+    fine = image(units.astype(np.float32), "32FC1")
+    np.testing.assert_allclose(depth_of(fine, scale)[0, 2], 4000 * scale, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -142,5 +153,6 @@ def test_rectified_images_are_those_of_the_projection_matrix() -> None:
 @pytest.mark.parametrize("nothing", [0.0, np.nan, np.inf, -500.0])
 def test_a_camera_that_nobody_calibrated_is_refused(nothing: float) -> None:
     info = camera_info(PinholeCamera(640, 480, 570.3, 571.1, 319.25, 238.75), 2.0, "camera")
-    with pytest.raises(InputError, match="no focal length"):
+    reason = "is all zero: the driver has no calibration" if nothing == 0 else "no focal length"
+    with pytest.raises(InputError, match=reason):
         camera_of(replace(info, k=np.full(9, nothing), p=np.full(12, nothing)))

@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
 from circumspect.recording.bag import Bag
+from circumspect.recording.bag_preview import BagPreview, preview
 from circumspect.recording.frame_assembly import AssemblySettings, ClockError, FrameAssembly
 from circumspect.recording.recording import Recording
 from circumspect.recording.run_recorder import MAP, SYNCHRONOUS, SYSTEMATIC_DISPARITY
@@ -34,12 +35,14 @@ class BagSettings:
         camera: Instead of CameraInfo.
         T_base_camera: Instead of transforms.
         map_frame: In which transforms tell poses.
+        depth_scale: Metres a unit of the depth images; None for those of their encoding.
     """
 
     topics: TopicNames = field(default_factory=TopicNames)
     camera: PinholeCamera | None = None
     T_base_camera: RigidTransform | None = None
     map_frame: str = MAP
+    depth_scale: float | None = None
 
 
 class BagRecording(Recording):
@@ -160,14 +163,20 @@ class BagRecording(Recording):
         s = self.settings
         wanted = s.map_frame if self.poses else None
         synchronous = self.bag.notes.get(SYNCHRONOUS) == "true"
-        return FrameAssembly(
-            self.topics, AssemblySettings(s.camera, s.T_base_camera, wanted, synchronous)
+        settings = AssemblySettings(
+            s.camera, s.T_base_camera, wanted, synchronous, depth_scale=s.depth_scale
         )
+        return FrameAssembly(self.topics, settings)
 
     def _frames(self, assembly: FrameAssembly) -> Iterator[RgbdFrame]:
         self.skipped = assembly.skipped
+        begin = BagPreview()
+        if self.bag.notes.get(SYNCHRONOUS) != "true":
+            begin = preview(self.bag, self.topics, self.settings.camera is None)
+        assembly.begin_with(begin.info, begin.static)
         try:
             for message in self.bag.messages(self.topics.all):
+                begin.clocks.correct(message)
                 yield from assembly.heard(message)
         except ClockError as error:
             self.skipped["the rest"] = str(error)

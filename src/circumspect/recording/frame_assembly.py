@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Iterable, Iterator, MutableMapping
+from collections.abc import Iterable, Iterator, MutableMapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -15,10 +15,12 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.errors import CircumspectError, InputError
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.recording.bag import BagMessage
+from circumspect.recording.bag_preview import LASTING
 from circumspect.recording.clock_comparison import ClockComparison
 from circumspect.recording.image_messages import camera_of, colour_of, depth_of, is_distorted
 from circumspect.recording.odometry_buffer import OdometryBuffer
 from circumspect.recording.pose_messages import odometry_of, transform_of
+from circumspect.recording.repeated_warnings import RepeatedWarnings
 from circumspect.recording.ros_time import NANOSECONDS, seconds
 from circumspect.recording.topic_choice import ChosenTopics
 from circumspect.recording.transform_tree import TransformTree, plain
@@ -35,8 +37,6 @@ WITHOUT_CAMERA = 30
 LEAP, BACK = 5.0, 1.0
 """From image to image stamps gain no more than this on the clock by which they are heard, and fall
 by no more than that [s]. They may lose any time: a source that was paused goes on where it was."""
-LASTING = "tf_static"
-"""Last word of the topics on which transforms are told for good."""
 MOST_WAITING = 100
 """So many depth images wait at most, whatever the clocks say."""
 MOST_KEPT = 256 << 20
@@ -75,6 +75,7 @@ class AssemblySettings:
         odom_frame: Where no topic holds odometry, transforms from here to the base are taken as
             it; None for none.
         base_frame: The robot's, where odometry does not tell it.
+        depth_scale: Metres a unit of the depth images; None for those of their encoding.
     """
 
     camera: PinholeCamera | None = None
@@ -83,6 +84,7 @@ class AssemblySettings:
     synchronous: bool = False
     odom_frame: str | None = None
     base_frame: str = "base_link"
+    depth_scale: float | None = None
 
 
 class FrameAssembly:
@@ -125,6 +127,24 @@ class FrameAssembly:
         """Of the last image, where its stamp leapt."""
         self._count = 0
         self._clocks = ClockComparison()
+        self._info_fault = ""
+        """Why the last CameraInfo can not be used."""
+        self._warnings = RepeatedWarnings(_log)
+
+    def begin_with(self, info: Any, static: Sequence[Any]) -> None:
+        """Take in what holds from the beginning, although its messages come later.
+
+        Args:
+            info: A CameraInfo, or None.
+            static: Transforms that hold until another is told.
+        """
+        if info is not None and self._settings.camera is None:
+            self._learn_camera(info)
+        for stamped in static:
+            try:
+                self._tree.hold(stamped)
+            except CircumspectError as error:
+                self._warnings.warn(f"a static transform left out: {error}")
 
     @property
     def known_frames(self) -> set[str]:
@@ -154,7 +174,9 @@ class FrameAssembly:
                     self._colours.popleft()
         except CircumspectError as error:
             self.unread[message.topic] = str(error)
-            _log.warning("a message on %s left out: %s", message.topic, error)
+            if message.topic == topics.info:
+                self._info_fault = str(error)
+            self._warnings.warn(f"a message on {message.topic} left out: {error}")
         if message.topic == topics.depth:
             self._wait(message)
         yield from self._complete(message.log_time)
@@ -176,6 +198,7 @@ class FrameAssembly:
         """The frames that still wait when no more messages come."""
         while self._waiting:
             yield from self._next()
+        self._warnings.log_counts()
 
     def _hear_odometry(self, told: Any, log_time: int) -> None:
         self._base = told.child_frame_id or self._base
@@ -201,7 +224,7 @@ class FrameAssembly:
     def _learn_camera(self, info: Any) -> None:
         if self._camera is None and is_distorted(info):
             _log.warning("the CameraInfo tells of distortion; depth images are taken as rectified")
-        self._camera = camera_of(info)
+        self._camera, self._info_fault = camera_of(info), ""
 
     def _wait(self, message: BagMessage) -> None:
         now = seconds(message.told), message.log_time / NANOSECONDS
@@ -221,10 +244,14 @@ class FrameAssembly:
             len(self._waiting) > WITHOUT_CAMERA or self._waiting_size() > MOST_KEPT
         ):
             self._waiting.popleft()
-            raise InputError(
-                f"no CameraInfo comes with {self._topics.depth}; name its topic (replay "
-                "--info-topic, ros2 --info) or give --intrinsics FX FY CX CY"
-            )
+            raise InputError(f"{self._no_camera()}, or give --intrinsics FX FY CX CY")
+
+    def _no_camera(self) -> str:
+        """Why there are no intrinsics, and the remedy."""
+        named = "name another topic (replay --info-topic, ros2 --info)"
+        if self._info_fault:
+            return f"{self._topics.info}: {self._info_fault}; {named}"
+        return f"no CameraInfo comes with {self._topics.depth}; {named}"
 
     def _complete(self, log_time: int) -> Iterator[RgbdFrame]:
         while self._waiting and self._camera is not None:
@@ -263,7 +290,7 @@ class FrameAssembly:
             yield frame
         except CircumspectError as error:
             self.skipped[f"frame {self._count} at {seconds(message.told):.3f} s"] = str(error)
-            _log.warning("frame %d left out: %s", self._count, error)
+            self._warnings.warn(f"frame {self._count} left out: {error}")
 
     def _compare_clocks(self, frame: RgbdFrame, log_time: int) -> None:
         was_known = self._clocks.warning
@@ -278,8 +305,8 @@ class FrameAssembly:
     def _frame(self, image: Any, own: Odometry | None) -> RgbdFrame:
         settings, stamp, camera = self._settings, seconds(image), self._camera
         if camera is None:
-            raise InputError("no CameraInfo came before it")
-        depth = depth_of(image)
+            raise InputError(self._no_camera())
+        depth = depth_of(image, settings.depth_scale)
         if depth.shape != (camera.height, camera.width):
             raise InputError(
                 f"the depth has {depth.shape[1]} x {depth.shape[0]} pixels, the CameraInfo tells "
@@ -306,7 +333,7 @@ class FrameAssembly:
         try:
             return colour_of(nearest)
         except InputError as error:
-            _log.warning("colour left out: %s", error)
+            self._warnings.warn(f"colour left out: {error}")
             return None
 
 

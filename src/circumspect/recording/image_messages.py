@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
+from circumspect.recording.compressed_depth import LARGEST, compressed_depth, scaled
 from circumspect.recording.ros_time import header
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, message
 from circumspect.sensing.millimetres import metres, millimetres
@@ -26,10 +27,6 @@ CHANNELS = {
 }
 """Encoding to where red, green and blue are."""
 BYTES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
-COMPRESSED_HEAD = 12
-"""Bytes before the PNG in what `compressed_depth_image_transport` makes."""
-LARGEST = 4096
-"""Pixels along a side; images of more are something else."""
 
 
 def depth_message(depth: NDArray[np.float32], stamp: float, frame_id: str) -> Any:
@@ -64,8 +61,12 @@ def _image(pixels: NDArray[Any], encoding: str, stamp: float, frame_id: str) -> 
     )  # fmt: skip
 
 
-def depth_of(image: Any) -> NDArray[np.float32]:
+def depth_of(image: Any, scale: float | None = None) -> NDArray[np.float32]:
     """Depth of a `sensor_msgs/Image` or a `CompressedImage`.
+
+    Args:
+        image: The message.
+        scale: Metres a unit; None for millimetres in whole numbers and metres in others.
 
     Returns:
         (height, width) float32 [m], NaN where invalid.
@@ -74,26 +75,16 @@ def depth_of(image: Any) -> NDArray[np.float32]:
         InputError: Another encoding, or data that do not fill the image.
     """
     if hasattr(image, "format"):
-        return metres(_unpacked(image))
+        return compressed_depth(image, scale)
     kind = DEPTH_TYPES.get(image.encoding)
     if kind is None:
         raise InputError(
             f"depth in the encoding {image.encoding[:20]!r}; known are {', '.join(DEPTH_TYPES)}"
         )
     pixels = _rows(image, np.dtype(kind))
-    return pixels.astype(np.float32) if kind == "f4" else metres(pixels)
-
-
-def _unpacked(image: Any) -> NDArray[np.uint16]:
-    """(height, width) [mm] of a `compressedDepth` image that holds a PNG."""
-    if "16UC1" not in image.format or "compressedDepth" not in image.format:
-        raise InputError(f"depth in the format {image.format[:40]!r}; of compressed ones only "
-                         "16UC1 as compressedDepth png is known")  # fmt: skip
-    packed, name = bytes(image.data[COMPRESSED_HEAD:]), "a compressed depth image"
-    with opened_picture(packed, ("PNG",), LARGEST, name) as png:
-        if png.mode not in ("I;16", "I;16B", "I"):
-            raise InputError(f"a depth image in mode {png.mode}")
-        return np.asarray(png).astype(np.uint16)
+    if kind == "f4":
+        return pixels.astype(np.float32) * np.float32(1.0 if scale is None else scale)
+    return metres(pixels) if scale is None else scaled(pixels, scale)
 
 
 def colour_of(image: Any) -> NDArray[np.uint8]:
@@ -186,6 +177,8 @@ def camera_of(info: Any) -> PinholeCamera:
     P = _stated(info, "p", (3, 4))[:, :3]
     matrix = P if P[0, 0] > 0 else _stated(info, "k", (3, 3))
     (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
+    if not matrix.any():
+        raise InputError("the CameraInfo is all zero: the driver has no calibration of the camera")
     if not np.isfinite(matrix).all() or not (fx > 0 and fy > 0):
         raise InputError("the CameraInfo states no focal length: is the camera calibrated?")
     if max(info.binning_x, info.binning_y) > 1:

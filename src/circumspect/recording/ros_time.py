@@ -30,6 +30,17 @@ def header(stamp: float, frame_id: str) -> Any:
     return message("std_msgs/msg/Header", stamp=time, frame_id=frame_id)
 
 
+def nanoseconds_of(header: Any) -> int:
+    """Stamp [ns] of a header."""
+    return int(header.stamp.sec) * NANOSECONDS + int(header.stamp.nanosec)
+
+
+def set_nanoseconds(header: Any, stamp: int) -> None:
+    """Set the stamp of a header [ns]; what ROS can not hold becomes the nearest that it can."""
+    whole, rest = divmod(min(max(stamp, 0), LAST - 1), NANOSECONDS)
+    header.stamp.sec, header.stamp.nanosec = whole, rest
+
+
 def seconds(told: Any) -> float:
     """Stamp [s] of a message with a header."""
     stamp = told.header.stamp

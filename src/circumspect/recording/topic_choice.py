@@ -72,7 +72,7 @@ def chosen(bag: Bag, wanted: TopicNames) -> ChosenTopics:
     """
     images = (IMAGE, COMPRESSED_IMAGE)
     depth = _named(bag, wanted.depth, "--depth-topic", *images) or _only_likeliest(bag)
-    space = depth.removesuffix(COMPRESSED).rsplit("/", 1)[0]
+    space = depth.removesuffix(COMPRESSED).removesuffix("/compressed").rsplit("/", 1)[0]
     beside = f"{space}/camera_info"
     infos = _of_kind(bag.topics, CAMERA_INFO)
     info = _named(bag, wanted.info, "--info-topic", CAMERA_INFO)
@@ -159,5 +159,12 @@ def _odometry(bag: Bag) -> str | None:
 
 def _colour(bag: Bag, depth: str) -> str | None:
     images = _of_kind(bag.topics, IMAGE)
-    found = [n for n in images if n != depth and ("color" in n.lower() or "rgb" in n.lower())]
+    # A depth image that is aligned to the colour has both words in its name.
+    found = [
+        name
+        for name in images
+        if name != depth
+        and ("color" in name.lower() or "rgb" in name.lower())
+        and "depth" not in name.lower()
+    ]
     return found[0] if len(found) == 1 else None

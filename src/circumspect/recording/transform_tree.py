@@ -40,19 +40,30 @@ class TransformTree:
                 a name is too long.
         """
         for stamped in told.transforms:
-            T = transform_of(stamped.transform.translation, stamped.transform.rotation)
-            parent, child = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
-            if len(self._frames) >= MOST and child not in self._frames:
-                raise InputError(f"transforms of more than {MOST} frames")
-            if max(len(parent), len(child)) > LONGEST_NAME:
-                raise InputError(f"a frame's name has more than {LONGEST_NAME} characters")
-            if child in self._static and not lasting:
-                continue
-            if lasting:
-                self._static.add(child)
-            if child not in self._frames or self._frames[child].parent != parent:
-                self._frames[child] = TransformHistory(parent)
-            self._frames[child].heard(seconds(stamped), T, lasting)
+            self._take(stamped, lasting)
+
+    def _take(self, stamped: Any, lasting: bool) -> None:
+        T = transform_of(stamped.transform.translation, stamped.transform.rotation)
+        parent, child = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
+        if len(self._frames) >= MOST and child not in self._frames:
+            raise InputError(f"transforms of more than {MOST} frames")
+        if max(len(parent), len(child)) > LONGEST_NAME:
+            raise InputError(f"a frame's name has more than {LONGEST_NAME} characters")
+        if child in self._static and not lasting:
+            return
+        if lasting:
+            self._static.add(child)
+        if child not in self._frames or self._frames[child].parent != parent:
+            self._frames[child] = TransformHistory(parent)
+        self._frames[child].heard(seconds(stamped), T, lasting)
+
+    def hold(self, stamped: Any) -> None:
+        """Take in one static transform that holds before its stamp, too.
+
+        Raises:
+            InputError: As `heard`.
+        """
+        self._take(stamped, lasting=True)
 
     def begin_anew(self) -> None:
         """Go on with another clock."""
