@@ -12,6 +12,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from circumspect.cli.main import main
+from circumspect.cli.opened_recording import left_out_lines
 from circumspect.geometry import PinholeCamera, read_cloud
 from circumspect.recording import RunRecorder
 from circumspect.sensing import RgbdFrame
@@ -110,14 +111,14 @@ def with_late_mount(source: Path, copy: Path, seconds: float) -> None:
         writer.finish()
 
 
-def test_images_before_the_mount_is_known_do_not_end_a_replay(
+def test_a_mount_that_is_recorded_late_holds_for_all_images(
     live: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     """As in most bags of real robots, whose parts begin to speak one after the other."""
     with_late_mount(live / "run.mcap", tmp_path / "run.mcap", 5.0)
     capsys.readouterr()
-    assert played(tmp_path, tmp_path / "late")["frames"] == 5
-    assert "frames without a place left out: 3, for no transforms told" in capsys.readouterr().err
+    assert played(tmp_path, tmp_path / "late")["frames"] == 8
+    assert "left out" not in capsys.readouterr().err
     shown = ["--from", str(tmp_path / "run.mcap"), "--label", "chair", "--name", "mine"]
     assert main(["gather", "--out", str(tmp_path / "set"), *shown]) == 0
 
@@ -144,6 +145,33 @@ def test_record_info_says_what_a_replay_would_lack(
     text = capsys.readouterr().out
     assert "A replay needs help" in text
     assert "Replayed are" not in text
+
+
+def test_what_is_left_out_for_the_same_reason_is_one_line() -> None:
+    skipped = {f"frame {n} at {n}.0 s": f"an image of {n} bytes" for n in range(40)}
+    lines = left_out_lines({**skipped, "the end": "broken off"})
+    assert lines == [
+        "frame 0 at 0.0 s and 39 more left out: an image of 0 bytes",
+        "the end left out: broken off",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("scale", "words"),
+    [("1000", "for 1000 units a metre give 0.001"), ("0", "0: give metres a unit")],
+)
+def test_a_depth_scale_that_makes_no_sense_is_refused(
+    live: Path, capsys: pytest.CaptureFixture, scale: str, words: str
+) -> None:
+    assert main(["replay", str(live / "run.mcap"), "--depth-scale", scale]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_depth_scale_scales_the_model(live: Path, tmp_path: Path) -> None:
+    """The room is twice as large: the floor no longer lies where the mount says."""
+    flags = ["--depth-scale", "0.002", "--out", str(tmp_path), "--json"]
+    assert main(["replay", str(live / "run.mcap"), *flags]) == 1
+    assert json.loads((tmp_path / "config.json").read_text())["depth_scale"] == 0.002
 
 
 LONG = "/warehouse_robot_17/front_left_camera"

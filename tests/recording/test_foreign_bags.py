@@ -48,7 +48,7 @@ def test_a_suffix_may_be_in_capitals(tmp_path: Path, write: Write) -> None:
         shouted.suffix, "MCAP"
     )
     assert len(list(open_recording(shouted))) == COUNT
-    assert is_bag(shouted.parent) == (write is mcap), "a folder of one MCAP file"
+    assert is_bag(shouted.parent) == (write is not ros1), "a folder of one file of a bag of ROS 2"
 
 
 def parts(T: RigidTransform) -> tuple[Any, Any]:

@@ -213,7 +213,9 @@ def test_where_no_frame_can_be_read_the_first_reason_is_told(folder: Path) -> No
         ("groundtruth.txt", b"1 2 3\n", "groundtruth.txt: needs 8 columns"),
         ("groundtruth.txt", b"", "groundtruth.txt: holds no numbers"),
         ("groundtruth.txt", b"1 0 0 0 0 0 0 9\n", "unit length"),
-        ("groundtruth.txt", b"1 0 0 nan 0 0 0 1\n", "NaN"),
+        ("groundtruth.txt", b"1 0 0 nan 0 0 0 1\n", "no pose that is finite"),
+        ("calibration.txt", b"1 2 3", "calibration.txt: holds 3 numbers, expected 4"),
+        ("calibration.txt", b"0 0 0 0", "calibration.txt: is no camera matrix"),
         ("camera-intrinsics.txt", b"1 2 3", "camera-intrinsics.txt"),
         ("gravity-direction.txt", b"0 0 0", "gravity-direction.txt: is no direction"),
     ],
@@ -247,3 +249,45 @@ def test_recordings_are_told_by_what_they_hold(folder: Path, tmp_path: Path) -> 
         open_recording(tmp_path / "empty")
     with pytest.raises(InputError, match="no such recording"):
         open_recording(tmp_path / "nowhere")
+
+
+def test_one_pose_that_is_not_finite_costs_that_pose(
+    folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = folder / "groundtruth.txt"
+    lines = file.read_text().splitlines()
+    stamp = lines[5].split()[0]
+    lines[5] = f"{stamp} nan nan nan 0 0 0 1"
+    file.write_text("\n".join(lines))
+    scene = TumRgbdFolder(folder)
+    assert scene.truth is not None
+    assert len(scene.truth) == len(lines) - 2
+    assert len(list(scene)) == 3
+    assert f"1 of {len(lines) - 1} poses left out: not finite" in caplog.text
+
+
+def test_eth3d_s_calibration_is_that_of_the_camera(
+    folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    mine = folder.rename(folder.with_name("cables_1"))
+    (mine / "calibration.txt").write_text(
+        "726.28741455078 726.28741455078 354.6496887207 186.46566772461"
+    )
+    camera = next(iter(TumRgbdFolder(mine))).camera
+    assert (camera.fx, camera.cy) == (726.28741455078, 186.46566772461)
+    assert not caplog.text
+
+
+def test_intrinsics_of_one_s_own_give_no_warning(
+    folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    mine = folder.rename(folder.with_name("mine"))
+    np.savetxt(mine / "camera-intrinsics.txt", [[500, 0, 320], [0, 510, 240], [0, 0, 1]])
+    assert next(iter(TumRgbdFolder(mine))).camera.fx == 500
+    assert not caplog.text
+
+
+def test_the_depth_scale_of_ones_own_millimetres(folder: Path) -> None:
+    frames = list(open_recording(folder, depth_scale=1e-3))
+    assert [round(float(f.depth[9, 9]), 3) for f in frames] == [5.0, 5.5, 6.0]
+    assert np.isnan(frames[0].depth[0, :2]).all()

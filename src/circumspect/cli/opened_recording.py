@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 from scipy.spatial.transform import RigidTransform
@@ -77,5 +78,22 @@ class OpenedRecording:
             try:
                 yield screen
             finally:
-                for name, reason in self.frames.skipped.items():
-                    screen.say(f"{name} left out: {reason}")
+                for line in left_out_lines(self.frames.skipped):
+                    screen.say(line)
+
+
+def left_out_lines(skipped: Mapping[str, str]) -> list[str]:
+    """What was left out, a line for each kind of reason.
+
+    Args:
+        skipped: Names of what was left out to the reason why. Reasons that differ in numbers or in
+            their own name alone are of a kind.
+    """
+    kinds: dict[str, list[str]] = {}
+    for name, reason in skipped.items():
+        kinds.setdefault(re.sub(r"\d+", "#", reason.replace(name, "")), []).append(name)
+    lines = []
+    for names in kinds.values():
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        lines.append(f"{names[0]}{more} left out: {skipped[names[0]]}")
+    return lines

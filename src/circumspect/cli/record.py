@@ -43,8 +43,10 @@ class Record:
     def run(self) -> int:
         """Look the bag over and tell."""
         from circumspect.recording import is_bag, open_bag
+        from circumspect.recording.open_recording import require_known_kind
 
         if not is_bag(self.recording):
+            require_known_kind(self.recording)
             raise InputError(f"{self.recording}: is no bag (.mcap, .db3, .bag or a bag's folder)")
         document = facts(open_bag(self.recording))
         if self.json:

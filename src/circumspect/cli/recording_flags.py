@@ -23,6 +23,10 @@ View = tuple[float, float, float, float, float]
 """Place [m], pan and tilt [degrees]."""
 
 
+DEPTH_SCALES = 1e-6, 0.1
+"""Least and most of a unit of depth [m]."""
+
+
 @dataclass(frozen=True)
 class RecordingFlags:
     """Part of every command that takes a recording through the pipeline."""
@@ -49,6 +53,9 @@ class RecordingFlags:
     depth_range: Annotated[tuple[float, float], tyro.conf.arg(metavar="NEAR FAR")] = (0.8, 3.5)
     """The nearest and the farthest depth that the camera measures [m]: without --box, what
     stands beyond is no object."""
+    depth_scale: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
+    """Metres a unit of the depth images: 0.001 for millimetres, 0.00025 for quarters of them. By
+    default that of the layout (TUM RGB-D: 0.0002) or of the encoding."""
     depth_topic: str | None = None
     """Of a bag: the depth images; without it the only likely topic."""
     info_topic: str | None = None
@@ -86,13 +93,15 @@ class RecordingFlags:
 
         with flags_named(self, "depth_range"):
             noise = DepthNoise(*self.depth_range)
+        self._require_depth_scale()
         self._require_bag_for_its_flags(path)
         self._require_folder_for_its_flags(path)
         registered = is_bag(path) or self.first_pose is not None
         hidden = self.poses == "hidden" or (self.poses is None and registered)
         # What a bag's transforms tell may be another pipeline's guess: asked for, or not used.
         wanted = not (hidden and self.poses is None)
-        frames = open_recording(path, self.every, wanted, self._bag_settings())
+        settings = self._bag_settings()
+        frames = open_recording(path, self.every, wanted, settings, self.depth_scale)
         if isinstance(frames, FrameFolder) and not frames.has_poses:
             if not registered:
                 raise InputError(
@@ -115,6 +124,14 @@ class RecordingFlags:
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         usual = RecordingFlags()
         return {name: told for name, told in values.items() if told != getattr(usual, name)}
+
+    def _require_depth_scale(self) -> None:
+        scale, (low, high) = self.depth_scale, DEPTH_SCALES
+        if scale is None or low <= scale <= high:
+            return
+        is_inverse = 1 / high <= scale <= 1 / low
+        hint = f"; for {scale:g} units a metre give {1 / scale:g}" if is_inverse else ""
+        raise InputError(f"--depth-scale {scale:g}: give metres a unit, {low:g} to {high:g}{hint}")
 
     def _require_bag_for_its_flags(self, path: Path) -> None:
         from circumspect.recording import is_bag

@@ -32,9 +32,10 @@ class Replay:
 
     recording: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RECORDING")]
     """An MCAP file; a bag of ROS 2 (folder or db3 file) or ROS 1; or a folder in the layout of
-    7-Scenes (frame-*.depth.png, frame-*.pose.txt, where present frame-*.color.jpg) or of TUM RGB-D
-    (depth.txt, where present rgb.txt and groundtruth.txt), with camera-intrinsics.txt where present
-    and gravity-direction.txt (down, in the poses' world) where z does not point up there."""
+    7-Scenes (frame-*.depth.png, frame-*.pose.txt, where present frame-*.color.jpg), of TUM RGB-D or
+    ETH3D (depth.txt, where present rgb.txt, groundtruth.txt and calibration.txt), or of ScanNet or
+    Open3D (depth/N.png), with camera-intrinsics.txt where present and gravity-direction.txt (down,
+    in the poses' world) where z does not point up there."""
     reading: Annotated[RecordingFlags, tyro.conf.arg(name="")] = field(
         default_factory=RecordingFlags
     )
@@ -107,6 +108,7 @@ class Replay:
             "recording": str(self.recording),
             "poses": "hidden" if opened.hidden else "given",
             "depth_range": list(reading.depth_range),
+            "depth_scale": reading.depth_scale,
             "first_pose": None if reading.first_pose is None else list(reading.first_pose),
             "every": reading.every,
             "model": asdict(pipeline.model.settings),

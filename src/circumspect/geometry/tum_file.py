@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 
 import numpy as np
@@ -13,6 +14,8 @@ from circumspect.geometry.trajectory import Trajectory
 from circumspect.storage import atomic_open
 
 _UNIT_TOLERANCE = 1e-3
+
+_log = logging.getLogger(__name__)
 
 
 def write_tum(path: str | os.PathLike[str], trajectory: Trajectory) -> None:
@@ -33,6 +36,8 @@ def write_tum(path: str | os.PathLike[str], trajectory: Trajectory) -> None:
 def read_tum(path: str | os.PathLike[str]) -> Trajectory:
     """Read a trajectory; lines beginning with # are comments.
 
+    Poses that are not finite are left out, and their number is logged.
+
     Raises:
         InputError: The file can not be read, or is no such table.
         GeometryError: Stamps that do not increase, or quaternions far from unit length.
@@ -43,8 +48,13 @@ def read_tum(path: str | os.PathLike[str]) -> Trajectory:
         table = read_table(stream, comments="#")
         if table.shape[1] != 8:
             raise InputError(f"needs 8 columns (stamp tx ty tz qx qy qz qw), has {table.shape[1]}")
-        if not np.isfinite(table).all():
-            raise GeometryError("holds NaN or infinite values")
+        finite = np.isfinite(table).all(axis=1)
+        if not finite.any():
+            raise GeometryError("holds no pose that is finite, but NaN or infinite values")
+        if not finite.all():
+            lost = len(table) - int(finite.sum())
+            _log.warning("%s: %d of %d poses left out: not finite", path, lost, len(table))
+        table = table[finite]
         quaternions = table[:, 4:]
         off = np.abs(np.linalg.norm(quaternions, axis=1) - 1) > _UNIT_TOLERANCE
         if off.any():

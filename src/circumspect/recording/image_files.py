@@ -31,12 +31,15 @@ def read_depth(file: Path) -> NDArray[np.uint16]:
         return np.asarray(image).astype(np.uint16)
 
 
-def read_colour(file: Path, size: tuple[int, int]) -> NDArray[np.uint8] | None:
+def read_colour(
+    file: Path, size: tuple[int, int], other_size_is_usual: bool = False
+) -> NDArray[np.uint8] | None:
     """Read a colour image that only adorns a frame: a broken one is logged and left out.
 
     Args:
         file: The image.
         size: Width and height that it must have.
+        other_size_is_usual: Images of another size are left out without a word.
 
     Returns:
         (height, width, 3) RGB, or None.
@@ -45,7 +48,8 @@ def read_colour(file: Path, size: tuple[int, int]) -> NDArray[np.uint8] | None:
         with opened_picture(file, FORMATS, MOST_PIXELS) as image:
             if image.size == size:
                 return np.asarray(image.convert("RGB"))
-            _log.warning("colour left out: %s: is %s, the depth %s", file, image.size, size)
+            if not other_size_is_usual:
+                _log.warning("colour left out: %s: is %s, the depth %s", file, image.size, size)
     except InputError as error:
         _log.warning("colour left out: %s", error)
     return None

@@ -48,10 +48,25 @@ def read_pose(path: Path) -> RigidTransform:
     Raises:
         InputError: As `read_numbers`, or the matrix is no rotation and translation.
     """
-    matrix = read_numbers(path, 4, 4)
+    return pose_of(read_numbers(path, 4, 4), path)
+
+
+def pose_of(matrix: NDArray[np.float64], path: Path) -> RigidTransform:
+    """The pose that a homogeneous transform is.
+
+    Args:
+        matrix: (4, 4), as a file has it.
+        path: The file, for the message.
+
+    Raises:
+        InputError: It is no rotation and translation, or not finite.
+    """
+    if not np.isfinite(matrix).all():
+        raise InputError(f"{path}: holds NaN or infinite numbers")
     rotation = matrix[:3, :3]
     skew = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
     if skew > 0.02 or np.linalg.det(rotation) < 0 or np.abs(matrix[3] - [0, 0, 0, 1]).max() > 1e-6:
         raise InputError(f"{path}: is no pose: its rotation is not orthonormal")
-    matrix[3] = [0, 0, 0, 1]  # Files round it; a transform takes nothing but this.
-    return RigidTransform.from_matrix(matrix)
+    rounded = matrix.copy()
+    rounded[3] = [0, 0, 0, 1]  # Files round it; a transform takes nothing but this.
+    return RigidTransform.from_matrix(rounded)

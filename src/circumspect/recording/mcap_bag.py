@@ -13,6 +13,7 @@ from circumspect.errors import InputError, MissingExtraError, reason_of
 from circumspect.recording.bag import Bag, BagMessage, Topic
 from circumspect.recording.bag_safety import require_possible_size
 from circumspect.recording.bounded_unpacking import LARGEST
+from circumspect.recording.mcap_messages import KNOWN, Decoder, decoder_of, kind_of
 from circumspect.recording.mcap_records import MAGIC, McapRecords
 from circumspect.recording.mcap_writer import NOTES
 from circumspect.recording.ros_types import typestore
@@ -31,7 +32,7 @@ _FOOTER_AND_MAGIC, _SUMMARY_START = 37, slice(9, 17)
 
 
 class McapBag(Bag):
-    """An MCAP file as ROS 2 or `McapWriter` writes it, read from its beginning to its end.
+    """An MCAP file of ROS 2, ROS 1 or Foxglove, read from its beginning to its end.
 
     A file that breaks off, as that of a process that was killed, is read as far as it goes. What
     is damaged within costs its chunk.
@@ -53,7 +54,7 @@ class McapBag(Bag):
         self.damage = None
         self.topics: dict[str, Topic] = {}
         self.notes: dict[str, str] = {}
-        self._types = typestore()
+        typestore()
         try:
             if self.path.exists() and not self.path.is_file():
                 raise InputError(f"{path}: is not a regular file")
@@ -91,10 +92,10 @@ class McapBag(Bag):
                 first, last = statistics.message_start_time, statistics.message_end_time
                 for number, channel in summary.channels.items():
                     # Where the chunk that describes a topic is damaged, the index still does.
-                    kind = summary.schemas[channel.schema_id].name
-                    self._described[number] = channel.topic, kind, channel.message_encoding
+                    schema = summary.schemas[channel.schema_id].name
+                    self._described[number] = channel.topic, schema, channel.message_encoding
                     if count := counts.get(number, 0):
-                        self._count(channel.topic, kind, count, first, last)
+                        self._count(channel.topic, kind_of(schema), count, first, last)
                 for record in reader.iter_metadata():
                     self._note(record)
         except Exception:  # whatever a parser makes of a broken index
@@ -110,7 +111,7 @@ class McapBag(Bag):
         for record in self._records():
             match record:
                 case Schema():
-                    kinds[record.id] = record.name
+                    kinds[record.id] = kind_of(record.name)
                 case Channel():
                     channels[record.id] = record.topic, record.schema_id
                 case Metadata():
@@ -145,8 +146,8 @@ class McapBag(Bag):
         kinds: dict[int, str] = {}
         # What the file itself says on the way replaces what its index says.
         wanted = {
-            number: (topic, self._kind(topic, kind, encoding))
-            for number, (topic, kind, encoding) in self._described.items()
+            number: (topic, kind_of(schema), self._decoder(topic, schema, encoding))
+            for number, (topic, schema, encoding) in self._described.items()
             if topic in topics
         }
         for record in self._records():
@@ -154,18 +155,19 @@ class McapBag(Bag):
                 case Schema():
                     kinds[record.id] = record.name
                 case Channel() if record.topic in topics:
-                    kind = kinds.get(record.schema_id)
-                    if kind is None and record.id in wanted:
+                    schema = kinds.get(record.schema_id)
+                    if schema is None and record.id in wanted:
                         continue
-                    kind = self._kind(record.topic, kind or "", record.message_encoding)
-                    wanted[record.id] = record.topic, kind
+                    schema = schema or ""
+                    decode = self._decoder(record.topic, schema, record.message_encoding)
+                    wanted[record.id] = record.topic, kind_of(schema), decode
                 case Channel():
                     wanted.pop(record.id, None)
                 case Message() if record.channel_id in wanted:
-                    topic, kind = wanted[record.channel_id]
+                    topic, kind, decode = wanted[record.channel_id]
                     try:
                         require_possible_size(kind, len(record.data))
-                        told = self._types.deserialize_cdr(record.data, kind)
+                        told = decode(record.data)
                     except Exception:  # whatever a parser makes of broken bytes
                         self.undecoded[topic, kind] += 1
                         continue
@@ -173,13 +175,14 @@ class McapBag(Bag):
                 case _:
                     pass
 
-    def _kind(self, topic: str, kind: str, encoding: str) -> str:
-        if encoding != "cdr" or kind not in self._types.fielddefs:
+    def _decoder(self, topic: str, schema: str, encoding: str) -> Decoder:
+        decode = decoder_of(schema, encoding)
+        if decode is None:
             raise InputError(
-                f"{self.path}: {topic} holds {kind or 'messages without a type'} as "
-                f"{encoding or 'nothing'}; known are messages of ROS 2 as cdr"
+                f"{self.path}: {topic} holds {schema or 'messages without a type'} as "
+                f"{encoding or 'nothing'}; known are {KNOWN}"
             )
-        return kind
+        return decode
 
     def _records(self) -> Iterator[Channel | Message | Metadata | Schema]:
         """All records in order, up to the end or to where the file breaks off."""

@@ -51,6 +51,23 @@ def typestore() -> Typestore:
     return store
 
 
+@cache
+def ros1_typestore() -> Typestore:
+    """Types of ROS 1 Noetic, with those that tell transforms.
+
+    Raises:
+        MissingExtraError: rosbags is not installed.
+    """
+    try:
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+    except ImportError as error:
+        raise MissingExtraError("rosbags", "bags") from error
+    store = get_typestore(Stores.ROS1_NOETIC)
+    for name in (TRANSFORMS, "tf/msg/tfMessage"):
+        store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
+    return store
+
+
 def message(name: str, /, **fields: Any) -> Any:
     """A message of a type.
 

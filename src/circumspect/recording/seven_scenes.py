@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
-from circumspect.geometry import PinholeCamera
 from circumspect.recording.frame_folder import GRAVITY_FILE, FrameFolder
-from circumspect.recording.image_files import read_colour, read_depth
+from circumspect.recording.image_files import read_colour
 from circumspect.recording.matrix_file import read_pose
 from circumspect.sensing import RgbdFrame
 
@@ -44,6 +43,7 @@ class SevenScenesFolder(FrameFolder):
         path: str | os.PathLike[str],
         every: int = 1,
         poses: bool = True,
+        depth_scale: float | None = None,
     ) -> None:
         """Look the folder over; frames are read when they are asked for.
 
@@ -51,11 +51,12 @@ class SevenScenesFolder(FrameFolder):
             path: The folder.
             every: Take each n-th frame only.
             poses: Whether frames bring the recorded poses along.
+            depth_scale: Metres a unit of the depth images; None for millimetres.
 
         Raises:
             InputError: No such folder, no frames in it, broken intrinsics or gravity direction.
         """
-        super().__init__(path, every, poses)
+        super().__init__(path, every, poses, depth_scale)
         numbered = sorted(
             (int(match.group(1)), file)
             for file in self.path.iterdir()
@@ -64,7 +65,8 @@ class SevenScenesFolder(FrameFolder):
         if not numbered:
             raise InputError(f"{self.path}: holds no frame-*.depth.png")
         self._files = numbered[::every]
-        self._matrix = self._camera_matrix(KINECT_MATRIX)
+        own = self._own_matrix()
+        self._matrix = KINECT_MATRIX if own is None else own
         if poses and (turn := self._upright()) is not None:
             self.T_map_world = turn
         elif poses:
@@ -88,19 +90,9 @@ class SevenScenesFolder(FrameFolder):
         T_map_camera = None
         if self.poses:
             T_map_camera = self.T_map_world * read_pose(self._pose_file(depth_file))
-        millimetres = read_depth(depth_file)
-        height, width = millimetres.shape
-        (fx, _, cx), (_, fy, cy), _ = self._matrix
-        if not (cx < width and cy < height):
-            raise InputError(
-                f"{depth_file}: is {width} x {height}; the principal point ({cx:g}, {cy:g}) of "
-                "the intrinsics lies outside"
-            )
-        camera = PinholeCamera(width, height, fx, fy, cx, cy)
-        colour = self._colour(stem, (width, height))
-        return RgbdFrame.from_millimetres(
-            millimetres, camera, number / FRAME_RATE, T_map_camera, colour
-        )
+        depth, camera = self._depth_image(depth_file, self._matrix)
+        colour = self._colour(stem, (camera.width, camera.height))
+        return RgbdFrame(depth, camera, number / FRAME_RATE, T_map_camera, colour)
 
     def _pose_file(self, depth_file: Path) -> Path:
         return self.path / f"{depth_file.name.removesuffix('.depth.png')}.pose.txt"

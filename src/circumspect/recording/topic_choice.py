@@ -73,10 +73,8 @@ def chosen(bag: Bag, wanted: TopicNames) -> ChosenTopics:
     images = (IMAGE, COMPRESSED_IMAGE)
     depth = _named(bag, wanted.depth, "--depth-topic", *images) or _only_likeliest(bag)
     space = depth.removesuffix(COMPRESSED).removesuffix("/compressed").rsplit("/", 1)[0]
-    beside = f"{space}/camera_info"
-    infos = _of_kind(bag.topics, CAMERA_INFO)
     info = _named(bag, wanted.info, "--info-topic", CAMERA_INFO)
-    info = info or (beside if beside in infos else None)
+    info = info or _info_beside(_of_kind(bag.topics, CAMERA_INFO), space, depth)
     odometry = None
     if wanted.odometry != "":
         odometry = _named(bag, wanted.odometry, "--odometry-topic", ODOMETRY)
@@ -143,6 +141,14 @@ def _only_likeliest(bag: Bag) -> str:
         f"{bag.path}: no topic holds depth images; there are {', '.join(sorted(bag.topics))}; "
         "name one by --depth-topic"
     )
+
+
+def _info_beside(infos: list[str], space: str, depth: str) -> str | None:
+    """The CameraInfo in the namespace of the images, or in that of their own topic."""
+    if f"{space}/camera_info" in infos:
+        return f"{space}/camera_info"
+    near = [name for name in infos if name.rsplit("/", 1)[0] in (space, depth)]
+    return near[0] if len(near) == 1 else None
 
 
 def _odometry(bag: Bag) -> str | None:

@@ -7,21 +7,23 @@ import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Slerp
 
 from circumspect.errors import InputError, reason_of
-from circumspect.geometry import PinholeCamera, Trajectory, read_tum
-from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder
-from circumspect.recording.image_files import read_colour, read_depth
+from circumspect.geometry import Trajectory, read_tum
+from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder, require_matrix
+from circumspect.recording.image_files import read_colour
+from circumspect.recording.matrix_file import read_numbers
 from circumspect.sensing import RgbdFrame
 from circumspect.sensing.regular_file import require_regular
 
 DEPTH_LIST, COLOUR_LIST, POSE_LIST = "depth.txt", "rgb.txt", "groundtruth.txt"
-DEPTH_FACTOR = 5000.0
-"""Depth images hold metres times this."""
+CALIBRATION_FILE = "calibration.txt"
+"""Holds fx fy cx cy in the RGB-D benchmark of ETH3D, which has the same layout."""
 TOLERANCE = 0.02
 """Depth, colour and pose belong together when their stamps differ by no more than this [s]."""
 APART = 0.05
@@ -55,22 +57,27 @@ class StampedFile:
 class TumRgbdFolder(FrameFolder):
     """The frames of a folder, in the order of their stamps.
 
-    Files: `depth.txt` (lines `stamp file`; 16 bit images, 5000 a metre, 0 and 65535 invalid), and
+    Files: `depth.txt` (lines `stamp file`; 16 bit images, 5000 a metre unless `depth_scale` says
+    otherwise, 0 and 65535 invalid), and
     where present `rgb.txt` (the same for colour images), `groundtruth.txt` (lines
     `stamp tx ty tz qx qy qz qw`, camera to world), `gravity-direction.txt` (down, in world, where
-    its z is not up as in the benchmark) and `camera-intrinsics.txt` (3 x 3, instead of the
-    benchmark's own figures for freiburg1, 2 or 3, told by the folder's name).
+    its z is not up as in the benchmark) and `camera-intrinsics.txt` (3 x 3) or `calibration.txt`
+    (`fx fy cx cy`, as ETH3D has it), instead of the benchmark's own figures for freiburg1, 2 or 3,
+    told by the folder's name.
 
     A frame has the colour image nearest in time, and a pose between the two nearest in time. Where
     there is a `groundtruth.txt`, a frame without a pose within 20 ms is left out; without the file
     frames have no poses. The reason of each frame left out is kept in `skipped`.
     """
 
+    DEPTH_SCALE: ClassVar[float] = 1 / 5000
+
     def __init__(
         self,
         path: str | os.PathLike[str],
         every: int = 1,
         poses: bool = True,
+        depth_scale: float | None = None,
     ) -> None:
         """Look the folder over; frames are read when they are asked for.
 
@@ -78,12 +85,13 @@ class TumRgbdFolder(FrameFolder):
             path: The folder.
             every: Take each n-th frame only.
             poses: Whether frames bring the recorded poses along.
+            depth_scale: Metres a unit of the depth images; None for 1/5000.
 
         Raises:
             InputError: No such folder, no list of depth images or none in it, a broken list of
                 poses, broken intrinsics or gravity direction.
         """
-        super().__init__(path, every, poses)
+        super().__init__(path, every, poses, depth_scale)
         self._depth = read_list(self.path / DEPTH_LIST)[::every]
         colour = self.path / COLOUR_LIST
         self._colour = read_list(colour) if colour.exists() else []
@@ -92,7 +100,8 @@ class TumRgbdFolder(FrameFolder):
             self.T_map_world = turn
         self.truth = self._truth()
         """The recorded poses, map frame; None without them."""
-        self._matrix = self._camera_matrix(self._stated_matrix())
+        own = self._own_matrix()
+        self._matrix = self._stated_matrix() if own is None else own
 
     @property
     def names(self) -> list[str]:
@@ -110,18 +119,8 @@ class TumRgbdFolder(FrameFolder):
         T_map_camera = None
         if self.truth is not None and self.poses:
             T_map_camera = pose_at(self.truth, file.stamp)
-        raw = read_depth(self.path / file.name)
-        height, width = raw.shape
-        (fx, _, cx), (_, fy, cy), _ = self._matrix
-        if not (cx < width and cy < height):
-            raise InputError(
-                f"{self.path / file.name}: is {width} x {height}; the principal point "
-                f"({cx:g}, {cy:g}) of the intrinsics lies outside"
-            )
-        depth = raw.astype(np.float32) / np.float32(DEPTH_FACTOR)
-        depth[(raw == 0) | (raw == 65535)] = np.nan
-        camera = PinholeCamera(width, height, fx, fy, cx, cy)
-        colour = self._colour_at(file.stamp, (width, height))
+        depth, camera = self._depth_image(self.path / file.name, self._matrix)
+        colour = self._colour_at(file.stamp, (camera.width, camera.height))
         return RgbdFrame(depth, camera, file.stamp, T_map_camera, colour)
 
     def _colour_at(self, stamp: float, size: tuple[int, int]) -> NDArray[np.uint8] | None:
@@ -137,13 +136,19 @@ class TumRgbdFolder(FrameFolder):
         return read_tum(file).moved(self.T_map_world) if file.exists() else None
 
     def _stated_matrix(self) -> NDArray[np.float64]:
+        calibration = self.path / CALIBRATION_FILE
+        if calibration.exists():
+            fx, fy, cx, cy = read_numbers(calibration, 4)
+            stated = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+            return require_matrix(stated, calibration)
         found = re.search(r"(?:freiburg|fr)_?([123])(?![0-9])", self.path.resolve().name)
         if found is None:
             _log.warning(
-                "%s: the name tells no camera (freiburg1, 2 or 3) and there is no %s; taking "
+                "%s: the name tells no camera (freiburg1, 2 or 3) and there is no %s or %s; taking "
                 "fx = fy = 525, cx = 319.5, cy = 239.5",
                 self.path,
                 INTRINSICS_FILE,
+                CALIBRATION_FILE,
             )
         fx, fy, cx, cy = _OTHER if found is None else _FREIBURG[found.group(1)]
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
