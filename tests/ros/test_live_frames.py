@@ -94,3 +94,38 @@ def test_an_image_on_its_way_when_the_node_is_stopped_makes_no_frame(
     robot.drive(2)
     assert [step.stamp for step in worked_off(node)] == pytest.approx([100.4])
     assert node.health.status(True, None, 0).values["depth heard"] == 3
+
+
+def test_images_without_stamps_are_stamped_when_they_arrive(bus: MemoryBus) -> None:
+    clock, health = Clock(), Health()
+    frames = LiveFrames(bus, replace(SETTINGS, odometry=""), health, clock, lambda: 50 + clock.now)
+    frames.taking = True
+    robot = OrbitingRobot(bus, odometry=False)
+    robot.stand()
+    seen = []
+    for number in range(5):
+        robot.drive(number, late=-(100.0 + 0.2 * number))
+        clock.now += 1.0
+        while (frame := frames.take(0.0)) is not None:
+            seen.append(frame.stamp)
+    assert seen[0] == 0.0, "simulated time begins at zero, too"
+    assert seen[1:] == pytest.approx([51.0, 52.0, 53.0, 54.0])
+    assert frames.leaps_back == 1
+    values = health.status(True, None, 0).values
+    assert any("are zero; the time of arrival is used" in name for name in values)
+
+
+@pytest.mark.parametrize(
+    ("driver", "given", "expected"),
+    [
+        ("realsense", (), (0.3, 3.0)),
+        ("orbbec", (), (0.6, 5.0)),
+        ("openni", (), (0.8, 3.5)),
+        ("realsense", (0.2, 6.0), (0.2, 6.0)),
+    ],
+)
+def test_a_driver_sets_the_depth_range_of_its_camera(
+    driver: Any, given: tuple[float, ...], expected: tuple[float, float]
+) -> None:
+    settings = replace(SETTINGS, driver=driver, depth_range=given)
+    assert settings.noise.depth_range == expected

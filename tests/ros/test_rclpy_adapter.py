@@ -44,13 +44,15 @@ class StubNode:
 
     def __init__(self, bus: MemoryBus, overrides: dict[str, Any]) -> None:
         self._bus, self.destroyed = bus, False
+        self.events: list[tuple[str, Any]] = []
         self.parameters = {"use_sim_time": False, **overrides}
 
     def create_subscription(
-        self, kind: Any, topic: str, heard: Any, qos: Any, *, raw: bool
+        self, kind: Any, topic: str, heard: Any, qos: Any, *, raw: bool, event_callbacks: Any
     ) -> None:
         assert raw, "the callback takes packed messages"
         self._bus.subscribe(topic, kind, quality_of(qos), heard)
+        self.events.append((topic, event_callbacks.incompatible_qos))
 
     def create_publisher(self, kind: Any, topic: str, qos: Any) -> Any:
         publish = self._bus.advertise(topic, kind, quality_of(qos))
@@ -119,6 +121,11 @@ def bus(monkeypatch: pytest.MonkeyPatch) -> MemoryBus:
             HistoryPolicy=Enum("HistoryPolicy", "KEEP_LAST"),
             ReliabilityPolicy=Enum("ReliabilityPolicy", "RELIABLE BEST_EFFORT"),
             DurabilityPolicy=Enum("DurabilityPolicy", "TRANSIENT_LOCAL VOLATILE"),
+            qos_policy_name_from_kind=lambda kind: kind,
+        ),
+        "rclpy.event_handler": module(
+            "rclpy.event_handler",
+            SubscriptionEventCallbacks=lambda **how: SimpleNamespace(**how),
         ),
         "rclpy.signals": module(
             "rclpy.signals", SignalHandlerOptions=Enum("SignalHandlerOptions", "NO ALL")
@@ -164,6 +171,23 @@ def test_a_chair_is_named_over_rclpy(bus: Any, monkeypatch: pytest.MonkeyPatch, 
     assert not bus.wanted[DEPTH][1].reliable
     assert bus.offered["/robot1/seer/model"][1].latched
     assert bus.wanted["/robot1/seer/reset"][1] == COMMANDS
+
+
+def test_a_quality_of_service_that_does_not_match_is_named(bus: Any) -> None:
+    from circumspect_ros.rclpy_middleware import RclpyMiddleware
+
+    stub = StubNode(bus, {})
+    middleware = RclpyMiddleware(stub)
+    for quality in (Quality(latched=True), Quality()):
+        middleware.subscribe("/camera_info", "sensor_msgs/msg/CameraInfo", quality, lambda _: None)
+    (_, first), (_, second) = stub.events
+    assert middleware.incompatible("/camera_info") == ""
+    first(SimpleNamespace(last_policy_kind="DURABILITY_QOS_POLICY"))
+    assert middleware.incompatible("/camera_info") == "", "the other subscription hears it"
+    second(SimpleNamespace(last_policy_kind="RELIABILITY_QOS_POLICY"))
+    assert middleware.incompatible("/camera_info") == "reliability"
+    assert middleware.incompatible("/odom") == ""
+    middleware.close()
 
 
 def test_parameters_are_declared_and_misspelt_ones_are_told(bus: Any, capsys) -> None:

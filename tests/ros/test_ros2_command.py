@@ -61,13 +61,13 @@ def test_labels_until_it_is_told_to_end(dds: DdsSettings, tmp_path: Path, how: i
 
 
 def test_ros2_node_list_shows_it(dds: DdsSettings, tmp_path: Path) -> None:
-    """With the topics of the tables in docs/ros2.md: depth, info, odometry, /tf, /tf_static and
-    three commands; four of its own, /diagnostics and /tf."""
+    """With the topics of the tables in docs/ros2.md: depth, odometry, /tf, info and /tf_static
+    (each twice, latched and not) and three commands; four of its own, /diagnostics and /tf."""
     air = DdsMiddleware(dds, "")
     graph = GraphReader(dds.domain)
     process, _ = begun(dds, tmp_path, "--name", "looker", "--namespace", "/robot")
     try:
-        graph.wait_for("/robot/looker", (8, 6))
+        graph.wait_for("/robot/looker", (10, 6))
     finally:
         process.send_signal(signal.SIGINT)
         _, told = process.communicate(timeout=60)

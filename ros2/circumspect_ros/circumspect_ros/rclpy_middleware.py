@@ -8,8 +8,19 @@ from contextlib import suppress
 from typing import Any
 
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_policy_name_from_kind,
+)
 from rosidl_runtime_py.utilities import get_message
+
+try:
+    from rclpy.event_handler import SubscriptionEventCallbacks
+except ImportError:  # Humble
+    from rclpy.qos_event import SubscriptionEventCallbacks
 
 from circumspect.ros.middleware import Heard, Middleware, Quality
 
@@ -26,13 +37,26 @@ class RclpyMiddleware(Middleware):
         self._node = node
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
+        self._incompatible: dict[str, list[str]] = {}
+        """Topic to the policy that does not match, of each subscription; "" where all do."""
         self._going = True
         self._thread = threading.Thread(target=self._serve, name="rclpy", daemon=True)
         self._thread.start()
 
     def subscribe(self, topic: str, kind: str, quality: Quality, heard: Heard) -> None:
         """See `Middleware.subscribe`."""
-        self._node.create_subscription(get_message(kind), topic, heard, profile(quality), raw=True)
+        policies = self._incompatible.setdefault(topic, [])
+        number = len(policies)
+        policies.append("")
+
+        def on_incompatible(event: Any) -> None:
+            name = qos_policy_name_from_kind(event.last_policy_kind)
+            policies[number] = str(name).removesuffix("_QOS_POLICY").lower()
+
+        self._node.create_subscription(
+            get_message(kind), topic, heard, profile(quality), raw=True,
+            event_callbacks=SubscriptionEventCallbacks(incompatible_qos=on_incompatible),
+        )  # fmt: skip
 
     def advertise(self, topic: str, kind: str, quality: Quality) -> Callable[[bytes], None]:
         """See `Middleware.advertise`."""
@@ -47,6 +71,11 @@ class RclpyMiddleware(Middleware):
     def publishers(self, topic: str) -> int:
         """See `Middleware.publishers`."""
         return self._node.count_publishers(topic)
+
+    def incompatible(self, topic: str) -> str:
+        """See `Middleware.incompatible`."""
+        policies = self._incompatible.get(topic, [])
+        return policies[-1] if policies and all(policies) else ""
 
     @property
     def lost(self) -> int:

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 WAKE_MS = 100
 """So often the receiving thread looks whether it is to end [ms]."""
 BATCH = 64
+RELIABILITY = 11
+POLICIES = {2: "durability", 4: "deadline", 8: "liveliness", RELIABILITY: "reliability"}
+"""Numbers of DDS (2.2.3, table of QoS policies) to the words of ROS."""
 
 _log = logging.getLogger(__name__)
 
@@ -61,7 +64,7 @@ class DdsMiddleware(Middleware):
             ) from error
         self._refused = DDSException
         self._lock = threading.Lock()
-        self._readers: dict[str, tuple[DataReader[Any], Heard]] = {}
+        self._readers: list[tuple[str, DataReader[Any], Heard]] = []
         self._endpoints: list[Any] = []
         self._node = node
         self._guids: tuple[list[bytes], list[bytes]] = ([], [])
@@ -83,7 +86,7 @@ class DdsMiddleware(Middleware):
             reader = DataReader(self._participant, about, _qos(kind, quality))
             condition = ReadCondition(reader, _any_state())
         with self._lock:
-            self._readers[topic] = reader, heard
+            self._readers.append((topic, reader, heard))
             self._endpoints += [about, reader, condition]
         self._waiting.attach(condition)
         self._wake.set(True)
@@ -114,15 +117,30 @@ class DdsMiddleware(Middleware):
 
     def publishers(self, topic: str) -> int:
         """See `Middleware.publishers`."""
+        return max((len(r.get_matched_publications()) for r in self._readers_of(topic)), default=0)
+
+    def incompatible(self, topic: str) -> str:
+        """See `Middleware.incompatible`."""
+        if self.publishers(topic):
+            return ""
+        found = [
+            reader.get_requested_incompatible_qos_status() for reader in self._readers_of(topic)
+        ]
+        if not found or not all(status.total_count for status in found):
+            return ""
+        policies = [status.last_policy_id for status in found]
+        first = RELIABILITY if RELIABILITY in policies else policies[0]
+        return POLICIES.get(first, f"policy {first}")
+
+    def _readers_of(self, topic: str) -> list[DataReader[Any]]:
         with self._lock:
-            known = self._readers.get(topic)
-        return 0 if known is None else len(known[0].get_matched_publications())
+            return [reader for name, reader, _ in self._readers if name == topic]
 
     @property
     def lost(self) -> int:
         """See `Middleware.lost`."""
         with self._lock:
-            readers = [reader for reader, _ in self._readers.values()]
+            readers = [reader for _, reader, _ in self._readers]
         return sum(reader.get_sample_lost_status().total_count for reader in readers)
 
     def close(self) -> None:
@@ -176,8 +194,8 @@ class DdsMiddleware(Middleware):
             self._waiting.wait(WAKE_MS * 1_000_000)
             self._wake.set(False)
             with self._lock:
-                readers = list(self._readers.items())
-            for topic, (reader, heard) in readers:
+                readers = list(self._readers)
+            for topic, reader, heard in readers:
                 self._hear(topic, reader, heard)
 
     def _hear(self, topic: str, reader: DataReader[Any], heard: Heard) -> None:

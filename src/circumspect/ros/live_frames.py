@@ -8,17 +8,21 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, MutableMapping
 from dataclasses import replace
+from typing import Any
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
 from circumspect.recording.bag import BagMessage
 from circumspect.recording.frame_assembly import AssemblySettings, ClockError, FrameAssembly
+from circumspect.recording.ros_time import NANOSECONDS, nanoseconds_of, set_nanoseconds
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS
 from circumspect.recording.topic_choice import ChosenTopics
 from circumspect.ros.health import Health
 from circumspect.ros.middleware import (
+    CAMERA_INFO_LATCHED,
     SENSOR,
     STATIC_TRANSFORMS,
+    STATIC_TRANSFORMS_VOLATILE,
     TRANSFORMS_HEARD,
     Middleware,
     Quality,
@@ -46,6 +50,7 @@ class LiveFrames:
         settings: NodeSettings,
         health: Health,
         clock: Callable[[], float] = time.monotonic,
+        wall_clock: Callable[[], float] = time.time,
     ) -> None:
         """Subscribe.
 
@@ -54,6 +59,7 @@ class LiveFrames:
             settings: Of the node.
             health: Is told what comes and what is left out.
             clock: Gives the time of arrival [s].
+            wall_clock: Stamps messages whose publisher does not [s].
 
         Raises:
             InputError: The middleware refuses a topic.
@@ -67,6 +73,11 @@ class LiveFrames:
         self._hearing = threading.RLock()
         self._queue: deque[RgbdFrame] = deque()
         self._due = -float("inf")
+        self._wall_clock = wall_clock
+        self._zeros: dict[str, int] = {}
+        """Topic to how many of its last messages in a row had a stamp of zero."""
+        self._last: dict[str, bytes] = {}
+        """The last message of topics that several subscriptions hear."""
         self._mounted = True
         self._topics = ChosenTopics(
             settings.depth_topic, settings.info_topic, None, settings.odometry_topic,
@@ -78,7 +89,10 @@ class LiveFrames:
 
     def _subscribe_all(self) -> None:
         sensor = replace(SENSOR, reliable=self._settings.reliable)
+        # Each quality that may be offered needs a subscription of its own.
         wanted: list[tuple[str | None, str, Quality, str]] = [
+            (TF_STATIC, TRANSFORMS, STATIC_TRANSFORMS_VOLATILE, "static transforms"),
+            (self._topics.info, CAMERA_INFO, CAMERA_INFO_LATCHED, "camera info"),
             (TF_STATIC, TRANSFORMS, STATIC_TRANSFORMS, "static transforms"),
             (TF, TRANSFORMS, TRANSFORMS_HEARD, "transforms"),
             (self._topics.info, CAMERA_INFO, sensor, "camera info"),
@@ -115,15 +129,36 @@ class LiveFrames:
         """What the frames lack, in words with the remedy; None where all is there."""
         health, depth, info = self._health, self._topics.depth, self._topics.info
         if health.silent("depth"):
+            if policy := self._middleware.incompatible(depth):
+                return self._unheard("depth images", depth, policy)
             there = self._middleware.publishers(depth)
             if there:
                 return f"no depth image came lately on {depth}, which {there} publish"
             return f"nobody publishes depth images on {depth}; name the topic by --depth"
         if info is not None and not health.count("camera info") and health.count("depth") > 1:
+            if policy := self._middleware.incompatible(info):
+                return self._unheard("CameraInfo", info, policy)
             return f"no CameraInfo on {info}; name its topic by --info or give --intrinsics"
         if not self._mounted:
             return self._no_pose()
         return None
+
+    def odometry_fault(self) -> str:
+        """Why no odometry can be heard although it is published; "" where it can."""
+        topic = self._topics.odometry
+        if topic is None or not (policy := self._middleware.incompatible(topic)):
+            return ""
+        return self._unheard("odometry", topic, policy)
+
+    def _unheard(self, what: str, topic: str, policy: str) -> str:
+        """That quality of service keeps messages away, with the remedy."""
+        remedy = f"let the publisher offer another {policy}"
+        if policy == "reliability" and self._settings.reliable:
+            remedy = "leave --reliable out"
+        return (
+            f"{what} are published on {topic} with an incompatible quality of service "
+            f"({policy}); {remedy}"
+        )
 
     def _no_pose(self) -> str:
         s = self._settings
@@ -139,6 +174,10 @@ class LiveFrames:
 
     def _hearer(self, topic: str, kind: str, what: str) -> Callable[[bytes], None]:
         def heard(data: bytes) -> None:
+            # A publisher that keeps its messages is heard by both subscriptions.
+            if kind in (CAMERA_INFO, TRANSFORMS) and self._last.get(topic) == data:
+                return
+            self._last[topic] = data if kind in (CAMERA_INFO, TRANSFORMS) else b""
             self._health.message(what)
             if topic == self._topics.depth and not self._is_due():
                 return
@@ -146,6 +185,8 @@ class LiveFrames:
                 told = unpacked(kind, data)
                 if kind == IMAGE and told.height * told.width > MOST_PIXELS:
                     raise InputError(f"a depth image of {told.width} x {told.height} pixels")
+                if kind in (IMAGE, ODOMETRY):
+                    self._stamp(topic, told)
                 with self._hearing:
                     # Whoever stopped the node meanwhile has its last answer already.
                     if topic == self._topics.depth and not self.taking:
@@ -159,6 +200,25 @@ class LiveFrames:
                 _log.exception("%s: a message could not be worked on", topic)
 
         return heard
+
+    def _stamp(self, topic: str, told: Any) -> None:
+        """Take the time of arrival where a publisher sets no stamps.
+
+        Simulated time begins at zero, too: one message without a stamp says nothing yet.
+        """
+        if nanoseconds_of(told.header):
+            self._zeros.pop(topic, None)
+            return
+        self._zeros[topic] = self._zeros.get(topic, 0) + 1
+        if self._zeros[topic] == 1:
+            return
+        if self._zeros[topic] == 2:
+            # What came with the first one belongs to no time.
+            self._restart()
+        set_nanoseconds(told.header, round(self._wall_clock() * NANOSECONDS))
+        fault = f"stamps on {topic} are zero; the time of arrival is used"
+        self._health.fault(fault)
+        _log.warning("%s", fault)
 
     def _is_due(self) -> bool:
         """Whether a depth image is one of those that are taken."""
@@ -175,10 +235,17 @@ class LiveFrames:
         except ClockError as error:
             self._health.fault(f"the clock leapt by {error.leap:+.1f} s")
             _log.warning("the clock leapt by %+.1f s", error.leap)
-            self._assembly.restart()
             if error.leap < 0:
-                self.clear()
-                self.leaps_back += 1
+                self._restart()
+            else:
+                self._assembly.restart()
+
+    def _restart(self) -> None:
+        """Go on with another clock: what was seen before belongs to another time."""
+        with self._hearing:
+            self._assembly.restart()
+            self.clear()
+            self.leaps_back += 1
 
     def _offer(self, frame: RgbdFrame) -> None:
         """Queue a frame that says where the camera is."""

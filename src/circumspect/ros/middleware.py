@@ -30,6 +30,10 @@ SENSOR = Quality(reliable=False, depth=30)
 on a busy robot the receiving thread may have to wait, and a camera has 30 images a second."""
 TRANSFORMS_HEARD = Quality(reliable=False, depth=100)
 STATIC_TRANSFORMS = Quality(latched=True, depth=100)
+STATIC_TRANSFORMS_VOLATILE = Quality(reliable=False, depth=100)
+"""A publisher that does not keep its static transforms for latecomers matches nothing else."""
+CAMERA_INFO_LATCHED = Quality(latched=True, depth=1)
+"""Some drivers publish CameraInfo once and keep it for latecomers."""
 COMMANDS = Quality()
 LATEST = Quality(latched=True, depth=1)
 ANSWERS = Quality(latched=True, depth=10)
@@ -72,6 +76,19 @@ class Middleware(ABC):
     @abstractmethod
     def publishers(self, topic: str) -> int:
         """How many publish a topic that is subscribed to and can be heard."""
+
+    def incompatible(self, topic: str) -> str:
+        """The policy for which nobody who publishes a topic can be heard.
+
+        Args:
+            topic: One that is subscribed to; perhaps with several qualities.
+
+        Returns:
+            "reliability", "durability" or another quality of service; "" where somebody can be
+            heard, nobody publishes, or the middleware does not say it.
+        """
+        del topic
+        return ""
 
     @property
     @abstractmethod

@@ -14,13 +14,33 @@ from circumspect.ros.names import node_path, topic_path
 if TYPE_CHECKING:
     from circumspect.sensing import DepthNoise
 
+
+@dataclass(frozen=True)
+class Driver:
+    """What is usual of a driver.
+
+    Attributes:
+        depth: Topic of the depth images.
+        depth_range: The nearest and the farthest depth that its camera measures well [m].
+    """
+
+    depth: str
+    depth_range: tuple[float, float]
+
+
 DRIVERS = {
-    "realsense": "/camera/camera/depth/image_rect_raw",
-    "orbbec": "/camera/depth/image_raw",
-    "openni": "/camera/depth/image",
+    "realsense": Driver("/camera/camera/depth/image_rect_raw", (0.3, 3.0)),
+    "orbbec": Driver("/camera/depth/image_raw", (0.6, 5.0)),
+    "openni": Driver("/camera/depth/image", (0.8, 3.5)),
 }
-"""Drivers of cameras to where they publish depth if nobody tells them otherwise."""
-LENGTHS = {"mount": (0, 5), "box": (0, 6), "intrinsics": (0, 4), "size": (2,), "depth_range": (2,)}
+"""Drivers of cameras: RealSense D435, Orbbec Astra, Xtion PRO."""
+LENGTHS = {
+    "mount": (0, 5),
+    "box": (0, 6),
+    "intrinsics": (0, 4),
+    "size": (2,),
+    "depth_range": (0, 2),
+}
 """Parameters that are lists of numbers to how many those may be."""
 MOST_PIXELS = 8192
 """Along a side of the images."""
@@ -39,7 +59,7 @@ class NodeSettings:
     Attributes:
         name: Of the node; its own topics are below it.
         namespace: Before the name; "" for none.
-        driver: Whose usual depth topic is taken: realsense, orbbec or openni.
+        driver: Whose usual depth topic and depth range are taken: realsense, orbbec or openni.
         depth: Depth images (16UC1 or 32FC1); "" for the driver's.
         info: Their CameraInfo; "" for camera_info beside the depth images.
         odometry: nav_msgs/Odometry; "" takes it from transforms.
@@ -55,9 +75,9 @@ class NodeSettings:
             (counter-clockwise from straight on), tilt (down); empty takes it from transforms.
         intrinsics: fx, fy, cx, cy [px] of a camera without CameraInfo; empty with.
         size: Width and height [px] of the images that intrinsics describe.
-        depth_range: The nearest and the farthest depth [m] that the camera measures: without a
-            box what stands beyond is no object, and next views are such that the object lies
-            within.
+        depth_range: The nearest and the farthest depth [m] that the camera measures; empty for
+            those of the driver's camera. Without a box what stands beyond is no object, and next
+            views are such that the object lies within.
         box: Two opposite corners x y z x y z [m] of a box round the object; empty takes what
             stands on the floor before the camera.
         rate: Frames a second that are taken of those that come; 0 for all.
@@ -88,7 +108,7 @@ class NodeSettings:
     mount: tuple[float, ...] = ()
     intrinsics: tuple[float, ...] = ()
     size: tuple[float, ...] = (640.0, 480.0)
-    depth_range: tuple[float, ...] = (0.8, 3.5)
+    depth_range: tuple[float, ...] = ()
     box: tuple[float, ...] = ()
     rate: float = 5.0
     queue: int = 4
@@ -152,13 +172,13 @@ class NodeSettings:
         """
         from circumspect.sensing import DepthNoise
 
-        nearest, farthest = self.depth_range
+        nearest, farthest = self.depth_range or DRIVERS[self.driver].depth_range
         return DepthNoise(nearest, farthest)
 
     @property
     def depth_topic(self) -> str:
         """Full name of the depth images' topic."""
-        return topic_path(self.depth or DRIVERS[self.driver], self.node)
+        return topic_path(self.depth or DRIVERS[self.driver].depth, self.node)
 
     @property
     def info_topic(self) -> str | None:

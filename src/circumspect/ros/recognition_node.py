@@ -227,6 +227,9 @@ class RecognitionNode:
     def _report(self) -> None:
         while not self._closing.wait(REPORT_EVERY):
             try:
+                if fault := self._frames.odometry_fault():
+                    self.health.fault(fault)
+                    _log.warning("%s", fault)
                 status = self.health.status(
                     self.running, self._frames.missing(), self._middleware.lost
                 )
