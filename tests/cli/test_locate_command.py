@@ -134,6 +134,25 @@ def test_what_was_found_of_other_cameras_stays(room, tmp_path, capsys):
     capsys.readouterr()
 
 
+def test_a_place_is_found_with_the_lens_of_another_program(room, tmp_path, capsys):
+    """Without an image of our board: ROS's camera_calibration wrote the lens."""
+    images = room / "images"
+    known = json.loads((images / "calibration.json").read_text())["cameras"]["ceiling_0"]
+    lens = tmp_path / "ros.yaml"
+    lens.write_text(
+        f"image_width: {known['width']}\nimage_height: {known['height']}\n"
+        f"camera_matrix: {{rows: 3, cols: 3, data: {[v for row in known['K'] for v in row]}}}\n"
+        "distortion_model: plumb_bob\n"
+        f"distortion_coefficients: {{rows: 1, cols: 5, data: {known['distortion']}}}\n"
+    )
+    words = ("--survey", images / "survey.json", "--intrinsics", lens, "--json")
+    assert run("extrinsics", images / "floor/ceiling_0", *words, "--out", tmp_path / "o.json") == 0
+    place = told(capsys)
+    expected = known["extrinsics"]["translation"]
+    np.testing.assert_allclose(place["position_xyz"], expected, atol=0.01)
+    assert read_calibration(tmp_path / "o.json").lens("ceiling_0").distortion[0] != 0
+
+
 def test_the_same_in_words(room, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     images, file = room / "images", tmp_path / "room.json"

@@ -144,6 +144,9 @@ def test_surveys_come_back_and_broken_ones_are_named(tmp_path):
         with pytest.raises(InputError, match=told) as error:
             read_survey(path)
         assert str(error.value).startswith(f"{path}: ")
+    path.write_text(json.dumps({"tag_size_m": 16, "tags": {"7": {"x": -177.7, "y": 35.5}}}))
+    with pytest.raises(InputError, match=r"the tags' size is 16 m; give metres"):
+        read_survey(path)
     path.write_text(json.dumps({"tag_size_m": 0, "tags": {"7": {"x": 1, "y": 2}}}))
     with pytest.raises(InputError, match="size"):
         read_survey(path)

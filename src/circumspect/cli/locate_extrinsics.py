@@ -33,7 +33,7 @@ class Extrinsics:
     survey: Path
     """Where the tags lie: {"tag_size_m": 0.16, "tags": {"100": {"x": 0, "y": 1, "yaw_deg": 90}}}"""
     intrinsics: Path
-    """Calibration file that holds the camera's lens."""
+    """Calibration file that holds the camera's lens, or a YAML file of ROS, OpenCV or Kalibr."""
     out: Path
     """Calibration file to write, the same or another; what it holds of other cameras stays."""
     camera: str | None = None
@@ -52,15 +52,16 @@ class Extrinsics:
             TagDetector,
             calibrate_place,
             read_calibration,
+            read_lenses,
             read_survey,
             write_calibration,
         )
         from circumspect.localization.image_folder import image_files, read_grey
 
-        survey, known = read_survey(self.survey), read_calibration(self.intrinsics)
-        kept = read_calibration(self.out) if self.out.exists() else known
-        files = image_files(list(self.images))
+        survey, files = read_survey(self.survey), image_files(list(self.images))
         name = self.camera or folder_camera(files)
+        known = read_lenses(self.intrinsics, name)
+        kept = read_calibration(self.out) if self.out.exists() else known
         lens, detector = known.lens(name), TagDetector(1.0)
         images = [detector.detect(_of_size(read_grey(file), lens, file)) for file in files]
         found = calibrate_place(name, lens, images, survey)

@@ -3,6 +3,7 @@
 from circumspect.localization.calibration_file import (
     Calibration,
     read_calibration,
+    read_lenses,
     write_calibration,
 )
 from circumspect.localization.ceiling_image import CeilingImage
@@ -55,6 +56,7 @@ __all__ = [
     "calibrate_place",
     "fused",
     "read_calibration",
+    "read_lenses",
     "read_survey",
     "slots",
     "tag_picture",

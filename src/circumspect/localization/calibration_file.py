@@ -12,17 +12,22 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import CircumspectError, InputError
-from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.geometry import PlanarPose
+from circumspect.localization.camera_yaml import SUFFIXES, read_camera_yaml
 from circumspect.localization.fixed_camera import FixedCamera
 from circumspect.localization.json_file import number, numbers, read_document, section, text
 from circumspect.localization.lens_camera import LensCamera
+from circumspect.localization.lens_parameters import COUNTS, WHOLE, lens_of
 from circumspect.localization.survey import require_on_earth
 from circumspect.localization.tag_detector import FAMILY
 from circumspect.localization.tag_mount import TagMount
 from circumspect.storage import write_json
 
 UNIT_TOLERANCE = 1e-3
-WHOLE = 1e-9
+FOREIGN = (".npz", ".npy", ".xml", ".pkl", ".pickle", ".mat", ".txt", ".ini")
+"""Ends of files in which other programs keep lenses, and which are not read."""
+MODEL_NAMES = ("model", "distortion_model")
+"""Entries in which other programs name their lens model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +161,11 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
             f"{path}: does not exist; calibrate with: circumspect locate intrinsics, and then "
             "circumspect locate extrinsics"
         )
+    if Path(path).suffix.lower() in SUFFIXES:
+        raise InputError(
+            f"{path}: YAML files hold a lens, but no place; find it with: circumspect locate "
+            f"extrinsics IMAGES --survey SURVEY --intrinsics {path} --out calibration.json"
+        )
     with read_document(path) as document:
         family = document.get("tag_family", FAMILY)
         if family != FAMILY:
@@ -176,16 +186,40 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
         return Calibration(lenses, rms, tuple(cameras), _mount(document))
 
 
+def read_lenses(path: str | os.PathLike[str], camera: str) -> Calibration:
+    """Read the lens of a camera from our own file, or from one of another program.
+
+    Args:
+        path: What `write_calibration` wrote, or YAML of ROS, OpenCV or Kalibr.
+        camera: Its name.
+
+    Raises:
+        InputError: The file is missing or broken, or holds no such lens.
+        MissingExtraError: It is YAML, and PyYAML is not installed.
+    """
+    place = Path(path)
+    if place.suffix.lower() in SUFFIXES:
+        return Calibration({camera: read_camera_yaml(place, camera)}, {camera: 0.0})
+    if place.suffix.lower() in FOREIGN:
+        raise InputError(
+            f"{path}: is not read; known are the JSON file of `circumspect locate intrinsics`, and "
+            "YAML of ROS, OpenCV or Kalibr"
+        )
+    return read_calibration(path)
+
+
 def _lens(entry: Mapping[str, Any]) -> LensCamera:
-    (fx, skew, cx), (zero, fy, cy), last = _matrix(entry, "K", 3)
-    if skew or zero or last != [0, 0, 1]:
-        raise InputError("K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
-    width, height = number(entry, "width"), number(entry, "height")
-    if abs(width - round(width)) + abs(height - round(height)) > WHOLE:
-        raise InputError(f"an image has whole pixels, not {width} x {height}")
-    k1, k2, p1, p2, k3 = numbers(entry, "distortion", 5)
-    pinhole = PinholeCamera(round(width), round(height), fx, fy, cx, cy)
-    return LensCamera(pinhole, (k1, k2, p1, p2, k3))
+    K = entry.get("K")
+    flat = isinstance(K, list) and len(K) == 9
+    rows = numbers(entry, "K", 9) if flat else [v for row in _matrix(entry, "K", 3) for v in row]
+    bend = entry.get("distortion")
+    if isinstance(bend, list) and len(bend) == 1 and isinstance(bend[0], list):
+        bend = bend[0]  # OpenCV's arrays have a row of them.
+    count = len(bend) if isinstance(bend, list) and len(bend) in COUNTS else COUNTS[1]
+    found = numbers({**entry, "distortion": bend}, "distortion", count)
+    size = number(entry, "width"), number(entry, "height")
+    named = [name for name in MODEL_NAMES if name in entry]
+    return lens_of(size, rows, found, text(entry, named[0]) if named else "")
 
 
 def _placed(name: str, lens: LensCamera, entry: Mapping[str, Any]) -> FixedCamera:

@@ -16,6 +16,8 @@ from circumspect.localization.opencv import opencv
 MARKER_SHARE = 0.7
 """Side of a marker over that of a square: seven modules of a tenth each."""
 MOST_MARKERS = 100
+DICTIONARY = "DICT_5X5_100"
+"""Of the markers, by OpenCV's name."""
 
 
 @dataclass(frozen=True)
@@ -87,14 +89,30 @@ class CharucoBoard:
 
     @cached_property
     def _board(self) -> Any:
-        cv2 = opencv()
-        dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_100)
-        size = (self.columns, self.rows)
-        return cv2.aruco.CharucoBoard(size, self.square, MARKER_SHARE * self.square, dictionary)
+        return opencv_board(self)
 
     @cached_property
     def _detector(self) -> Any:
         return opencv().aruco.CharucoDetector(self._board)
+
+
+def opencv_board(board: CharucoBoard, dictionary: str = DICTIONARY, legacy: bool = False) -> Any:
+    """OpenCV's `CharucoBoard`.
+
+    Args:
+        board: Squares and their side.
+        dictionary: Of the markers, by OpenCV's name.
+        legacy: As OpenCV before 4.6 laid out boards with an even number of rows.
+
+    Raises:
+        MissingExtraError: OpenCV is not installed.
+    """
+    aruco = opencv().aruco
+    markers = aruco.getPredefinedDictionary(getattr(aruco, dictionary))
+    size = (board.columns, board.rows)
+    made = aruco.CharucoBoard(size, board.square, MARKER_SHARE * board.square, markers)
+    made.setLegacyPattern(legacy)
+    return made
 
 
 def coverage(pixels: Sequence[NDArray[np.float64]], size: tuple[int, int]) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
+from circumspect.localization.board_diagnosis import diagnosed_board
 from circumspect.localization.charuco_board import CharucoBoard, coverage
 from circumspect.localization.lens_camera import LensCamera
 from circumspect.localization.opencv import opencv
@@ -65,6 +66,8 @@ def calibrate_lens(images: Sequence[NDArray[np.uint8]], board: CharucoBoard) -> 
             left_out[number] = f"{len(pixels)} corners of the board, {FEWEST_CORNERS} are needed"
         else:
             views[number] = (places, pixels)
+    if len(views) < FEWEST_VIEWS and (fault := diagnosed_board(images, board)):
+        raise InputError(f"{_too_few(len(views), len(images))}; {fault}")
     _require(len(views), len(images))
     (height, width) = next(iter(sizes))
     fit = _fitted(list(views.values()), (width, height))
@@ -123,6 +126,10 @@ def _on_a_line(places_xyz: NDArray[np.float64]) -> bool:
 def _require(views: int, images: int) -> None:
     if views < FEWEST_VIEWS:
         raise InputError(
-            f"{views} of {images} images show enough of the board; take at least {FEWEST_VIEWS}, "
-            "near and far, tilted, and in every corner of the image"
+            f"{_too_few(views, images)}; take at least {FEWEST_VIEWS}, near and far, tilted, and "
+            "in every corner of the image"
         )
+
+
+def _too_few(views: int, images: int) -> str:
+    return f"{views} of {images} images show enough of the board"

@@ -18,6 +18,8 @@ POSITION_SIGMA = 0.001
 YAW_SIGMA = float(np.radians(0.5))
 FARTHEST = 1e8
 """No place on earth is so far from a map's origin, wherever that may be [m]."""
+LARGEST_TAG_M = 5.0
+"""No tag that lies on a floor is larger [m]."""
 LONGEST_NUMBER = 9
 """Of a tag [digits]."""
 
@@ -65,6 +67,15 @@ class Survey:
         for name in ("size", "position_sigma", "yaw_sigma"):
             if not 0 < getattr(self, name) < np.inf:
                 raise InputError(f"the survey's {name} must be positive")
+        _require_size(self.size)
+
+
+def _require_size(size: float) -> None:
+    """Check that tags of a size [m] can be printed: more are centimetres or millimetres."""
+    if size > LARGEST_TAG_M:
+        raise InputError(
+            f"the tags' size is {size:g} m; give metres (tag_size_m, and x, y and z of the tags)"
+        )
 
 
 def require_on_earth(what: str, place_xyz: Sequence[float]) -> None:

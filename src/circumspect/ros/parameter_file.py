@@ -6,12 +6,11 @@ import os
 from pathlib import Path
 from typing import Any
 
-from circumspect.errors import InputError, MissingExtraError, reason_of
+from circumspect.errors import InputError
+from circumspect.sensing.guarded_yaml import read_yaml
 
 LARGEST = 2**18
 """Bytes of a parameter file; larger ones are something else."""
-DEEPEST = 20
-"""Levels of nodes, names and lists."""
 HELD = "ros__parameters"
 EVERY_NODE = "/**"
 
@@ -28,7 +27,7 @@ def read_parameters(path: str | os.PathLike[str], node: str) -> dict[str, Any]:
         InputError: It can not be read, is no parameter file, or holds nothing for the node.
         MissingExtraError: PyYAML is not installed.
     """
-    document = _document(Path(path))
+    document = read_yaml(Path(path), LARGEST, "a parameter file", "ros2")
     found: dict[str, dict[str, Any]] = {}
     _collect(document, "", found, path)
     names = (EVERY_NODE, node.rsplit("/", 1)[-1], node.removeprefix("/"), node)
@@ -39,40 +38,6 @@ def read_parameters(path: str | os.PathLike[str], node: str) -> dict[str, Any]:
             f"{', '.join(found) or 'no node'}; give --name, or /** for any node"
         )
     return {name: value for one in meant for name, value in one.items()}
-
-
-def _document(path: Path) -> Any:
-    try:
-        import yaml
-    except ImportError as error:
-        raise MissingExtraError("PyYAML", "ros2") from error
-    try:
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST + 1)
-    except OSError as error:
-        raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
-    if len(data) > LARGEST:
-        raise InputError(f"{path}: has more than {LARGEST} bytes; is it a parameter file?")
-    try:
-        _guard(yaml, data, path)
-        return yaml.safe_load(data)
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        mark = getattr(error, "problem_mark", None)
-        where = "" if mark is None else f" at line {mark.line + 1}"
-        raise InputError(f"{path}: is no YAML{where}") from error
-
-
-def _guard(yaml: Any, data: bytes, path: Path) -> None:
-    """Refuse what is small to write and large to read."""
-    depth = 0
-    for event in yaml.parse(data):
-        # A few lines of aliases of aliases can stand for more than any memory holds.
-        if isinstance(event, yaml.AliasEvent):
-            raise InputError(f"{path}: has aliases (*name), which parameter files need not")
-        depth += isinstance(event, yaml.CollectionStartEvent)
-        depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > DEEPEST:
-            raise InputError(f"{path}: is nested deeper than {DEEPEST} levels")
 
 
 def _collect(
