@@ -18,6 +18,7 @@ FOR = {
     "locate": "locate: ceiling cameras",
     "viewer": "view, --viewer: the dashboard",
     "ros2": "ros2: the node",
+    "realsense": "watch: RealSense cameras",
     "cluster": "--cluster: jobs on Ray",
     "docs": "make docs",
 }

@@ -26,6 +26,7 @@ COMMANDS = {
     "teach": ("teach:Teach", "add a class to a classifier from a few examples"),
     "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
     "replay": ("replay:Replay", "a recording through the pipeline"),
+    "watch": ("watch:Watch", "a camera without ROS, live"),
     "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),
     "view": ("view:View", "the dashboard for a finished run, in the browser"),
     "record": ("record:Record", "what a recording holds"),

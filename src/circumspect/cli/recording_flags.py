@@ -111,7 +111,7 @@ class RecordingFlags:
             frames.poses = False
         if isinstance(frames, BagRecording) and frames.systematic_disparity is not None:
             noise = replace(noise, systematic_disparity=frames.systematic_disparity)
-        first = None if self.first_pose is None else _view(self.first_pose)
+        first = None if self.first_pose is None else view_pose(self.first_pose)
         return OpenedRecording(frames, self._boxed(frames, noise), hidden, first, noise)
 
     @property
@@ -175,7 +175,7 @@ class RecordingFlags:
             self.depth_topic, self.info_topic, self.colour_topic, self.odometry_topic
         )
         camera = None if self.intrinsics is None else PinholeCamera(*self.size, *self.intrinsics)
-        mount = None if self.mount is None else _view(self.mount)
+        mount = None if self.mount is None else view_pose(self.mount)
         return BagSettings(topics, camera, mount, self.map_frame)
 
     def _boxed(self, frames: Recording, noise: DepthNoise) -> BoxSegmentation | None:
@@ -191,7 +191,7 @@ class RecordingFlags:
         return BoxSegmentation(corners[0], corners[1], noise)
 
 
-def _view(view: View) -> RigidTransform:
+def view_pose(view: View) -> RigidTransform:
     """The pose of an upright camera, optical frame.
 
     Raises:
