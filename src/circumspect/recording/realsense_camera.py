@@ -31,6 +31,8 @@ DEPTH_RANGES = {
 OTHER_RANGE = DEPTH_RANGES["D435"]
 LIVE_TIMEOUT_S, FILE_TIMEOUT_S = 5.0, 2.0
 """So long a frame is waited for."""
+POLL_S = 0.2
+"""So often it is checked whether a file is at its end."""
 
 
 class RealSenseCamera(RgbdCamera):
@@ -160,13 +162,14 @@ class RealSenseCamera(RgbdCamera):
 
     def _next(self) -> RgbdFrame | None:
         """The next frame whose stamp is later than all before; None at the end of a file."""
-        timeout = LIVE_TIMEOUT_S if self._file is None else FILE_TIMEOUT_S
+        waited = 0.0
         while True:
-            came, frames = self._pipeline.try_wait_for_frames(round(1e3 * timeout))
+            came, frames = self._pipeline.try_wait_for_frames(round(1e3 * POLL_S))
             if not came:
-                if self._file is None:
-                    raise InputError(f"{self.name} sent no frame for {timeout:g} s")
-                return None
+                waited += POLL_S
+                if self._has_ended(waited):
+                    return None
+                continue
             depth = frames.get_depth_frame()
             if not depth or depth.get_timestamp() / 1e3 <= self._stamp:
                 continue
@@ -174,6 +177,15 @@ class RealSenseCamera(RgbdCamera):
             units = np.asanyarray(depth.get_data())
             metres = scaled(units, self._scale)
             return RgbdFrame(metres, self._intrinsics, self._stamp, colour=self._colour(frames))
+
+    def _has_ended(self, waited: float) -> bool:
+        """Whether no more frames come, after none came for a time [s]."""
+        if self._playback is not None:
+            stopped = self._playback.current_status() == self._sdk.playback_status.stopped
+            return stopped or waited >= FILE_TIMEOUT_S
+        if waited >= LIVE_TIMEOUT_S:
+            raise InputError(f"{self.name} sent no frame for {LIVE_TIMEOUT_S:g} s")
+        return False
 
     def _colour(self, frames: Any) -> NDArray[np.uint8] | None:
         """(height, width, 3) on the depth image, where the camera sees colours."""
