@@ -39,8 +39,7 @@ class Watch:
     $ circumspect watch --camera realsense --mount 0.1 0 0.9 0 30 --viewer
     $ circumspect watch --camera recording.db3 --json
 
-    In the hand: look at the object and the floor before it, and walk round the object slowly.
-    Ctrl-C ends the run with its result.
+    In the hand: keep object and floor in view. Ctrl-C ends the run.
     """
 
     camera: Annotated[str, tyro.conf.arg(metavar="realsense|FILE")] = REALSENSE
