@@ -51,4 +51,4 @@ def decoder_of(schema: str, encoding: str) -> Decoder | None:
 
 def _plain(data: bytes) -> bytes:
     """A message that a recorder may have packed by itself (`--compression-mode message`)."""
-    return unpacked(data, "zstd") if data.startswith(PACKED) else data
+    return bytes(unpacked(data, "zstd")) if data.startswith(PACKED) else data
