@@ -33,8 +33,8 @@ DRIVERS = {
     "orbbec": Driver("/camera/depth/image_raw", (0.6, 5.0)),
     "openni": Driver("/camera/depth/image", (0.8, 3.5)),
 }
-"""Drivers of cameras, with the ideal ranges that makers state: RealSense D435, Orbbec Astra 2 (its data
-sheet v1.0), Xtion PRO."""
+"""Drivers of cameras, with the ideal ranges that makers state: RealSense D435, Orbbec Astra 2 (its
+data sheet v1.0), Xtion PRO."""
 LENGTHS = {
     "mount": (0, 5),
     "box": (0, 6),
