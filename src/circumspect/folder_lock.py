@@ -5,7 +5,8 @@ from __future__ import annotations
 import fcntl
 import os
 import weakref
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from circumspect.errors import OutputError, reason_of
@@ -45,6 +46,24 @@ def lock_folder(folder: Path) -> FolderLock:
     weakref.finalize(lock, _release, folder.absolute() / NAME, file, os.getpid())
     remove_abandoned(folder)
     return lock
+
+
+@contextmanager
+def locked_folder(folder: Path) -> Iterator[None]:
+    """Lock a folder while a block runs.
+
+    Args:
+        folder: As for `lock_folder`.
+
+    Raises:
+        OutputError: As from `lock_folder`.
+    """
+    lock = lock_folder(folder)
+    try:
+        yield
+    finally:
+        # Whoever keeps an exception keeps the frame that it passed, and would keep the lock.
+        del lock
 
 
 def _opened(folder: Path) -> tuple[int | None, tuple[int, int]]:

@@ -64,6 +64,12 @@ def test_shell_lines_name_what_exists(words, tmp_path, monkeypatch):
     elif program.endswith(("python", "python3")):
         module = rest[1] if rest[0] == "-m" else None
         assert importlib.util.find_spec(module) if module else (ROOT / rest[0]).is_file()
+    elif program == "torchrun":
+        module, *rest = rest[rest.index("-m") + 1 :]
+        assert module == "circumspect"
+        assert hasattr(parsed(rest[0], numbers(rest[1:])), "run")
+    elif program == "ray":
+        assert rest[0] == "start"
     elif program.endswith("pip"):
         extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
         wanted = re.findall(r"\[([\w,]+)\]", rest[-1])

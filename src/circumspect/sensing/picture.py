@@ -32,7 +32,7 @@ def opened_picture(
         InputError: It is missing, broken, too large, or of another format; also where its pixels
             turn out to be broken within the context.
     """
-    from PIL import Image
+    from PIL import Image, UnidentifiedImageError
 
     name = name or str(source)
     try:
@@ -41,6 +41,9 @@ def opened_picture(
                 raise InputError(f"{name}: has {picture.size[0]} x {picture.size[1]} pixels; "
                                  f"{largest} along a side are read")  # fmt: skip
             yield picture
+    except UnidentifiedImageError as error:
+        known = ", ".join(formats)
+        raise InputError(f"{name}: can not be read (no picture of the formats {known})") from error
     # Pillow reports broken files by any of these.
     except (
         OSError,

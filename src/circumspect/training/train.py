@@ -6,6 +6,7 @@ import math
 import os
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -22,7 +23,7 @@ from circumspect.classification.model_description import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.labelled_surfaces import LabelledSurfaces
 from circumspect.errors import InputError
-from circumspect.folder_lock import lock_folder
+from circumspect.folder_lock import locked_folder
 from circumspect.nets import Checkpoint, build_net
 from circumspect.nets.headed_planes import Headed
 from circumspect.nets.registry import net_spec, require_turnable
@@ -113,10 +114,23 @@ def train(
     if settings.random_yaw:
         require_turnable(settings.net)
     # Of the processes that train together the first alone writes.
-    lock = lock_folder(folder) if os.environ.get("RANK", "0") == "0" else None
-    claim_folder(folder, run_config(settings, recipe, objects.digest, catalogues))
-    run = _prepare(objects, catalogues, settings, recipe, cache or GridCache(), observer)
-    progress = _resumed(run, folder)
+    writes = os.environ.get("RANK", "0") == "0"
+    with locked_folder(folder) if writes else nullcontext():
+        claim_folder(folder, run_config(settings, recipe, objects.digest, catalogues))
+        run = _prepare(objects, catalogues, settings, recipe, cache or GridCache(), observer)
+        _train_epochs(run, recipe, folder, observer, stop_after)
+    return Checkpoint.load(folder / BEST)
+
+
+def _train_epochs(
+    run: _Run,
+    recipe: InputRecipe,
+    folder: Path,
+    observer: TrainingObserver,
+    stop_after: int | None,
+) -> None:
+    """The epochs that are left."""
+    settings, progress = run.settings, _resumed(run, folder)
     log = RunLog(folder, progress.history) if run.accelerator.is_main_process else None
     end = settings.epochs if stop_after is None else min(stop_after, settings.epochs)
     for epoch in range(progress.epoch, end):
@@ -137,8 +151,6 @@ def train(
         run.accelerator.wait_for_everyone()
     if log:
         log.close()
-    del lock
-    return Checkpoint.load(folder / BEST)
 
 
 def _is_best(row: dict[str, float], history: list[dict[str, float]]) -> bool:
