@@ -26,13 +26,13 @@ TRIMESH = (
     "def area(path): return trimesh.load_scene(path, process=False).to_mesh().area"
 )
 PEAK = (
-    "import pathlib, re, sys\n{reader}\n{warm}\n"
+    "import pathlib, re\nfrom sys import argv\n{reader}\n{warm}\n"
     "def peak():\n"
     "    status = pathlib.Path('/proc/self/status').read_text()\n"
     "    return int(re.search(r'VmHWM:\\s*(\\d+) kB', status)[1])\n"
-    "before = peak(); area(sys.argv[1]); print(peak() - before)"
+    "before = peak(); area(argv[1]); print(peak() - before)"
 )
-AREA = "import sys\n{reader}\nprint(area(sys.argv[1]))"
+AREA = "from sys import argv\n{reader}\nprint(area(argv[1]))"
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 
 

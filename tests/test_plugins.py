@@ -175,7 +175,7 @@ def test_reader_flag_reads_any_suffix(package, tmp_path, capsys):
     (tmp_path / "chair.dat").write_bytes(cloud.astype("<f4").tobytes())
     file = str(tmp_path / "chair.dat")
     assert main(["classify", file, "--model", "modelnet10"]) == 2
-    assert "unknown format '.dat'; known: .blob .csv" in capsys.readouterr().err
+    assert "unknown format '.dat'; known: .asc .blob .csv" in capsys.readouterr().err
     flags = ["--reader", "spare_reader:read_blob", "--model", "modelnet10", "--json"]
     assert main(["classify", file, *flags]) == 0
     assert json.loads(capsys.readouterr().out)["label"] == "chair"

@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     from circumspect.geometry import PointCloud as PointCloud
     from circumspect.geometry import Trajectory as Trajectory
     from circumspect.geometry import TriangleMesh as TriangleMesh
+    from circumspect.geometry import cut_floor as cut_floor
     from circumspect.geometry import read_cloud as read_cloud
     from circumspect.geometry import read_mesh as read_mesh
+    from circumspect.geometry import without_stray_points as without_stray_points
     from circumspect.geometry import write_ply as write_ply
     from circumspect.grid import CylindricalGrid as CylindricalGrid
     from circumspect.grid import OccupancyGrid as OccupancyGrid
@@ -53,8 +55,10 @@ _HOMES = {
         "PointCloud",
         "Trajectory",
         "TriangleMesh",
+        "cut_floor",
         "read_cloud",
         "read_mesh",
+        "without_stray_points",
         "write_ply",
     ),
     "grid": ("CylindricalGrid", "OccupancyGrid", "RectangularGrid", "angular_spectrum"),
@@ -86,9 +90,11 @@ __all__ = [
     "TriangleMesh",
     "WeightsError",
     "angular_spectrum",
+    "cut_floor",
     "make_furniture",
     "read_cloud",
     "read_mesh",
+    "without_stray_points",
     "write_ply",
 ]
 

@@ -73,7 +73,7 @@ READ = [
     "--box", "0", "0", "0", "1", "1", "1", "--box-frame", "map", "--poses", "given", "--every", "3",
     "--depth-topic", "/d", "--info-topic", "/i", "--colour-topic", "/c", "--odometry-topic", "",
     "--map-frame", "world", "--intrinsics", "1", "1", "1", "1", "--size", "4", "3",
-    "--mount", "0", "0", "1", "90", "30",
+    "--mount", "0", "0", "1", "90", "30", "--depth-scale", "0.00025",
 ]  # fmt: skip
 
 

@@ -8,7 +8,6 @@ import trimesh
 
 from circumspect.cli.main import main
 from circumspect.datasets import open_data_set
-from circumspect.datasets.object_mesh import METRIC_SUFFIXES
 from circumspect.datasets.own_verification import verify_own
 from circumspect.datasets.point_pack import read_point_pack, write_point_pack
 from circumspect.datasets.scan_sources import of_point_set
@@ -29,7 +28,7 @@ def write(root, place, scale=1.0):
     mesh = box(file.parts[-3], scale)
     if file.suffix.lower() == ".ply" and "cloud" in file.stem:
         write_ply(file, trimesh.sample.sample_surface(mesh, 500, seed=0)[0])
-    elif file.suffix.lower() in METRIC_SUFFIXES:
+    elif file.suffix.lower() in (".glb", ".gltf"):
         # y is up there.
         mesh.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
         mesh.export(file)
@@ -126,16 +125,10 @@ def test_points_that_span_no_shape_are_named(tmp_path, capsys):
     assert "b.xyz" in capsys.readouterr().out
 
 
-def test_units_are_those_of_the_command_line():
-    from circumspect.cli.unit import METRIC_FORMATS
-
-    assert METRIC_FORMATS == METRIC_SUFFIXES
-
-
 def test_scan_of_an_object_of_an_own_set_has_its_size(tmp_path):
     from circumspect.gathering.scanned_object import scanned_object
 
     write(tmp_path, "post/test/p.glb")
-    found = scanned_object("post/test/p", 0, "z", None, tmp_path)
+    found = scanned_object("post/test/p", 0, None, None, tmp_path)
     assert found.label == "post"
     assert np.ptp(found.mesh.vertices_xyz, axis=0)[2] == pytest.approx(0.8, rel=0.01)

@@ -98,7 +98,7 @@ def test_too_little_to_go_by():
 def test_a_size_that_no_tag_has_is_told_in_a_line():
     survey, places = laid()
     true = camera()
-    with pytest.raises(InputError, match="no place explains where the tags are seen; check"):
+    with pytest.raises(InputError, match="the tags' size is 1e\\+200 m; give metres"):
         calibrate_place("c", true.lens, [seen(true, places)], Survey(1e200, survey.tags))
 
 

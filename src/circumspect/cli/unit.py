@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
 Unit = Literal["m", "cm", "mm", "in", "unknown"]
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-METRIC_FORMATS = (".glb", ".gltf", ".e57", ".usd", ".usda", ".usdc", ".usdz")
-"""Formats whose specification fixes the unit to metres, or that state it and are read in metres."""
 
 
 def metres_per_unit(file: Path, unit: Unit | None) -> float | None:
@@ -23,7 +21,9 @@ def metres_per_unit(file: Path, unit: Unit | None) -> float | None:
         unit: What `--unit` says; None means that of the format, if it has one.
     """
     if unit is None:
-        unit = "m" if file.suffix.lower() in METRIC_FORMATS else "unknown"
+        from circumspect.geometry.cloud_files import METRIC_SUFFIXES
+
+        unit = "m" if file.suffix.lower() in METRIC_SUFFIXES else "unknown"
     return METRES.get(unit)
 
 

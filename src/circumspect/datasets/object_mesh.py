@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from circumspect.datasets.farthest_points import evenly_sampled, evenly_thinned
 from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import PointCloud, TriangleMesh, read_mesh, require_extent
-from circumspect.geometry.cloud_files import READER_REGISTRY, READERS, read_surface
+from circumspect.geometry.cloud_files import METRIC_SUFFIXES, READER_REGISTRY, READERS, read_surface
 
 OFF_SUFFIXES = (".off", ".OFF")
 """Of the files that ModelNet10 is made of."""
-METRIC_SUFFIXES = (".glb", ".gltf")
-"""Of formats whose specification fixes the unit, metres, and the axis that points up, y."""
 COMPANIONS = (".mtl", ".bin", ".png", ".jpg", ".jpeg", ".webp", ".ktx2")
 """Of files that belong to a mesh beside them: materials, textures, buffers."""
 
@@ -48,7 +46,7 @@ def read_object_mesh(file: Path) -> TriangleMesh:
     Raises:
         InputError: It can not be read, or has no area; the message names the file.
     """
-    mesh = read_mesh(file, up=_up(file))
+    mesh = read_mesh(file)
     _require_area(mesh, file)
     return mesh
 
@@ -78,7 +76,7 @@ def sample_object(file: Path) -> ObjectSample:
 
 
 def _surface(file: Path) -> TriangleMesh | PointCloud:
-    surface = read_surface(file, up=_up(file))
+    surface = read_surface(file)
     if isinstance(surface, TriangleMesh):
         _require_area(surface, file)
         return surface
@@ -94,7 +92,3 @@ def _require_area(mesh: TriangleMesh, file: Path) -> None:
         mesh.chosen_by_area(1)
     except GeometryError as error:
         raise InputError(f"{file}: {error}") from error
-
-
-def _up(file: Path) -> str:
-    return "y" if file.suffix.lower() in METRIC_SUFFIXES else "z"

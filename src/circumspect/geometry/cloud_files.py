@@ -63,6 +63,9 @@ READER_REGISTRY: Registry[PluginReader] = Registry(
 )
 """Readers of other packages; an entry point is named after the suffix it reads, without the dot."""
 
+METRIC_SUFFIXES = (".glb", ".gltf", ".e57", ".usd", ".usda", ".usdc", ".usdz")
+"""Of formats whose unit is the metre, or that state theirs and are read in metres."""
+
 # How a file begins, where that says more than its name.
 _SIGNATURES = {
     b"ply\n": ".ply",

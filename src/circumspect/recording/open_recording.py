@@ -22,6 +22,7 @@ from circumspect.recording.ros_bag import RosBag
 from circumspect.recording.seven_scenes import DEPTH_NAME, SevenScenesFolder
 from circumspect.recording.tum_rgbd import DEPTH_LIST, TumRgbdFolder
 from circumspect.recording.unread_kinds import unread_kind
+from circumspect.sensing.regular_file import require_regular
 
 BAG_INDEX = "metadata.yaml"
 MCAP_SUFFIX = ".mcap"
@@ -117,6 +118,11 @@ def _open_folder(folder: Path) -> Bag:
     if len(files) == 1:
         require_known_kind(files[0])
         return RosBag(files[0])
+    try:
+        for file in files:
+            require_regular(file)
+    except OSError as error:
+        raise InputError(f"{folder}: can not be read ({error})") from error
     kinds = {file.suffix.lower() for file in files}
     storage = "mcap" if kinds == {MCAP_SUFFIX} else "sqlite3"
     raise InputError(
