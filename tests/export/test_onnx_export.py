@@ -235,7 +235,7 @@ def test_a_file_of_old_gets_features_and_its_answers_stay(tmp_path):
     onnx.save(network, tmp_path / "old.onnx")
     old = Classifier.load(tmp_path / "old.onnx")
     grids = some_grids(3)[:, None]
-    with pytest.raises(WeightsError, match="export them anew"):
+    with pytest.raises(WeightsError, match="export them again"):
         old.features(grids)
     write_with_features(tmp_path / "old.onnx", tmp_path / "new.onnx")
     new = Classifier.load(tmp_path / "new.onnx")

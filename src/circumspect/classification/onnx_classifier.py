@@ -101,7 +101,7 @@ class OnnxClassifier(Classifier):
             InputError: It names one of the classes already, or the features are of another width.
         """
         if not self.gives_features:
-            raise WeightsError("these weights give no features to teach; export them anew")
+            raise WeightsError("these weights give no features to teach; export them again")
         earlier = () if self._taught is None else self._taught.classes
         names = [name for name in self._described.outputs if name not in {c.name for c in earlier}]
         if not classes:
@@ -351,7 +351,7 @@ class OnnxClassifier(Classifier):
             WeightsError: The file does not give its features.
         """
         if not self.gives_features:
-            raise WeightsError("these weights give no features; export them anew")
+            raise WeightsError("these weights give no features; export them again")
         (features,) = self._means_over_views(inputs, contexts, FEATURES)
         return features
 

@@ -14,4 +14,4 @@ class WatchScreen(NodeScreen):
     """A line at each change of the answer; a `PipelineObserver`."""
 
     def on_end(self, result: RecognitionResult) -> None:
-        """Nothing: the command tells the end."""
+        """Nothing: the command reports the end."""

@@ -117,7 +117,7 @@ def _names_in_packs(packs: dict[str, Path]) -> Iterator[str]:
         try:
             yield from map(str, read_arrays(pack, {"names": KINDS["names"]})["names"].flat)
         except InputError:
-            continue  # Its fault is told when all of it is read.
+            continue  # Its fault is reported when all of it is read.
 
 
 def _twins(meshes: set[Path]) -> dict[Path, Path]:
@@ -133,7 +133,7 @@ def _classes_of_packs(packs: dict[str, Path]) -> Iterator[str]:
         try:
             yield from map(str, read_arrays(pack, {"classes": KINDS["classes"]})["classes"].flat)
         except InputError:
-            continue  # Its fault is told when all of it is read.
+            continue  # Its fault is reported when all of it is read.
 
 
 def _of_packs(

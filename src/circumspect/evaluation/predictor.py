@@ -115,6 +115,16 @@ def load_predictor(
         raise WeightsError(
             f"{input_spec}: {weights} is a checkpoint and needs no input specification"
         )
+    return _checkpoint_predictor(weights)
+
+
+def _checkpoint_predictor(weights: Path) -> TrainedPredictor:
+    """A network as training left it.
+
+    Raises:
+        WeightsError: The file is broken.
+        MissingExtraError: torch is not installed.
+    """
     try:
         import torch
     except ImportError as error:

@@ -148,7 +148,7 @@ class SetFolder:
             raise InputError(f"{self._folder}: holds something else; give an empty or a new folder")
 
     def settings(self) -> dict[str, Any]:
-        """See `SetPlace.settings`; whoever goes on with a set writes to it."""
+        """See `SetPlace.settings`; whoever resumes a set writes to it."""
         self._claim()
         return read_settings(self._folder)
 

@@ -12,7 +12,7 @@ from circumspect.recording.message_clocks import ClockSamples, MessageClocks
 from circumspect.recording.topic_choice import ChosenTopics
 
 LASTING = "tf_static"
-"""Last word of the topics on which transforms are told for good."""
+"""Last word of the topics of static transforms."""
 MAX_FRAMES = 5000
 """No robot has more frames."""
 
@@ -22,7 +22,7 @@ class BagPreview:
     """Holds for the whole bag, wherever in the bag it was recorded.
 
     CameraInfo and static transforms hold for all images: a driver may publish either once, and a
-    recorder may hear it late.
+    recorder may receive it late.
 
     Attributes:
         info: The first CameraInfo that can be used; None where none is needed.

@@ -43,7 +43,7 @@ class McapRecords:
     """Reads a file from its beginning to its end, once.
 
     The file of a process that was killed breaks off. A disk or a network may have changed some
-    bits. A record that is damaged is skipped, the search goes on for the next sound one, and what
+    bits. A record that is damaged is skipped, the reader looks for the next sound one, and what
     lies between is counted.
 
     Attributes:

@@ -12,7 +12,7 @@ from circumspect.recording.bag import BagMessage
 from circumspect.recording.ros_time import NANOSECONDS, nanoseconds_of, set_nanoseconds
 
 MAX_LATENCY_S = 2.0
-"""Clocks that differ by less are not told apart from messages that arrive late [s]."""
+"""A smaller difference of clocks can not be distinguished from late messages [s]."""
 SAMPLES, MAX_SAMPLES = 20, 5000
 """So many messages of a source show its clock; of one that waits for others so many are kept."""
 MAX_GAP_S = 1.0

@@ -14,7 +14,7 @@ RESOLUTION = 10_000_000
 
 
 class ReadableStretches(Iterator[tuple[int, Message]]):
-    """Iterates over messages; where reading fails it goes on at the next time that can be read.
+    """Iterates over messages; where reading fails it resumes at the next time that can be read.
 
     Attributes:
         gaps: How many stretches are damaged so far.

@@ -6,7 +6,7 @@ import logging
 import re
 
 MAX_KINDS = 200
-"""Kinds of warnings that are told apart; further ones are counted together."""
+"""Kinds of warnings that are counted each by itself; further ones are counted together."""
 _NUMBERS = re.compile(r"\d+(\.\d+)?")
 
 

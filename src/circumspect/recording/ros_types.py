@@ -53,7 +53,7 @@ def typestore() -> Typestore:
 
 @cache
 def ros1_typestore() -> Typestore:
-    """Types of ROS 1 Noetic, with those that tell transforms.
+    """Types of ROS 1 Noetic, with those of transforms.
 
     Raises:
         MissingExtraError: rosbags is not installed.

@@ -77,7 +77,7 @@ class LiveFrames:
         self._zeros: dict[str, int] = {}
         """Topic to how many of its last messages in a row had a stamp of zero."""
         self._last: dict[str, bytes] = {}
-        """The last message of topics that several subscriptions hear."""
+        """The last message of topics that have several subscriptions."""
         self._mounted = True
         self._topics = ChosenTopics(
             settings.depth_topic, settings.info_topic, None, settings.odometry_topic,
@@ -144,7 +144,7 @@ class LiveFrames:
         return None
 
     def odometry_fault(self) -> str:
-        """Why no odometry can be heard although it is published; "" where it can."""
+        """Why no odometry is received although it is published; "" where it can."""
         topic = self._topics.odometry
         if topic is None or not (policy := self._middleware.incompatible(topic)):
             return ""
@@ -174,7 +174,7 @@ class LiveFrames:
 
     def _hearer(self, topic: str, kind: str, what: str) -> Callable[[bytes], None]:
         def heard(data: bytes) -> None:
-            # A publisher that keeps its messages is heard by both subscriptions.
+            # A publisher that keeps its messages matches both subscriptions.
             if kind in (CAMERA_INFO, TRANSFORMS) and self._last.get(topic) == data:
                 return
             self._last[topic] = data if kind in (CAMERA_INFO, TRANSFORMS) else b""

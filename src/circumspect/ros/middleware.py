@@ -75,10 +75,10 @@ class Middleware(ABC):
 
     @abstractmethod
     def publishers(self, topic: str) -> int:
-        """How many publish a topic that is subscribed to and can be heard."""
+        """How many publishers match the subscriptions to a topic."""
 
     def incompatible(self, topic: str) -> str:
-        """The policy for which nobody who publishes a topic can be heard.
+        """The policy of quality of service that no publisher of a topic meets.
 
         Args:
             topic: One that is subscribed to; perhaps with several qualities.
