@@ -29,7 +29,7 @@ from benchmarks.open_loop import OpenLoopTracker, run_open_loop
 from benchmarks.open_loop_trackers import GicpWithOdometry, KernelOnly, OwnTracker, WheelsOnly
 from benchmarks.provenance import made_by, provenance
 from benchmarks.recorded_scans import FOLDER
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from benchmarks.rule_patches import probed, without
 from circumspect.errors import CircumspectError
 from circumspect.gathering.job_pool import LocalPool, records, run_all
@@ -103,7 +103,7 @@ def _switched(job: AblationJob) -> AbstractContextManager[Any]:
 
 def measure(sources: Sequence[Source], path: Path, workers: int) -> None:
     """Run all variants, but those whose rule makes no difference on a recording."""
-    progress = telling()
+    progress = progress_report()
     full = run_all(
         [AblationJob(ALL, source) for source in sources], run, path, LocalPool(workers), progress
     )
@@ -115,7 +115,7 @@ def measure(sources: Sequence[Source], path: Path, workers: int) -> None:
         for name in BY_NAME
         if name in active.get(source.key, ())
     ]
-    run_all([*others, *acting], run, path, LocalPool(workers), telling())
+    run_all([*others, *acting], run, path, LocalPool(workers), progress_report())
 
 
 def results(found: Sequence[Record], sources: Sequence[Source]) -> Results:
@@ -272,7 +272,7 @@ def main() -> int:
     if given.timing:
         firsts = {source.group: source for source in reversed(sources)}
         timed = [AblationJob(v, source, True) for source in firsts.values() for v in VARIANTS]
-        run_all(timed, run, given.runs / TIMES, LocalPool(1), telling())
+        run_all(timed, run, given.runs / TIMES, LocalPool(1), progress_report())
     elif not given.tables:
         measure(sources, given.runs / RECORDS, given.workers)
     found = results(records(given.runs / RECORDS), sources)

@@ -76,6 +76,10 @@ def _by_standing_still(
     return model.by_standing_still(time, unmeasured)
 
 
+def _as_reported(_: MotionModel, odometry: RelativeMotion, *__: object) -> RelativeMotion:
+    return odometry
+
+
 def _unlevelled(_: HypothesisEvaluation, pose: PoseWithCovariance, __: FrameInput) -> Any:
     return pose
 
@@ -115,6 +119,8 @@ RULES = (
          (Patch(start_poses, "MAX_STARTS_PER_SIDE", 0),)),
     Rule("other motions", "the first motion is taken, whatever the scan says",
          (Patch(hypothesis_evaluation, "_is_doubtful", lambda _: False, True),)),
+    Rule("slipping wheels", "a robot is not expected to stand while its wheels turn",
+         (Patch(MotionModel, "by_slipping_wheels", _as_reported),)),
     Rule("several hypotheses", "only the likeliest one is kept",
          (Patch(hypothesis, "MAX_HYPOTHESES", 1),)),
     Rule("relocaliser", "a lost camera is not looked for",
@@ -135,6 +141,8 @@ RULES = (
          (Patch(Registration, "log_occam_factor", _zero, True),)),
     Rule("errors of the map", "the smallest difference between places that look alike counts",
          (Patch(hypothesis, "MAP_ERROR_SHARE", 0.0),)),
+    Rule("unknown space", "a place where less is mapped explains less",
+         (Patch(ScanLikelihood, "support_of_unknown", _zero, True),)),
     Rule("frame limit", "one frame may decide between hypotheses",
          (Patch(hypothesis, "MAX_FRAME_RATIO", HUGE),)),
     Rule("overlap", "keyframes are added by distance and rotation only",

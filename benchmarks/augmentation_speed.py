@@ -20,7 +20,7 @@ import numpy as np
 import torch
 
 from benchmarks.report import Row, timed_in_turn, write_report
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.datasets import GridCache
 from circumspect.datasets.furniture_set import furniture_set
 from circumspect.nets.registry import net_spec
@@ -45,15 +45,15 @@ def rows() -> list[Row]:
     def nothing(done: int, count: int) -> None:
         """No progress is shown."""
 
-    cpu, recipe = torch.device("cpu"), spec.recipe
-    assert isinstance(recipe, GridRecipe)
-    of_scans = replace(recipe, visibility=True, metric=True)
+    cpu, input_spec = torch.device("cpu"), spec.input_spec
+    assert isinstance(input_spec, GridSpec)
+    of_scans = replace(input_spec, visibility=True, metric=True)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
 
         def complete() -> Samples:
             cache = GridCache(folder)
-            return _samples_of(object_data(objects, settings, recipe, cache, cpu, nothing))
+            return _samples_of(object_data(objects, settings, input_spec, cache, cpu, nothing))
 
         def scanned() -> Samples:
             found = scan_data(objects, (), settings, of_scans, cpu, nothing, folder)

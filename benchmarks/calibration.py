@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from benchmarks.asked import of_jobs
 from benchmarks.calibration_job import PRIOR_SIGMAS, CalibrationJob, run_job
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from benchmarks.scan_job import ScanJob
 from circumspect.evaluation.markdown import table
 from circumspect.furniture import CATEGORIES
@@ -53,7 +53,7 @@ def main() -> int:
     given = parser.parse_args()
     path: Path = given.out / "calibration.jsonl"
     if not given.tables:
-        run_all(jobs(), run_job, path, LocalPool(given.workers), telling())
+        run_all(jobs(), run_job, path, LocalPool(given.workers), progress_report())
     found = of_jobs(records(path), jobs())
     parts = {"fits": of_fits(found)}
     # Older records hold other measures of keyframes.

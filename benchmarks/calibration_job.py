@@ -16,7 +16,7 @@ from circumspect.geometry import Trajectory, se3
 from circumspect.geometry.composition import between, composed
 from circumspect.pose_graph import BetweenFactor, KeyframeMap, KeyframeSettings
 from circumspect.recognition import RecognitionResult, RecognitionStep
-from circumspect.recognition.background_tracker import BackgroundTracker
+from circumspect.recognition.background_worker import BackgroundTracker
 from circumspect.registration import Scan, ScanSurface, SurfaceMap, register
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import RgbdFrame
@@ -41,7 +41,7 @@ class CalibrationJob:
 
     @property
     def key(self) -> str:
-        """Tells it from all others."""
+        """Identifies it among all others."""
         return self.scan.key
 
 
@@ -78,9 +78,9 @@ def run_job(job: CalibrationJob) -> dict[str, Any]:
     parts = prepared(job.scan)
     tracker = parts.pipeline.tracker.estimator
     assert isinstance(tracker, Tracker)
-    seen, log = KeptScans(parts.witness, tracker.settings), KeyframeLog(parts.pipeline.tracker)
+    seen, log = KeptScans(parts.ground_truth, tracker.settings), KeyframeLog(parts.pipeline.tracker)
     parts.driven_by(seen).scan.run((log,))
-    truth = partial(true_pose, parts.witness.trajectory)
+    truth = partial(true_pose, parts.ground_truth.trajectory)
     return {
         "key": job.key,
         "object": job.scan.object,
@@ -108,7 +108,7 @@ class KeptScans(WrappedRobot):
         self._settings = settings
         self._kept: list[tuple[float, Scan]] = []
 
-    def _seen(self, frame: RgbdFrame) -> RgbdFrame:
+    def _on_frame(self, frame: RgbdFrame) -> RgbdFrame:
         self._kept.append((frame.stamp, Scan.from_frame(frame, self._settings.scan)))
         return frame
 

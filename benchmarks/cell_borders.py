@@ -1,7 +1,7 @@
-"""What answers hang on where an object's cells begin: `python -m benchmarks.cell_borders`.
+"""How answers depend on where an object's cells begin: `python -m benchmarks.cell_borders`.
 
-Procedural furniture, each piece several times: turned anyhow, its size and place told wrongly by
-fractions of a cell, as a scan tells them. Grids that are staggered are compared with grids that
+Procedural furniture, each piece several times: turned anyhow, its size and place wrong by
+fractions of a cell, as a scan estimates them. Grids that are dithered are compared with grids that
 are only turned, by `modelnet10`.
 """
 
@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.report import RESULTS, telling, write_page
-from circumspect.classification import GridRecipe, OnnxClassifier
+from benchmarks.report import RESULTS, progress_report, write_page
+from circumspect.classification import GridSpec, OnnxClassifier
 from circumspect.classification.shipped import MODELNET10
 from circumspect.evaluation.markdown import table
 from circumspect.furniture import CATEGORIES, make_furniture
@@ -42,49 +42,49 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
-    classifier, tell = OnnxClassifier.load(MODELNET10), telling()
-    assert isinstance(classifier.recipe, GridRecipe)
+    classifier, report = OnnxClassifier.load(MODELNET10), progress_report()
+    assert isinstance(classifier.input_spec, GridSpec)
     rows = []
-    for index, (views, staggered) in enumerate(SCHEMES):
-        recipe = classifier.recipe.with_views(views, staggered)
+    for index, (views, dithered) in enumerate(SCHEMES):
+        input_spec = classifier.input_spec.with_views(views, dithered)
         scores = [
-            np.stack([classifier.scores(shown) for shown in _shown_often(recipe, wrong)])
+            np.stack([classifier.scores(shown) for shown in _shown_often(input_spec, wrong)])
             for wrong in (0.0, WRONG)
         ]
-        rows.append(measured(views, staggered, *scores))
-        tell(index, len(SCHEMES), f"{views} grids{', staggered' if staggered else ''}")
+        rows.append(measured(views, dithered, *scores))
+        report(index, len(SCHEMES), f"{views} grids{', dithered' if dithered else ''}")
     write_page(
-        "cell_borders", "Where cells begin", COMMAND, told(rows), {"schemes": rows}, given.out
+        "cell_borders", "Where cells begin", COMMAND, page_text(rows), {"schemes": rows}, given.out
     )
     return 0
 
 
 def measured(
-    views: int, staggered: bool, turned: NDArray[np.float64], wrong: NDArray[np.float64]
+    views: int, dithered: bool, turned: NDArray[np.float64], wrong: NDArray[np.float64]
 ) -> dict[str, float | bool]:
     """A row of the table.
 
     Args:
         views: Grids an object.
-        staggered: See `GridRecipe`.
+        dithered: See `GridSpec`.
         turned: (objects, times, classes) scores of pieces that were only turned.
         wrong: Of those whose size and place were wrong as well.
     """
     labels = wrong.argmax(axis=2)
     return {
         "views": views,
-        "staggered": staggered,
+        "dithered": dithered,
         "turned_spread": float(turned.std(axis=1, ddof=1).mean()),
         "spread": float(wrong.std(axis=1, ddof=1).mean()),
         "other_label": float((labels != labels[:, :1]).any(axis=1).mean()),
     }
 
 
-def told(rows: list[dict[str, float | bool]]) -> str:
+def page_text(rows: list[dict[str, float | bool]]) -> str:
     """The page's text."""
     lines = [
         [
-            str(row["views"]), "yes" if row["staggered"] else "no",
+            str(row["views"]), "yes" if row["dithered"] else "no",
             f"{row['turned_spread']:.3f}", f"{row['spread']:.3f}", f"{row['other_label']:.0%}",
         ]
         for row in rows
@@ -92,12 +92,12 @@ def told(rows: list[dict[str, float | bool]]) -> str:
     return (
         f"{EACH * len(CATEGORIES)} pieces of procedural furniture, each shown {TIMES} times turned "
         f"anyhow, and as often with size and place off by {WRONG:g} of a ring's width (standard "
-        "deviation) as well, as a scan tells them. Spread: standard deviation of a class's score "
+        "deviation) as well, as estimated by a scan. Spread: standard deviation of a class's score "
         "over the times, mean over classes and pieces.\n\n"
         + table(
             [
                 "grids",
-                "staggered",
+                "dithered",
                 "spread, turned",
                 "spread, scanned",
                 "with other labels, scanned",
@@ -107,23 +107,23 @@ def told(rows: list[dict[str, float | bool]]) -> str:
     )
 
 
-def _shown_often(recipe: GridRecipe, wrong: float) -> Iterator[NDArray[np.uint8]]:
+def _shown_often(input_spec: GridSpec, wrong: float) -> Iterator[NDArray[np.uint8]]:
     """(times, views, *input_shape) of each piece."""
     for index, category in enumerate(CATEGORIES):
         for number in range(EACH):
             cloud = make_furniture(category, FIRST_VARIANT + number).sampled(POINTS, 0)
-            # The same errors for every recipe.
+            # The same errors for every input specification.
             rng = np.random.default_rng([index, number])
             views = [
                 view
                 for _ in range(TIMES)
-                for view in recipe.all_bounds(_told(recipe.bounds(cloud), wrong, rng))
+                for view in input_spec.all_bounds(_misplaced(input_spec.bounds(cloud), wrong, rng))
             ]
             grids = hits_batch(views, [cloud] * len(views))
-            yield grids.reshape(TIMES, recipe.azimuth_views, *recipe.input_shape)
+            yield grids.reshape(TIMES, input_spec.azimuth_views, *input_spec.input_shape)
 
 
-def _told(bounds: Grid, wrong: float, rng: np.random.Generator) -> CylindricalGrid:
+def _misplaced(bounds: Grid, wrong: float, rng: np.random.Generator) -> CylindricalGrid:
     """Bounds turned anyhow, wrong by so many widths of a ring."""
     assert isinstance(bounds, CylindricalGrid)
     cell = bounds.radius / bounds.shape[0]

@@ -24,8 +24,8 @@ def rows() -> list[Row]:
     found = []
     for name, threads in product((MODELNET10, ROBOT), (1, 2)):
         classifier = Classifier.load(name, threads)
-        inputs = classifier.recipe.inputs(dense)
-        views = classifier.recipe.azimuth_views
+        inputs = classifier.input_spec.inputs(dense)
+        views = classifier.input_spec.azimuth_views
         plural = "s" if threads > 1 else ""
         found.append(
             timed(
@@ -34,21 +34,21 @@ def rows() -> list[Row]:
             )
         )
     found.append(_table_1())
-    recipe = Classifier.load(MODELNET10, threads=1).recipe
-    found.append(timed("grids of 32,768 points", partial(recipe.inputs, dense)))
-    found.append(timed("fill and grids of 1,024 points", partial(recipe.inputs, sparse)))
+    input_spec = Classifier.load(MODELNET10, threads=1).input_spec
+    found.append(timed("grids of 32,768 points", partial(input_spec.inputs, dense)))
+    found.append(timed("fill and grids of 1,024 points", partial(input_spec.inputs, sparse)))
     return found + _processes()
 
 
 def _table_1() -> Row:
     """The paper's network; its time does not depend on its weights, so they are random."""
-    classes, recipe = Classifier.load(MODELNET10).classes, NETS["moon2018"].recipe
-    weights = build_net("moon2018", len(classes), recipe).state_dict()
+    classes, input_spec = Classifier.load(MODELNET10).classes, NETS["moon2018"].input_spec
+    weights = build_net("moon2018", len(classes), input_spec).state_dict()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "moon2018.onnx"
-        export_onnx([Checkpoint("moon2018", classes, recipe, weights)], file)
+        export_onnx([Checkpoint("moon2018", classes, input_spec, weights)], file)
         classifier = Classifier.load(file, threads=1)
-    inputs = classifier.recipe.inputs(make_furniture("chair", 3).sampled(32_768, 0))
+    inputs = classifier.input_spec.inputs(make_furniture("chair", 3).sampled(32_768, 0))
     name = "the paper's network (Table 1), 1 thread"
     return timed(name, partial(classifier.probabilities, inputs), seconds=5.0)
 

@@ -77,7 +77,7 @@ def main() -> int:
     given = parser.parse_args()
     print(f"{'package':<16}{'files':>6}{'numbers':>9}{'lines':>7}")
     for package in given.packages:
-        files = sorted((given.root / "src" / "circumspect" / package).glob("*.py"))
+        files = sorted((given.root / "src" / "circumspect" / package).rglob("*.py"))
         texts = [file.read_text(encoding="utf-8") for file in files]
         numbers = [name for text in texts for name in named_numbers(ast.parse(text))]
         lines = sum(map(lines_of_code, texts))

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from circumspect.datasets import ObjectSet
 from circumspect.evaluation.accuracy import mean_class_accuracy
 from circumspect.evaluation.evaluation_set import open_evaluation_set
@@ -39,9 +39,9 @@ def main() -> int:
     parser.add_argument("runs", type=Path, nargs="+", help="folders of trainings, the best first")
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
-    held_back, answers, epochs, tell = None, {}, {}, telling()
+    held_back, answers, epochs, report = None, {}, {}, progress_report()
     for done, run in enumerate(given.runs):
-        tell(done, len(given.runs), str(run))
+        report(done, len(given.runs), str(run))
         settings, found, objects = answered(run, given.data)
         if held_back is not None and objects.names.tolist() != held_back.names.tolist():
             sys.exit(f"{run}: other objects were held back from it than from {given.runs[0]}")
@@ -56,7 +56,7 @@ def main() -> int:
     ]
     text = (
         f"{len(held_back)} held-back training objects, whole families of likes; {YAWS} yaws.\n\n"
-        + table(HEAD, [told(row, epochs) for row in rows])
+        + table(HEAD, [cells(row, epochs) for row in rows])
     )
     write_page(
         "committees", "Networks with unlike inputs, alone and together", COMMAND, text,
@@ -98,7 +98,7 @@ def figures(members: Sequence[NDArray[np.float64]], objects: ObjectSet) -> dict[
     }
 
 
-def told(row: dict[str, Any], epochs: dict[str, int]) -> list[str]:
+def cells(row: dict[str, Any], epochs: dict[str, int]) -> list[str]:
     """Of the table."""
     lengths = ", ".join(str(epochs[name]) for name in row["members"])
     shares = [row[key] for key in ("mean_class_accuracy", "accuracy", "worst")]

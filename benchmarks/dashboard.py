@@ -61,7 +61,7 @@ def moments(classifier: Classifier) -> Callable[[int], Shown]:
         index = number % FRAMES
         # Another object each time: nothing can be kept from the update before.
         points = directions * (0.5 + 0.05 * np.sin(7 * directions[:, :1] + 0.1 * number))
-        grid = classifier.recipe.bounds(PointCloud(points)).hits(points)
+        grid = classifier.input_spec.bounds(PointCloud(points)).hits(points)
         seen = rng.integers(1, 50, POINTS)
         return Shown(
             rows, index + 1, ShownObject(points, directions, seen, grid),

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.report import RESULTS, machine
 from circumspect.classification import (
     Classifier,
-    GridRecipe,
+    GridSpec,
     OnnxClassifier,
     cell_evidence,
     nearest_examples,
@@ -40,8 +40,8 @@ def main() -> None:
     parser.add_argument("data", type=Path, help="ModelNet10")
     objects = open_data_set(parser.parse_args().data, "test")
     classifier = Classifier.load(MODELNET10, threads=1)
-    recipe = classifier.recipe
-    assert isinstance(recipe, GridRecipe), "modelnet10 is shown grids"
+    input_spec = classifier.input_spec
+    assert isinstance(input_spec, GridSpec), "modelnet10 is shown grids"
     chosen = [
         index
         for label in range(len(objects.classes))
@@ -55,7 +55,7 @@ def main() -> None:
     agreeing: list[float] = []
     for number, index in enumerate(chosen):
         cloud = objects.cloud(int(index))
-        grid = recipe.bounds(cloud).hits(recipe.surface(cloud).points_xyz)
+        grid = input_spec.bounds(cloud).hits(input_spec.surface(cloud).points_xyz)
         found = cell_evidence(classifier, grid)
         asked.append(found.asked)
         near = nearest_examples(classifier, cloud)

@@ -28,7 +28,7 @@ from benchmarks.open_loop import run_open_loop
 from benchmarks.open_loop_trackers import OwnTracker
 from benchmarks.provenance import made_by, provenance
 from benchmarks.recorded_scans import FOLDER, FrameRecorder, read, write
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from benchmarks.rule_patches import without
 from benchmarks.scan_job import ScanJob
 from circumspect.evaluation.markdown import table
@@ -125,7 +125,7 @@ def record() -> None:
     if _path().exists():
         return
     parts = prepared_fault(SCAN)
-    recorder = FrameRecorder(parts.scan.robot, parts.witness)
+    recorder = FrameRecorder(parts.scan.robot, parts.ground_truth)
     parts.driven_by(recorder).scan.run()
     _path().parent.mkdir(parents=True, exist_ok=True)
     write(_path(), recorder.frames)
@@ -175,7 +175,7 @@ def main() -> int:
     record()
     asked = jobs([None, *real(given.data, None)])
     path = FOLDER.parent / RECORDS
-    run_all(asked, run, path, LocalPool(given.workers), telling())
+    run_all(asked, run, path, LocalPool(given.workers), progress_report())
     by_key = {record["key"]: record for record in records(path)}
     found = [by_key[job.key] for job in asked]
     write_page(

@@ -23,13 +23,13 @@ from benchmarks.asked import of_jobs
 from benchmarks.fault_pairs import outcome
 from benchmarks.fault_scenarios import FaultJob, run_fault
 from benchmarks.provenance import made_by
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from benchmarks.rule_patches import Rule, probed, without
 from benchmarks.scan_job import ScanJob
 from circumspect.evaluation.markdown import table
 from circumspect.gathering.job_pool import LocalPool, records, run_all
 
-NAMES = ("vague poses", "overlap of lost cameras")
+NAMES = ("vague poses", "overlap of lost cameras", "slipping wheels", "unknown space")
 """Rules that were found on single scans with faults."""
 OBJECTS = (
     "bed-100070", "sofa-100071", "dresser-100072", "table-100073", "desk-100074",
@@ -38,7 +38,7 @@ OBJECTS = (
 """Variants that nothing else uses."""
 FAULTS = (
     "odometry gone from the start", "odometry stuck", "clock of the images 1 s behind",
-    "robot kidnapped",
+    "robot kidnapped", "robot blocked for 20 s", "object from wall to wall",
 )  # fmt: skip
 SEED = 70
 BAD_M = 0.06
@@ -59,7 +59,7 @@ class RuleJob:
 
     @property
     def key(self) -> str:
-        """Tells it from all others."""
+        """Identifies it among all others."""
         return f"{self.rule or 'all rules'}/{self.fault.key}"
 
 
@@ -134,14 +134,16 @@ def main() -> int:
     given = parser.parse_args()
     path, pool = given.out / "fault_rules.jsonl", LocalPool(given.workers)
     whole = [RuleJob(fault) for fault in fault_jobs(given.frame_interval, given.frames)]
-    done = {record["key"]: record for record in run_all(whole, run_job, path, pool, telling())}
+    done = {
+        record["key"]: record for record in run_all(whole, run_job, path, pool, progress_report())
+    }
     parts = [
         RuleJob(job.fault, name)
         for job in whole
         for name in NAMES
         if name in done.get(job.key, {}).get("active", [])
     ]
-    run_all(parts, run_job, path, pool, telling())
+    run_all(parts, run_job, path, pool, progress_report())
     found = of_jobs(records(path), [*whole, *parts])
     text = (
         f"{len(whole)} scans: {len(OBJECTS)} pieces of furniture on which nothing was chosen, "

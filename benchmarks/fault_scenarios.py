@@ -23,6 +23,7 @@ from circumspect.simulation import (
     ClockStartingAt,
     DroppedFrames,
     EqualStamps,
+    GroundTruthRecorder,
     Kidnapped,
     NanFrame,
     OdometryCovariance,
@@ -35,10 +36,9 @@ from circumspect.simulation import (
     SimulatedRobot,
     Surface,
     UnorderedFrames,
-    Witness,
     WrongUnit,
     block,
-    carried,
+    moved_mesh,
     room,
 )
 
@@ -111,7 +111,7 @@ class FaultJob:
 
     @property
     def key(self) -> str:
-        """Tells it from all others."""
+        """Identifies it among all others."""
         return f"{self.name}/{self.scan.key}"
 
 
@@ -142,7 +142,7 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
         "distance_m": scan.driven_m,
         **error.summary(),
         "missing": list(error.missing),
-        **trust(live.estimates, parts.witness.trajectory)._asdict(),
+        **trust(live.estimates, parts.ground_truth.trajectory)._asdict(),
     }
 
 
@@ -168,7 +168,7 @@ def prepared_fault(job: FaultJob) -> SimulatedScan:
         parts = _in_scene(parts, bare, job.scan)
     elif BAR in job.faults:
         parts = _in_scene(parts, (_bar(parts.room.orbit.centre_xy, job.scan), *bare), job.scan)
-    robot: MobileRobot = parts.witness
+    robot: MobileRobot = parts.ground_truth
     for fault in job.faults:
         robot = FAULTS.get(fault, FAULTS["none"])(robot)
     return parts.driven_by(robot)
@@ -179,28 +179,28 @@ def _in_scene(parts: SimulatedScan, surfaces: tuple[Surface, ...], scan: ScanJob
     robot = SimulatedRobot(
         Scene(surfaces), parts.room.start(scan.start_deg), parts.room.mount, seed=scan.seed
     )
-    return replace(parts, witness=Witness(robot))
+    return replace(parts, ground_truth=GroundTruthRecorder(robot))
 
 
 def _bar(centre_xy: tuple[float, float], scan: ScanJob) -> Surface:
     """A thing from wall to wall, across the robot's view."""
     x, y, z = BAR_XYZ
     stand = PlanarPose(*centre_xy, float(np.radians(scan.start_deg)))
-    return Surface("object", carried(block((-x, -y, 0.0), (x, y, z)), stand))
+    return Surface("object", moved_mesh(block((-x, -y, 0.0), (x, y, z)), stand))
 
 
 def _kidnapped(robot: MobileRobot) -> MobileRobot:
     """The witness's robot is carried away, and the witness sees it."""
     inner = robot
-    while not isinstance(inner, Witness):
+    while not isinstance(inner, GroundTruthRecorder):
         assert isinstance(inner, WrappedRobot)
         inner = inner.robot
-    return _WitnessedKidnapping(robot, inner)
+    return _RecordedKidnapping(robot, inner)
 
 
-class _WitnessedKidnapping(Kidnapped):
+class _RecordedKidnapping(Kidnapped):
     """Kidnaps the simulated robot inside of a witness."""
 
-    def __init__(self, robot: MobileRobot, witness: Witness) -> None:
-        super().__init__(witness.simulated, AFTER, AWAY)
+    def __init__(self, robot: MobileRobot, ground_truth: GroundTruthRecorder) -> None:
+        super().__init__(ground_truth.simulated, AFTER, AWAY)
         self.robot = robot

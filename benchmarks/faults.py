@@ -23,14 +23,14 @@ from benchmarks.asked import command_with, of_jobs
 from benchmarks.fault_pairs import HEAD, pair_jobs, pair_notes, pair_rows
 from benchmarks.fault_scenarios import EVERY, FaultJob, run_fault
 from benchmarks.provenance import made_by
-from benchmarks.report import RESULTS, machine, telling
+from benchmarks.report import RESULTS, machine, progress_report
 from benchmarks.scan_job import ScanJob
 from circumspect.evaluation.markdown import table
 from circumspect.gathering.job_pool import LocalPool, records, run_all
 
 OBJECTS = ("chair-100000", "sofa-100000", "night_stand-100000")
 SETTINGS = ("frame_interval", "frames")
-"""Flags that tell which scans there are."""
+"""Flags that say which scans there are."""
 
 
 def rows(found: list[dict[str, Any]]) -> list[list[str]]:
@@ -81,7 +81,13 @@ def main() -> int:
 
 def _singles(given: argparse.Namespace, usual: argparse.Namespace) -> None:
     path: Path = given.out / "faults.jsonl"
-    run_all(jobs(given.only or EVERY, given), run_fault, path, LocalPool(given.workers), telling())
+    run_all(
+        jobs(given.only or EVERY, given),
+        run_fault,
+        path,
+        LocalPool(given.workers),
+        progress_report(),
+    )
     command = command_with("python -m benchmarks.faults", given, usual, SETTINGS)
     found = of_jobs(records(path), jobs(EVERY, given))
     write(rows(found), given.out, command, made_by(found))
@@ -90,7 +96,7 @@ def _singles(given: argparse.Namespace, usual: argparse.Namespace) -> None:
 def _pairs(given: argparse.Namespace, usual: argparse.Namespace) -> None:
     path: Path = given.out / "fault_pairs.jsonl"
     wanted = pair_jobs(given.frame_interval, given.frames)
-    run_all(wanted[: given.scans], run_fault, path, LocalPool(given.workers), telling())
+    run_all(wanted[: given.scans], run_fault, path, LocalPool(given.workers), progress_report())
     command = command_with("python -m benchmarks.faults --suite pairs", given, usual, SETTINGS)
     found = of_jobs(records(path), wanted)
     text = f"`{command}`. {pair_notes(found)} {made_by(found)}\n\n{table(HEAD, pair_rows(found))}"

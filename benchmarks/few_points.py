@@ -13,16 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from circumspect.classification import OnnxClassifier, Prediction
-from circumspect.classification.one_object import FEWEST_POINTS
+from circumspect.classification.cloud_checks import MIN_POINTS
 from circumspect.classification.shipped import MODELNET10
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.evaluation.markdown import table
 from circumspect.geometry import PointCloud
 
 COMMAND = "python -m benchmarks.few_points ModelNet10"
-COUNTS = (16, 32, 64, 96, FEWEST_POINTS, 192, 256, 512, 1024)
+COUNTS = (16, 32, 64, 96, MIN_POINTS, 192, 256, 512, 1024)
 
 
 def main() -> int:
@@ -32,17 +32,17 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
     test = open_data_set(given.data, "test")
-    classifier, tell = OnnxClassifier.load(MODELNET10, threads=1), telling()
+    classifier, report = OnnxClassifier.load(MODELNET10, threads=1), progress_report()
     if classifier.classes != test.classes:
         sys.exit(f"{given.data}: it has other classes than {MODELNET10}")
     rows = []
     for index, count in enumerate(COUNTS):
         answers = [classifier.classify(_thinned(test, i, count)) for i in range(len(test))]
         rows.append(measured(count, answers, test, classifier.description["unknown_beyond"]))
-        tell(index, len(COUNTS), f"{count} points")
+        report(index, len(COUNTS), f"{count} points")
     write_page(
-        "few_points", "Objects of a few points", COMMAND, told(rows, len(test)), {"counts": rows},
-        given.out,
+        "few_points", "Objects of a few points", COMMAND,
+        page_text(rows, len(test)), {"counts": rows}, given.out,
     )  # fmt: skip
     return 0
 
@@ -70,7 +70,7 @@ def measured(
     }
 
 
-def told(rows: Sequence[dict[str, float]], objects: int) -> str:
+def page_text(rows: Sequence[dict[str, float]], objects: int) -> str:
     """The page's text."""
     lines = [
         [str(row["points"]), *(f"{row[name]:.1%}" for name in ("accuracy", "near")),
@@ -79,7 +79,7 @@ def told(rows: Sequence[dict[str, float]], objects: int) -> str:
     ]  # fmt: skip
     return (
         f"{objects} test objects at 0°, drawn points of each. Near: no farther from some training "
-        f"object than nearly all objects of the classes are; from {FEWEST_POINTS} points on these "
+        f"object than nearly all objects of the classes are; from {MIN_POINTS} points on these "
         "are in distribution, unless the cloud seems to hold the floor; below none is.\n\n"
         + table(["points", "correct", "near", "incorrect of these", "in distribution"], lines)
     )

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from benchmarks.report import RESULTS, Row, timed, timed_in_turn, write_report
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PinholeCamera, PointCloud, fill_surface
 from circumspect.grid import (
@@ -42,7 +42,7 @@ points: 100,000 drawn evenly over a chair, float64; grids of 32 x 32 x 32 fitted
 trimesh points: ops.points_to_indices on the same points, then marked in an array
 trimesh mesh: creation.voxelize, method "subdivide", pitch of 1/32 of the same cube
 histogramdd: cylindrical coordinates in NumPy, then numpy.histogramdd
-views: the eight staggered grids of the shipped classifier, float64, one core; from the cloud to
+views: the eight dithered grids of the shipped classifier, float64, one core; from the cloud to
   its inputs, bounds included; one pass: hits_views; one by one: hits_batch of the points about the
   centre, and bounds as for one pass; both in turn
 frame: 640x480, a ball of 0.35 m whose near side is 0.8 m away, a wall at 3.5 m behind it;
@@ -82,19 +82,19 @@ def point_rows() -> list[Row]:
 
 
 def view_rows() -> list[Row]:
-    """From 100,000 points to the eight staggered grids of a classifier, and from rays to them."""
+    """From 100,000 points to the eight dithered grids of a classifier, and from rays to them."""
     cloud = make_furniture("chair", 3).sampled(100_000, 0)
-    recipe = GridRecipe(azimuth_views=8, margin=1.1, staggered=True)
-    views = recipe.all_bounds(recipe.bounds(cloud))
+    input_spec = GridSpec(azimuth_views=8, margin=1.1, dithered=True)
+    views = input_spec.all_bounds(input_spec.bounds(cloud))
     origins, ends = _rays(cloud, 20_000)
     none = np.zeros(len(ends), bool)
     with _one_core():
         return [
             *timed_in_turn(
                 {
-                    ONE_PASS: partial(recipe.inputs, cloud),
-                    ONE_BY_ONE: partial(_one_by_one, recipe, cloud),
-                    "bounds of 100,000 points": partial(recipe.bounds, cloud),
+                    ONE_PASS: partial(input_spec.inputs, cloud),
+                    ONE_BY_ONE: partial(_one_by_one, input_spec, cloud),
+                    "bounds of 100,000 points": partial(input_spec.bounds, cloud),
                 },
                 seconds=2.0,
             ),
@@ -170,10 +170,10 @@ def frame() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return np.zeros(3), t[:, None] * rays
 
 
-def _one_by_one(recipe: GridRecipe, cloud: PointCloud) -> NDArray[np.uint8]:
-    frame = recipe.bounds(cloud)
+def _one_by_one(input_spec: GridSpec, cloud: PointCloud) -> NDArray[np.uint8]:
+    frame = input_spec.bounds(cloud)
     points = cloud.points_xyz - np.asarray(frame.centre_xyz)
-    views = recipe.all_bounds(frame.recentred())
+    views = input_spec.all_bounds(frame.recentred())
     return hits_batch(views, [points] * len(views), threads=1)
 
 

@@ -23,7 +23,7 @@ from scipy.spatial.transform import RigidTransform
 
 from benchmarks.report import write_page
 from circumspect.geometry import se3_matrices
-from circumspect.geometry.pose_distance import distances
+from circumspect.geometry.composition import distances
 from circumspect.motion import RelativeMotion
 from circumspect.pose_graph import BetweenFactor, PoseGraph
 from circumspect.pose_graph.normal_equations import CAUCHY_SCALE

@@ -15,14 +15,15 @@ import time
 from dataclasses import dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from benchmarks.report import RESULTS, machine
-from circumspect.cli.simulated_space import SimulatedSpace, SpaceSetup
+from circumspect.cli.commands.simulated_space import SimulatedSpace
+from circumspect.cli.commands.space_setup import SpaceSetup
 from circumspect.evaluation.markdown import table
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.localization import (
@@ -34,12 +35,19 @@ from circumspect.localization import (
     TagMount,
 )
 from circumspect.localization.fusion import difference
-from circumspect.localization.tag_watch import TagWatch
-from circumspect.simulation import CeilingRig, Scene, Truth, block, knocked
+from circumspect.localization.tag_observer import TagObserver
+from circumspect.simulation import CeilingRig, Scene, TrueState, block, displaced
 from circumspect.storage import atomic_open, write_json
 
 COMMAND = "python -m benchmarks.intelligent_space"
-RUNS = (("all", 0), ("all", 1), ("all", 2), ("extrinsics", 0), ("none", 0))
+Kind = Literal["all", "extrinsics", "none"]
+RUNS: tuple[tuple[Kind, int], ...] = (
+    ("all", 0),
+    ("all", 1),
+    ("all", 2),
+    ("extrinsics", 0),
+    ("none", 0),
+)
 """What is calibrated from images, and the seed."""
 SECONDS = 15.0
 SIDES = (16, 20, 24, 28, 32, 40, 54)
@@ -100,7 +108,7 @@ def _two(values: list[float]) -> dict[str, float]:
     return {"median": float(np.median(values)), "p95": float(np.percentile(values, 95))}
 
 
-def measure(kind: str, seed: int, errors: Errors) -> None:
+def measure(kind: Kind, seed: int, errors: Errors) -> None:
     """One run; every camera's images are looked at again for the detection rate."""
     space = SimulatedSpace.prepared(SpaceSetup(calibrate=kind, seconds=SECONDS, seed=seed))
     mount, original = space.rig.mount, space.space.locate
@@ -119,7 +127,7 @@ def measure(kind: str, seed: int, errors: Errors) -> None:
         corners = np.column_stack([true.applied(mount.corners_xy), np.full(4, mount.height)])
         seen = {s.camera for s in fix.sightings if s.pose is not None}
         for camera in space.rig.cameras:
-            if camera.shows(corners):
+            if camera.is_visible(corners):
                 errors.visible += 1
                 errors.found += camera.camera.name in seen
         errors.times += 1
@@ -170,14 +178,14 @@ def knocks() -> list[list[str]]:
         places = ((-0.5, 0.0), (0.5, 0.0), (0.0, 0.4))
         hung = [_camera(f"c{n}", 900.0, x, y) for n, (x, y) in enumerate(places)]
         scene = Scene.with_object(block((4, 4, 0), (4.1, 4.1, 0.1)))
-        aside = RigidTransform.from_components([shift, 0.0, 0.0], Rotation.identity())
-        rig = CeilingRig([knocked(hung[0], aside), *hung[1:]], scene, seed=1)
+        offset = RigidTransform.from_components([shift, 0.0, 0.0], Rotation.identity())
+        rig = CeilingRig([displaced(hung[0], offset), *hung[1:]], scene, seed=1)
         space = IntelligentSpace(hung, rig.mount)
         when, worst = None, 0.0
         for n in range(40):
             true = PlanarPose(-0.3 + 0.02 * n, 0.1, 0.02 * n)
             T = true.as_transform()
-            fix = space.locate(rig.images(Truth(0.1 * n, T, T)))
+            fix = space.locate(rig.images(TrueState(0.1 * n, T, T)))
             if fix.T_map_base is not None:
                 worst = max(worst, 1e3 * float(np.linalg.norm(fix.T_map_base.xy - true.xy)))
             if when is None and any("'c0'" in report for report in space.reports):
@@ -210,11 +218,15 @@ def sizes() -> list[list[str]]:
             for _ in range(IMAGES)
         ]
         # Minutes lie between the images, so that nothing is blurred by motion.
-        truths = [Truth(1e3 * n, p.as_transform(), p.as_transform()) for n, p in enumerate(poses)]
+        truths = [
+            TrueState(1e3 * n, p.as_transform(), p.as_transform()) for n, p in enumerate(poses)
+        ]
         images = [rig.images(truth)[0] for truth in truths]
         cells = [str(side)]
         for factor in FACTORS:
-            watch = TagWatch(camera, TagMount(), SpaceSettings(decimate=factor, misfit_gate=1e9))
+            watch = TagObserver(
+                camera, TagMount(), SpaceSettings(decimate=factor, max_squared_residual=1e9)
+            )
             began = time.process_time()
             seen = [watch.look(image).pose for image in images]
             spent = 1e3 * (time.process_time() - began) / IMAGES

@@ -115,10 +115,10 @@ def replayed(bag: Path, every: int, out: Path) -> dict[str, Any]:
         while process.poll() is None:
             peak = max(peak, high_water_mb(process.pid))
             time.sleep(POLL_S)
-        told = process.stdout.read() if process.stdout else ""
+        output = process.stdout.read() if process.stdout else ""
     if process.returncode != 0:
         raise SystemExit(f"{bag}: the replay failed")
-    answer = json.loads(told)
+    answer = json.loads(output)
     return {
         "gigabytes": bag.stat().st_size / 1e9,
         "peak_mb": peak,

@@ -16,16 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.report import RESULTS, write_page
-from circumspect.classification import Classifier, GridRecipe, OnnxClassifier
+from circumspect.classification import Classifier, GridSpec, OnnxClassifier
 from circumspect.classification.model_facts import ModelFacts
-from circumspect.cli.calibrate import held_back_objects, scan_augmentation
+from circumspect.cli.commands.calibrate import held_back_objects, scan_augmentation
 from circumspect.datasets.labelled_crops import read_labelled_crops
 from circumspect.datasets.labelled_surfaces import OTHER
-from circumspect.evaluation.area_under_curve import area_under_curve
-from circumspect.evaluation.classifier_calibration import Answers, calibrate, judged
+from circumspect.evaluation.accuracy import area_under_curve
+from circumspect.evaluation.classifier_calibration import Answers, calibrate, judged, real_answers
 from circumspect.evaluation.held_back_scans import held_back_scans
 from circumspect.evaluation.markdown import table
-from circumspect.evaluation.real_answers import real_answers
 
 SCANS = 2
 """Of each object that is held back."""
@@ -62,9 +61,9 @@ def simulated(
     classifier: OnnxClassifier, data: Path, catalogues: Sequence[Path]
 ) -> tuple[Answers, Answers]:
     """Answers to held-back objects, with rays and without."""
-    assert isinstance(classifier.recipe, GridRecipe)
+    assert isinstance(classifier.input_spec, GridSpec)
     sources = held_back_objects(classifier, data, catalogues)
-    scans = held_back_scans(sources, scan_augmentation(classifier), classifier.recipe, SCANS)
+    scans = held_back_scans(sources, scan_augmentation(classifier), classifier.input_spec, SCANS)
     return (
         Answers.of(classifier, scans.with_rays()),
         Answers.of(classifier, scans.without_rays()),

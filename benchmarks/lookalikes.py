@@ -1,10 +1,10 @@
-"""What a name can hang on: test objects whose likes in the training split bear another name.
+"""What a label can depend on: test objects whose likes in the training split bear another name.
 
     python -m benchmarks.lookalikes ModelNet10
 
 Each test object is laid over every training object, in every whole cell of azimuth; the largest
 overlap counts. Where one that is all but the same shape bears the wrong name that was given, the
-shape alone does not tell: size, surroundings or use would have to.
+shape alone does not determine it: size, surroundings or use would have to.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from circumspect.classification import Classifier
 from circumspect.classification.shipped import MODELNET10
 from circumspect.datasets import ObjectSet, open_data_set
-from circumspect.datasets.cell_overlap import ALIKE, occupied_and_beside, turned
+from circumspect.datasets.validation_split import ALIKE, occupied_and_beside, turned
 from circumspect.evaluation.markdown import table
 
 COMMAND = "python -m benchmarks.lookalikes ModelNet10"
@@ -42,12 +42,12 @@ def main() -> int:
     overlaps = np.stack(list(_overlaps_by_class(train, test)))
     write_page(
         "lookalikes", "Likes of the test objects in the training split", COMMAND,
-        *told(overlaps, test.labels, _answers(test), test.classes), given.out,
+        *page_text(overlaps, test.labels, _answers(test), test.classes), given.out,
     )  # fmt: skip
     return 0
 
 
-def told(
+def page_text(
     overlaps: NDArray[np.floating],
     labels: NDArray[np.integer],
     answers: NDArray[np.integer],
@@ -98,19 +98,19 @@ def _overlaps_by_class(train: ObjectSet, test: ObjectSet) -> Iterator[NDArray[np
     shown = [occupied_and_beside(train, index) for index in range(len(train))]
     cells = np.stack([occupied.ravel() for occupied, _ in shown])
     beside = np.stack([near.ravel() for _, near in shown])
-    counts, tell = cells.sum(axis=1, keepdims=True), telling()
+    counts, report = cells.sum(axis=1, keepdims=True), progress_report()
     for index in range(len(test)):
         occupied, near = (turned(one) for one in occupied_and_beside(test, index))
         shares = np.minimum(beside @ occupied.T / occupied[0].sum(), cells @ near.T / counts)
         best = shares.max(axis=1)
         yield np.array([best[train.labels == label].max() for label in range(len(train.classes))])
         if index % 50 == 0:
-            tell(index, len(test), str(test.names[index]))
+            report(index, len(test), str(test.names[index]))
 
 
 def _answers(test: ObjectSet) -> NDArray[np.intp]:
     classifier = Classifier.load(MODELNET10, threads=1)
-    inputs = (classifier.recipe.inputs(test.cloud(index)) for index in range(len(test)))
+    inputs = (classifier.input_spec.inputs(test.cloud(index)) for index in range(len(test)))
     return np.array([classifier.probabilities(given)[0].argmax() for given in inputs])
 
 

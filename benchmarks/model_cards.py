@@ -85,7 +85,7 @@ def page(facts: ModelFacts, text: ModelText) -> str:
         f"`--model {shipped.name}`.",
         _section("Intended use", *text.intended_use),
         _section("The network", table(["", ""], _network(facts, text))),
-        _section("Input", table(SETTINGS, _settings(facts.classifier.recipe.to_dict()))),
+        _section("Input", table(SETTINGS, _settings(facts.classifier.input_spec.to_dict()))),
         _section("Training data", *_data(facts, text)),
         _section("Training", *_training(facts, text)),
         _section("Figures", *_figures(facts), *text.figures),

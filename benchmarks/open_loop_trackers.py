@@ -11,8 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from benchmarks.open_loop import TrackedPose
 from benchmarks.plain_gicp import PlainGicp
 from circumspect.errors import InputError
-from circumspect.geometry.composition import between
-from circumspect.geometry.pose_distance import distances
+from circumspect.geometry.composition import between, distances
 from circumspect.motion import MotionModel, PoseWithCovariance
 from circumspect.registration import Scan, ScanSurface, SurfaceMap, register
 from circumspect.sensing import RgbdFrame

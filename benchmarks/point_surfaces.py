@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from circumspect.datasets.farthest_points import evenly_sampled
 from circumspect.evaluation.figures import save_figure
 from circumspect.evaluation.markdown import table
@@ -35,14 +35,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
-    rows, tell = {}, telling()
+    rows, report = {}, progress_report()
     for index, category in enumerate(CATEGORIES):
-        tell(index, len(CATEGORIES), category)
+        report(index, len(CATEGORIES), category)
         found = [differences(*seen(category, seed)) for seed in range(VARIANTS)]
         rows[category] = np.mean(found, axis=0).tolist()
     save_figure(drawn(), given.out / "point_surfaces.png")
     write_page(
-        "point_surfaces", "Surfaces made of 1,024 points", COMMAND, told(rows), {"rows": rows},
+        "point_surfaces", "Surfaces made of 1,024 points", COMMAND, page_text(rows), {"rows": rows},
         given.out,
     )  # fmt: skip
     return 0
@@ -108,7 +108,7 @@ def drawn() -> Figure:
     return figure
 
 
-def told(rows: dict[str, list[float]]) -> str:
+def page_text(rows: dict[str, list[float]]) -> str:
     """The page's text."""
     lines = [
         [name.replace("_", " "), *(f"{share:.1%}" for share in row[:3]),

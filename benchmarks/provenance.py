@@ -47,7 +47,7 @@ def commit_of(folder: Path) -> str:
     """The working copy that a folder is in; `UNKNOWN` where it is in none."""
     try:
         commit = _git(folder, "rev-parse", "--short", "HEAD")
-        # What a benchmark writes, and tells, does not change what it measures.
+        # What a benchmark writes and prints does not change what it measures.
         changed = _git(
             folder, "status", "--porcelain", "--untracked-files=no", "--", ":/", *NO_PROGRAM
         )
@@ -65,5 +65,5 @@ def _git(folder: Path, *words: str) -> str:
 
 def _maker(made: dict[str, str] | None) -> str:
     if made is None:
-        return "an older program that did not tell its commit"
+        return "an older program that did not record its commit"
     return f"{made['commit']} on {made['processor']}, {made['date']}"

@@ -23,14 +23,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from benchmarks.fault_scenarios import FaultJob, prepared_fault
-from benchmarks.report import telling
+from benchmarks.report import progress_report
 from benchmarks.scan_job import ScanJob
 from benchmarks.scans import furniture_jobs
 from circumspect.gathering.job_pool import LocalPool, run_all
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import Odometry, RgbdFrame
-from circumspect.simulation import Witness
+from circumspect.simulation import GroundTruthRecorder
 from circumspect.storage import atomic_open
 
 FOLDER = Path("runs") / "recorded_scans"
@@ -64,23 +64,23 @@ class RecordedScan:
 class FrameRecorder(WrappedRobot):
     """Keeps every frame with the pose at which the simulation took it."""
 
-    def __init__(self, robot: MobileRobot, witness: Witness) -> None:
+    def __init__(self, robot: MobileRobot, ground_truth: GroundTruthRecorder) -> None:
         """Record what a robot sees; the witness knows where it is."""
         super().__init__(robot)
         self.frames: list[tuple[RgbdFrame, NDArray[np.float64]]] = []
-        self._witness = witness
+        self._ground_truth = ground_truth
 
     def observe(self) -> RgbdFrame:
         """See `MobileRobot.observe`."""
         frame = super().observe()
-        self.frames.append((frame, self._witness.simulated.truth().T_map_camera.as_matrix()))
+        self.frames.append((frame, self._ground_truth.simulated.truth().T_map_camera.as_matrix()))
         return frame
 
 
 def record(job: FaultJob) -> dict[str, Any]:
     """Drive a scan and write its frames."""
     parts = prepared_fault(job)
-    recorder = FrameRecorder(parts.scan.robot, parts.witness)
+    recorder = FrameRecorder(parts.scan.robot, parts.ground_truth)
     scan = parts.driven_by(recorder).scan
     scan.run()
     write(path_of(job), recorder.frames)
@@ -163,7 +163,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args()
     asked = jobs(given.each, given.each_fault, given.frames)
-    run_all(asked, record, FOLDER / "recorded.jsonl", LocalPool(given.workers), telling())
+    run_all(asked, record, FOLDER / "recorded.jsonl", LocalPool(given.workers), progress_report())
     return 0
 
 

@@ -15,7 +15,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -102,7 +102,7 @@ def figures(result: Run, plain: Mapping[str, tuple[RigidTransform, np.ndarray]])
     """
     stamps = result.truth.stamps
     found = {
-        "told": (result.live, result.milliseconds),
+        "live": (result.live, result.milliseconds),
         "corrected": (result.final, result.milliseconds),
         **{name: (Trajectory(stamps, poses), took) for name, (poses, took) in plain.items()},
     }
@@ -115,8 +115,8 @@ def figures(result: Run, plain: Mapping[str, tuple[RigidTransform, np.ndarray]])
 
 def _errors(found: Trajectory, truth: Trajectory, took: np.ndarray) -> dict[str, Any]:
     return {
-        "absolute": asdict(places_and_turns(found, truth)),
-        "per_frame": asdict(relative_pose_error(found, truth)),
+        "absolute": places_and_turns(found, truth).to_dict(),
+        "per_frame": relative_pose_error(found, truth).to_dict(),
         "milliseconds": {
             "median": float(np.median(took)), "p95": float(np.percentile(took, 95)),
         },
@@ -128,7 +128,7 @@ HEAD = [
     "per frame RMSE [mm]", "per frame median", "time median [ms]", "time 95 %",
 ]  # fmt: skip
 WORDS = {
-    "told": "as told at each frame",
+    "live": "live, at each frame",
     "corrected": "corrected at the end",
     "small_gicp": f"small_gicp, depth to {RANGES['small_gicp']:g} m",
     "small_gicp_all": "small_gicp, all depth",

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.redkitchen import FOLDER
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from circumspect.classification.answer_text import percent
 from circumspect.evaluation.markdown import table
 
@@ -33,10 +33,10 @@ def main() -> int:
     parser.add_argument("folder", type=Path, nargs="?", default=FOLDER)
     parser.add_argument("--out", type=Path, default=RESULTS)
     arguments = parser.parse_args()
-    tell, runs = telling(), []
+    report, runs = progress_report(), []
     jobs = [(name, poses) for name in BOXES for poses in POSES]
     for done, (name, poses) in enumerate(jobs):
-        tell(done, len(jobs), f"{name}, {poses}")
+        report(done, len(jobs), f"{name}, {poses}")
         runs.append({"object": name, "poses": poses, **replayed(arguments.folder, name, poses)})
     commands = "\n".join(" ".join(words(Path("redkitchen"), *job)) for job in jobs)
     text = (

@@ -40,11 +40,11 @@ class Row:
     repeats: int
 
 
-def telling() -> Callable[[int, int, str], None]:
+def progress_report() -> Callable[[int, int, str], None]:
     """Prints how many jobs are done, and an estimate, after each."""
     start, before = time.monotonic(), []
 
-    def tell(done: int, total: int, key: str) -> None:
+    def report(done: int, total: int, key: str) -> None:
         if not before:
             before.append(done)
             print(f"{done} of {total} are done already", file=sys.stderr)
@@ -53,7 +53,7 @@ def telling() -> Callable[[int, int, str], None]:
         left = spent / (done - before[0]) * (total - done)
         print(f"{done}/{total} {key} {spent:.1f} min, {left:.0f} min left", file=sys.stderr)
 
-    return tell
+    return report
 
 
 def timed(name: str, work: Callable[[], object], seconds: float = 1.0) -> Row:
@@ -139,7 +139,7 @@ def table(rows: Sequence[Row]) -> str:
 
 
 def processor() -> str:
-    """Its name, as the system tells it."""
+    """Its name, as the system reports it."""
     try:
         return processor_in(Path("/proc/cpuinfo").read_text())
     except OSError:
@@ -147,9 +147,9 @@ def processor() -> str:
 
 
 def processor_in(cpuinfo: str) -> str:
-    """The name that Linux tells, with the family where the name has no number.
+    """The name that Linux reports, with the family where the name has no number.
 
-    Rented machines often call processors alike that differ in pace by two.
+    Rented machines often use one name for processors that differ in speed by a factor of two.
     """
     found = dict(re.findall(r"^(model name|cpu family)\s*: (.+)$", cpuinfo, re.MULTILINE))
     name, family = found.get("model name", platform.processor()), found.get("cpu family")

@@ -3,7 +3,7 @@
     python -m benchmarks.ros_wire
 
 RustDDS (by the tests' peer, which shares no code with the node's DDS) publishes 640 x 480
-depth images at 30 Hz on this machine, best effort and reliable; the node hears them. First
+depth images at 30 Hz on this machine, best effort and reliable; the node receives them. First
 the wire alone, then with the pipeline working on 5 frames a second beside it. Needs cargo.
 """
 
@@ -36,7 +36,7 @@ from circumspect.ros.dds_settings import DdsSettings
 from circumspect.ros.middleware import SENSOR
 from circumspect.ros.node_settings import NodeSettings
 from circumspect.ros.recognition_node import RecognitionNode
-from circumspect.ros.wire_messages import unpacked
+from circumspect.ros.wire_messages import deserialized
 from circumspect.sensing import DepthNoise
 from circumspect.sensing.millimetres import millimetres
 from circumspect.simulation import CameraMount, Orbit, Scene, SimulatedCamera
@@ -54,7 +54,7 @@ HEADS = [
     "node asks",
     "the node",
     "sent",
-    "heard",
+    "received",
     "lost",
     "dropped",
     "gap [ms]",
@@ -99,14 +99,14 @@ class Wire:
         self._times: list[float] = []
         self._middleware = DdsMiddleware(DdsSettings(DOMAIN, "LOCALHOST"), "")
         wanted = replace(SENSOR, reliable=reliable)
-        self._middleware.subscribe(DEPTH, IMAGE, wanted, self._heard)
+        self._middleware.subscribe(DEPTH, IMAGE, wanted, self._on_message)
 
-    def _heard(self, data: bytes) -> None:
+    def _on_message(self, data: bytes) -> None:
         self._times.append(time.monotonic())
-        assert unpacked(IMAGE, data).width == 640
+        assert deserialized(IMAGE, data).width == 640
 
     def end(self) -> tuple[int, int, str]:
-        """Images heard and dropped, and the largest time between two."""
+        """Images received and dropped, and the largest time between two."""
         self._middleware.close()
         return len(self._times), 0, f"{1e3 * float(np.diff(self._times).max()):.0f}"
 
@@ -127,7 +127,7 @@ class Naming:
         self._worker.start()
 
     def end(self) -> tuple[int, int, str]:
-        """Images heard, frames that gave way to newer ones; the times are not kept."""
+        """Images received, frames that gave way to newer ones; the times are not kept."""
         self._over.set()
         self._worker.join()
         self._node.close()
@@ -138,7 +138,7 @@ def measured(
     program: Path, held: Path, manner: str, asks: bool, seconds: float, node: bool
 ) -> list[str]:
     """One row: publish for so long, and count."""
-    hears = Naming(asks) if node else Wire(asks)
+    receiver = Naming(asks) if node else Wire(asks)
     rounds = round(seconds * RATE / STATIONS)
     words = [str(program), str(DOMAIN), "talk", str(held), str(RATE), manner, str(rounds)]
     before, start = time.process_time(), time.monotonic()
@@ -147,9 +147,9 @@ def measured(
     )
     cores = (time.process_time() - before) / (time.monotonic() - start)
     sent = json.loads(done.stdout.splitlines()[-1])["sent"]
-    heard, dropped, gap = hears.end()
-    what = "names 5 frames/s" if node else "only hears"
-    figures = (sent, heard, sent - heard, dropped)
+    received, dropped, gap = receiver.end()
+    what = "names 5 frames/s" if node else "only receives"
+    figures = (sent, received, sent - received, dropped)
     asked = "--reliable" if asks else "best effort"
     return [manner, asked, what, *(str(figure) for figure in figures), gap, f"{cores:.2f}"]
 

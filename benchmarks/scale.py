@@ -27,15 +27,16 @@ from benchmarks.large_bags import high_water_mb
 from benchmarks.report import RESULTS, write_page
 from benchmarks.scans import DATA
 from circumspect import __version__
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.datasets.gathered_set import read_manifest
 from circumspect.datasets.gathered_verification import verify_gathered
 from circumspect.datasets.set_store import SetStore
 from circumspect.datasets.shard_file import Rows, ShardHead, write_shard
 from circumspect.datasets.sharded_set import ShardedSet
 from circumspect.evaluation.markdown import table
-from circumspect.gathering import GatherSettings, LocalPool, gather, objects_for
+from circumspect.gathering import GatherSettings, LocalPool, objects_for
 from circumspect.gathering.conversion import ConversionSettings, convert
+from circumspect.gathering.gather import gather
 from circumspect.gathering.set_place import SetFolder
 from circumspect.nets.registry import net_spec
 from circumspect.storage import write_json
@@ -85,9 +86,9 @@ def scans(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
 def conversion(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
     """Variants a second with several workers, and their size."""
     meant = TrainingSettings(**{**net_spec("planes").training, "net": "planes"})
-    recipe = net_spec("planes").recipe
-    assert isinstance(recipe, GridRecipe)
-    how = ConversionSettings(recipe, meant.changes(recipe.margin), VARIANTS, 1024)
+    input_spec = net_spec("planes").input_spec
+    assert isinstance(input_spec, GridSpec)
+    how = ConversionSettings(input_spec, meant.changes(input_spec.margin), VARIANTS, 1024)
     rows = []
     for workers in WORKERS:
         at = folder / f"shards-{workers}"
@@ -109,9 +110,9 @@ def training(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
     """Samples a second that `planes` trains on from shards, with one process and with two."""
     shards = folder / "training"
     meant = TrainingSettings(**{**net_spec("planes").training, "net": "planes"})
-    recipe = net_spec("planes").recipe
-    assert isinstance(recipe, GridRecipe)
-    how = ConversionSettings(recipe, meant.changes(recipe.margin), 1, 512)
+    input_spec = net_spec("planes").input_spec
+    assert isinstance(input_spec, GridSpec)
+    how = ConversionSettings(input_spec, meant.changes(input_spec.margin), 1, 512)
     convert(given.data, str(shards), how, LocalPool(os.cpu_count() or 1))
     with ShardedSet.read(shards, "train") as held:
         batches = held.batches(BATCH, 0)
@@ -153,7 +154,7 @@ def lost_node(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
                 cluster.remove_node(nodes.pop(), allow_graceful=False)
 
         name = pool.name
-        seconds = _timed(lambda: gather(SetFolder(at), SCANS, objects, pool, told=progress))
+        seconds = _timed(lambda: gather(SetFolder(at), SCANS, objects, pool, progress=progress))
         left = pool.name
     lines = (at / "manifest.jsonl").read_text().splitlines()
     found = [json.loads(line)["scan"] for line in lines]
@@ -201,13 +202,13 @@ def _write_synthetic(folder: Path, size: int) -> None:
     """Blocks of random bits, which compress about as well as grids of objects."""
     rng, store = np.random.default_rng(0), SetStore(folder)
     count = -(-size // SHARD)
-    recipe = GridRecipe()
+    input_spec = GridSpec()
     for number in range(count):
         rows = min(SHARD, size - number * SHARD)
         blocks = rng.integers(0, 256, (rows, 128), np.uint8)
         packed = np.repeat(blocks, 32, axis=1)
         head = ShardHead(
-            recipe.to_dict(), (1, *recipe.shape), ("a", "b"), {}, "train", number, count,
+            input_spec.to_dict(), (1, *input_spec.shape), ("a", "b"), {}, "train", number, count,
             __version__,
         )  # fmt: skip
         names = np.array([f"object-{number * SHARD + row}" for row in range(rows)])

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import scans
-from benchmarks.report import RESULTS, telling, write_page
+from benchmarks.report import RESULTS, progress_report, write_page
 from benchmarks.scan_job import ScanJob
 from benchmarks.scan_snapshots import SHARES, SnapshotJob, gather
 from circumspect.classification import Classifier, OnnxClassifier, Prediction
@@ -49,7 +49,7 @@ def main() -> int:
     path = arguments.snapshots / "scans.jsonl"
     if arguments.gather:
         wanted = [SnapshotJob(job, os.fspath(arguments.snapshots)) for job in jobs(arguments.data)]
-        run_all(wanted, gather, path, LocalPool(arguments.workers), telling())
+        run_all(wanted, gather, path, LocalPool(arguments.workers), progress_report())
     found = {
         Path(model).stem: answers(Classifier.load(model), records(path), arguments.snapshots)
         for model in arguments.models
@@ -118,9 +118,9 @@ def asked(
     coverage: float,
 ) -> Prediction:
     """The answer to a model, as the pipeline asks."""
-    recipe = classifier.recipe
+    input_spec = classifier.input_spec
     views = []
-    for grid in recipe.all_bounds(recipe.bounds(cloud)):
+    for grid in input_spec.all_bounds(input_spec.bounds(cloud)):
         found = grid.hits(cloud.points_xyz)
         if len(ends_xyz):
             passed = np.zeros(len(ends_xyz), bool)

@@ -16,8 +16,8 @@ from circumspect.classification import Classifier
 from circumspect.classification.shipped import DEFAULT
 from circumspect.errors import CircumspectError
 from circumspect.evaluation.scan_error import ScanError, scan_error
-from circumspect.exploration.scan_settings import ScanSettings
-from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
+from circumspect.exploration.scan_settings import RoomSettings, ScanSettings
+from circumspect.exploration.simulated_scan import SimulatedScan
 from circumspect.gathering.scanned_object import scanned_object
 from circumspect.planning import (
     CirclePlanner,
@@ -26,9 +26,9 @@ from circumspect.planning import (
     ViewPlanner,
 )
 from circumspect.recognition import RecognitionResult
-from circumspect.runs.camera_path import camera_path
+from circumspect.runs.run_folder import stage_lists, stage_times
+from circumspect.runs.run_path import camera_path
 from circumspect.runs.run_path_log import RunPathLog
-from circumspect.runs.stage_times import stage_lists, stage_times
 
 PLANNERS = {
     "normals": SurfaceNormalPlanner,
@@ -69,7 +69,7 @@ class ScanJob:
 
     @property
     def key(self) -> str:
-        """Tells it from all others."""
+        """Identifies it among all others."""
         what = f"{self.suite}/{self.object}/{self.start_deg:g}/{self.seed}/{self.planner}"
         return f"{what}/{self.frame_interval:g}/{self.frames}"
 
@@ -83,7 +83,7 @@ def prepared(
         "object": thing.name, "true_label": thing.label, "truth": thing.label, "seed": job.seed,
         "start_deg": job.start_deg, "planner": job.planner,
     }  # fmt: skip
-    driving = ScanSettings(frame_interval=job.frame_interval, most_frames=job.frames)
+    driving = ScanSettings(frame_interval=job.frame_interval, max_frames=job.frames)
     return SimulatedScan.prepared(
         thing.mesh, world, driving, planner or PLANNERS[job.planner](),
         # Where times count nothing else runs, and the network has all cores, as a user's does.
@@ -116,7 +116,7 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         "distance_m": parts.scan.driven_m,
         **settled(result, log),
         **error.summary(),
-        **trust(live.estimates, parts.witness.trajectory)._asdict(),
+        **trust(live.estimates, parts.ground_truth.trajectory)._asdict(),
         "missing": list(error.missing),
         "views": dict(Counter(record.reason for record in parts.scan.views)),
         "milliseconds": stage_times(result.steps, plan),
@@ -129,7 +129,7 @@ def measured(
 ) -> ScanError:
     """The scan against the truth."""
     return scan_error(
-        parts.witness.trajectory, camera_path(result), log.odometry,
+        parts.ground_truth.trajectory, camera_path(result), log.odometry,
         result.points_xyz if shape else None, parts.room.scene, parts.camera,
     )  # fmt: skip
 

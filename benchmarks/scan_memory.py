@@ -19,7 +19,7 @@ from benchmarks.asked import command_with
 from benchmarks.report import RESULTS, write_page
 from benchmarks.scan_job import ScanJob, prepared
 from circumspect.evaluation.markdown import table
-from circumspect.planning import CirclePlanner, Finished, NextView, Situation, ViewPlanner
+from circumspect.planning import CirclePlanner, Finished, NextView, PlannerInput, ViewPlanner
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.tracking import Tracker
 
@@ -27,20 +27,20 @@ PAGE = os.sysconf("SC_PAGE_SIZE")
 TELL_EVERY_S = 120.0
 """Robot's time between two rows [s]."""
 SETTINGS = ("minutes", "object")
-"""Flags that tell what is driven."""
+"""Flags that say what is driven."""
 
 
 @dataclass(frozen=True)
 class RestlessPlanner(ViewPlanner):
-    """Goes on round the object for ever."""
+    """Drives round the object for ever."""
 
     circle: CirclePlanner = field(default_factory=CirclePlanner)
 
-    def next_view(self, situation: Situation) -> NextView | Finished:
+    def next_view(self, planner_input: PlannerInput) -> NextView | Finished:
         """A circle planner that forgets where it was."""
-        return self.circle.next_view(replace(situation, visited=situation.visited[-1:]))
+        return self.circle.next_view(replace(planner_input, visited=planner_input.visited[-1:]))
 
-    def enough(self, situation: Situation) -> Finished | None:  # noqa: ARG002
+    def check_finished(self, planner_input: PlannerInput) -> Finished | None:  # noqa: ARG002
         """Never."""
         return None
 

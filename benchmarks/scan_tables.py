@@ -98,7 +98,7 @@ def trajectory_and_shape(
     if not shaped:
         return note + table(head, rows), figures
     figures["together"] = together = _together(shaped)
-    return f"{note}{table(head, rows)}\n\n{_told_together(together)}", figures
+    return f"{note}{table(head, rows)}\n\n{_summary_line(together)}", figures
 
 
 def _together(shaped: list[Record]) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def _together(shaped: list[Record]) -> dict[str, Any]:
     }
 
 
-def _told_together(f: Record) -> str:
+def _summary_line(f: Record) -> str:
     within = f["within"]
     return (
         f"All {f['measured']} together: ATE {f['ate_mm']:.1f} mm, {f['yaw_deg']:.2f}°, odometry "
@@ -263,7 +263,7 @@ def _shown(spread: dict[str, float], limit: str, digits: int = 1, sign: int = 1)
 
 
 def _plain(spread: dict[str, float], digits: int) -> str:
-    """Without a limit; scans of older versions may not tell it."""
+    """Without a limit; scans of older versions may not have it."""
     if np.isnan(spread["median"]):
         return "–"
     return f"{spread['median']:.{digits}f} ({spread['worst']:.0f})"

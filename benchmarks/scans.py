@@ -5,7 +5,7 @@
     python -m benchmarks.scans --tables                   # only from what is there
 
 Every scan is one JSON line in `benchmarks/results/scans.jsonl`; scans that are there already are
-not done again, so an interrupted run goes on where it was. The tables are of all suites, and of the
+not done again, so an interrupted run resumes. The tables are of all suites, and of the
 scans in them that the same settings make. `docs/scans.md` says what it all means.
 """
 
@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.asked import command_with, of_jobs
-from benchmarks.report import RESULTS, telling
+from benchmarks.report import RESULTS, progress_report
 from benchmarks.scan_job import PLANNERS, ScanJob, run_job
 from benchmarks.scan_tables import write_tables
 from circumspect.datasets.point_pack import read_point_pack
@@ -29,7 +29,7 @@ from circumspect.gathering.job_pool import LocalPool, records, run_all
 
 SUITES = ("furniture", "planners", "modelnet", "timing")
 SETTINGS = ("each", "objects", "frame_interval")
-"""Flags that tell which scans there are."""
+"""Flags that say which scans there are."""
 STARTS_DEG = tuple(np.arange(8) * 45.0)
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "modelnet10"
 FIRST_VARIANT = 100_000
@@ -44,7 +44,7 @@ def main() -> int:
         for suite in arguments.suite or SUITES:
             # Times are only worth something when nothing else runs.
             workers = 1 if suite == "timing" else arguments.workers
-            run_all(jobs(suite, arguments), run_job, path, LocalPool(workers), telling())
+            run_all(jobs(suite, arguments), run_job, path, LocalPool(workers), progress_report())
     command = command_with("python -m benchmarks.scans", arguments, usual, SETTINGS)
     write_tables(asked(records(path), arguments), arguments.out, command, arguments.data)
     return 0

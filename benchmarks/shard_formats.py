@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from benchmarks.report import write_page
 from benchmarks.scans import DATA
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.evaluation.markdown import table
 
@@ -225,11 +225,11 @@ def _shuffled(rows: Any, counts: list[int], seed: int, start: int) -> Iterator[N
 def grids_of(data: Path, count: int) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
     """Packed grids of real objects, no two of them equal, and their labels."""
     objects = read_point_pack(data / "train.npz")
-    recipe, turns = GridRecipe(azimuth_views=1), 32
+    input_spec, turns = GridSpec(azimuth_views=1), 32
     chosen = np.linspace(0, len(objects) - 1, -(-count // turns)).astype(int)
     packed, labels = [], []
     for index in chosen.tolist():
-        grid = recipe.grids(objects.cloud(index), [0.0])[0, 0]
+        grid = input_spec.grids(objects.cloud(index), [0.0])[0, 0]
         for turn in range(turns):
             packed.append(np.packbits(np.roll(grid, turn, axis=1).reshape(-1)))
             labels.append(int(objects.labels[index]))

@@ -2,7 +2,7 @@
 
 python -m benchmarks.training_speed    # a quarter of an hour on two cores that do nothing else
 
-Each row is a process of its own: what the C library was once told holds for the whole process.
+Each row is a process of its own: a setting of the C library holds for the whole process.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from circumspect.datasets import GridCache
 from circumspect.datasets.furniture_set import furniture_set
 from circumspect.evaluation.markdown import table
 from circumspect.nets.registry import net_spec
-from circumspect.training import TrainingSettings, train
+from circumspect.training import TrainingSettings
+from circumspect.training.train import train
 
 NETS = ("moon2018", "planes", "voxnet")
 PRECISIONS = ("fp32", "bf16")
@@ -60,9 +61,9 @@ class Stopwatch:
 
 
 def step_ms(net: str, precision: str, freed: str) -> dict[str, float]:
-    """Median time and memory of this process, whose freed memory is treated as told."""
+    """Median time and memory of this process, whose freed memory is treated as set."""
     if freed == KEPT and not keep_freed_memory():
-        raise SystemExit("this C library can not be told to keep freed memory")
+        raise SystemExit("this C library has no setting to keep freed memory")
     settings = TrainingSettings(**{**net_spec(net).training, "net": net})
     settings = replace(settings, precision=precision, epochs=2, passes=2, replicas=2)
     watch, objects = Stopwatch(), furniture_set(EACH)

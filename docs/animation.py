@@ -20,16 +20,15 @@ from PIL import Image
 from circumspect.classification import Classifier
 from circumspect.classification.answer_text import percent
 from circumspect.exploration.object_scan import ObjectScan
-from circumspect.exploration.scan_settings import ScanSettings
-from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
+from circumspect.exploration.scan_settings import RoomSettings, ScanSettings
+from circumspect.exploration.simulated_scan import SimulatedScan
 from circumspect.gathering.scanned_object import scanned_object
 from circumspect.planning import SurfaceNormalPlanner
 from circumspect.recognition import RecognitionResult, RecognitionStep
-from circumspect.runs.panels import thinned
 from circumspect.runs.plan_panel import draw_plan
 from circumspect.runs.run_path_log import RunPathLog
 from circumspect.sensing import DepthNoise, RgbdFrame
-from circumspect.simulation import RobotSettings, SimulatedRobot, Witness, outlines
+from circumspect.simulation import GroundTruthRecorder, RobotSettings, SimulatedRobot, outlines
 from circumspect.storage import atomic_path
 
 SIZE = (960, 344)
@@ -79,7 +78,8 @@ class Film:
     def _draw_plan(self, figure: Figure, result: RecognitionResult) -> None:
         assert result.last is not None
         plan = figure.add_axes((0.425, 0.06, 0.298, 0.83))
-        draw_plan(plan, thinned(result.last.model.cloud()), result, self._log.run_path(result))
+        cloud = result.last.model.cloud().thinned(40_000)
+        draw_plan(plan, cloud, result, self._log.run_path(result))
         legend = plan.get_legend()
         if legend is not None:
             legend.remove()
@@ -133,7 +133,7 @@ def filmed(name: str, start_deg: float, seed: int, every: int) -> list[Image.Ima
         thing.mesh, RoomSettings(), driving, planner, Classifier.load(), config
     )
     start = parts.room.start(start_deg)
-    robot = Witness(
+    robot = GroundTruthRecorder(
         SimulatedRobot(
             parts.room.scene, start, parts.room.mount, RobotSettings(slip=0.05), parts.camera,
             DepthNoise(), seed, colour=True,

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import re
+import sys
 from importlib import metadata
 from pathlib import Path
+
+from myst_parser.parsers.sphinx_ import MystParser
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from command_help import add_command_help
+from notebook_pages import notebook_page
 
 project = "circumspect"
 author = "the circumspect developers"
@@ -65,7 +72,7 @@ def short_types(_app, _what, _name, _object, _options, lines: list[str]) -> None
 
 
 def short_signature(_app, _what, _name, _object, _options, arguments, returned):
-    """The same of arguments; a default that is made anew each time is no word for a reader."""
+    """The same for arguments; a default that a factory makes is shown as `...`."""
     if arguments is not None:
         arguments = as_written(arguments).replace("<factory>", "...")
     return arguments, None if returned is None else as_written(returned)
@@ -88,8 +95,21 @@ def forge_links(_app, _name, text: list[str]) -> None:
     text[0] = RESULT.sub(to_benchmarks, text[0])
 
 
+class NotebookParser(MystParser):
+    """Shows a notebook as its text, its code and what the code gives."""
+
+    supported = ("notebook",)
+
+    def parse(self, inputstring: str, document) -> None:
+        """Parse the executed cells as one page of Markdown."""
+        super().parse(notebook_page(inputstring), document)
+
+
 def setup(app) -> None:
     """Join in where docstrings and pages are read."""
+    app.add_source_suffix(".ipynb", "notebook")
+    app.add_source_parser(NotebookParser)
+    app.connect("source-read", add_command_help)
     app.connect("autodoc-process-docstring", plain, priority=400)
     app.connect("autodoc-process-docstring", short_types, priority=900)
     app.connect("autodoc-process-signature", short_signature)

@@ -25,7 +25,7 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
 )  # fmt: skip
-SIZE, PATIENCE = (1280, 900), 60_000
+SIZE, PATIENCE = (1280, 800), 120_000
 
 
 def main() -> None:

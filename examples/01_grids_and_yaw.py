@@ -22,7 +22,7 @@ def main() -> None:
     cells = grid.occupied.shape[AZIMUTH_AXIS]
     print(f"{grid.occupied.sum()} of {grid.occupied.size} cells are occupied")
 
-    # Bounds are fitted anew, as they are for every cloud: nothing knows of the turn.
+    # Bounds are fitted again, as for every cloud: nothing depends on the turn.
     for yaw_deg in (45.0, 90.0, 100.0):
         moved = chair.turned(np.radians(yaw_deg))
         later = cs.CylindricalGrid.fit(moved).hits(moved)

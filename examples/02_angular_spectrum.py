@@ -31,7 +31,7 @@ def main() -> None:
     angles_deg = np.arange(0.0, 360.0, 0.5)
     gaps = [np.abs(rotate_spectrum(spectrum, a) - later).sum() for a in np.radians(angles_deg)]
     found_deg = angles_deg[int(np.argmin(gaps))]
-    print(f"turned by {yaw_deg:.1f} deg; the spectra tell {found_deg:.1f} deg")
+    print(f"turned by {yaw_deg:.1f} deg; estimated from the spectra: {found_deg:.1f} deg")
 
 
 if __name__ == "__main__":

@@ -4,9 +4,7 @@ python examples/03_fuse_depth_frames.py    # needs: pip install "circumspect[sim
 """
 
 import circumspect as cs
-from circumspect.sensing import DepthNoise, GroundSegmentation
 from circumspect.simulation import Orbit, Scene, SimulatedCamera
-from circumspect.tracking import KnownPoses
 
 FRAMES = 12
 
@@ -19,9 +17,12 @@ def main() -> None:
 
     # Any camera will do whose frames are `RgbdFrame(depth, camera, stamp, T_map_camera)`.
     scene = Scene.with_object(toilet)
-    frames = SimulatedCamera(scene, stations.__next__, camera, DepthNoise(), rng=0).frames(FRAMES)
+    frames = SimulatedCamera(scene, stations.__next__, camera, cs.DepthNoise(), rng=0).frames(
+        FRAMES
+    )
 
-    pipeline = cs.RecognitionPipeline(GroundSegmentation(), KnownPoses(), cs.Classifier.load())
+    poses, classifier = cs.KnownPoses(), cs.Classifier.load()
+    pipeline = cs.RecognitionPipeline(cs.GroundSegmentation(), poses, classifier)
     for frame in frames:
         step = pipeline.step(frame)
         answer = step.outcome

@@ -8,23 +8,18 @@ import sys
 from scipy.spatial.transform import RigidTransform
 
 import circumspect as cs
-from circumspect.exploration import ObjectScan, ScanSettings
-from circumspect.geometry import PlanarPose
-from circumspect.planning import CirclePlanner
-from circumspect.robot import MobileRobot, Velocity, arc
-from circumspect.sensing import GroundSegmentation, Odometry
-from circumspect.simulation import Room, SimulatedCamera, Station, room
-from circumspect.tracking import Tracker
+from circumspect.robot import arc
+from circumspect.simulation import Room, SimulatedCamera, Station
 
 
-class MyRobot(MobileRobot):
+class MyRobot(cs.MobileRobot):
     """Where this toy adds up arcs, ask your base's driver."""
 
     def __init__(self, place: Room) -> None:
-        self._eye = SimulatedCamera(place.scene, self._station, tell_pose=False)
+        self._eye = SimulatedCamera(place.scene, self._station, with_pose=False)
         self._T_base_camera = place.mount.T_base_camera
-        self._T_map_start, self._T_start_base = place.start(40.0), PlanarPose()
-        self._velocity, self._time = Velocity(), 0.0
+        self._T_map_start, self._T_start_base = place.start(40.0), cs.PlanarPose()
+        self._velocity, self._time = cs.Velocity(), 0.0
 
     @property
     def camera(self) -> SimulatedCamera:  # yours has `intrinsics`, and `capture()` of an RgbdFrame
@@ -50,10 +45,10 @@ class MyRobot(MobileRobot):
     def now(self) -> float:  # yours reads a clock [s]
         return self._time
 
-    def odometry(self) -> Odometry:
-        return Odometry(self.now, self._T_start_base)
+    def odometry(self) -> cs.Odometry:
+        return cs.Odometry(self.now, self._T_start_base)
 
-    def drive(self, velocity: Velocity) -> None:
+    def drive(self, velocity: cs.Velocity) -> None:
         self._velocity = velocity.clipped(self.max_forward, self.max_turn)
 
     def wait(self, seconds: float) -> None:  # yours sleeps
@@ -66,10 +61,10 @@ class MyRobot(MobileRobot):
 
 
 if __name__ == "__main__":
-    robot = MyRobot(room(cs.make_furniture("sofa", 1), seed=3))
-    pipeline = cs.RecognitionPipeline(GroundSegmentation(), Tracker(), cs.Classifier.load())
+    robot = MyRobot(cs.room(cs.make_furniture("sofa", 1), seed=3))
+    pipeline = cs.RecognitionPipeline(cs.GroundSegmentation(), cs.Tracker(), cs.Classifier.load())
     frames = int(sys.argv[1]) if len(sys.argv) > 1 else 300
-    settings = ScanSettings(speed=0.2, most_frames=frames)
-    scan = ObjectScan(robot, pipeline, CirclePlanner(), settings)
+    settings = cs.ScanSettings(speed=0.2, max_frames=frames)
+    scan = cs.ObjectScan(robot, pipeline, cs.CirclePlanner(), settings)
     prediction = scan.run().prediction
     print(f"{scan.ended}: {prediction.label if prediction else 'nothing seen'}")

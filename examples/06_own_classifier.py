@@ -9,17 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import circumspect as cs
-from circumspect.datasets import ObjectSet, furniture_set
-from circumspect.evaluation import spread_yaws, sweep_yaw
-from circumspect.geometry import as_cloud
 
 
 class PowerClassifier(cs.Classifier):
     """The nearest class mean of the angular power spectrum, which does not know the yaw."""
 
-    def __init__(self, objects: ObjectSet) -> None:
-        self._classes, self._recipe = objects.classes, cs.GridRecipe(shape=(16, 32, 16))
-        inputs = [self.recipe.inputs(objects.cloud(index)) for index in range(len(objects))]
+    def __init__(self, objects: cs.ObjectSet) -> None:
+        self._classes, self._input_spec = objects.classes, cs.GridSpec(shape=(16, 32, 16))
+        inputs = [self.input_spec.inputs(objects.cloud(index)) for index in range(len(objects))]
         fingerprints = self._fingerprints(np.concatenate(inputs))
         each = [fingerprints[objects.labels == label] for label in range(len(self.classes))]
         self.means = np.array([found.mean(axis=0) for found in each])
@@ -29,11 +26,11 @@ class PowerClassifier(cs.Classifier):
         return self._classes
 
     @property
-    def recipe(self) -> cs.GridRecipe:
-        return self._recipe
+    def input_spec(self) -> cs.GridSpec:
+        return self._input_spec
 
     def _fingerprints(self, inputs: np.ndarray) -> np.ndarray:
-        grids = inputs.reshape(-1, *self.recipe.shape).astype(float)
+        grids = inputs.reshape(-1, *self.input_spec.shape).astype(float)
         power = np.abs(cs.angular_spectrum(grids, range(9)))
         return np.log(power + 0.01).reshape(len(grids), -1)
 
@@ -49,8 +46,8 @@ class PowerClassifier(cs.Classifier):
         metric: bool = False,
         coverage: float | None = None,
     ) -> cs.Prediction:
-        cloud = as_cloud(cloud)
-        grid = self.recipe.bounds(cloud).hits(self.recipe.surface(cloud))
+        cloud = cs.as_cloud(cloud)
+        grid = self.input_spec.bounds(cloud).hits(self.input_spec.surface(cloud))
         return self.classify_grid(grid, metric=metric, coverage=coverage)
 
     def classify_grid(
@@ -60,7 +57,7 @@ class PowerClassifier(cs.Classifier):
         coverage: float | None = None,
     ) -> cs.Prediction:
         for grid in views:
-            self.recipe.accepts(grid)
+            self.input_spec.accepts(grid)
         shares = self.probabilities(np.stack([grid.occupied for grid in views])).mean(axis=0)
         # The size is not used here. The coverage travels with the answer: it decides `confident`.
         return cs.Prediction.from_probabilities(self.classes, shares, coverage=coverage)
@@ -68,9 +65,9 @@ class PowerClassifier(cs.Classifier):
 
 if __name__ == "__main__":
     each = int(sys.argv[1]) if len(sys.argv) > 1 else 40
-    train, test = furniture_set(each), furniture_set(max(each // 4, 1), first_seed=2_000_000)
+    train, test = cs.furniture_set(each), cs.furniture_set(max(each // 4, 1), first_seed=2_000_000)
     shipped = cs.Classifier.load("modelnet10")
     for name, rival in (("own", PowerClassifier(train)), ("modelnet10", shipped)):
-        sweep = sweep_yaw(rival, test, spread_yaws(8))
+        sweep = cs.sweep_yaw(rival, test, cs.spread_yaws(8))
         low, high = sweep.accuracy.min(), sweep.accuracy.max()
         print(f"{name:10} accuracy {low:.3f} to {high:.3f}, {sweep.flip_rate:.1%} flip over yaw")

@@ -178,8 +178,8 @@ void bind_methods(nb::module_& m, nb::class_<Grid>& grid) {
       .def("indices", &indices<Grid, float>, "points_xyz"_a, out, "threads"_a)
       .def("passed", &passed<Tracer, Grid, double>, "origins_xyz"_a, "ends_xyz"_a, states,
            "value"_a, "threads"_a)
-      .def("passed", &passed<Tracer, Grid, float>, "origins_xyz"_a, "ends_xyz"_a, states,
-           "value"_a, "threads"_a);
+      .def("passed", &passed<Tracer, Grid, float>, "origins_xyz"_a, "ends_xyz"_a, states, "value"_a,
+           "threads"_a);
   m.def("hits_batch", &hits_batch<Grid, double>, "grids"_a, "clouds"_a, states, "value"_a,
         "threads"_a);
   m.def("hits_batch", &hits_batch<Grid, float>, "grids"_a, "clouds"_a, states, "value"_a,
@@ -191,12 +191,14 @@ using Axes = std::tuple<double, double, double>;
 
 Axes axes_of(const std::array<double, 3>& values) { return {values[0], values[1], values[2]}; }
 
-std::tuple<Axes, Axes, Axes> weighted_centre_of(Points<double> points_xyz, std::optional<Weights> weights) {
+std::tuple<Axes, Axes, Axes> weighted_centre_of(Points<double> points_xyz,
+                                                std::optional<Weights> weights) {
   const std::size_t count = points_xyz.shape(0);
   require(count >= 1, "a point");
   require(!weights || weights->shape(0) == count, "as many weights as points");
   nb::gil_scoped_release release;
-  const WeightedCentre found = weighted_centre(points_xyz.data(), weights ? weights->data() : nullptr, count);
+  const WeightedCentre found =
+      weighted_centre(points_xyz.data(), weights ? weights->data() : nullptr, count);
   return {axes_of(found.centre), axes_of(found.low), axes_of(found.high)};
 }
 
@@ -204,8 +206,8 @@ std::tuple<double, double, double, double> reach_of(Points<double> points_xyz, A
                                                     double yaw) {
   const auto [x, y, z] = centre_xyz;
   nb::gil_scoped_release release;
-  const Reach found = reach(points_xyz.data(), points_xyz.shape(0), {x, y, z}, std::cos(yaw),
-                            std::sin(yaw));
+  const Reach found =
+      reach(points_xyz.data(), points_xyz.shape(0), {x, y, z}, std::cos(yaw), std::sin(yaw));
   return {found.radius, found.x, found.y, found.z};
 }
 
@@ -226,8 +228,8 @@ NB_MODULE(_native, m) {
   const auto states = "states"_a.noconvert();
   m.def("hits_coaxial", &hits_coaxial<double>, "grids"_a, "points_xyz"_a, "yaw"_a, states,
         "value"_a, "threads"_a);
-  m.def("hits_coaxial", &hits_coaxial<float>, "grids"_a, "points_xyz"_a, "yaw"_a, states,
-        "value"_a, "threads"_a);
+  m.def("hits_coaxial", &hits_coaxial<float>, "grids"_a, "points_xyz"_a, "yaw"_a, states, "value"_a,
+        "threads"_a);
   m.def("passed_coaxial", &passed_coaxial<double>, "grids"_a, "origins_xyz"_a, "ends_xyz"_a, states,
         "value"_a, "threads"_a);
   m.def("passed_coaxial", &passed_coaxial<float>, "grids"_a, "origins_xyz"_a, "ends_xyz"_a, states,

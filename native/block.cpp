@@ -9,8 +9,8 @@ namespace circumspect {
 namespace {
 
 template <typename T>
-inline void split(const T* __restrict rows, int count, double* __restrict x,
-                  double* __restrict y, double* __restrict z) {
+inline void split(const T* __restrict rows, int count, double* __restrict x, double* __restrict y,
+                  double* __restrict z) {
   for (int n = 0; n < count; ++n) {
     x[n] = double(rows[3 * n]);
     y[n] = double(rows[3 * n + 1]);

@@ -34,8 +34,8 @@ struct Along {
 
   Along(double o, double d, double half_width, int32_t cells, double start, double end)
       : at(cells_from_side(o, 1.0 / half_width, 0.5 * cells)),
-        per_t(d * (1.0 / half_width) * (0.5 * cells)), end(cells - 1e-9),
-        first(cell(start)), last(cell(end)) {}
+        per_t(d * (1.0 / half_width) * (0.5 * cells)), end(cells - 1e-9), first(cell(start)),
+        last(cell(end)) {}
 
   int32_t cell(double t) const {
     const double there = at + t * per_t;
@@ -64,22 +64,29 @@ inline void cross(const Along& across, const Along& along, double start, double 
 
 // One beam; `side` steps between columns by `side_stride`, layers by 1.
 inline void walk_along(const Along& along, const Along& side, const Along& layer,
-                       std::ptrdiff_t side_stride, double start, double end,
-                       Crossings& crossings, Columns& columns) {
+                       std::ptrdiff_t side_stride, double start, double end, Crossings& crossings,
+                       Columns& columns) {
   crossings.sides = side.crossings();
   crossings.layers = layer.crossings();
   cross(side, along, start, end, crossings.t.data(), crossings.cell.data());
   cross(layer, along, start, end, crossings.t.data() + crossings.first_layer,
         crossings.cell.data() + crossings.first_layer);
   constexpr double kNoTurn = -1.0;
-  const Walk walk{side.first * side_stride + layer.first, side.step() * side_stride,
-                  layer.step(), start, end, along.first, along.last, kNoTurn, 0};
+  const Walk walk{side.first * side_stride + layer.first,
+                  side.step() * side_stride,
+                  layer.step(),
+                  start,
+                  end,
+                  along.first,
+                  along.last,
+                  kNoTurn,
+                  0};
   columns.set(walk, crossings);
 }
 
 CIRCUMSPECT_MULTIVERSION
-void walk_beams(const Box& grid, const Beams& b, int count, Crossings& crossings,
-                Columns& along_x, Columns& along_y) {
+void walk_beams(const Box& grid, const Beams& b, int count, Crossings& crossings, Columns& along_x,
+                Columns& along_y) {
   const Shape& shape = grid.shape;
   for (int n = 0; n < count; ++n) {
     const double start = b.start[n], end = b.end[n];
@@ -98,8 +105,7 @@ void walk_beams(const Box& grid, const Beams& b, int count, Crossings& crossings
 }  // namespace
 
 BoxTracer::BoxTracer(const Box& grid)
-    : grid_(grid),
-      along_x_(std::size_t(grid.shape.j) * std::size_t(grid.shape.k), grid.shape.i),
+    : grid_(grid), along_x_(std::size_t(grid.shape.j) * std::size_t(grid.shape.k), grid.shape.i),
       along_y_(std::size_t(grid.shape.i) * std::size_t(grid.shape.k), grid.shape.j),
       crossings_(std::size_t(std::max(grid.shape.i, grid.shape.j)), std::size_t(grid.shape.k)) {}
 

@@ -17,7 +17,7 @@ constexpr int32_t kDoubtful = -2;  // -1 is outside
 constexpr float kBeyond = 1.2e-6f;
 static_assert(kBeyond < 0.9f * kDoubt, "cells would lie outside of the array");
 
-// Single precision has no room for sizes whose ratio is larger, nor for more cells.
+// Single precision has no room for sizes whose ratio is larger, or for more cells.
 constexpr double kMostRatio = 1e3;
 constexpr std::size_t kMostCells = std::size_t(1) << 24;
 
@@ -98,8 +98,8 @@ void locate_roughly(const PolarScales& s, const Polar& polar, int32_t* __restric
 }  // namespace
 
 Coaxial::Coaxial(const std::vector<const Cylinder*>& grids, double yaw)
-    : x_(grids[0]->x), y_(grids[0]->y), z_(grids[0]->z),
-      cosine_(yaw == 0.0 ? 1.0 : std::cos(yaw)), sine_(yaw == 0.0 ? 0.0 : std::sin(yaw)) {
+    : x_(grids[0]->x), y_(grids[0]->y), z_(grids[0]->z), cosine_(yaw == 0.0 ? 1.0 : std::cos(yaw)),
+      sine_(yaw == 0.0 ? 0.0 : std::sin(yaw)) {
   double unit = 0.0, height = 0.0;
   for (const Cylinder* grid : grids) {
     grids_.push_back(*grid);

@@ -45,7 +45,7 @@ class Coaxial {
   void mark_one(const Cylinder& grid, Block& block, int count, uint8_t value,
                 uint8_t* states) const;
 
-  std::vector<Cylinder> grids_;  // about x = y = 0
+  std::vector<Cylinder> grids_;      // about x = y = 0
   std::vector<PolarScales> scales_;  // empty where the grids differ too much for single precision
   double x_, y_, z_, cosine_, sine_, per_unit_;
   float most_height_;

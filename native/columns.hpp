@@ -15,8 +15,7 @@ namespace circumspect {
 // kinds, each in order: sides from 0 on, layers from `first_layer` on.
 struct Crossings {
   Crossings(std::size_t most_sides, std::size_t most_layers)
-      : first_layer(most_sides + kSpare),
-        t(most_sides + most_layers + 2 * kSpare),
+      : first_layer(most_sides + kSpare), t(most_sides + most_layers + 2 * kSpare),
         cell(most_sides + most_layers + 2 * kSpare) {}
 
   // Crossings are found eight at a time, so that a few more are written than counted.

@@ -54,8 +54,7 @@ bool locate_roughly(const Scales& s, const Scaled& scaled, Block& block,
     const float k = clamped((z + 1.0f) * 0.5f * s.layers, s.layers);
 
     const int32_t outside = (r > 1.00001f) | (height > 1.00001f);
-    const int32_t sure = (from_boundary(i) > s.doubt_radius) &
-                         (from_boundary(j) > s.doubt_sector) &
+    const int32_t sure = (from_boundary(i) > s.doubt_radius) & (from_boundary(j) > s.doubt_sector) &
                          (from_boundary(k) > s.doubt_height);
     block.i[n] = int32_t(i) | -outside;
     block.j[n] = int32_t(j) | -outside;
@@ -88,15 +87,15 @@ Cell Cylinder::cell_of(double x_about, double y_about, double z_about) const {
   const double r = std::sqrt(x_about * x_about + y_about * y_about);
   if (!(r <= radius && std::fabs(z_about) <= half_height)) return {-1, -1, -1};
   const double i = clamped(r * (shape.i / radius), double(shape.i - 1));
-  const double k = clamped(cells_from_side(z_about, 1.0 / half_height, 0.5 * shape.k),
-                           double(shape.k - 1));
+  const double k =
+      clamped(cells_from_side(z_about, 1.0 / half_height, 0.5 * shape.k), double(shape.k - 1));
   return {int32_t(i), sector_of(x_about, y_about), int32_t(k)};
 }
 
 int32_t Cylinder::sector_of(double x_about, double y_about) const {
   const double per_angle = shape.j / (2.0 * kPi);
-  const double j = sector_at(x_about, y_about, per_angle, azimuth_offset * per_angle,
-                              double(shape.j));
+  const double j =
+      sector_at(x_about, y_about, per_angle, azimuth_offset * per_angle, double(shape.j));
   const int32_t nearest = int32_t(j + 0.5);
   if (std::fabs(j - nearest) > 2.0 * kArcTangentError * per_angle) return int32_t(j);
   const double hx = forward.x[std::size_t(nearest)], hy = forward.y[std::size_t(nearest)];

@@ -15,8 +15,8 @@ struct HalfPlanes {
 struct Cylinder {
   Shape shape;  // cells along (radius, azimuth, height)
   double radius, half_height;
-  double x, y, z;        // centre
-  double azimuth_offset; // in [0, 2 pi)
+  double x, y, z;         // centre
+  double azimuth_offset;  // in [0, 2 pi)
   // The half-planes between the sectors decide where a point lies; a quarter turn maps them onto
   // each other exactly when 4 divides their number. Number 0, 1, 2, … and number 0, -1, -2, …
   HalfPlanes forward, backward;

@@ -81,7 +81,7 @@ void find_ends(const Scales& s, CylinderBeams& b, int count) {
   }
 }
 
-// Sectors in single precision, -1 where too close to a half-plane or to the axis to tell.
+// Sectors in single precision, -1 where too close to a half-plane or to the axis to decide.
 CIRCUMSPECT_MULTIVERSION
 void find_sectors(float per_angle, float offset, float sectors, const float* __restrict xs,
                   const float* __restrict ys, int32_t* __restrict found, int count) {
@@ -186,8 +186,15 @@ void walk_beams(const Cylinder& grid, const CylinderBeams& b, int count, Crossin
     const int32_t up = walk_layers(grid, b, n, course, crossings);
     const int32_t rows = walk_sectors(grid, b, n, course, crossings);
     const int32_t sector = b.first_sector[n] + (rows < 0 ? grid.shape.j : 0);
-    const Walk walk{sector * row + b.first_layer[n], rows * row, up, course.start, course.end,
-                    b.first_ring[n], b.last_ring[n], course.turn, b.turn_ring[n]};
+    const Walk walk{sector * row + b.first_layer[n],
+                    rows * row,
+                    up,
+                    course.start,
+                    course.end,
+                    b.first_ring[n],
+                    b.last_ring[n],
+                    course.turn,
+                    b.turn_ring[n]};
     columns.set(walk, crossings);
   }
 }
@@ -205,8 +212,7 @@ void correct_sectors(const Cylinder& grid, CylinderBeams& b, int count) {
       continue;
     }
     if (b.first_sector[n] < 0) {
-      b.first_sector[n] =
-          grid.sector_of(b.ox[n] + b.start[n] * dx, b.oy[n] + b.start[n] * dy);
+      b.first_sector[n] = grid.sector_of(b.ox[n] + b.start[n] * dx, b.oy[n] + b.start[n] * dy);
     }
     if (b.last_sector[n] < 0) {
       b.last_sector[n] = grid.sector_of(b.ox[n] + b.end[n] * dx, b.oy[n] + b.end[n] * dy);
@@ -217,8 +223,7 @@ void correct_sectors(const Cylinder& grid, CylinderBeams& b, int count) {
 }  // namespace
 
 struct CylinderTracer::Scratch {
-  explicit Scratch(const Shape& shape)
-      : crossings(std::size_t(shape.j), std::size_t(shape.k)) {}
+  explicit Scratch(const Shape& shape) : crossings(std::size_t(shape.j), std::size_t(shape.k)) {}
   CylinderBeams beams;
   Crossings crossings;
 };

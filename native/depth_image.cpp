@@ -48,9 +48,9 @@ void joined_rows(const float* __restrict z, const float* __restrict next,
 }
 
 CIRCUMSPECT_MULTIVERSION
-void keep_above_row(const float* __restrict depth, const float* __restrict along,
-                    std::size_t width, float base, float height, const Noise& noise, float margin, float sigmas, float farthest,
-                    bool* __restrict mask) {
+void keep_above_row(const float* __restrict depth, const float* __restrict along, std::size_t width,
+                    float base, float height, const Noise& noise, float margin, float sigmas,
+                    float farthest, bool* __restrict mask) {
   const Noise n = noise;
   for (std::size_t u = 0; u < width; ++u) {
     const float z = depth[u], up = base + along[u];

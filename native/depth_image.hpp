@@ -29,7 +29,8 @@ void block_means(const float* depth, const bool* mask, Size size, std::size_t bl
                  float* mean, int32_t* counts);
 
 // Pixels that continue to a neighbour along rows and to one along columns: those no further in
-// depth than `spreads` standard deviations and a step, or than a surface of slope `slope` goes on.
+// depth than `spreads` standard deviations and a step, or than a surface of slope `slope`
+// continues.
 void continuous(const float* depth, Size size, const Noise& noise, float spreads, float slope,
                 bool* out);
 

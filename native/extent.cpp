@@ -79,9 +79,8 @@ Extent extent(const double* points_xyz, std::size_t count) {
   Bounds bounds{};
   std::copy_n(first, kValues, bounds.low);
   std::copy_n(first, kValues, bounds.high);
-  for_each_block(points_xyz, count, [&](const double* rows, int here) {
-    bound(rows, first, 3 * here, bounds);
-  });
+  for_each_block(points_xyz, count,
+                 [&](const double* rows, int here) { bound(rows, first, 3 * here, bounds); });
 
   Extent found;
   Axes mean;

@@ -56,8 +56,8 @@ double sum_of_run(const double* __restrict values, std::size_t count) {
   for (; n + kLanes <= count; n += kLanes) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) sums[lane] += values[n + lane];
   }
-  double sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])) +
-               ((sums[4] + sums[5]) + (sums[6] + sums[7]));
+  double sum =
+      ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
   for (; n < count; ++n) sum += values[n];
   return sum;
 }

@@ -16,11 +16,8 @@ struct Blocks {
   std::vector<int32_t> counts;
 
   Blocks(const float* depth, const bool* mask, Size size, std::size_t side, float jump)
-      : rows((size.height + side - 1) / side),
-        columns((size.width + side - 1) / side),
-        block(side),
-        inverse_depth(rows * columns),
-        counts(rows * columns) {
+      : rows((size.height + side - 1) / side), columns((size.width + side - 1) / side), block(side),
+        inverse_depth(rows * columns), counts(rows * columns) {
     block_means(depth, mask, size, side, jump, inverse_depth.data(), counts.data());
   }
 
@@ -91,8 +88,7 @@ FrameSurface frame_surface(const float* depth, const bool* mask, Size size, cons
       const double towards[3] = {-a * per_distance, -b * per_distance, -per_distance};
       const double* known = &normals[3 * (row / ratio * coarse.columns + column / ratio)];
       const double* normal = std::isfinite(known[0]) ? known : towards;
-      const double along =
-          normal[0] * towards[0] + normal[1] * towards[1] + normal[2] * towards[2];
+      const double along = normal[0] * towards[0] + normal[1] * towards[1] + normal[2] * towards[2];
       const double cosine = std::max(along, s.min_incidence_cosine);
       // The area of a pixel perpendicular to its ray shrinks with the ray's angle to the axis.
       const double facing = per_distance * z * z / (s.fx * s.fy) * pixels;
@@ -100,8 +96,7 @@ FrameSurface frame_surface(const float* depth, const bool* mask, Size size, cons
       for (int k = 0; k < 3; ++k) {
         const double* T = pose + 4 * k;
         found.points_xyz.push_back((T[0] * a + T[1] * b + T[2]) * z + T[3]);
-        found.normals_xyz.push_back(
-            float(T[0] * normal[0] + T[1] * normal[1] + T[2] * normal[2]));
+        found.normals_xyz.push_back(float(T[0] * normal[0] + T[1] * normal[1] + T[2] * normal[2]));
       }
       found.areas.push_back(float(facing / cosine));
       found.weights.push_back(float(cosine / (sigma * sigma)));

@@ -34,8 +34,7 @@ void pack_cells(const double* points_xyz, std::size_t count, const Packing& pack
 }
 
 CIRCUMSPECT_MULTIVERSION
-void pack_cells(const float* points_xyz, std::size_t count, const Packing& packing,
-                int64_t* keys) {
+void pack_cells(const float* points_xyz, std::size_t count, const Packing& packing, int64_t* keys) {
   pack_each(points_xyz, count, packing, keys);
 }
 
@@ -121,8 +120,7 @@ MergedTable merged(const Table& one, const Table& other, std::size_t columns) {
   sum.totals.reserve(rows * columns);
   const auto take = [&](const Table& from, std::size_t begin, std::size_t end) {
     sum.keys.insert(sum.keys.end(), from.keys + begin, from.keys + end);
-    sum.totals.insert(sum.totals.end(), from.totals + begin * columns,
-                      from.totals + end * columns);
+    sum.totals.insert(sum.totals.end(), from.totals + begin * columns, from.totals + end * columns);
   };
   std::size_t a = 0;
   for (std::size_t b = 0; b < other.count; ++b) {

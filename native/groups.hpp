@@ -78,8 +78,7 @@ struct Packing {
 };
 
 // The key of each point's cell. The division has the precision of the points, as in NumPy.
-void pack_cells(const double* points_xyz, std::size_t count, const Packing& packing,
-                int64_t* keys);
+void pack_cells(const double* points_xyz, std::size_t count, const Packing& packing, int64_t* keys);
 void pack_cells(const float* points_xyz, std::size_t count, const Packing& packing, int64_t* keys);
 
 // A table of ascending keys with rows of totals. Keys are unique unless stated otherwise.

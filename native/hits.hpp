@@ -12,9 +12,7 @@ namespace circumspect {
 constexpr std::size_t kPointsPerThread = 8192;
 
 // Threads may mark one cell at a time, always with the same value.
-inline void mark(uint8_t* cell, uint8_t value) {
-  __atomic_store_n(cell, value, __ATOMIC_RELAXED);
-}
+inline void mark(uint8_t* cell, uint8_t value) { __atomic_store_n(cell, value, __ATOMIC_RELAXED); }
 
 // Calls visit(point, i, j, k) with the cell of each point, i < 0 outside; returns how many points
 // were not usable.

@@ -8,7 +8,7 @@ namespace {
 
 using Matrix = std::array<std::array<double, 3>, 3>;
 
-constexpr int kSweeps = 12;       // a few are enough; each squares what is left off the diagonal
+constexpr int kSweeps = 12;          // a few are enough; each squares what is left off the diagonal
 constexpr double kVanished = 1e-32;  // squared, against the diagonal
 
 // One rotation of Jacobi's method (Golub and Van Loan, "Matrix computations", section 8.5) that

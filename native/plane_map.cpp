@@ -62,15 +62,19 @@ void accumulate(const std::vector<Match>& matches, double noise, const FitSettin
     // Both in units of the sensor's own variance.
     const double variance =
         noise * noise + settings.roughness_factor * m.roughness * square(m.inverse_sigma);
-    const double w = tukey(
-        m.u, settings.tukey_cutoff * std::max(settings.min_cutoff, std::sqrt(variance)));
+    const double w =
+        tukey(m.u, settings.tukey_cutoff * std::max(settings.min_cutoff, std::sqrt(variance)));
     if (w <= 0.0) continue;
     const double weight = w / (settings.correlation_factor * m.correlation * variance);
     const auto& [px, py, pz] = m.p;
     const auto& [nx, ny, nz] = m.facing;
     const double s = m.inverse_sigma;
-    const double J[6] = {s * (py * nz - pz * ny), s * (pz * nx - px * nz),
-                         s * (px * ny - py * nx), s * nx, s * ny, s * nz};
+    const double J[6] = {s * (py * nz - pz * ny),
+                         s * (pz * nx - px * nz),
+                         s * (px * ny - py * nx),
+                         s * nx,
+                         s * ny,
+                         s * nz};
     for (int a = 0; a < 6; ++a) {
       const double weighted = weight * J[a];
       for (int b = 0; b <= a; ++b) problem.hessian[std::size_t(6 * a + b)] += weighted * J[b];
@@ -97,9 +101,15 @@ PlaneMap::PlaneMap(const double* points_xyz, const double* normals_xyz, const do
   for (std::size_t place = 0; place < count; ++place) {
     const auto n = std::size_t(cells_.order()[place]);
     const double *p = points_xyz + 3 * n, *normal = normals_xyz + 3 * n;
-    planes_[place] = Plane{p[0],      p[1],      p[2],
-                           normal[0], normal[1], normal[2],
-                           square(sigmas[n]), normal_variances[n], roughness[n]};
+    planes_[place] = Plane{p[0],
+                           p[1],
+                           p[2],
+                           normal[0],
+                           normal[1],
+                           normal[2],
+                           square(sigmas[n]),
+                           normal_variances[n],
+                           roughness[n]};
   }
 }
 
@@ -153,8 +163,8 @@ int64_t PlaneMap::nearest_row(double x, double y, double z, const std::array<dou
 }
 
 PointToPlaneProblem PlaneMap::linearised(const double* points_xyz, const double* sigmas,
-                                         const double* correlations, std::size_t count, const double* T,
-                                         const FitSettings& settings) const {
+                                         const double* correlations, std::size_t count,
+                                         const double* T, const FitSettings& settings) const {
   PointToPlaneProblem problem;
   problem.distance = settings.max_plane_distance;
   std::vector<Match> matches;
@@ -177,7 +187,13 @@ PointToPlaneProblem PlaneMap::linearised(const double* points_xyz, const double*
       const double s = 1.0 / std::sqrt(square(sigmas[n]) + plane->variance);
       away = std::min(std::fabs(r), settings.max_plane_distance);
       // The normal in the optical frame.
-      matches.push_back({r, r * s, s, correlations[n], plane->normal_variance, plane->roughness, {px, py, pz},
+      matches.push_back({r,
+                         r * s,
+                         s,
+                         correlations[n],
+                         plane->normal_variance,
+                         plane->roughness,
+                         {px, py, pz},
                          {T[0] * nx + T[4] * ny + T[8] * nz, T[1] * nx + T[5] * ny + T[9] * nz,
                           T[2] * nx + T[6] * ny + T[10] * nz}});
       sizes.push_back(std::fabs(r * s));

@@ -18,8 +18,8 @@ struct Plane {
 
 // Correspondences and weights; see point_to_plane.py.
 struct FitSettings {
-  double max_distance, tukey_cutoff, correlation_factor, min_noise_scale, roughness_factor, min_cutoff,
-      max_floor_height, max_plane_distance, max_backface_cosine;
+  double max_distance, tukey_cutoff, correlation_factor, min_noise_scale, roughness_factor,
+      min_cutoff, max_floor_height, max_plane_distance, max_backface_cosine;
   int64_t min_points_off_floor, min_correspondences;
 };
 
@@ -38,8 +38,7 @@ class PlaneMap {
   // Rows of (n, 3) points and normals, n standard deviations, n variances of the normals' tilt,
   // and n variances of the points about their planes.
   PlaneMap(const double* points_xyz, const double* normals_xyz, const double* sigmas,
-           const double* normal_variances, const double* roughness, std::size_t count,
-           double cell);
+           const double* normal_variances, const double* roughness, std::size_t count, double cell);
 
   // The plane nearest to a point, nearer than √`within2` and visible from the camera, or null. A
   // plane is visible if the cosine between its normal and the line of sight is below

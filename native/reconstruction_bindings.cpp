@@ -54,9 +54,9 @@ nb::tuple surface_of_frame(Image depth, Mask mask, Quadruple camera, Pose pose, 
   FrameSurface found;
   {
     nb::gil_scoped_release release;
-    found = frame_surface(depth.data(), mask.data(), {depth.shape(0), depth.shape(1)}, pose.data(),
-                          {fx, fy, cx, cy, {a, b, c, step}, point_block, normal_block, jump,
-                           min_incidence_cosine});
+    found = frame_surface(
+        depth.data(), mask.data(), {depth.shape(0), depth.shape(1)}, pose.data(),
+        {fx, fy, cx, cy, {a, b, c, step}, point_block, normal_block, jump, min_incidence_cosine});
   }
   const std::size_t count = found.areas.size();
   return nb::make_tuple(given<OutDoubles>(std::move(found.points_xyz), {count, 3}),

@@ -51,20 +51,17 @@ PlaneMap* make_planes(Points points_xyz, Points normals_xyz, Values sigmas, Valu
                       roughness.data(), count, cell);
 }
 
-nb::tuple linearised(const PlaneMap& planes, Points points_xyz, Values sigmas,
-                     Values correlations, Pose pose, double max_distance,
-                     double tukey_cutoff, double correlation_factor,
+nb::tuple linearised(const PlaneMap& planes, Points points_xyz, Values sigmas, Values correlations,
+                     Pose pose, double max_distance, double tukey_cutoff, double correlation_factor,
                      double min_noise_scale, double roughness_factor, double min_cutoff,
-                     double max_floor_height, double max_plane_distance,
-                     double max_backface_cosine, int64_t min_points_off_floor,
-                     int64_t min_correspondences) {
-  require(sigmas.shape(0) == points_xyz.shape(0) &&
-              correlations.shape(0) == points_xyz.shape(0),
+                     double max_floor_height, double max_plane_distance, double max_backface_cosine,
+                     int64_t min_points_off_floor, int64_t min_correspondences) {
+  require(sigmas.shape(0) == points_xyz.shape(0) && correlations.shape(0) == points_xyz.shape(0),
           "one sigma and correlation per point");
   require(max_distance > 0.0 && max_distance <= 10.0, "max_distance");
-  const FitSettings settings{max_distance,       tukey_cutoff,        correlation_factor,
-                             min_noise_scale,    roughness_factor,    min_cutoff,
-                             max_floor_height,   max_plane_distance,  max_backface_cosine,
+  const FitSettings settings{max_distance,         tukey_cutoff,       correlation_factor,
+                             min_noise_scale,      roughness_factor,   min_cutoff,
+                             max_floor_height,     max_plane_distance, max_backface_cosine,
                              min_points_off_floor, min_correspondences};
   PointToPlaneProblem problem;
   {
@@ -134,9 +131,10 @@ NB_MODULE(_native, m) {
            "normal_variances"_a, "roughness"_a, "cell"_a)
       .def("nearest", &nearest, "points_xyz"_a, "camera_xyz"_a, "max_distance"_a,
            "max_backface_cosine"_a)
-      .def("linearised", &linearised, "points_xyz"_a, "sigmas"_a, "correlations"_a, "pose"_a, nb::kw_only(),
-           "max_distance"_a, "tukey_cutoff"_a, "correlation_factor"_a, "min_noise_scale"_a,
-           "roughness_factor"_a, "min_cutoff"_a, "max_floor_height"_a, "max_plane_distance"_a,
-           "max_backface_cosine"_a, "min_points_off_floor"_a, "min_correspondences"_a);
+      .def("linearised", &linearised, "points_xyz"_a, "sigmas"_a, "correlations"_a, "pose"_a,
+           nb::kw_only(), "max_distance"_a, "tukey_cutoff"_a, "correlation_factor"_a,
+           "min_noise_scale"_a, "roughness_factor"_a, "min_cutoff"_a, "max_floor_height"_a,
+           "max_plane_distance"_a, "max_backface_cosine"_a, "min_points_off_floor"_a,
+           "min_correspondences"_a);
   m.def("plane_fits", &plane_fits, "points_xyz"_a, "neighbours"_a, "threads"_a = 1);
 }

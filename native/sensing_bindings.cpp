@@ -99,8 +99,8 @@ nb::tuple cells(Depth depth, Mask mask, std::tuple<double, double, double, doubl
 }
 
 void keep(nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu> cell,
-          nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu> wanted,
-          OutMask mask, std::size_t block) {
+          nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu> wanted, OutMask mask,
+          std::size_t block) {
   require(block >= 1 && block <= 4096, "block");
   const Size size{mask.shape(0), mask.shape(1)};
   require(masked_blocks(mask.data(), size, block) == cell.shape(0), "one cell a masked block");
@@ -123,8 +123,6 @@ NB_MODULE(_native, m) {
         "out"_a.noconvert());
   m.def("keep_above", &above, "depth"_a, "up"_a, "camera"_a, "noise"_a, "margin"_a, "sigmas"_a,
         "farthest"_a, "mask"_a.noconvert());
-  m.def("keep_cells", &keep, "cell"_a, "wanted"_a, "mask"_a.noconvert(),
-        "block"_a = 1);
-  m.def("plan_cells", &cells, "depth"_a, "mask"_a, "camera"_a, "pose"_a, "cell"_a,
-        "block"_a = 1);
+  m.def("keep_cells", &keep, "cell"_a, "wanted"_a, "mask"_a.noconvert(), "block"_a = 1);
+  m.def("plan_cells", &cells, "depth"_a, "mask"_a, "camera"_a, "pose"_a, "cell"_a, "block"_a = 1);
 }

@@ -21,9 +21,9 @@ struct NearRules {
 };
 
 // The typical distance from a point to the nearest one that is not in the same cluster: the median
-// distance to the nearest neighbour, unless the medians to the second, third, … neighbour jump; then
-// it is the one behind the last jump. On thin walls the nearest neighbour is the point on the other
-// side, and its distance the thickness of the wall.
+// distance to the nearest neighbour, unless the medians to the second, third, … neighbour jump;
+// then it is the one behind the last jump. On thin walls the nearest neighbour is the point on the
+// other side, and its distance the thickness of the wall.
 double spacing(const Cloud& cloud);
 
 // Triangles of a point and two of its nearest, all within reach of each other: rows of three

@@ -59,8 +59,7 @@ void add_prior(NormalEquations& to, const SmootherWindow& window) {
     error[6 + i] = window.scale[i] - window.prior_scale[i];
     J[6 + i][6 + i] = 1.0;
   }
-  add(to, error, J, matrix_at<8, 8>(window.prior_information), columns<8>(0, to),
-      kQuadratic);
+  add(to, error, J, matrix_at<8, 8>(window.prior_information), columns<8>(0, to), kQuadratic);
 }
 
 void add_measured(NormalEquations& to, const SmootherWindow& window, std::size_t k, double kernel) {
@@ -69,8 +68,8 @@ void add_measured(NormalEquations& to, const SmootherWindow& window, std::size_t
   const Transform measured = Transform::from_rows(window.measured + 16 * k);
   const Vector<6> error =
       log(measured.inverse() * Transform::from_rows(window.T_map_camera + 16 * k));
-  add(to, error, right_jacobian_inverse(error), matrix_at<6, 6>(information),
-      columns<6>(k, to), kernel);
+  add(to, error, right_jacobian_inverse(error), matrix_at<6, 6>(information), columns<6>(k, to),
+      kernel);
 }
 
 // Roll, pitch and height of the base; see se3.level_error.
@@ -108,8 +107,8 @@ void add_motion(NormalEquations& to, const SmootherWindow& window, std::size_t k
     }
     for (std::size_t j = 0; j < 2; ++j) J[i][12 + j] = -by_scales[i][j];
   }
-  add(to, error, J, matrix_at<6, 6>(window.motion_information + 36 * k),
-      columns<14>(k, to), kernel);
+  add(to, error, J, matrix_at<6, 6>(window.motion_information + 36 * k), columns<14>(k, to),
+      kernel);
 }
 
 }  // namespace

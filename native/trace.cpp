@@ -5,8 +5,8 @@
 namespace circumspect {
 
 CIRCUMSPECT_MULTIVERSION
-void to_beams(const Block& origins, const Block& ends, double x, double y, double z,
-              Beams& beams, int count) {
+void to_beams(const Block& origins, const Block& ends, double x, double y, double z, Beams& beams,
+              int count) {
   for (int n = 0; n < count; ++n) {
     beams.ox[n] = origins.x[n] - x;
     beams.oy[n] = origins.y[n] - y;

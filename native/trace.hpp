@@ -14,8 +14,8 @@ namespace circumspect {
 constexpr std::size_t kBeamsPerThread = 2048;
 
 // About the centre of the grid; x, y, z of the blocks are origins and ends.
-void to_beams(const Block& origins, const Block& ends, double x, double y, double z,
-              Beams& beams, int count);
+void to_beams(const Block& origins, const Block& ends, double x, double y, double z, Beams& beams,
+              int count);
 
 // Origins and ends of a few beams at a time. One origin stands for all where `origin_count` is 1.
 template <typename T>

@@ -56,5 +56,5 @@ def ctrl_c_at(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
 @pytest.fixture(autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CIRCUMSPECT_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
-    # Nor are the user's own classifiers.
+    # The user's own classifiers are not used either.
     monkeypatch.setenv("CIRCUMSPECT_MODELS", str(tmp_path_factory.getbasetemp() / "models"))

@@ -3,12 +3,12 @@
 import importlib
 import sys
 
-from circumspect.geometry.cloud_files import READER_REGISTRY
+from circumspect.geometry.formats.cloud_files import READER_REGISTRY
 from circumspect.planning import PLANNER_REGISTRY
 
 
 def forget_plugins():
-    """Registries keep what they loaded for as long as a process lives."""
+    """Clear the registries, which keep loaded plug-ins for the lifetime of a process."""
     registries = [READER_REGISTRY, PLANNER_REGISTRY]
     if "circumspect.nets.registry" in sys.modules:
         registries.append(sys.modules["circumspect.nets.registry"].NETWORKS)

@@ -25,19 +25,19 @@ QUICK = ScanSettings(
     frame_interval=1.0,
     turn_between_frames=float(np.radians(15.0)),
     patience=3.0,
-    most_blocks=2,
-    most_frames=300,
+    max_blocks=2,
+    max_frames=300,
 )
 
 
 class TruePoses(WrappedRobot):
-    """Its frames know where they were taken from."""
+    """A robot whose frames carry their true poses."""
 
     def __init__(self, robot: SimulatedRobot, outer: MobileRobot | None = None) -> None:
         super().__init__(outer or robot)
         self.simulated = robot
 
-    def _seen(self, frame: RgbdFrame) -> RgbdFrame:
+    def _on_frame(self, frame: RgbdFrame) -> RgbdFrame:
         return frame.at(self.simulated.truth().T_map_camera)
 
 
@@ -75,7 +75,7 @@ def scan(
     )
     seen = TruePoses(robot, None if fault is None else fault(robot))
     pipeline = RecognitionPipeline(
-        GroundSegmentation(fewest=20), poses or KnownPoses(),
+        GroundSegmentation(min_pixels=20), poses or KnownPoses(),
         classifier or VolumeClassifier(),
     )  # fmt: skip
     return ObjectScan(seen, pipeline, planner or CirclePlanner(), settings)

@@ -37,13 +37,13 @@ def on_floor(
         (n, 3) points [m], and (n,) which of them are the object's.
     """
     rng = np.random.default_rng(variant)
-    thing = make_furniture(category, variant).sampled(points, 0).points_xyz
+    object_xyz = make_furniture(category, variant).sampled(points, 0).points_xyz
     count = int(share * points / (1 - share))
-    reach = beyond * float(np.hypot(*thing[:, :2].T).max())
+    reach = beyond * float(np.hypot(*object_xyz[:, :2].T).max())
     angle, away = rng.uniform(0, 2 * np.pi, count), reach * np.sqrt(rng.uniform(0, 1, count))
-    ground = float(thing[:, 2].min())
+    ground = float(object_xyz[:, 2].min())
     disc = np.column_stack([away * np.cos(angle), away * np.sin(angle), np.full(count, ground)])
-    parts = [thing, disc]
+    parts = [object_xyz, disc]
     if wall:
         sizes = np.column_stack([np.full(points // 2, reach), *rng.random((2, points // 2))])
         parts.append(sizes * [1, 2 * reach, 1.2] - [0, reach, -ground])

@@ -31,13 +31,13 @@ def frames(count: int, start: float = 0.3) -> Iterator[RgbdFrame]:
     return SimulatedCamera(scene, stations.__next__, CAMERA, DepthNoise(), 0).frames(count)
 
 
-def pipeline(classifier: VolumeClassifier | None = None) -> RecognitionPipeline:
+def make_pipeline(classifier: VolumeClassifier | None = None) -> RecognitionPipeline:
     return RecognitionPipeline(GroundSegmentation(), KnownPoses(), classifier or VolumeClassifier())
 
 
 def run(frames: Iterable[RgbdFrame], *observers: PipelineObserver) -> RecognitionResult:
-    """Of a new pipeline."""
-    return run_pipeline(pipeline(), frames, observers)
+    """The result of a new pipeline on these frames."""
+    return run_pipeline(make_pipeline(), frames, observers)
 
 
 def blind(frame: RgbdFrame) -> RgbdFrame:
@@ -53,8 +53,8 @@ class Inline(BackgroundWorker):
         work()
 
 
-class Diary:
-    """Remembers what an observer is told."""
+class StepRecorder:
+    """Keeps the steps and results that an observer receives."""
 
     def __init__(self) -> None:
         self.steps: list[RecognitionStep] = []

@@ -1,4 +1,4 @@
-"""Without extras: what works, works; what does not says how to get it."""
+"""Without extras the core works, and everything else names the extra to install."""
 
 import subprocess
 import sys
@@ -68,7 +68,7 @@ def test_grids_are_saved_without_their_picture(chair, tmp_path):
         (("ros2",), "ros2"),
     ],
 )
-def test_what_needs_an_extra_says_which(tmp_path, words, extra):
+def test_features_that_need_an_extra_name_it(tmp_path, words, extra):
     done = without_extras(tmp_path, *words)
     assert done.returncode == 2
     assert f"circumspect[{extra}]" in done.stderr

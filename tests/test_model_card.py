@@ -1,4 +1,4 @@
-"""What the model cards promise is what was measured, and is so of the files that ship."""
+"""The figures of the model cards are those measured on the shipped files."""
 
 from __future__ import annotations
 
@@ -86,13 +86,16 @@ def test_the_size_of_the_network_is_that_of_its_file(shipped: str) -> None:
     from circumspect.nets import build_net, cost_of
 
     classifier = ModelFacts.load(shipped).classifier
-    recipe, outputs = classifier.recipe, len(classifier.classes) + (classifier.other is not None)
-    net = build_net(classifier.description["name"], outputs, recipe)
-    if recipe.takes_context:
+    input_spec, outputs = (
+        classifier.input_spec,
+        len(classifier.classes) + (classifier.other is not None),
+    )
+    net = build_net(classifier.description["name"], outputs, input_spec)
+    if input_spec.takes_context:
         # Occupied and free cells are a channel each.
-        cost = cost_of(net, (2, *recipe.input_shape[1:]), WIDTH)
+        cost = cost_of(net, (2, *input_spec.input_shape[1:]), WIDTH)
     else:
-        cost = cost_of(net, recipe.input_shape)
+        cost = cost_of(net, input_spec.input_shape)
     size = ModelText.load(TEXTS / f"{shipped}.json").properties["size"]
     assert size.startswith(f"{cost.parameters:,} parameters, {cost.multiply_adds / 1e6:.0f} M ")
 

@@ -13,7 +13,7 @@ from circumspect.cli.main import main
 from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
 from circumspect.geometry import read_cloud, write_ply
-from circumspect.geometry.cloud_files import READER_REGISTRY
+from circumspect.geometry.formats.cloud_files import READER_REGISTRY
 from circumspect.planning import (
     PLANNER_REGISTRY,
     PLANNERS,
@@ -25,14 +25,14 @@ from circumspect.plugins import PluginError, Registry
 
 NET = """
 from torch import nn
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.nets import NetSpec
 
 def build(classes, shape):
     cells = shape[0] * shape[1] * shape[2]
     return nn.Sequential(nn.Flatten(), nn.Linear(cells, classes))
 
-TINY = NetSpec("tiny", "one matrix", build, GridRecipe("rectangular", (8, 8, 8)), source="a test")
+TINY = NetSpec("tiny", "one matrix", build, GridSpec("rectangular", (8, 8, 8)), source="a test")
 """
 PLANNER = """
 from circumspect.planning import CirclePlanner, ViewPlanner
@@ -83,7 +83,7 @@ def whole(name, value):
     return value
 
 
-def test_built_in_names_are_found_without_a_look_at_installed_packages(monkeypatch):
+def test_built_in_names_are_found_without_reading_package_metadata(monkeypatch):
     registry = numbers(whole)
     monkeypatch.setattr(registry, "_offered", pytest.fail)
     assert registry.get("one") == 1
@@ -128,7 +128,7 @@ def test_reference_needs_no_package(tmp_path, monkeypatch):
         ("Wide = object", "is the class object; a subclass"),
     ],
 )
-def test_broken_plugin_costs_one_line_that_names_it(tmp_path, monkeypatch, source, cause):
+def test_a_broken_plugin_is_named_in_one_line(tmp_path, monkeypatch, source, cause):
     folder = tmp_path / "site"
     folder.mkdir()
     groups = {"circumspect.planners": {"wide": "broken:Wide"}}
@@ -138,7 +138,7 @@ def test_broken_plugin_costs_one_line_that_names_it(tmp_path, monkeypatch, sourc
     message = str(caught.value)
     assert message.startswith("view planner 'wide' of broken-parts 1.2 ")
     assert "\n" not in message
-    # Nobody else pays for it.
+    # Built-in planners are not affected.
     assert isinstance(make_planner("circle"), CirclePlanner)
     [plugin] = PLANNER_REGISTRY.plugins()
     assert plugin.error == message
@@ -193,7 +193,7 @@ def test_file_name_is_no_reference_to_code(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "evil ran").exists()
 
 
-def test_reader_that_fails_costs_its_file(package, tmp_path, capsys):
+def test_a_failing_reader_loses_only_its_file(package, tmp_path, capsys):
     (tmp_path / "odd.blob").write_bytes(b"12345")
     write_ply(tmp_path / "chair.ply", make_furniture("chair", 3).sampled(4000, 0))
     files = [str(tmp_path / name) for name in ("odd.blob", "chair.ply")]
@@ -284,9 +284,9 @@ def test_checkpoint_imports_no_code_of_its_choice(tmp_path, monkeypatch):
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "evil.py").write_text("open('evil ran', 'w')")
-    weights = build_net("planes", 2, NETS["planes"].recipe).state_dict()
+    weights = build_net("planes", 2, NETS["planes"].input_spec).state_dict()
     for name in ("evil:NET", "gone"):
-        saved = Checkpoint(name, ("a", "b"), NETS["planes"].recipe, weights)
+        saved = Checkpoint(name, ("a", "b"), NETS["planes"].input_spec, weights)
         saved.save(tmp_path / "best.safetensors")
         with pytest.raises(WeightsError, match=f"'{name}', which is not installed; name its code"):
             Checkpoint.load(tmp_path / "best.safetensors")
@@ -310,7 +310,7 @@ def test_doctor_lists_plugins(package, capsys):
 
 def test_start_up_imports_no_metadata():
     code = (
-        "import sys, circumspect.geometry.cloud_files, circumspect.planning\n"
+        "import sys, circumspect.geometry.formats.cloud_files, circumspect.planning\n"
         "sys.exit('importlib.metadata' in sys.modules)"
     )
     loaded = (
@@ -321,7 +321,7 @@ def test_start_up_imports_no_metadata():
 
 
 def test_scan_takes_planners_by_name(package):
-    from circumspect.cli.scan import Scan
+    from circumspect.cli.commands.scan import Scan
 
     assert type(Scan("chair", planner="wide")._planner()).__name__ == "Wide"
     confident = Scan("chair", planner="wide", stop_when_sure=True)._planner()

@@ -38,7 +38,7 @@ def test_no_placeholder_is_left():
 
 def test_links_lead_somewhere():
     docs = ROOT / "docs"
-    pages = [*docs.glob("*.md"), *docs.glob("models/*.md"), *docs.glob("development/*.md")]
+    pages = [page for page in docs.rglob("*") if page.suffix in {".md", ".ipynb"}]
     for page in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *pages]:
         for link in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
             if not link.startswith("http"):

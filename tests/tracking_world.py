@@ -22,7 +22,7 @@ RADIUS, HEIGHT = 1.5, 1.1
 T_BASE_CAMERA = looking_at((0.0, 0.0, HEIGHT), (0.0, RADIUS, 0.3))
 SLIP = 0.04
 """The wheels claim this share more than the truth."""
-THINGS = (
+SURFACES = (
     Surface("object", block((-0.3, -0.2, 0.0), (0.3, 0.2, 0.5))),
     Surface("box", block((0.3, -0.1, 0.0), (0.45, 0.15, 0.3))),
     Surface("floor", block((-6, -6, -0.1), (6, 6, 0.0))),
@@ -31,7 +31,7 @@ THINGS = (
     Surface("post", block((0.9, -2.0, 0.0), (1.1, -1.8, 1.2))),
 )
 
-SQUARE = (Surface("object", block((-0.25, -0.25, 0.0), (0.25, 0.25, 0.8))), THINGS[2])
+SQUARE = (Surface("object", block((-0.25, -0.25, 0.0), (0.25, 0.25, 0.8))), SURFACES[2])
 """A pillar that looks the same from its four sides, on a floor."""
 
 
@@ -45,18 +45,20 @@ def true_camera(angle: float) -> RigidTransform:
 
 
 def drive(
-    angles: np.ndarray, seed: int = 0, things: tuple[Surface, ...] = THINGS
+    angles: np.ndarray, seed: int = 0, surfaces: tuple[Surface, ...] = SURFACES
 ) -> list[RgbdFrame]:
     """Frames with odometry and mount, without poses; one a second."""
-    camera = SimulatedCamera(Scene(things), lambda: Station(0.0, RigidTransform.identity()),
+    camera = SimulatedCamera(Scene(surfaces), lambda: Station(0.0, RigidTransform.identity()),
                              CAMERA, UNDISTORTED, seed)  # fmt: skip
     odom, covariance, frames = PlanarPose(), np.zeros((3, 3)), []
     for number, angle in enumerate(angles):
         if number:
             step = true_base(angles[number - 1]).inverse() @ true_base(angle)
-            way = float(np.hypot(step.x, step.y))
+            distance = float(np.hypot(step.x, step.y))
             odom = odom @ PlanarPose(step.x * (1 + SLIP), step.y, step.yaw * (1 + SLIP))
-            covariance = covariance + np.diag([0.05 * way, 0.05 * way, 0.05 * way]) ** 2
+            covariance = (
+                covariance + np.diag([0.05 * distance, 0.05 * distance, 0.05 * distance]) ** 2
+            )
         frame = camera.photograph(Station(float(number), true_camera(float(angle))))
         odometry = Odometry(float(number), odom, covariance)
         frames.append(

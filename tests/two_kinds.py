@@ -1,10 +1,10 @@
-"""Objects of two kinds that anyone can tell apart, and a judge who does."""
+"""Objects of two distinct kinds, and a classifier of them."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.datasets import ObjectSet
 
 PLATES_AND_POSTS = ((1.0, 1.0, 0.1), (0.15, 0.15, 1.0))
@@ -35,7 +35,7 @@ class ByHeight:
     """Invariant to yaw: tall objects fill more rows of the grid than flat ones."""
 
     classes = ("flat", "tall")
-    recipe = GridRecipe(azimuth_views=2)
+    input_spec = GridSpec(azimuth_views=2)
 
     def probabilities(self, inputs, contexts=None):
         tall = inputs.any(axis=(1, 2, 3, 4)).mean(axis=1)

@@ -1,17 +1,17 @@
-"""A classifier simple enough to know its answers: by how many cells are occupied."""
+"""A classifier with known answers, by the share of occupied cells."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from circumspect.classification import Classifier, GridRecipe, Prediction
+from circumspect.classification import Classifier, GridSpec, Prediction
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
 
 
 class VolumeClassifier(Classifier):
-    """Says "full" with the share of occupied cells as its probability."""
+    """Predicts "full" with the share of occupied cells as its probability."""
 
     def __init__(self, rule: ConfidenceRule | None = None) -> None:
         self.grids: list[OccupancyGrid] = []
@@ -22,13 +22,13 @@ class VolumeClassifier(Classifier):
         return ("empty", "full")
 
     @property
-    def recipe(self) -> GridRecipe:
-        return GridRecipe(shape=(16, 16, 16))
+    def input_spec(self) -> GridSpec:
+        return GridSpec(shape=(16, 16, 16))
 
     def classify(
         self, cloud: PointCloud, *, metric: bool = False, coverage: float | None = None
     ) -> Prediction:
-        grid = self.recipe.bounds(cloud).hits(cloud)
+        grid = self.input_spec.bounds(cloud).hits(cloud)
         return self.classify_grid(grid, metric=metric, coverage=coverage)
 
     def classify_grid(
@@ -36,7 +36,7 @@ class VolumeClassifier(Classifier):
     ) -> Prediction:
         assert metric, "the pipeline works in metres"
         for grid in views:
-            self.recipe.accepts(grid)
+            self.input_spec.accepts(grid)
         self.grids.append(views[0])
         share = float(np.mean([grid.occupied for grid in views]))
         shares = np.array([1 - share, share])

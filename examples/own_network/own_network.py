@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.nets import NetSpec
 
 
@@ -36,7 +36,7 @@ RINGNET = NetSpec(
     name="ringnet",
     summary="two wrapped convolutions over radius and azimuth",
     build=RingNet,
-    recipe=GridRecipe("cylindrical", (16, 32, 16), margin=1.1),
+    input_spec=GridSpec("cylindrical", (16, 32, 16), margin=1.1),
     source="examples/own_network",
     training={"epochs": 12, "mixing": 0.0, "label_smoothing": 0.0},
     whole_cells=True,

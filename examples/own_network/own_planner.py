@@ -1,6 +1,6 @@
 """A view planner of your own: circumspect scan chair --planner own_planner:Zigzag."""
 
-from circumspect.planning import CirclePlanner, Finished, NextView, Situation, ViewPlanner
+from circumspect.planning import CirclePlanner, Finished, NextView, PlannerInput, ViewPlanner
 
 
 class Zigzag(ViewPlanner):
@@ -10,7 +10,7 @@ class Zigzag(ViewPlanner):
         self._steps = (CirclePlanner(step_deg=20.0), CirclePlanner(step_deg=50.0))
         self._views = 0
 
-    def next_view(self, situation: Situation) -> NextView | Finished:
+    def next_view(self, planner_input: PlannerInput) -> NextView | Finished:
         planner = self._steps[self._views % 2]
         self._views += 1
-        return planner.next_view(situation)
+        return planner.next_view(planner_input)

@@ -1,4 +1,4 @@
-"""The one exception tree: every fault that a user can mend is a `CircumspectError`."""
+"""The exception tree: every error that a user can fix is a `CircumspectError`."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ _log = logging.getLogger(__name__)
 
 
 class CircumspectError(Exception):
-    """Base of all known faults; its message is one line that names culprit and remedy."""
+    """Base of all known errors; its message is one line that names cause and remedy."""
 
 
 class InputError(CircumspectError):
-    """A file or array that was given can not be used."""
+    """A given file or array cannot be used."""
 
 
 class GeometryError(InputError):
@@ -27,7 +27,7 @@ class WeightsError(InputError):
 
 
 class OutputError(CircumspectError):
-    """A result could not be written; nothing half-written was left behind."""
+    """A result could not be written; no incomplete file is left."""
 
 
 class MissingExtraError(CircumspectError):
@@ -40,29 +40,29 @@ class MissingExtraError(CircumspectError):
         self.package, self.extra = package, extra
 
     def __reduce__(self) -> tuple[type[MissingExtraError], tuple[str, str]]:
-        # It may have to come home from another process.
+        # It must be picklable, since it may come from another process.
         return MissingExtraError, (self.package, self.extra)
 
 
 def reason_of(error: OSError) -> str:
-    """Why, in the system's own words, for the middle of a sentence."""
+    """The reason in the system's own words, for the middle of a sentence."""
     return (error.strerror or str(error)).lower()
 
 
 def printable(text: str) -> str:
-    """Text of a stranger without anything that breaks a line or commands a terminal."""
+    """Untrusted text without line breaks and terminal control characters."""
     return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)
 
 
 @contextmanager
-def blamed_on(file: Path) -> Iterator[None]:
-    """Turn whatever goes wrong with a file into a known fault that names it.
+def naming_file(file: Path) -> Iterator[None]:
+    """Convert errors with a file to known errors that name it.
 
-    Other files are still processed. A fault that no reader knows is one of circumspect: its
-    traceback goes to the log at the level DEBUG.
+    Other files are still processed. The traceback of an unknown error, which is one of circumspect,
+    is logged at the level DEBUG.
 
     Raises:
-        CircumspectError: Anything went wrong but a closed pipe or connection.
+        CircumspectError: Any error except a closed pipe or connection.
     """
     try:
         yield

@@ -1,4 +1,4 @@
-"""One run at a time writes to a folder."""
+"""A lock for a folder with one writing run."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from circumspect.errors import OutputError, reason_of
 from circumspect.storage import remove_abandoned
 
 NAME = ".lock"
-"""Of the file that is locked. The kernel lets go of it when a process dies, however that ends."""
+"""Name of the locked file. The kernel releases the lock when the process ends in any way."""
 
 _held: weakref.WeakValueDictionary[tuple[int, int], FolderLock] = weakref.WeakValueDictionary()
-"""Locks of this process, by device and number of the file."""
+"""Locks of this process, by device and inode."""
 
 
 class FolderLock:
-    """Keeps other processes from writing a run to a folder, for as long as it is referred to."""
+    """Excludes other processes from writing to a folder as long as it is referenced."""
 
 
 def lock_folder(folder: Path) -> FolderLock:
-    """Lock a folder, and remove temporary files that a killed run left in it.
+    """Lock a folder, and remove temporary files of a killed run.
 
     Args:
-        folder: Made where missing.
+        folder: Made if missing.
 
     Returns:
-        The lock; the same one for all who ask in this process.
+        The lock; the same one for all callers in this process.
 
     Raises:
-        OutputError: Another process holds it, or the folder can not be written.
+        OutputError: Another process holds it, or the folder cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -62,12 +62,12 @@ def locked_folder(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        # Whoever keeps an exception keeps the frame that it passed, and would keep the lock.
+        # A stored exception keeps its frames, which would keep the lock.
         del lock
 
 
 def _opened(folder: Path) -> tuple[int | None, tuple[int, int]]:
-    """The locked file, None where this process holds it already, and what it is known by."""
+    """The locked file, or None if this process holds it already, and its key."""
     while True:
         file = os.open(folder / NAME, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         key = _key(os.fstat(file))
@@ -83,7 +83,7 @@ def _opened(folder: Path) -> tuple[int | None, tuple[int, int]]:
             ) from error
         except OSError:
             pass  # A file system without locks.
-        # Whoever held it may have removed it meanwhile: then the lock is one of no file.
+        # The former holder may have removed it meanwhile: then the lock is on no file.
         with suppress(FileNotFoundError):
             if _key((folder / NAME).stat()) == key:
                 return file, key
@@ -95,7 +95,7 @@ def _key(status: os.stat_result) -> tuple[int, int]:
 
 
 def _release(path: Path, file: int, owner: int) -> None:
-    # A forked process has a copy of the lock, and does not end its owner's run.
+    # A forked process has a copy of the lock, and must not end its owner's run.
     if os.getpid() == owner:
         with suppress(OSError):
             path.unlink()

@@ -1,7 +1,7 @@
-"""Networks, view planners and readers by name: built in, or of other packages.
+"""Networks, view planners and readers by name: built in, or from other packages.
 
-A package offers one by an entry point. Code that is not installed is named MODULE:NAME. Nothing is
-imported, and no installed package is inspected, until a name is looked up that is not built in.
+A package offers one by an entry point. Code that is not installed is named MODULE:NAME. No module
+is imported and no installed package is inspected before a name is looked up that is not built in.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 REFERENCE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_][\w.]*")
-"""MODULE:NAME of an object in a Python module."""
+"""Pattern of MODULE:NAME, an object in a Python module."""
 PLUGIN_NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,63}")
-"""Of a plug-in; it may also name a folder."""
+"""Pattern of a plug-in's name; it may also name a folder."""
 MAX_CAUSE = 300
-"""Of the cause in a message [characters]."""
+"""Largest length of the cause in a message [characters]."""
 
 
 class PluginError(InputError):
-    """A plug-in that can not be used; the message names it and the cause."""
+    """A plug-in that cannot be used; the message names it and the cause."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class Plugin:
     """An entry point that an installed package offers.
 
     Attributes:
-        kind: What it is, such as "network".
+        kind: Its kind, such as "network".
         name: Of the entry point.
         reference: MODULE:NAME of the object.
         distribution: Name and version of the package.
-        error: Why it can not be used; None where it can.
+        error: Why it cannot be used; None if it can.
     """
 
     kind: str
@@ -57,18 +57,18 @@ class Plugin:
 
 
 class Registry(Generic[T]):
-    """Looks things of one kind up by name."""
+    """Looks up objects of one kind by name."""
 
     def __init__(
         self, kind: str, group: str, built_in: Mapping[str, T], checked: Callable[[str, Any], T]
     ) -> None:
-        """Nothing is loaded yet.
+        """Create the registry; nothing is loaded yet.
 
         Args:
-            kind: What they are, for messages, such as "network".
+            kind: The kind for messages, such as "network".
             group: Of the entry points.
             built_in: By name; they take precedence over plug-ins.
-            checked: Takes the name and the object of a plug-in. Returns the object if it is of the
+            checked: Takes the name and the object of a plug-in. Returns the object if it has the
                 right kind, else raises an `InputError` that says what it is and what is needed.
         """
         self.kind, self.group, self.built_in = kind, group, built_in
@@ -77,7 +77,7 @@ class Registry(Generic[T]):
         self._entries: dict[str, list[EntryPoint]] | None = None
 
     def get(self, name: str) -> T:
-        """Look one up and load it.
+        """Look up an object and load it.
 
         Args:
             name: Built in, of an entry point, or MODULE:NAME. The module may lie in the current
@@ -85,7 +85,7 @@ class Registry(Generic[T]):
 
         Raises:
             InputError: There is none of that name.
-            PluginError: It can not be loaded, or is of the wrong kind.
+            PluginError: It cannot be loaded, or is of the wrong kind.
         """
         if (found := self.find(name)) is not None:
             return found
@@ -97,12 +97,12 @@ class Registry(Generic[T]):
         )
 
     def find(self, name: str, *, reference: bool = True) -> T | None:
-        """The same, but None where there is none of that name.
+        """The same, but None for an unknown name.
 
         Args:
             name: See `get`.
-            reference: Whether it may be MODULE:NAME. No where the name is from a file: its author
-                does not choose what code is imported.
+            reference: Whether it may be MODULE:NAME. False for a name from a file: its author must
+                not choose what code is imported.
 
         Raises:
             PluginError: See `get`.
@@ -118,7 +118,7 @@ class Registry(Generic[T]):
 
             entry, origin = EntryPoint(name, name, self.group), ""
             if (here := str(Path.cwd())) not in sys.path:
-                # Last: a file there never stands in for an installed package.
+                # Last: a file there never replaces an installed package.
                 sys.path.append(here)
         else:
             offered = self._offered().get(name, [])
@@ -132,22 +132,22 @@ class Registry(Generic[T]):
         return value
 
     def remember(self, name: str, value: T) -> None:
-        """Make an object known by a further name, in this process.
+        """Register an object under a further name in this process.
 
         Raises:
-            PluginError: The name is that of something built in.
+            PluginError: The name is built in.
         """
         if name in self.built_in:
             raise PluginError(f"{self.kind} '{name}': the name of a built-in one; choose another")
         self._loaded[name] = value
 
     def names(self) -> tuple[str, ...]:
-        """All names without MODULE:NAME: built-in ones, then plug-ins; nothing is imported."""
+        """All names except MODULE:NAME: built-in ones, then plug-ins; nothing is imported."""
         loaded = (name for name in self._loaded if not REFERENCE.fullmatch(name))
         return tuple(dict.fromkeys((*self.built_in, *loaded, *sorted(self._offered()))))
 
     def plugins(self) -> list[Plugin]:
-        """Load all plug-ins of installed packages, and say which of them can be used."""
+        """Load all plug-ins of installed packages, and report which of them can be used."""
         return [
             Plugin(self.kind, name, entry.value, _distribution(entry), self._error_of(name))
             for name, entries in sorted(self._offered().items())
@@ -164,7 +164,7 @@ class Registry(Generic[T]):
         return None
 
     def forget(self) -> None:
-        """Look everything up again, after packages were installed or removed."""
+        """Forget all plug-ins, after packages were installed or removed."""
         self._loaded.clear()
         self._entries = None
 
@@ -174,19 +174,19 @@ class Registry(Generic[T]):
         return self._entries
 
     def _found(self) -> dict[str, list[EntryPoint]]:
-        # Imported here: every command would pay for it otherwise.
+        # Imported here, since it would delay every command.
         from importlib.metadata import entry_points
 
         found: dict[str, list[EntryPoint]] = {}
         for entry in entry_points(group=self.group):
-            # A package that is found twice on the path offers the same thing twice.
+            # A package that is found twice on the path offers the same object twice.
             same = [other for other in found.get(entry.name, []) if other.value == entry.value]
             if not same:
                 found.setdefault(entry.name, []).append(entry)
         return found
 
     def _load(self, name: str, entry: EntryPoint, origin: str) -> T:
-        """What an entry point names.
+        """Load the object of an entry point.
 
         Raises:
             PluginError: See `get`.
@@ -194,7 +194,7 @@ class Registry(Generic[T]):
         title = f"{self.kind} '{printable(name)}'{origin}"
         try:
             value = entry.load()
-        # A module may raise anything, or end the process, while it is imported.
+        # A module may raise anything, or exit, while it is imported.
         except (Exception, SystemExit) as error:
             raise PluginError(f"{title} can not be loaded: {cause_of(error)}") from error
         try:
@@ -204,7 +204,7 @@ class Registry(Generic[T]):
 
 
 def cause_of(error: BaseException) -> str:
-    """An exception of foreign code in one line: its type, its message, and where it was raised."""
+    """An exception of third-party code in one line: its type, message and origin."""
     frames = traceback.extract_tb(error.__traceback__)
     at = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
     text = " ".join(str(error).split())[:MAX_CAUSE]
@@ -212,7 +212,7 @@ def cause_of(error: BaseException) -> str:
 
 
 def kind_of(value: Any) -> str:
-    """What a wrong object is, for messages: "is the class Net", "is an object of the class str"."""
+    """Description of a wrong object: "is the class Net", "is an object of the class str"."""
     if isinstance(value, type):
         return f"is the class {value.__name__}"
     return f"is an object of the class {type(value).__name__}"

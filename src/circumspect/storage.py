@@ -1,6 +1,6 @@
-"""Results on disk: written aside, then renamed, so that no reader sees half a file.
+"""Results on disk: written to a temporary file, then renamed, so that no reader sees half a file.
 
-After a loss of power a file is the old one or the new one as a whole.
+After a loss of power a file is either the old or the new one.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import json
 import math
 import os
 import re
-import secrets
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -24,42 +23,42 @@ _ABANDONED = re.compile(rf"\..{{0,32}}{_PARTIAL}[0-9a-f]{{12}}(\..*)?")
 
 @contextmanager
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a path beside `path` that replaces it when the block ends well.
+    """Yield a temporary path that replaces `path` when the block ends without an error.
 
-    Whatever ends the block early, an interruption too, leaves the old file as it was.
+    Otherwise, and after an interruption, the old file stays.
 
     Args:
-        path: The file to write; its folder is made where missing. A link is followed.
+        path: The file to write; its folder is made if missing. A link is followed.
 
     Yields:
         An empty temporary file in the same folder with the same suffix.
 
     Raises:
-        OutputError: No permission, disk full, or something else stands where the file should.
+        OutputError: No permission, disk full, or the path is no file.
     """
     target = Path(path)
-    aside = None
+    temporary = None
     try:
         try:
             target = _resolved(target)
-            aside = _create_aside(target)
-            yield aside
-            _sync(aside)
-            aside.replace(target)
-            # Without it a loss of power may bring the earlier file back.
+            temporary = _create_temporary(target)
+            yield temporary
+            _sync(temporary)
+            temporary.replace(target)
+            # Otherwise a loss of power could restore the earlier file.
             _sync(target.parent)
         finally:
-            if aside is not None:
+            if temporary is not None:
                 with suppress(OSError):
-                    aside.unlink(missing_ok=True)
+                    temporary.unlink(missing_ok=True)
     except OSError as error:
-        if not _is_about(error, target, aside):
+        if not _is_about(error, target, temporary):
             raise
         raise OutputError(_explain(Path(path), error)) from error
 
 
 def remove_abandoned(folder: Path) -> None:
-    """Remove temporary files of runs that were killed from a folder that nobody else writes to."""
+    """Remove temporary files of killed runs from a folder without other writers."""
     for file in folder.glob(f".*{_PARTIAL}*"):
         if _ABANDONED.fullmatch(file.name) and file.is_file():
             with suppress(OSError):
@@ -67,10 +66,10 @@ def remove_abandoned(folder: Path) -> None:
 
 
 def _sync(path: Path) -> None:
-    """Wait until the disk has a file, or a folder's names.
+    """Wait until a file, or a folder's names, are on the disk.
 
     Raises:
-        OSError: It has not; not all file systems can sync folders.
+        OSError: The write failed; not all file systems can sync folders.
     """
     place = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     try:
@@ -83,26 +82,26 @@ def _sync(path: Path) -> None:
 
 
 def require_writable(folder: str | os.PathLike[str]) -> None:
-    """Find out before long work whether its results can be written.
+    """Check before a long run whether its results can be written.
 
     Args:
-        folder: Made where missing; nothing is left in it.
+        folder: Made if missing; the check leaves no file.
 
     Raises:
-        OutputError: It can not be written.
+        OutputError: It cannot be written.
     """
     try:
-        _create_aside(_resolved(Path(folder)) / secrets.token_hex(6)).unlink()
+        _create_temporary(_resolved(Path(folder)) / os.urandom(6).hex()).unlink()
     except OSError as error:
         raise OutputError(_explain(Path(folder), error)) from error
 
 
 def make_new_folder(path: str | os.PathLike[str]) -> Path:
-    """Make a folder that was not there, and that nobody else gets who asks at the same moment.
+    """Make a new folder that no concurrent caller gets.
 
     Args:
-        path: What to call it; its parents are made where missing. A name that is taken gets a
-            number: run-2, run-3, …
+        path: The preferred path; its parents are made if missing. An existing name gets a number:
+            run-2, run-3, …
 
     Returns:
         The folder.
@@ -125,22 +124,22 @@ def make_new_folder(path: str | os.PathLike[str]) -> Path:
         raise OutputError(_explain(folder, error)) from error
 
 
-def require_no_strangers(
+def require_no_foreign_files(
     folder: str | os.PathLike[str],
     names: Iterable[str],
     signs: Iterable[str],
     foreign: Iterable[str] = (),
 ) -> None:
-    """Find out before a run whether it would replace what only has the name of a result.
+    """Check before a run whether it would replace files of something else.
 
     Args:
         folder: Of the run; may be missing.
-        names: Of files and folders that the run replaces.
-        signs: Of those that every earlier run of its kind left.
-        foreign: Of those that runs of another kind leave.
+        names: Files and folders that the run replaces.
+        signs: Files and folders that every earlier run of this kind left.
+        foreign: Files and folders that runs of another kind leave.
 
     Raises:
-        OutputError: Some of the names are there, and the folder is of no earlier run of its kind.
+        OutputError: Some of the names exist, and the folder is of no earlier run of this kind.
     """
 
     def there(wanted: Iterable[str]) -> list[str]:
@@ -156,28 +155,28 @@ def require_no_strangers(
 
 @contextmanager
 def atomic_open(path: str | os.PathLike[str], mode: str = "w") -> Iterator[IO[Any]]:
-    """Open a file for writing that appears under its name only when complete.
+    """Open a file for writing that replaces its target only when complete.
 
     Args:
-        path: The file to write; its folder is made where missing.
+        path: The file to write; its folder is made if missing.
         mode: "w" for text (UTF-8), "wb" for bytes.
 
     Raises:
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     encoding = None if "b" in mode else "utf-8"
-    with atomic_path(path) as aside, aside.open(mode, encoding=encoding) as stream:
+    with atomic_path(path) as temporary, temporary.open(mode, encoding=encoding) as stream:
         yield stream
 
 
 def write_json(path: str | os.PathLike[str], document: Any) -> None:
     """Write `document` as indented JSON.
 
-    NumPy's numbers and arrays are written as plain ones, numbers that are not finite (which JSON
-    does not know) as null.
+    NumPy's numbers and arrays become plain ones. Numbers that are not finite, which JSON lacks,
+    become null.
 
     Raises:
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     with atomic_open(path) as stream:
         json.dump(_plain(document), stream, indent=2, ensure_ascii=False, allow_nan=False)
@@ -185,17 +184,17 @@ def write_json(path: str | os.PathLike[str], document: Any) -> None:
 
 
 def append_line(path: str | os.PathLike[str], line: str, durable: bool = False) -> None:
-    """Add a line to a file of lines, whole or not at all.
+    """Append a line to a file atomically.
 
-    A last line that an earlier interruption cut is dropped first.
+    An incomplete last line from an interruption is removed first.
 
     Args:
-        path: The file; made where missing.
+        path: The file; made if missing.
         line: Without its end.
-        durable: Wait until the disk has it.
+        durable: Wait until it is on the disk.
 
     Raises:
-        OutputError: It can not be written; the file is as it was.
+        OutputError: It cannot be written; the file is unchanged.
     """
     try:
         with Path(path).open("a+b", buffering=0) as stream:
@@ -212,7 +211,7 @@ def append_line(path: str | os.PathLike[str], line: str, durable: bool = False) 
 
 
 def _drop_cut_line(stream: Any) -> int:
-    """Where the last whole line ends; what is behind it is cut off."""
+    """The end of the last complete line; the rest is cut off."""
     end = stream.seek(0, os.SEEK_END)
     if end:
         stream.seek(end - 1)
@@ -224,7 +223,7 @@ def _drop_cut_line(stream: Any) -> int:
 
 
 def _write_all(stream: Any, data: bytes) -> None:
-    """A raw file takes what fits, and only the next write says why no more does."""
+    """Write all bytes: a raw file writes what fits, and only the next write reports the error."""
     view = memoryview(data)
     while view:
         view = view[stream.write(view) :]
@@ -237,26 +236,26 @@ def _resolved(path: Path) -> Path:
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP)) from error
 
 
-def _create_aside(target: Path) -> Path:
+def _create_temporary(target: Path) -> Path:
     if target.is_dir():
         raise OutputError(f"{target}: is a folder; give a file name")
     if target.exists() and not target.is_file():
         raise OutputError(f"{target}: is not a regular file; give another name")
     target.parent.mkdir(parents=True, exist_ok=True)
-    mark = f"{_PARTIAL}{secrets.token_hex(6)}"
-    aside = target.with_name(f".{target.stem[:32]}{mark}{target.suffix[:16]}")
-    # Exclusive, and with the permissions that any new file of this user gets.
-    os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-    return aside
+    mark = f"{_PARTIAL}{os.urandom(6).hex()}"
+    temporary = target.with_name(f".{target.stem[:32]}{mark}{target.suffix[:16]}")
+    # Exclusive, and with the default permissions of new files.
+    os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    return temporary
 
 
-def _is_about(error: OSError, target: Path, aside: Path | None) -> bool:
-    """Whether an error concerns the file written, not another one used in the block."""
+def _is_about(error: OSError, target: Path, temporary: Path | None) -> bool:
+    """Whether an error concerns the written file, not another one used in the block."""
     if isinstance(error, ConnectionError):  # A closed pipe, for example, is no full disk.
         return False
-    if aside is None or not isinstance(error.filename, str | bytes):
+    if temporary is None or not isinstance(error.filename, str | bytes):
         return True
-    return Path(os.fsdecode(error.filename)) in (aside, target)
+    return Path(os.fsdecode(error.filename)) in (temporary, target)
 
 
 def _explain(path: Path, error: OSError) -> str:
@@ -264,7 +263,7 @@ def _explain(path: Path, error: OSError) -> str:
 
 
 def _plain(document: Any) -> Any:
-    """The document in terms that JSON knows."""
+    """The document as JSON types."""
     if isinstance(document, Mapping):
         return {str(key): _plain(value) for key, value in document.items()}
     if isinstance(document, list | tuple):

@@ -1,4 +1,4 @@
-"""Switching a rule off replaces its functions, and only as long as asked."""
+"""Switching a rule off replaces its functions, and only within the context."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The comparison of staggered grids and others."""
+"""The comparison of dithered grids and others."""
 
 import json
 
@@ -24,6 +24,6 @@ def test_the_page_is_written(monkeypatch, tmp_path):
     monkeypatch.setattr(cell_borders, "SCHEMES", ((1, False), (4, True)))
     assert main() == 0
     rows = json.loads((tmp_path / "cell_borders.json").read_text())["schemes"]
-    assert [(row["views"], row["staggered"]) for row in rows] == [(1, False), (4, True)]
+    assert [(row["views"], row["dithered"]) for row in rows] == [(1, False), (4, True)]
     assert all(row["spread"] > 0 and row["turned_spread"] > 0 for row in rows)
     assert "| 4 | yes |" in (tmp_path / "cell_borders.md").read_text()

@@ -1,4 +1,4 @@
-"""Committees are put together and judged as their page says."""
+"""Committees are built and evaluated as their page describes."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from benchmarks.committees import committees, figures
 from circumspect.datasets import ObjectSet
 
 
-def test_each_stands_alone_and_the_first_with_every_choice_of_others() -> None:
+def test_committees_are_single_networks_and_those_with_the_first() -> None:
     assert list(committees(["a", "b", "c"])) == [
         ("a",), ("b",), ("c",), ("a", "b"), ("a", "c"), ("a", "b", "c"),
     ]  # fmt: skip
 
 
-def test_what_two_know_is_their_mean_over_objects_and_yaws() -> None:
+def test_figures_of_two_networks_use_their_mean_over_objects_and_yaws() -> None:
     rng = np.random.default_rng(0)
     objects = ObjectSet(
         rng.random((3, 8, 3), np.float32),
@@ -23,8 +23,8 @@ def test_what_two_know_is_their_mean_over_objects_and_yaws() -> None:
         np.array(["mug_1", "mug_2", "pan_1"]),
         ("mug", "pan"),
     )
-    # Two yaws. The second mug is a pan to one and, more surely, a mug to the other; the pan is lost
-    # at the second yaw.
+    # Two yaws. The second mug is a pan to one network and, more probably, a mug to the other; the
+    # pan is classified wrongly at the second yaw.
     one = np.array([[[0.9, 0.1], [0.4, 0.6], [0.2, 0.8]]] * 2)
     other = np.array([[[0.9, 0.1], [0.8, 0.2], [0.2, 0.8]], [[0.9, 0.1], [0.8, 0.2], [0.9, 0.1]]])
     found = figures([one, other], objects)

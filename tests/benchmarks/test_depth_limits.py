@@ -1,4 +1,4 @@
-"""Every distance and voxel size once, and the tables of them."""
+"""Each distance and voxel size is measured once and has its row in the tables."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def test_rows_replace_the_scans_that_a_rule_changes() -> None:
         record("bed-1", "", 0.02), record("bed-2", "", 0.01),
         record("bed-2", NAMES[0], 0.5, "sofa"),
     ]  # fmt: skip
-    whole, changed, same = rows(found)
+    whole, changed, same, *_ = rows(found)
     assert whole[2:] == ["7.5, 10", "20", "0", "2", "2", "0"]
     assert changed[1:] == ["1", "130.0, 250", "500", "1", "2", "1", "1"]
     assert same[1] == "0"

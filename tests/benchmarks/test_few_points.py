@@ -1,4 +1,4 @@
-"""What the table of few points says of the shipped classifier."""
+"""The table of the shipped classifier's answers to few points."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from circumspect.datasets.point_pack import write_point_pack
 
 def test_shares_are_of_the_answers_that_they_name() -> None:
     test = furniture_set(1)
-    right = [Prediction(test.classes[label], 0.9, {}, distance=0.01) for label in test.labels]
-    wrong = Prediction(right[1].label, 0.9, {}, in_distribution=False, distance=0.01)
-    far = Prediction(right[1].label, 0.9, {}, in_distribution=False, distance=0.5)
-    answers = [wrong, far, *right[2:]]
+    correct = [Prediction(test.classes[label], 0.9, {}, distance=0.01) for label in test.labels]
+    wrong = Prediction(correct[1].label, 0.9, {}, in_distribution=False, distance=0.01)
+    far = Prediction(correct[1].label, 0.9, {}, in_distribution=False, distance=0.5)
+    answers = [wrong, far, *correct[2:]]
     row = measured(64, answers, test, 0.1)
     count = len(test)
     assert row["accuracy"] == pytest.approx((count - 1) / count)

@@ -1,4 +1,4 @@
-"""Whether errors are compared rightly with the information of measurements."""
+"""Errors are compared with the information of measurements."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ COUNT = 4000
 
 
 def drawn(factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Errors as their information Ω says, times a factor."""
+    """Errors drawn from their information Ω, times a factor."""
     rng = np.random.default_rng(3)
     roots = rng.normal(size=(COUNT, 12, 6)) * ([1500.0] * 3 + [700.0] * 3)
     omega = np.einsum("nij,nik->njk", roots, roots)
@@ -89,7 +89,7 @@ def test_fits_are_counted_object_by_object_and_together() -> None:
     assert lines[-1] == f"| all | 3 | 8.0 | 6.0 | 0.0% | {both} | {by_median} |"
 
 
-def test_a_scan_gives_what_the_tables_are_made_of() -> None:
+def test_a_job_records_the_data_of_the_tables() -> None:
     job = CalibrationJob(ScanJob("calibration", "chair-1", 0.0, 1, frame_interval=2.0, frames=20))
     found = run_job(job)
     assert found["key"] == job.key

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.gtsam_trial import by_gtsam, drive, graph, smoothed, smoothed_by_gtsam
 
-from circumspect.geometry.pose_distance import distances
+from circumspect.geometry.composition import distances
 
 
 def test_the_graph_is_far_from_its_optimum_and_has_wrong_loops() -> None:

@@ -1,4 +1,4 @@
-"""Rooms that are judged by a calibration without them."""
+"""Rooms are evaluated with a calibration that leaves them out."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from circumspect.evaluation.classifier_calibration import Answers
 CLASSIFIER = Classifier.load("robot")
 
 
-def drawn(count, seed, right=True):
-    """Sure answers to known objects, correct or not, and doubtful ones to other things."""
+def drawn(count, seed, correct=True):
+    """Probable answers to known objects, correct or not, and improbable ones to other objects."""
     rng = np.random.default_rng(seed)
     classes = np.array(CLASSIFIER.classes)
     label = rng.integers(len(classes), size=count)
     other = rng.random(count) < 0.3
-    named = label if right else (label + 1) % len(classes)
-    sure = np.where(other, rng.uniform(0.3, 0.6, count), rng.uniform(0.8, 0.99, count))
-    # A few mistakes, for a temperature needs both.
+    named = label if correct else (label + 1) % len(classes)
+    scores = np.where(other, rng.uniform(0.3, 0.6, count), rng.uniform(0.8, 0.99, count))
+    # Some wrong answers: fitting a temperature needs both kinds.
     named = np.where(rng.random(count) < 0.1, (label + 1) % len(classes), named)
-    sure = np.where(named == label, sure, np.minimum(sure, 0.6)) if right else sure
-    probabilities = np.repeat((1 - sure)[:, None] / (len(classes) - 1), len(classes), axis=1)
-    probabilities[np.arange(count), named] = sure
+    scores = np.where(named == label, scores, np.minimum(scores, 0.6)) if correct else scores
+    probabilities = np.repeat((1 - scores)[:, None] / (len(classes) - 1), len(classes), axis=1)
+    probabilities[np.arange(count), named] = scores
     return Answers(
         probabilities,
         np.where(other, rng.uniform(0.5, 0.9, count), rng.uniform(0.01, 0.3, count)),
@@ -53,8 +53,8 @@ def test_real_objects_like_the_simulated_ones_are_answered_with_confidence():
 
 
 def test_a_room_does_not_choose_its_own_bound():
-    """One room of wrong but sure answers: the others cannot know, and it shows."""
-    good, bad = drawn(75, 3), drawn(25, 4, right=False)
+    """Probable but wrong answers of one room are confident by the bound of the others."""
+    good, bad = drawn(75, 3), drawn(25, 4, correct=False)
     real = Answers.joined([good, bad])
     rooms = np.array(["good"] * 75 + ["bad"] * 25)
     found = measured(CLASSIFIER, drawn(400, 0), drawn(400, 1), real, rooms, rooms)

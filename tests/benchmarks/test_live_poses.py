@@ -1,4 +1,4 @@
-"""What the pipeline's confidence was worth."""
+"""Errors of poses that are flagged reliable or accurate."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SIGMAS = np.array([0.01, 0.01, 0.01, 0.01, 0.02, 0.03])
 def pose(
     x: float, shift: tuple[float, float, float], state: TrackingState = TrackingState.TRACKING
 ) -> PoseEstimate:
-    """A camera that is turned by 70°, and estimated `shift` away from where it is, in its own axes."""
+    """A camera turned by 70°, whose estimate is off by `shift` [m] in the camera's axes."""
     T_map_camera = RigidTransform.from_components([x, 0, 0], ROUND)
     off = RigidTransform.from_translation(list(shift))
     return PoseEstimate(T_map_camera * off, covariance=np.diag(SIGMAS**2), state=state)
@@ -30,7 +30,7 @@ def judged(*poses: PoseEstimate):
     return trust(estimates, Trajectory(STAMPS, RigidTransform.concatenate(truth)))
 
 
-def test_errors_are_told_in_metres_and_in_told_standard_deviations() -> None:
+def test_errors_are_in_metres_and_in_estimated_standard_deviations() -> None:
     none = (0.0, 0.0, 0.0)
     found = judged(pose(0, none), pose(1, (0, 0.05, 0)), pose(2, (0, 0, 0.06)), pose(3, none))
     assert found.worst_reliable_m == pytest.approx(0.06)

@@ -1,4 +1,4 @@
-"""Test objects are found again among the training objects, whatever way they face."""
+"""Test objects are found among the training objects at any yaw."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records tell which program made them."""
+"""Records name the program that made them."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ def test_all_makers_of_a_table_are_named_with_their_records() -> None:
     made = {"commit": "1a2b3c4", "date": "2026-11-26", "processor": "Fast 9000"}
     assert made_by([{"made": made}] * 3) == "By 1a2b3c4 on Fast 9000, 2026-11-26."
     assert made_by([{"made": made}] * 3 + [{}]) == (
-        "3 by 1a2b3c4 on Fast 9000, 2026-11-26, 1 by an older program that did not tell its commit."
+        "3 by 1a2b3c4 on Fast 9000, 2026-11-26, 1 by an older program that did not record its commit."
     )
     assert made_by([]) == "No records."
     assert set(provenance()) == set(made)
 
 
-def test_a_processor_whose_name_has_no_number_is_told_with_its_family() -> None:
+def test_a_processor_name_without_a_number_gets_its_family() -> None:
     core = "processor\t: 0\ncpu family\t: 26\nmodel name\t: {}\nmodel\t\t: 2\n\n"
     assert processor_in(2 * core.format("AMD EPYC")) == "AMD EPYC family 26"
     assert processor_in(core.format("AMD EPYC 9654 96-Core")) == "AMD EPYC 9654 96-Core"

@@ -1,4 +1,4 @@
-"""The docs tell of the boxes that are measured."""
+"""The docs name the boxes that are measured."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_a_row_shows_the_two_most_probable_classes() -> None:
     assert (found["frames"], found["coverage"], found["confident"]) == ("230 of 250", "50 %", "no")
 
 
-def test_a_folder_without_frames_ends_it_with_what_replay_says(
+def test_a_folder_without_frames_ends_with_the_error_of_replay(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:

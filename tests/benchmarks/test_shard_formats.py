@@ -32,7 +32,7 @@ def test_an_epoch_shows_every_grid_once_and_can_begin_anywhere(
     np.testing.assert_array_equal(later, whole[97:])
 
 
-def test_parquet_tells_all_damage(grids: np.ndarray, tmp_path: Path) -> None:
+def test_parquet_reports_all_damage(grids: np.ndarray, tmp_path: Path) -> None:
     pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     found = measured(PARQUET, tmp_path, grids, np.zeros(150, np.int64))
     assert not any("silent" in found[what] for what in ("truncated", "flipped", "lost"))

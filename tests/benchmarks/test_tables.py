@@ -1,4 +1,4 @@
-"""The benchmarks' tables are made of the records that the command's settings ask for."""
+"""The tables of benchmarks use only the records of the requested settings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def committed(name: str) -> list[dict]:
 
 
 def tables(module: str, folder: Path, found: list[dict], *flags: str) -> str:
-    """What a benchmark writes from records of which none is to be made anew."""
+    """The table that a benchmark writes from existing records."""
     lines = "".join(json.dumps(record) + "\n" for record in found)
     (folder / f"{module}.jsonl").write_text(lines)
     words = [sys.executable, "-m", f"benchmarks.{module}", "--out", str(folder), *flags]
@@ -55,7 +55,7 @@ def test_a_table_of_other_settings_names_them(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mixed", [False, True])
 def test_the_scans_of_other_settings_are_left_out(tmp_path: Path, mixed: bool) -> None:
-    """But for the answers on ModelNet10, which ask for its data."""
+    """Except for the answers on ModelNet10, which need its data."""
     found = [record for record in committed("scans.jsonl") if record["suite"] != "modelnet"]
     others = [of_another_setting(r) for r in found if r["suite"] == "planners"] if mixed else []
     text = tables("scans", tmp_path, [*others, *found], "--tables")
@@ -64,7 +64,7 @@ def test_the_scans_of_other_settings_are_left_out(tmp_path: Path, mixed: bool) -
     assert text == "\n## ".join(wanted)
 
 
-def test_the_time_of_the_worst_frame_is_told(tmp_path: Path) -> None:
+def test_the_time_of_the_slowest_frame_is_in_the_table(tmp_path: Path) -> None:
     found = [record for record in committed("scans.jsonl") if record["suite"] == "timing"]
     slowest = max(max(record["stages"]["frame"]) for record in found)
     (row,) = [
@@ -75,7 +75,7 @@ def test_the_time_of_the_worst_frame_is_told(tmp_path: Path) -> None:
     assert row.endswith(f"| {slowest:.1f} |")
 
 
-def test_all_furniture_is_told_as_one_scan_too(tmp_path: Path) -> None:
+def test_all_furniture_is_summarised_on_one_line(tmp_path: Path) -> None:
     some = [r for r in committed("scans.jsonl") if r["suite"] == "furniture"][:2]
     errors = {"ate_rmse_m": 0.003, "ate_odometry_rmse_m": 0.1, "yaw_rmse_deg": 0.6}
     shape = {"chamfer_m": 0.005, "completeness": 0.95}

@@ -1,4 +1,4 @@
-"""The figures beside a classifier's weights survive the disk, and broken files are known errors."""
+"""The figures beside a classifier's weights round-trip, and broken files are known errors."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ LINES = st.text(st.characters(categories=["L", "N", "P"]), max_size=30)
         )
     )
 )  # fmt: skip
-def test_a_card_survives_the_disk(
+def test_a_card_round_trips(
     tmp_path_factory: pytest.TempPathFactory, figures: list[CardFigure]
 ) -> None:
     file = tmp_path_factory.mktemp("cards") / "own.card.json"

@@ -16,7 +16,7 @@ RULE = ConfidenceRule((0.2, 0.5, 0.75), (0.97, 0.9, 0.8), 0.95)
     ("coverage", "bound"),
     [(None, 0.95), (0.1, None), (0.2, 0.97), (0.49, 0.97), (0.5, 0.9), (1.0, 0.8)],
 )
-def test_the_last_bound_reached_holds(coverage, bound):
+def test_the_last_bound_reached_applies(coverage, bound):
     assert RULE.bound(coverage) == bound
 
 
@@ -27,7 +27,7 @@ def test_an_answer_has_a_reason_exactly_where_it_is_not_confident(probability, c
     assert confident == (not RULE.reason(probability, coverage))
 
 
-def test_reasons_name_what_is_missing():
+def test_reasons_name_the_unmet_bound():
     assert RULE.reason(1.0, 0.1) == "at least 20 % coverage is needed"
     assert RULE.reason(0.5, 0.6) == "a probability of at least 90 % is needed"
     assert ConfidenceRule((0.0,), (1.5,)).reason(1.0, 0.5) == "more coverage is needed"
@@ -43,7 +43,7 @@ def test_a_bound_just_above_the_probability_is_shown_apart_from_it():
     assert rule.reason(0.91, 0.4) == "a probability of at least 94 % is needed"
 
 
-def test_a_rule_survives_json():
+def test_a_rule_round_trips_through_json():
     assert ConfidenceRule.from_dict(json.loads(json.dumps(RULE.to_dict()))) == RULE
     assert ConfidenceRule.from_dict(None) == ConfidenceRule()
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.classification import Classifier, GridRecipe
+from circumspect.classification import Classifier, GridSpec
 from circumspect.classification.context import (
     LOG_HEIGHT,
     LOG_MAJOR,
@@ -21,7 +21,7 @@ from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid
 
-SEEING = GridRecipe(margin=1.1, visibility=True, metric=True)
+SEEING = GridSpec(margin=1.1, visibility=True, metric=True)
 
 
 def slab(length=1.6, width=0.8, height=0.7, count=40_000):
@@ -73,19 +73,19 @@ def test_visibility_is_known_where_rays_passed():
 
 
 def test_networks_that_need_a_size_refuse_objects_without_one():
-    recipe = GridRecipe(margin=1.1, visibility=True, metric=True, scale_required=True)
+    input_spec = GridSpec(margin=1.1, visibility=True, metric=True, scale_required=True)
     with pytest.raises(InputError, match="state the unit"):
-        recipe.context(recipe.inputs(PointCloud(slab(count=500)))[0], None)
+        input_spec.context(input_spec.inputs(PointCloud(slab(count=500)))[0], None)
 
 
 def test_rectangular_grids_have_no_context():
     with pytest.raises(InputError, match="rectangular"):
-        GridRecipe("rectangular", visibility=True)
+        GridSpec("rectangular", visibility=True)
 
 
 def test_networks_without_a_context_get_none():
-    recipe = GridRecipe()
-    assert recipe.context(recipe.inputs(PointCloud(slab(count=500)))[0]) is None
+    input_spec = GridSpec()
+    assert input_spec.context(input_spec.inputs(PointCloud(slab(count=500)))[0]) is None
 
 
 @pytest.mark.parametrize("coverage", [-0.1, 1.1, float("nan")])

@@ -5,14 +5,13 @@ from hypothesis import strategies as st
 
 from circumspect.classification import (
     Classifier,
-    GridRecipe,
+    GridSpec,
     OnnxClassifier,
     Prediction,
     cell_evidence,
 )
-from circumspect.classification.evidence import log_odds
+from circumspect.classification.evidence import log_odds, occupied_blocks
 from circumspect.classification.model_description import ModelDescription
-from circumspect.classification.occlusion_blocks import occupied_blocks
 from circumspect.errors import GeometryError, InputError
 from circumspect.furniture import make_furniture
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
@@ -32,7 +31,7 @@ def cloud():
 
 @pytest.fixture(scope="module")
 def grid(classifier, cloud):
-    return classifier.recipe.bounds(cloud).hits(cloud)
+    return classifier.input_spec.bounds(cloud).hits(cloud)
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +43,7 @@ def rolled(grid, cells):
     return OccupancyGrid(grid.grid, np.roll(grid.states, cells, axis=1))
 
 
-def test_it_explains_the_answer_that_was_given(classifier, grid, explained):
+def test_evidence_explains_the_given_answer(classifier, grid, explained):
     assert explained.label == explained.prediction.label == classifier.classify_grid(grid).label
     p = explained.prediction.probability
     assert explained.log_odds == pytest.approx(np.log(p / (1 - p)))
@@ -53,9 +52,9 @@ def test_it_explains_the_answer_that_was_given(classifier, grid, explained):
 
 
 class Recorded:
-    """Takes states, size and visibility; keeps what it is shown."""
+    """A classifier of states, size and visibility that records its inputs."""
 
-    recipe = GridRecipe(visibility=True, metric=True)
+    input_spec = GridSpec(visibility=True, metric=True)
     classes = ("a", "b")
 
     def __init__(self):
@@ -167,7 +166,7 @@ def test_points_take_the_evidence_of_their_cells(cloud, explained):
         explained.at([[np.nan, 0.0, 0.0]])
 
 
-def test_progress_ends_at_all(classifier, grid):
+def test_progress_ends_at_the_total(classifier, grid):
     calls = []
     found = cell_evidence(classifier, grid, edges=(1.0,), progress=lambda *c: calls.append(c))
     assert calls[-1] == (found.asked, found.asked)
@@ -193,15 +192,15 @@ def test_log_odds_do_not_saturate():
     np.testing.assert_allclose(odds[1], -np.log(2))
 
 
-def test_a_rectangular_recipe_is_explained_as_well():
+def test_a_rectangular_input_spec_is_explained_as_well():
     class Counting(OnnxClassifier):
-        """A chair by the cells in one corner."""
+        """Scores a chair by the number of occupied cells in one corner."""
 
         def __init__(self):
-            recipe = GridRecipe(kind="rectangular", shape=(8, 8, 8))
+            input_spec = GridSpec(kind="rectangular", shape=(8, 8, 8))
             self._outputs = ["logits"]
             self._described = ModelDescription.from_dict(
-                {"classes": ["chair", "sofa"], "grid": recipe.to_dict()}
+                {"classes": ["chair", "sofa"], "grid": input_spec.to_dict()}
             )
 
         def _means_over_views(self, inputs, contexts, *outputs):

@@ -35,7 +35,7 @@ def furniture(classifier):
 
 
 def fitted_to(classifier, objects):
-    """As if these were its training objects."""
+    """The same classifier, with these as its training objects."""
     described = classifier.description
     training = {**described["training"], OBJECTS: objects.names.tolist()}
     return OnnxClassifier(classifier._session, {**described, "training": training})
@@ -46,7 +46,7 @@ def table(classifier, furniture):
     return example_table(fitted_to(classifier, furniture), furniture)
 
 
-def test_the_nearest_to_an_example_is_itself_wherever_it_stands(classifier, furniture, table):
+def test_an_example_is_its_own_nearest_one_anywhere(classifier, furniture, table):
     for index, name in enumerate(furniture.names):
         near = nearest_examples(classifier, furniture.cloud(index), 6, table)
         assert (near[0].name, near[0].distance) == (name, pytest.approx(0, abs=1e-5))
@@ -57,7 +57,7 @@ def test_the_nearest_to_an_example_is_itself_wherever_it_stands(classifier, furn
     assert nearest_examples(classifier, quarter, 1, table)[0].name == furniture.names[3]
 
 
-def test_a_table_survives_its_file(table, tmp_path):
+def test_a_table_round_trips_through_its_file(table, tmp_path):
     table.save(tmp_path / "t.npz")
     again = ExampleTable.load(tmp_path / "t.npz")
     assert (again.network, again.classes) == (table.network, table.classes)
@@ -76,7 +76,7 @@ def test_examples_of_modelnet10_are_the_training_split_and_small(classifier):
     assert len(set(shipped.names.tolist())) == 3991
 
 
-def test_shipped_examples_are_what_the_shipped_network_sees(classifier, data_folder):
+def test_shipped_examples_are_features_of_the_shipped_network(classifier, data_folder):
     objects = open_data_set(data_folder / "modelnet10", "train")
     tested = set(open_data_set(data_folder / "modelnet10", "test").names.tolist())
     assert not tested & set(shipped_examples("modelnet10").names.tolist())
@@ -87,7 +87,7 @@ def test_shipped_examples_are_what_the_shipped_network_sees(classifier, data_fol
         assert objects.names[index] in [n.name for n in near if n.distance < 1e-3]
 
 
-def test_only_what_a_network_was_fitted_to_becomes_an_example(classifier, furniture):
+def test_only_training_objects_become_examples(classifier, furniture):
     learnt = furniture.subset(np.array([4, 1]))
     table = example_table(fitted_to(classifier, learnt), furniture)
     assert table.names.tolist() == furniture.names[[1, 4]].tolist()
@@ -99,7 +99,9 @@ def test_only_what_a_network_was_fitted_to_becomes_an_example(classifier, furnit
 def test_plain_furniture_is_near_its_kind(classifier):
     near = nearest_examples(classifier, make_furniture("chair", 3).sampled(20_000, 0))
     assert [n.label for n in near] == ["chair"] * 5
-    grid = classifier.recipe.bounds(cloud := make_furniture("bed", 1).sampled(9000, 0)).hits(cloud)
+    grid = classifier.input_spec.bounds(cloud := make_furniture("bed", 1).sampled(9000, 0)).hits(
+        cloud
+    )
     assert nearest_examples(classifier, grid, 1)[0].label == "bed"
 
 
@@ -146,7 +148,7 @@ class TestBrokenTables:
             {"names": np.array([{}] * 6)},
         ],
     )
-    def test_arrays_that_do_not_belong_together(self, table, tmp_path, change):
+    def test_arrays_of_different_lengths(self, table, tmp_path, change):
         table.save(tmp_path / "t.npz")
         with np.load(tmp_path / "t.npz") as stored:
             arrays = dict(stored) | change

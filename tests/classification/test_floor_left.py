@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from circumspect.classification import Classifier
-from circumspect.classification.floor_left import holds_floor
+from circumspect.classification.cloud_checks import holds_floor
 from circumspect.cli.main import main
 from circumspect.datasets import open_data_set
 from circumspect.furniture import CATEGORIES, make_furniture
@@ -38,7 +38,7 @@ def test_a_floor_of_a_depth_camera_is_found(category: str) -> None:
     assert holds_floor(with_floor(category, 1.3, 0.3, noise=0.004))
 
 
-def test_hardly_any_real_object_looks_as_if_it_had_one(data_folder) -> None:
+def test_few_real_objects_seem_to_have_a_floor(data_folder) -> None:
     objects = open_data_set(data_folder / "modelnet10", "train")
     some = range(0, len(objects), 5)
     found = sum(holds_floor(objects.points_xyz[index]) for index in some)
@@ -51,7 +51,7 @@ def test_an_object_with_its_floor_is_unknown(tmp_path, capsys) -> None:
     assert not Classifier.load("modelnet10").classify(both).in_distribution
     np.save(tmp_path / "scan.npy", both)
     assert main(["classify", str(tmp_path / "scan.npy")]) == 0
-    told = capsys.readouterr()
-    assert "scan.npy: unknown object (nearest: " in told.out
-    assert told.err.count("\n") == 1
-    assert "scan.npy: seems to hold the floor, too; cut it off: --cut-floor" in told.err
+    reported = capsys.readouterr()
+    assert "scan.npy: unknown object (nearest: " in reported.out
+    assert reported.err.count("\n") == 1
+    assert "scan.npy: seems to hold the floor, too; cut it off: --cut-floor" in reported.err

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from onnx import TensorProto, helper, numpy_helper
 from two_kinds import flat_and_tall
 
-from circumspect.classification import Classifier, GridRecipe
+from circumspect.classification import Classifier, GridSpec
 from circumspect.cli.main import main
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.point_pack import write_point_pack
@@ -107,7 +107,7 @@ def test_network_names_flat_and_tall_objects(tmp_path):
     assert [classifier.classify(one).label for one in found] == [
         ("flat", "tall")[label] for label in labels
     ]
-    assert classifier.recipe == GridRecipe("rectangular", (8, 8, 6))
+    assert classifier.input_spec == GridSpec("rectangular", (8, 8, 6))
     copy = pickle.loads(pickle.dumps(classifier))
     assert np.array_equal(shares(copy), shares(classifier))
 
@@ -122,7 +122,7 @@ def test_network_of_single_inputs_is_run_on_many(tmp_path, expected):
     network = save(tmp_path / "net.onnx", batch=1)
     describe(network)
     classifier = Classifier.load(network)
-    inputs = np.stack([classifier.recipe.inputs(one)[0] for one in clouds()[0]])
+    inputs = np.stack([classifier.input_spec.inputs(one)[0] for one in clouds()[0]])
     assert np.allclose(classifier.probabilities(inputs), expected, atol=1e-5)
 
 
@@ -176,14 +176,14 @@ def test_mismatch_is_named(tmp_path, capsys, changes, message):
 
 
 @pytest.mark.parametrize("text", ["", "{", "[1]", "[" * 5000, '{"classes": "ab"', "\xff"])
-def test_broken_specification_costs_one_line(tmp_path, text):
+def test_a_broken_specification_is_refused(tmp_path, text):
     network = save(tmp_path / "net.onnx")
     (tmp_path / "net.input.json").write_bytes(text.encode("latin-1"))
     with pytest.raises(InputError, match=r"net\.input\.json: "):
         Classifier.load(network)
 
 
-def test_network_without_specification_says_what_is_missing(tmp_path):
+def test_network_without_specification_is_refused_with_the_remedy(tmp_path):
     network = save(tmp_path / "net.onnx")
     with pytest.raises(
         WeightsError, match=r"describe its input in net\.input\.toml or net\.input\.j"
@@ -203,7 +203,7 @@ def test_specification_of_a_network_that_needs_none_is_refused(tmp_path):
         Classifier.load(tmp_path / "net.onnx", input_spec=tmp_path / "elsewhere.toml")
 
 
-def test_export_leaves_it_as_it_is(tmp_path, capsys):
+def test_export_keeps_the_network_unchanged(tmp_path, capsys):
     network = save(tmp_path / "net.onnx")
     describe(network)
     assert main(["export", str(network), str(tmp_path / "new.onnx")]) == 2

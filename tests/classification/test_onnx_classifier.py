@@ -12,13 +12,13 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.classification import (
     Classifier,
-    GridRecipe,
+    GridSpec,
     OnnxClassifier,
     Prediction,
-    recipe_from_dict,
+    input_spec_from_dict,
 )
+from circumspect.classification.cloud_checks import MIN_POINTS
 from circumspect.classification.model_description import METADATA_KEY
-from circumspect.classification.one_object import FEWEST_POINTS
 from circumspect.classification.shipped import shipped_path
 from circumspect.classification.upright import classify_any_way_up
 from circumspect.datasets import open_data_set
@@ -52,7 +52,7 @@ def test_modelnet10_has_the_classes_of_its_data(classifier):
 
 
 @pytest.mark.parametrize("category", ["chair", "sofa", "monitor", "bed"])
-def test_names_plain_furniture_and_says_how_long_it_took(classifier, category):
+def test_classifies_plain_furniture_and_measures_the_time(classifier, category):
     prediction = classifier.classify(make_furniture(category, 0).sampled(20_000, 0))
     assert prediction.label == category
     assert prediction.probability == max(prediction.probabilities.values())
@@ -69,7 +69,7 @@ def test_names_plain_furniture_and_says_how_long_it_took(classifier, category):
 def test_whole_cells_scale_and_place_do_not_matter(classifier, cells, scale, shift):
     cloud = make_furniture("chair", 4).sampled(20_000, 1)
     reference = classifier.classify(cloud)
-    moved = turned(cloud, 2 * np.pi * cells / classifier.recipe.shape[1])
+    moved = turned(cloud, 2 * np.pi * cells / classifier.input_spec.shape[1])
     moved = PointCloud((moved.points_xyz + shift) * scale)
     answer = classifier.classify(moved)
     assert answer.label == reference.label
@@ -79,30 +79,30 @@ def test_whole_cells_scale_and_place_do_not_matter(classifier, cells, scale, shi
 
 def test_sparse_clouds_are_filled(classifier):
     sparse = make_furniture("chair", 5).sampled(1024, 0)
-    assert len(classifier.recipe.surface(sparse)) > 8000
+    assert len(classifier.input_spec.surface(sparse)) > 8000
     assert classifier.classify(sparse).label == "chair"
     dense = make_furniture("chair", 5).sampled(30_000, 0)
-    assert classifier.recipe.surface(dense) is dense
+    assert classifier.input_spec.surface(dense) is dense
 
 
 def test_a_saved_grid_is_named_like_its_cloud(classifier, tmp_path):
     cloud = make_furniture("sofa", 1).sampled(30_000, 0)
-    grid = CylindricalGrid.fit(cloud, classifier.recipe.shape).hits(cloud.points_xyz)
+    grid = CylindricalGrid.fit(cloud, classifier.input_spec.shape).hits(cloud.points_xyz)
     assert classifier.classify_grid(grid).label == classifier.classify(cloud).label
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.1, 2.0])
 def test_grids_of_all_views_are_named_as_the_cloud_is(classifier, yaw):
     cloud = turned(make_furniture("night_stand", 3).sampled(30_000, 0), yaw)
-    bounds = classifier.recipe.all_bounds(classifier.recipe.bounds(cloud))
-    assert len(bounds) == classifier.recipe.azimuth_views > 1
+    bounds = classifier.input_spec.all_bounds(classifier.input_spec.bounds(cloud))
+    assert len(bounds) == classifier.input_spec.azimuth_views > 1
     named = classifier.classify_grid(*(grid.hits(cloud.points_xyz) for grid in bounds))
     expected = classifier.classify(cloud).probabilities
     # A point on the edge of a cell may round to either side.
     assert named.probabilities == pytest.approx(expected, abs=1e-3)
 
 
-def test_no_grid_is_not_named(classifier):
+def test_no_grids_are_refused(classifier):
     with pytest.raises(InputError, match="there is no grid"):
         classifier.classify_grid()
 
@@ -143,7 +143,7 @@ class TestLoading:
         [
             (lambda d: None, "another program"),
             (lambda d: {**d, "classes": d["classes"][:3]}, "3 classes"),
-            (lambda d: {**d, "grid": {**d["grid"], "shape": [16, 16, 16]}}, "export it anew"),
+            (lambda d: {**d, "grid": {**d["grid"], "shape": [16, 16, 16]}}, "export it again"),
             (lambda d: {"classes": d["classes"]}, "description is broken"),
             (lambda d: {**d, "grid": {**d["grid"], "colour": 1}}, "colour"),
         ],
@@ -161,7 +161,7 @@ class TestLoading:
         with pytest.raises(WeightsError, match=complaint):
             Classifier.load(tmp_path / "changed.onnx")
 
-    def test_any_broken_file_is_a_known_fault(self, tmp_path, shipped_bytes):
+    def test_any_broken_file_is_a_known_error(self, tmp_path, shipped_bytes):
         rng = np.random.default_rng(0)
         path = tmp_path / "mutated.onnx"
         for _ in range(25):
@@ -188,7 +188,7 @@ class TestLoading:
             {"grid": {"kind": "spherical"}},
         ],
     )
-    def test_values_that_make_no_sense(self, tmp_path, shipped_bytes, change):
+    def test_invalid_descriptions_are_refused(self, tmp_path, shipped_bytes, change):
         network = onnx.load_from_string(shipped_bytes)
         (entry,) = network.metadata_props
         described = json.loads(entry.value)
@@ -204,23 +204,23 @@ def test_threads_below_zero():
         Classifier.load(threads=-1)
 
 
-def test_a_few_points_are_of_no_class(classifier):
+def test_a_few_points_are_out_of_distribution(classifier):
     """The first three are near enough to a training chair to be called one (0.94)."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 1]])
     assert not classifier.classify(PointCloud(points)).in_distribution
-    chair = make_furniture("chair", 3).sampled(FEWEST_POINTS, 0).points_xyz
+    chair = make_furniture("chair", 3).sampled(MIN_POINTS, 0).points_xyz
     assert classifier.classify(PointCloud(chair)).in_distribution
     assert not classifier.classify(PointCloud(chair[1:])).in_distribution
 
 
-def test_repeated_points_are_no_more_points(classifier):
-    few = make_furniture("chair", 3).sampled(FEWEST_POINTS - 1, 0).points_xyz
+def test_repeated_points_count_once(classifier):
+    few = make_furniture("chair", 3).sampled(MIN_POINTS - 1, 0).points_xyz
     assert not classifier.classify(PointCloud(np.tile(few, (50, 1)))).in_distribution
     enough = make_furniture("chair", 3).sampled(2_000, 0).points_xyz
     assert classifier.classify(PointCloud(np.repeat(enough, 50, axis=0))).in_distribution
 
 
-def test_a_copy_of_the_shipped_file_doubts_as_much(shipped_bytes, tmp_path):
+def test_a_copy_of_the_shipped_file_finds_unknown_objects(shipped_bytes, tmp_path):
     (tmp_path / "copy.onnx").write_bytes(shipped_bytes)
     copy = Classifier.load(tmp_path / "copy.onnx")
     assert not copy.classify(PointCloud([[0.0, 0, 0], [1, 0, 0], [0, 1, 1]])).in_distribution
@@ -241,33 +241,33 @@ def test_prediction_from_a_vector():
 
 
 @given(views=st.integers(1, 4), kind=st.sampled_from(["cylindrical", "rectangular"]))
-def test_recipe_survives_json(views, kind):
-    recipe = GridRecipe(kind=kind, shape=(8, 16, 4), azimuth_views=views)
-    assert recipe_from_dict(json.loads(json.dumps(recipe.to_dict()))) == recipe
+def test_input_spec_round_trips_through_json(views, kind):
+    input_spec = GridSpec(kind=kind, shape=(8, 16, 4), azimuth_views=views)
+    assert input_spec_from_dict(json.loads(json.dumps(input_spec.to_dict()))) == input_spec
 
 
 def test_views_of_a_rectangular_grid_are_all_the_same():
-    """There is no sense in them, but files may ask for them."""
+    """They are redundant, but files may request them."""
     cloud = make_furniture("table", 2).sampled(20_000, 0)
-    first, second = GridRecipe("rectangular", azimuth_views=2).grids(cloud)[0]
+    first, second = GridSpec("rectangular", azimuth_views=2).grids(cloud)[0]
     np.testing.assert_array_equal(first, second)
 
 
 def test_views_are_turned_by_fractions_of_a_cell():
     cloud = make_furniture("table", 2).sampled(20_000, 0)
-    grids = GridRecipe(azimuth_views=4).grids(cloud)[0]
+    grids = GridSpec(azimuth_views=4).grids(cloud)[0]
     fraction = 2 * np.pi / 32 / 4
     for view in range(4):
-        turned_grid = GridRecipe().grids(turned(cloud, view * fraction))[0, 0]
+        turned_grid = GridSpec().grids(turned(cloud, view * fraction))[0, 0]
         assert (grids[view] != turned_grid).mean() < 1e-3
 
 
-def test_real_objects_are_named_whatever_their_yaw(classifier, data_folder):
+def test_real_objects_are_classified_at_any_yaw(classifier, data_folder):
     """Objects that the network was trained on: this shows that nothing broke on the way."""
     objects = open_data_set(data_folder / "modelnet10", "train")
     chosen = objects.subset(np.arange(0, len(objects), 80))
     grids = np.stack(
-        [classifier.recipe.grids(chosen.cloud(i), [0.0, 1.234]) for i in range(len(chosen))]
+        [classifier.input_spec.grids(chosen.cloud(i), [0.0, 1.234]) for i in range(len(chosen))]
     )
     answers = [classifier.probabilities(grids[:, k]).argmax(axis=1) for k in range(2)]
     for answer in answers:
@@ -280,7 +280,7 @@ def test_load_is_the_same_from_the_interface_and_the_class():
 
 
 def test_a_fallen_object_is_stood_up(classifier):
-    """Not all find their feet, but most; without knowing which way is up few are named."""
+    """Most objects are stood up and classified correctly; as they lie, few are."""
     right = {"auto": 0, "as it lies": 0}
     for number, category in enumerate(("chair", "table", "toilet", "bed") * 3):
         rotation = Rotation.random(rng=np.random.default_rng(number))
@@ -304,7 +304,7 @@ def test_more_threads_than_any_machine_has():
         Classifier.load(threads=99_999_999_999)
 
 
-def test_an_empty_grid_is_not_named(classifier):
+def test_an_empty_grid_is_refused(classifier):
     grid = CylindricalGrid()
     nothing = OccupancyGrid(grid, np.zeros(grid.shape, np.uint8))
     with pytest.raises(InputError, match="the grid is empty"):
@@ -322,7 +322,7 @@ def test_a_pickled_classifier_is_loaded_again(classifier, shipped_bytes, tmp_pat
     monkeypatch.chdir(tmp_path)
     own = Classifier.load("own.onnx", threads=1)
     expected = own.classify(cloud)
-    # The other process may stand in another folder.
+    # The other process may have another working directory.
     monkeypatch.chdir("/")
     assert pickle.loads(pickle.dumps(own)).classify(cloud) == expected
     assert copy.deepcopy(classifier).classify(cloud) == classifier.classify(cloud)
@@ -339,31 +339,33 @@ def test_an_array_is_named_as_the_cloud_of_its_points(classifier):
     assert classifier.classify(points) == classifier.classify(PointCloud(points))
 
 
-def test_what_is_no_cloud_is_told_how_to_become_one(classifier):
+def test_wrong_cloud_types_are_refused_with_a_remedy(classifier):
     with pytest.raises(InputError, match=r"mesh\.sampled\("):
         classifier.classify(make_furniture("chair", 0))
     with pytest.raises(InputError, match=r"circumspect\.read_cloud\(path\)"):
         classifier.classify("chair.ply")
 
 
-def test_what_is_no_grid_is_told(classifier):
+def test_wrong_grid_types_are_refused(classifier):
     cloud = make_furniture("chair", 0).sampled(20_000, 0)
-    bounds = classifier.recipe.bounds(cloud)
+    bounds = classifier.input_spec.bounds(cloud)
     with pytest.raises(InputError, match=r"not a list; of several: classify_grid\(\*views\)"):
         classifier.classify_grid([bounds.hits(cloud)])
     with pytest.raises(InputError, match=r"bounds\.hits\(points\)"):
         classifier.classify_grid(bounds)
 
 
-def test_a_classifier_is_told_in_a_few_words(classifier):
-    views = classifier.recipe.azimuth_views
-    told = f"OnnxClassifier(10 classes, cylindrical 32x32x32, {views} staggered views)"
-    assert repr(classifier) == told
+def test_repr_of_a_classifier_is_short(classifier):
+    views = classifier.input_spec.azimuth_views
+    reported = f"OnnxClassifier(10 classes, cylindrical 32x32x32, {views} dithered views)"
+    assert repr(classifier) == reported
 
 
-def test_a_grid_that_stretches_its_object_is_not_named(classifier):
-    """It was a bed, known, with 0.96."""
+def test_a_stretched_grid_is_refused(classifier):
+    """Without the check the answer was a bed in distribution, with 0.96."""
     cloud = make_furniture("chair", 3).sampled(20_000, 0)
     flat = CylindricalGrid.fit(cloud, half_height_per_radius=4).hits(cloud.points_xyz)
-    with pytest.raises(InputError, match=r"4 times as high as wide; make it by classifier\.recipe"):
+    with pytest.raises(
+        InputError, match=r"4 times as high as wide; make it by classifier\.input_spec"
+    ):
         classifier.classify_grid(flat)

@@ -1,4 +1,4 @@
-"""One decision from two signs."""
+"""The open-set decision from probability and distance."""
 
 import json
 
@@ -14,18 +14,18 @@ RULE = OpenSetRule(bias=1.0, other=-1.0, distance=-2.0, threshold=0.4)
 
 
 @given(a=st.floats(0, 1), b=st.floats(0, 1), distance=st.floats(0, 2))
-def test_more_probability_of_other_never_makes_an_object_more_familiar(a, b, distance):
+def test_a_higher_other_probability_never_raises_the_familiarity(a, b, distance):
     low, high = sorted((a, b))
     first, second = RULE.probability([low, high], [distance, distance])
     assert 0 <= second <= first <= 1
 
 
-def test_without_a_distance_the_other_sign_decides():
+def test_without_a_distance_the_probability_decides():
     found = RULE.probability([0.01, 0.99])
     assert found[0] > 0.9 > found[1]
 
 
-def test_a_rule_survives_json():
+def test_a_rule_round_trips_through_json():
     assert OpenSetRule.from_dict(json.loads(json.dumps(RULE.to_dict()))) == RULE
 
 

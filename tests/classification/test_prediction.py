@@ -1,4 +1,4 @@
-"""An answer travels: to another process, into JSON, into a set."""
+"""Predictions are pickled, converted to JSON and compared."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def test_copies_are_equal_and_as_read_only(travel):
         copied.probabilities["bed"] = 1.0
 
 
-def test_it_comes_home_from_another_process():
+def test_a_prediction_is_pickled_between_processes():
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         assert pool.submit(passed_on, ANSWER).result() == ANSWER
 
 
-def test_the_time_it_took_does_not_tell_answers_apart():
+def test_equality_ignores_the_time():
     later = dataclasses.replace(ANSWER, milliseconds={"grid": 9.0})
     assert later == ANSWER
     assert len({later, ANSWER}) == 1
@@ -71,15 +71,15 @@ def test_numbers_given_as_a_dict_are_not_shared():
         lambda table: table.__ior__({"bed": 1.0}),
     ],
 )
-def test_no_way_to_write(write):
+def test_probabilities_are_read_only(write):
     with pytest.raises(TypeError, match="read-only"):
         write(ANSWER.probabilities)
     assert list(ANSWER.probabilities) == ["bed", "chair"]
 
 
 def test_json_and_plain_dicts():
-    told = json.loads(json.dumps(ANSWER.to_dict()))
-    assert told == {
+    reported = json.loads(json.dumps(ANSWER.to_dict()))
+    assert reported == {
         "label": "chair",
         "confident": True,
         "reason": "",
@@ -92,13 +92,13 @@ def test_json_and_plain_dicts():
         "alternatives": {},
         "milliseconds": {"grid": 1.235},
     }
-    assert json.loads(json.dumps(ANSWER.probabilities)) == told["probabilities"]
+    assert json.loads(json.dumps(ANSWER.probabilities)) == reported["probabilities"]
     assert dataclasses.asdict(ANSWER)["probabilities"] == ANSWER.probabilities
 
 
-def test_its_own_numbers_may_be_numpys():
-    told = Prediction("a", np.float32(0.5), {"a": np.float32(0.5)}, {"grid": np.float64(1)})
-    assert json.loads(json.dumps(told.to_dict()))["probabilities"] == {"a": 0.5}
+def test_numpy_numbers_are_accepted():
+    reported = Prediction("a", np.float32(0.5), {"a": np.float32(0.5)}, {"grid": np.float64(1)})
+    assert json.loads(json.dumps(reported.to_dict()))["probabilities"] == {"a": 0.5}
 
 
 def test_repr_names_label_probability_and_confidence():
@@ -108,7 +108,7 @@ def test_repr_names_label_probability_and_confidence():
 
 
 @pytest.mark.parametrize(
-    ("shares", "how", "text", "reason"),
+    ("shares", "options", "text", "reason"),
     [
         ([0.02, 0.98, 0.0], {}, "chair (98 %)", ""),
         ([0.02, 0.98, 0.0], {"coverage": 0.75}, "chair (98 %)", ""),
@@ -126,8 +126,8 @@ def test_repr_names_label_probability_and_confidence():
         ),
     ],
 )  # fmt: skip
-def test_an_answer_is_confident_if_known_probable_and_seen_enough(shares, how, text, reason):
-    answer = Prediction.from_probabilities(("bed", "chair", "sofa"), np.array(shares), **how)
+def test_an_answer_is_confident_if_known_probable_and_seen_enough(shares, options, text, reason):
+    answer = Prediction.from_probabilities(("bed", "chair", "sofa"), np.array(shares), **options)
     assert (answer.text, answer.reason, answer.confident) == (text, reason, not reason)
 
 

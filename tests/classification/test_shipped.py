@@ -28,7 +28,7 @@ MAX_BYTES = 8_000_000
 
 
 def grids(classifier: OnnxClassifier) -> np.ndarray:
-    return classifier.recipe.inputs(make_furniture("chair", 3).sampled(20_000, 0))
+    return classifier.input_spec.inputs(make_furniture("chair", 3).sampled(20_000, 0))
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -51,7 +51,7 @@ def test_robot_is_the_default() -> None:
     assert load_predictor(threads=1).training == named.training
 
 
-def test_a_name_goes_before_a_file_and_a_path_does_not(
+def test_a_name_takes_precedence_over_a_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copy(shipped_path("modelnet10"), tmp_path / "robot")
@@ -127,7 +127,7 @@ def test_a_missing_shipped_file_says_to_install_again(
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_copies_are_loaded_by_name_wherever_they_are(
+def test_pickled_copies_load_the_shipped_file_from_any_folder(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     classifier = Classifier.load(name, threads=1)

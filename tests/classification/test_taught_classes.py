@@ -131,7 +131,7 @@ def test_file_is_a_classifier_of_one_class_more(taught_file):
         (lambda d: d["classes"][0].update(features=[[1.0, 2.0]]), "taught by 2 features"),
     ],
 )
-def test_broken_file_costs_one_line(taught_file, change, message):
+def test_a_broken_file_is_refused(taught_file, change, message):
     document = json.loads(taught_file.read_text())
     change(document)
     taught_file.write_text(json.dumps(document))

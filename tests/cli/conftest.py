@@ -1,4 +1,4 @@
-"""What commands that train are given."""
+"""Data sets for commands that train."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is told before hours of training, not after them."""
+"""Faults that are reported before hours of training, not after them."""
 
 import json
 
@@ -25,12 +25,12 @@ def run(*words):
          "moon2018-max is shown objects as they are; leave out --stretch, --partial"),
     ],
 )  # fmt: skip
-def test_flags_that_can_not_work_are_told_before_the_data_are_opened(tmp_path, capsys, words, why):
+def test_impossible_flags_are_refused_before_the_data_are_opened(tmp_path, capsys, words, why):
     missing, out = tmp_path / "none", tmp_path / "run"
     assert run("train", "--data", missing, "--out", out, *words) == 2
-    told = capsys.readouterr().err
-    assert why in told
-    assert told.count("\n") == 1
+    stderr = capsys.readouterr().err
+    assert why in stderr
+    assert stderr.count("\n") == 1
     assert not out.exists()
 
 
@@ -43,27 +43,29 @@ def test_flags_that_can_not_work_are_told_before_the_data_are_opened(tmp_path, c
         (("--robot", "no-such-folder"), "no-such-folder/manifest.jsonl: can not be read"),
     ],
 )
-def test_experiments_that_can_not_end_do_not_begin(tmp_path, capsys, flags, why):
+def test_impossible_experiments_are_refused_before_the_data_are_opened(
+    tmp_path, capsys, flags, why
+):
     missing, out = tmp_path / "none", tmp_path / "out"
     assert run("reproduce", "table2", "--data", missing, "--out", out, *flags) == 2
-    told = capsys.readouterr().err
-    assert why in told
-    assert told.count("\n") == 1
+    stderr = capsys.readouterr().err
+    assert why in stderr
+    assert stderr.count("\n") == 1
     assert not out.exists()
 
 
 @pytest.mark.parametrize("as_json", [False, True])
-def test_the_first_table_is_shown_before_the_robots_half_begins(
+def test_the_first_table_is_printed_before_the_robot_half_begins(
     tmp_path, capsys, monkeypatch, as_json
 ):
-    """It took hours, and the other half takes hours more."""
+    """The first half takes hours, and the second takes hours more."""
 
-    def first(train, test, how, out, *_):
+    def first(train, test, settings, out, *_):
         out.mkdir()
         (out / "table2.md").write_text("the first table")
         return {"rows": [1]}
 
-    def second(scans, how, out, *_):
+    def second(scans, settings, out, *_):
         assert ("the first table" in capsys.readouterr().out) == (not as_json)
         (out / "table2_robot.md").write_text("the second table")
         return {"rows": [2]}
@@ -71,13 +73,14 @@ def test_the_first_table_is_shown_before_the_robots_half_begins(
     every = two_kinds(8)
     sets = {"train": every.subset(np.arange(4)), "test": every.subset(np.arange(4, 8))}
     monkeypatch.setattr("circumspect.datasets.open_data_set", lambda data, split, _: sets[split])
-    monkeypatch.setattr("circumspect.reproduction.reproduce_table2", first)
-    monkeypatch.setattr("circumspect.reproduction.reproduce_robot", second)
-    monkeypatch.setattr("circumspect.reproduction.RobotScans.read", lambda gathered: gathered)
+    monkeypatch.setattr("circumspect_experiments.reproduce_table2", first)
+    monkeypatch.setattr("circumspect_experiments.reproduce_robot", second)
+    monkeypatch.setattr("circumspect_experiments.RobotScans.read", lambda gathered: gathered)
     words = ("reproduce", "table2", "--data", tmp_path, "--out", tmp_path / "out")
     assert run(*words, "--robot", tmp_path, *(["--json"] if as_json else [])) == 0
     printed = capsys.readouterr().out
     if as_json:
         assert json.loads(printed) == {"rows": [1], "robot": {"rows": [2]}}
     else:
-        assert printed == "the second table\n"
+        assert printed.strip() == "the second table"
+    assert (tmp_path / "out" / "config.toml").is_file()

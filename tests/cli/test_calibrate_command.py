@@ -7,14 +7,15 @@ import pytest
 
 from circumspect.classification import Classifier
 from circumspect.classification.shipped import shipped_path
-from circumspect.cli import calibrate
+from circumspect.cli.commands import calibrate
 from circumspect.cli.main import main
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.farthest_points import evenly_sampled
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.export import export_onnx
 from circumspect.furniture import make_furniture
-from circumspect.training import TrainingSettings, train
+from circumspect.training import TrainingSettings
+from circumspect.training.train import train
 
 pytestmark = pytest.mark.xdist_group("calibrate")  # One network for all tests.
 CLASSES = ("chair", "dresser")
@@ -51,7 +52,7 @@ def exported(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         from circumspect.training import scan_data
 
-        # Ten categories of furniture are more classes than this set has.
+        # Furniture has ten categories, more than the classes of this set.
         patch.setattr(scan_data, "procedural", few_others)
         checkpoint = train(objects, SETTINGS, folder / "run", Silent(), GridCache(folder / "cache"))
     export_onnx([checkpoint], folder / "net.onnx", 2, 1.0, None, True)
@@ -136,9 +137,9 @@ def test_a_network_without_scans_is_refused(exported, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("share", ["0", "1", "-0.1", "nan"])
-def test_a_share_that_makes_no_sense_is_refused(exported, tmp_path, capsys, share):
-    assert calibrated(exported, tmp_path / "out.onnx", f"--most-wrong={share}") == 2
-    assert "--most-wrong" in capsys.readouterr().err
+def test_an_invalid_error_rate_is_refused(exported, tmp_path, capsys, share):
+    assert calibrated(exported, tmp_path / "out.onnx", f"--max-error-rate={share}") == 2
+    assert "--max-error-rate" in capsys.readouterr().err
 
 
 def test_settings_of_other_scans_are_read_back():

@@ -24,7 +24,7 @@ def classifier() -> Classifier:
 
 
 def classified(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[dict, str]:
-    """The record of one file, and what is said beside it."""
+    """The record of one file, and standard error."""
     assert main(["classify", "--json", "--threads", "1", *map(str, words)]) == 0
     captured = capsys.readouterr()
     return json.loads(captured.out), captured.err
@@ -39,33 +39,33 @@ def saved(folder: Path, points: np.ndarray) -> Path:
 def test_cut_floor_names_the_object_and_reports_what_it_removed(category, tmp_path, capsys):
     points, _ = on_floor(category, 5, noise=0.003, wall=True)
     file = saved(tmp_path, points)
-    record, said = classified(capsys, file, "--cut-floor", "--unit", "m")
+    record, stderr = classified(capsys, file, "--cut-floor", "--unit", "m")
     assert (record["label"], record["in_distribution"]) == (category, True)
     floor = record["floor"]
     assert floor["floor_points"] + floor["other_points"] + record["points"] == len(points)
-    assert f"scan.npy: cut off {floor['floor_points']} points of the floor" in said
-    assert "--cut-floor" not in said
-    plain, said = classified(capsys, file, "--unit", "m")
+    assert f"scan.npy: cut off {floor['floor_points']} points of the floor" in stderr
+    assert "--cut-floor" not in stderr
+    plain, stderr = classified(capsys, file, "--unit", "m")
     assert not plain["confident"]
     assert "floor" not in plain
-    assert "seems to hold the floor, too; cut it off: --cut-floor" in said
+    assert "seems to hold the floor, too; cut it off: --cut-floor" in stderr
 
 
-def test_without_a_floor_nothing_is_cut_off(tmp_path, capsys):
+def test_without_a_floor_the_cloud_is_unchanged(tmp_path, capsys):
     file = saved(tmp_path, make_furniture("chair", 3).sampled(8000, 0).points_xyz)
-    record, said = classified(capsys, file, "--cut-floor")
-    assert "no floor found; nothing was cut off" in said
+    record, stderr = classified(capsys, file, "--cut-floor")
+    assert "no floor found; nothing was cut off" in stderr
     assert (record["label"], record["points"]) == ("chair", 8000)
 
 
-def test_the_floor_says_which_way_is_up(tmp_path, capsys):
+def test_the_floor_gives_the_up_axis(tmp_path, capsys):
     turn = Rotation.from_rotvec([2.0, 0.5, -0.3])
     points, _ = on_floor("chair", noise=0.003)
     file = saved(tmp_path, turn.apply(points))
-    record, said = classified(capsys, file, "--cut-floor", "--up", "auto")
+    record, stderr = classified(capsys, file, "--cut-floor", "--up", "auto")
     assert record["label"] == "chair"
     np.testing.assert_allclose(record["up_xyz"], turn.apply([0, 0, 1]), atol=0.02)
-    assert "cut off" in said
+    assert "cut off" in stderr
 
 
 @pytest.mark.parametrize("category", ["chair", "bed", "night_stand", "monitor"])
@@ -74,9 +74,9 @@ def test_auto_accepts_no_object_with_a_floor(category, turned, tmp_path, capsys)
     points, _ = on_floor(category, noise=0.002)
     if turned:
         points = Rotation.from_rotvec([np.pi / 2, 0, 0]).apply(points)
-    record, said = classified(capsys, saved(tmp_path, points), "--up", "auto")
+    record, stderr = classified(capsys, saved(tmp_path, points), "--up", "auto")
     assert not record["in_distribution"]
-    assert "--cut-floor" in said
+    assert "--cut-floor" in stderr
 
 
 def test_auto_tries_the_pose_of_the_file_first(classifier):
@@ -90,7 +90,7 @@ def test_auto_tries_the_pose_of_the_file_first(classifier):
 
 
 def test_auto_reports_a_close_second(classifier):
-    """Of many objects some have a second pose with another label; those answers are not sure."""
+    """Some objects have a second pose with another label; their answers are not confident."""
     close = 0
     for number, category in enumerate(("night_stand", "dresser", "monitor", "desk") * 2):
         cloud = make_furniture(category, number).sampled(4000, number)
@@ -107,7 +107,7 @@ def test_auto_reports_a_close_second(classifier):
     assert close >= 1
 
 
-def test_a_pose_in_distribution_goes_before_a_more_probable_one(classifier):
+def test_a_pose_in_distribution_takes_precedence_over_a_more_probable_one(classifier):
     rng = np.random.default_rng(3)
     for number in range(3):
         cloud = PointCloud(rng.normal(size=(3000, 3)) * [1, 0.7, 0.3 + number])
@@ -119,19 +119,19 @@ def test_a_pose_in_distribution_goes_before_a_more_probable_one(classifier):
 def test_stray_points_do_not_set_the_scale(strays, tmp_path, capsys):
     points = make_furniture("chair", 3).sampled(6000, 0).points_xyz
     far = np.random.default_rng(0).normal(size=(strays, 3)) * 40
-    record, said = classified(capsys, saved(tmp_path, np.concatenate([points, far])))
+    record, stderr = classified(capsys, saved(tmp_path, np.concatenate([points, far])))
     assert (record["label"], record["confident"]) == ("chair", True)
-    assert f"scan.npy: ignored {strays} of {6000 + strays} points far from all others" in said
+    assert f"scan.npy: ignored {strays} of {6000 + strays} points far from all others" in stderr
 
 
 def test_missing_points_are_counted_on_standard_error(tmp_path, capsys):
     points = make_furniture("chair", 3).sampled(6000, 0).points_xyz.copy()
     points[:60] = np.nan
     points[60:1060] = 0
-    record, said = classified(capsys, saved(tmp_path, points))
+    record, stderr = classified(capsys, saved(tmp_path, points))
     assert record["label"] == "chair"
-    assert "scan.npy: ignored 60 of 6000 points that are NaN or infinite" in said
-    assert "scan.npy: ignored 1000 of 6000 points at (0, 0, 0)" in said
+    assert "scan.npy: ignored 60 of 6000 points that are NaN or infinite" in stderr
+    assert "scan.npy: ignored 1000 of 6000 points at (0, 0, 0)" in stderr
 
 
 def test_a_glb_stands_upright_by_default(tmp_path, capsys):
@@ -139,8 +139,8 @@ def test_a_glb_stands_upright_by_default(tmp_path, capsys):
     x, y, z = mesh.vertices_xyz.T
     scene = trimesh.Trimesh(np.stack([x, z, -y], axis=1), mesh.faces, process=False)
     (tmp_path / "chair.glb").write_bytes(scene.export(file_type="glb"))
-    record, said = classified(capsys, tmp_path / "chair.glb")
-    assert (record["label"], record["confident"], said) == ("chair", True, "")
+    record, stderr = classified(capsys, tmp_path / "chair.glb")
+    assert (record["label"], record["confident"], stderr) == ("chair", True, "")
     record, _ = classified(capsys, tmp_path / "chair.glb", "--up", "z")
     assert record["label"] != "chair" or not record["confident"]
 

@@ -10,7 +10,7 @@ import pytest
 
 import circumspect
 from circumspect.classification import SHIPPED, Classifier
-from circumspect.cli.grid import Grid
+from circumspect.cli.commands.grid import Grid
 from circumspect.cli.main import COMMANDS, main
 from circumspect.furniture import make_furniture
 from circumspect.geometry import write_ply
@@ -54,7 +54,7 @@ class TestClassify:
     def test_a_bad_file_does_not_stop_the_others(self, chair, tmp_path, capsys):
         (tmp_path / "empty.off").write_bytes(b"")
         np.save(tmp_path / "line.npy", np.linspace(0, 1, 40)[:, None] * [1.0, 2, 3])
-        os.mkfifo(tmp_path / "pipe.npz")  # Nobody ever writes into it.
+        os.mkfifo(tmp_path / "pipe.npz")  # No process writes into the pipe.
         bad = [tmp_path / name for name in ("empty.off", "line.npy", "", "gone.ply", "pipe.npz")]
         assert run("classify", bad[0], chair, *bad[1:]) == 2
         out, err = capsys.readouterr()
@@ -100,7 +100,7 @@ class TestGrid:
 
     def test_has_the_margin_that_the_shipped_classifiers_expect(self, chair, tmp_path):
         out = tmp_path / "g.npz"
-        assert {Grid.margin} == {Classifier.load(name).recipe.margin for name in SHIPPED}
+        assert {Grid.margin} == {Classifier.load(name).input_spec.margin for name in SHIPPED}
         radii = {}
         for flags in ((), ("--margin", 1.1), ("--margin", 1)):
             assert run("grid", chair, "--out", out, *flags) == 0
@@ -117,7 +117,7 @@ class TestGrid:
         assert "ends in .npz" in capsys.readouterr().err
         assert list(tmp_path.iterdir()) == []
 
-    def test_a_turn_that_is_none_leaves_nothing_behind(self, chair, tmp_path, capsys):
+    def test_a_turn_that_is_not_finite_writes_nothing(self, chair, tmp_path, capsys):
         assert run("grid", chair, "--out", tmp_path / "g.npz", "--turn", 0, "nan") == 2
         assert "--turn 0 nan: give degrees" in capsys.readouterr().err
         assert list(tmp_path.iterdir()) == []
@@ -133,8 +133,8 @@ class TestGrid:
         run("grid", chair, "--out", out)
         capsys.readouterr()
         assert run("classify", out, chair, "--up", up, "--samples", 2000) == 2
-        told, fault = capsys.readouterr()
-        assert told.startswith(f"{chair}: ")
+        printed, fault = capsys.readouterr()
+        assert printed.startswith(f"{chair}: ")
         assert fault == (
             f"circumspect: {out}: is a grid, which has its axis already; leave --up {up} out\n"
         )
@@ -149,7 +149,7 @@ class TestGrid:
         assert "g.npz" in capsys.readouterr().err
 
 
-def test_nets_lists_what_each_costs(capsys):
+def test_nets_lists_parameters_and_multiply_adds(capsys):
     assert run("nets", "--json") == 0
     records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     ours = next(r for r in records if r["name"] == "planes")
@@ -159,12 +159,12 @@ def test_nets_lists_what_each_costs(capsys):
     assert run("nets") == 0
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 80
-    told = " ".join(" ".join(lines).split())
+    printed = " ".join(" ".join(lines).split())
     for record in records:
-        assert f"{record['name']}: {record['departures']}." in told or not record["departures"]
+        assert f"{record['name']}: {record['departures']}." in printed or not record["departures"]
 
 
-def test_unknown_words_are_explained(capsys):
+def test_unknown_commands_get_a_suggestion(capsys):
     assert run("clasify") == 2
     assert "did you mean classify?" in capsys.readouterr().err
     with pytest.raises(SystemExit) as stop:
@@ -202,7 +202,7 @@ def test_ctrl_c_while_a_package_loads_does_not_say_that_it_is_missing(monkeypatc
 
 
 class TestProcess:
-    """What only a process of its own shows."""
+    """Behaviour that needs a process of its own."""
 
     def test_classify_loads_neither_torch_nor_matplotlib(self, chair):
         code = (
@@ -214,7 +214,7 @@ class TestProcess:
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
 
-    def test_help_loads_nothing_heavy(self):
+    def test_help_loads_no_heavy_packages(self):
         code = (
             "import sys; from circumspect.cli.main import main\n"
             "main(['--help'])\n"
@@ -226,7 +226,7 @@ class TestProcess:
 
     @pytest.mark.parametrize("encoding", ["utf-8:strict", "latin-1", "ascii"])
     def test_names_that_the_terminal_can_not_show(self, tmp_path, encoding):
-        """Bytes that are no text, signs of another alphabet, and orders to the terminal."""
+        """Bytes that are no text, characters of another alphabet, and control sequences."""
         points = make_furniture("chair", 3).sampled(2000, 0).points_xyz
         names = (b"a_\xff.npy", "椅子.npy".encode(), b"c\x1b[2J\n.npy", b"gone_\xff.npy")
         files = [tmp_path / os.fsdecode(name) for name in names]
@@ -253,7 +253,7 @@ class TestProcess:
         assert done.returncode == 2
         assert done.stderr == "circumspect: standard output: no space left on device\n"
 
-    def test_a_reader_that_goes_away_is_no_fault(self, chair):
+    def test_a_closed_pipe_is_no_error(self, chair):
         words = [sys.executable, "-m", "circumspect", "classify", str(chair), str(chair)]
         read, write = os.pipe()
         os.close(read)
@@ -263,7 +263,7 @@ class TestProcess:
         assert "Traceback" not in done.stderr
 
     @pytest.mark.parametrize("command", ["doctor", "nets"])
-    def test_a_reader_of_a_table_that_goes_away_is_no_fault(self, command):
+    def test_a_pipe_closed_within_a_table_is_no_error(self, command):
         words = [sys.executable, "-m", "circumspect", command]
         read, write = os.pipe()
         os.close(read)
@@ -275,7 +275,7 @@ class TestProcess:
     @pytest.mark.parametrize(("file", "code"), [("chair", 0), ("gone.ply", 2)])
     @pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
     def test_streams_may_be_closed(self, chair, tmp_path, file, code, closed):
-        """As a job that is started with `>&-` has them: what can not be told is a fault."""
+        """A job started with `>&-` has closed streams; output that can not be written is an error."""
         file = chair if file == "chair" else tmp_path / file
         closing = " ".join(f"{number}>&-" for number in closed)
         call = f'"$@" {closing}'
@@ -284,12 +284,12 @@ class TestProcess:
         assert done.returncode == (2 if 1 in closed else code)
         assert "Traceback" not in done.stderr
         if closed == (1,):
-            told = "standard output is closed" if code == 0 else "gone.ply"
-            assert re.fullmatch(f"circumspect: .*{told}.*\n", done.stderr)
+            reason = "standard output is closed" if code == 0 else "gone.ply"
+            assert re.fullmatch(f"circumspect: .*{reason}.*\n", done.stderr)
         assert ("chair" in done.stdout) == (code == 0 and 1 not in closed)
         assert "circumspect: " not in done.stdout
 
-    def test_work_goes_on_without_standard_output(self, chair, tmp_path):
+    def test_commands_finish_without_standard_output(self, chair, tmp_path):
         words = [sys.executable, "-m", "circumspect", "grid", str(chair), "--out", "here.npz"]
         call = ["sh", "-c", '"$@" >&-', "sh", *words]
         done = subprocess.run(call, capture_output=True, text=True, cwd=tmp_path)
@@ -297,18 +297,18 @@ class TestProcess:
         assert done.returncode == 2
 
 
-def test_too_little_memory_is_told_in_one_line(monkeypatch, capsys):
+def test_too_little_memory_is_reported_on_one_line(monkeypatch, capsys):
     def short(_):
         return np.empty((2**25, 2**20))
 
     monkeypatch.setattr("circumspect.cli.main._dispatch", short)
     assert main(["nets"]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith("circumspect: not enough memory (Unable to allocate")
-    assert told.count("\n") == 1
+    stderr = capsys.readouterr().err
+    assert stderr.startswith("circumspect: not enough memory (Unable to allocate")
+    assert stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize("classes", ["0", "100001", "100000000000"])
-def test_networks_of_no_or_countless_classes_are_not_counted(capsys, classes):
+def test_nets_refuses_zero_or_too_many_classes(capsys, classes):
     assert main(["nets", "--classes", classes]) == 2
     assert capsys.readouterr().err == f"circumspect: --classes {classes}: give 1 to 100000\n"

@@ -60,10 +60,10 @@ def test_bash_completes_commands_flags_values_and_words(script, tmp_path):
     code = BASH.format(script=script("bash"), tries=" ".join(tries))
     done = subprocess.run(["bash", "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stderr == ""
-    told = dict(line.split(":", 1) for line in done.stdout.splitlines())
-    assert set(told.pop("circumspect_").split()) == set(COMMANDS)
+    replies = dict(line.split(":", 1) for line in done.stdout.splitlines())
+    assert set(replies.pop("circumspect_").split()) == set(COMMANDS)
     wanted = {words: reply for words, reply in tries.items() if reply is not None}
-    assert {words: reply.strip() for words, reply in told.items()} == wanted
+    assert {words: reply.strip() for words, reply in replies.items()} == wanted
 
 
 def typed(shell, setup, line, folder):
@@ -145,7 +145,7 @@ def test_fish(script, tmp_path, line, completed):
     assert {entry.split("\t")[0] for entry in done.stdout.splitlines()} == completed
 
 
-def test_an_unknown_shell_is_told(capsys):
+def test_an_unknown_shell_is_refused(capsys):
     with pytest.raises(SystemExit) as stop:
         main(["completion", "tcsh"])
     assert stop.value.code == 2

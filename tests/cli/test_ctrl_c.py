@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -9,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+import circumspect
 
 # Raises the signal at the n-th call of a function, so that the moment is not one of the clock.
 PROGRAM = """
@@ -72,6 +75,27 @@ def test_after_the_end_of_a_command_ctrl_c_ends_python_silently() -> None:
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert found.returncode == -signal.SIGINT
     assert found.stderr == ""
+
+
+def test_nothing_is_imported_before_ctrl_c_ends_silently() -> None:
+    """A module imported earlier shows a traceback if Ctrl-C comes during its import."""
+    program = (
+        "import sys\n"
+        "plain, found = sys.excepthook, []\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if sys.excepthook is plain: found.append(name)\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "import circumspect.cli.entry\n"
+        "print(*found)\n"
+    )
+    # Without `site`, which imports more by itself, only the path says where the package is.
+    environment = {**os.environ, "PYTHONPATH": str(Path(circumspect.__file__).parents[1])}
+    command = [sys.executable, "-S", "-c", program]
+    found = subprocess.run(command, capture_output=True, text=True, env=environment)
+    assert found.returncode == 0, found.stderr
+    names = [name for name in found.stdout.split() if name != "__future__"]
+    assert names == ["circumspect", "circumspect.cli", "circumspect.cli.entry"]
 
 
 def test_an_interrupt_in_a_finalizer_is_not_lost() -> None:

@@ -1,4 +1,4 @@
-"""doctor tells what is there, tries what matters, and says how to get what is missing."""
+"""doctor lists what is installed, runs the checks, and gives the command for what is missing."""
 
 import json
 import re
@@ -7,8 +7,7 @@ from importlib import metadata
 import numpy as np
 import pytest
 
-from circumspect.cli import installed as told_packages
-from circumspect.cli import self_test as trials
+from circumspect.cli.commands import doctor as command
 from circumspect.cli.main import main
 
 
@@ -17,7 +16,7 @@ def doctor(capsys, *flags):
     return code, capsys.readouterr().out
 
 
-def test_json_holds_packages_machine_and_trials(capsys):
+def test_json_holds_packages_machine_and_checks(capsys):
     code, out = doctor(capsys, "--json")
     found = json.loads(out)
     assert code == 0
@@ -34,21 +33,21 @@ def test_every_extra_of_the_package_is_listed(capsys):
     assert all(extras.values()), "an extra without packages"
 
 
-def test_an_extra_that_lacks_something_comes_with_the_command_to_type(capsys, monkeypatch):
-    real = told_packages.version
-    monkeypatch.setattr(told_packages, "version", lambda n: None if n == "embreex" else real(n))
+def test_an_incomplete_extra_comes_with_its_install_command(capsys, monkeypatch):
+    real = command.version
+    monkeypatch.setattr(command, "version", lambda n: None if n == "embreex" else real(n))
     code, out = doctor(capsys)
     assert code == 0, "the runtime is complete"
     assert 'get what sim lacks: pip install "circumspect[sim]"' in out
     assert re.search(r"^sim +missing", out, re.M)
 
 
-def test_a_broken_runtime_is_told_and_is_the_exit_code(capsys, monkeypatch):
-    monkeypatch.setattr(told_packages, "version", lambda name: None)
+def test_a_broken_runtime_sets_the_exit_code(capsys, monkeypatch):
+    monkeypatch.setattr(command, "version", lambda name: None)
     assert doctor(capsys)[0] == 1
 
 
-def test_a_kernel_that_counts_wrongly_is_told(capsys, monkeypatch):
+def test_a_kernel_with_wrong_counts_is_reported(capsys, monkeypatch):
     from circumspect.grid import CylindricalGrid, numpy_twin
 
     empty = CylindricalGrid().hits(np.zeros((1, 3)))
@@ -58,13 +57,13 @@ def test_a_kernel_that_counts_wrongly_is_told(capsys, monkeypatch):
     assert "BROKEN  native kernels: ArithmeticError" in out
 
 
-def test_a_missing_library_is_told_not_raised(monkeypatch):
+def test_a_missing_library_is_reported_not_raised(monkeypatch):
     def missing():
         raise ImportError("libgomp.so.1: cannot open shared object file")
 
-    monkeypatch.setattr(trials, "_kernels", missing)
-    assert not trials.self_test()[0].works
-    assert "libgomp" in trials.self_test()[0].told
+    monkeypatch.setattr(command, "_kernels", missing)
+    assert not command.self_test()[0].works
+    assert "libgomp" in command.self_test()[0].outcome
 
 
 @pytest.mark.parametrize("columns", ["80", "40"])

@@ -78,18 +78,22 @@ def test_pictures_are_not_empty(evaluated):
         assert (picture > 240).mean() > 0.1
 
 
-def test_the_report_is_printed_and_json_alone_where_asked_for(rooms, tmp_path, capsys):
+def test_the_report_is_printed_and_json_alone_where_asked_for(rooms, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
     assert run("evaluate", "--data", rooms, "--out", tmp_path, "--scale", "unknown") == 0
     printed = capsys.readouterr().out
     command = "circumspect evaluate --model robot --data rooms.npz --scale unknown"
-    assert printed.startswith(f"# Real objects\n\n```sh\n{command}\n```\n")
+    lines = [line.rstrip() for line in printed.splitlines()]
+    assert lines[:3] == ["Real objects", "", command]
+    assert not any(sign in printed for sign in ("```", "|", "## "))
+    assert max(map(len, lines[:-1])) <= 80
     assert run("evaluate", "--data", rooms, "--out", tmp_path, "--json") == 0
     printed = capsys.readouterr().out
     assert json.loads(printed) == json.loads((tmp_path / "metrics.json").read_text())
 
 
 def test_errors_are_drawn_on_pages_and_old_pages_are_removed(tmp_path, capsys):
-    """What is labelled as something else is named wrongly, whatever the classifier says."""
+    """Chairs labelled as bathtubs are errors."""
     labels = ["bathtub"] * 26
     clouds = [crop("chair", 60 + k % 3, 300) for k in range(26)]
     many = write_crops(tmp_path / "many.npz", arrays_of(clouds, labels, ["room"] * 26))
@@ -144,23 +148,23 @@ def test_an_own_classifier_is_named(rooms, tmp_path, capsys):
         ({"points": np.full((9000, 3), np.nan, "f4")}, "offsets must go from 0 to 9000"),
     ],
 )
-def test_broken_files_cost_one_line(tmp_path, capsys, change, why):
+def test_broken_files_are_refused_in_one_line(tmp_path, capsys, change, why):
     arrays = {**little_rooms(), **change}
     path = tmp_path / "broken.npz"
     np.savez(path, **{key: value for key, value in arrays.items() if value is not None})
     assert run("evaluate", "--data", path, "--out", tmp_path / "out") == 2
-    told = capsys.readouterr().err
-    assert why in told
-    assert told.count("\n") == 1
+    stderr = capsys.readouterr().err
+    assert why in stderr
+    assert stderr.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 
-def test_a_truncated_file_costs_one_line(rooms, tmp_path, capsys):
+def test_a_truncated_file_is_refused_in_one_line(rooms, tmp_path, capsys):
     (tmp_path / "cut.npz").write_bytes(rooms.read_bytes()[:3000])
     assert run("evaluate", "--data", tmp_path / "cut.npz", "--out", tmp_path / "out") == 2
-    told = capsys.readouterr().err
-    assert "cut.npz" in told
-    assert told.count("\n") == 1
+    stderr = capsys.readouterr().err
+    assert "cut.npz" in stderr
+    assert stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize(
@@ -188,7 +192,7 @@ def test_sets_and_real_objects_are_not_mixed(rooms, data, tmp_path, capsys):
     assert "--scale goes with files of labelled real objects" in capsys.readouterr().err
 
 
-def test_a_folder_that_can_not_be_written_is_found_before_the_work(rooms, tmp_path, capsys):
+def test_an_unwritable_folder_is_refused_before_the_work(rooms, tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert run("evaluate", "--data", rooms, "--out", tmp_path / "file" / "x") == 2
     assert "file" in capsys.readouterr().err
@@ -204,7 +208,7 @@ def test_without_matplotlib_the_report_is_written(rooms, tmp_path, capsys, monke
 
 
 @pytest.mark.parametrize("label", ["unknown", "armchair"])
-def test_labels_that_say_nothing_are_refused_before_the_work(label, tmp_path, capsys):
+def test_ambiguous_labels_alone_are_refused_before_the_work(label, tmp_path, capsys):
     arrays = arrays_of([crop("chair", 1)], [label], ["hall"])
     crops, out = write_crops(tmp_path / "rooms.npz", arrays), tmp_path / "out"
     assert run("evaluate", "--data", crops, "--out", out) == 2

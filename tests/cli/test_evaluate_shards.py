@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sharded_kinds import SETTINGS, sharded_kinds
 
-from circumspect.cli import evaluate_shards
+from circumspect.cli.commands import evaluate_shards
 from circumspect.cli.main import main
 from circumspect.datasets.sharded_set import ShardedSet
 from circumspect.evaluation.calibration import BINS, bins_of
@@ -23,7 +23,7 @@ pytest.importorskip("pyarrow", reason="pyarrow is not installed")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """With shards/, the packs that they are of, and a network that learnt little from them."""
+    """A folder with shards/, their packs, and a briefly trained network."""
     folder = tmp_path_factory.mktemp("evaluated")
     shards = sharded_kinds(folder, 56, replace(SETTINGS, shard_size=6))
     words = ["--data", str(shards), "--out", str(folder / "run"), "--batch-size", "6"]
@@ -54,7 +54,9 @@ def test_shards_give_the_figures_of_the_whole_set(folder, tmp_path, capsys):
     name = "expected_calibration_error"
     assert sharded[name] == pytest.approx(whole[name], abs=1e-6)
     assert not sharded["seen_in_training"]
-    assert {path.suffix for path in (tmp_path / "shards").iterdir()} == {".json", ".jsonl", ".png"}
+    assert {path.suffix for path in (tmp_path / "shards").iterdir()} == {
+        ".json", ".jsonl", ".png", ".toml",
+    }  # fmt: skip
 
 
 def test_shards_that_train_are_called_seen(folder, tmp_path, capsys):
@@ -83,7 +85,7 @@ def test_an_interrupted_evaluation_resumes(folder, tmp_path, monkeypatch):
         def __exit__(self, *_):
             pass
 
-    module = "circumspect.cli.evaluate.opened_pool"
+    module = "circumspect.cli.commands.evaluate.opened_pool"
     with monkeypatch.context() as patch:
         patch.setattr(module, lambda *_: Cut())
         assert evaluate(folder, out) == 130
@@ -98,7 +100,7 @@ def test_an_interrupted_evaluation_resumes(folder, tmp_path, monkeypatch):
     assert metrics_of(out)["split"] == "validation"
 
 
-def test_what_can_not_be_evaluated_is_named(folder, tmp_path, capsys):
+def test_sets_that_can_not_be_evaluated_are_named(folder, tmp_path, capsys):
     for flags, message in (
         (["--yaw", "0,45"], "leave --yaw out"),
         (["--workers", "0"], "at least one process"),
@@ -128,16 +130,16 @@ def test_a_broken_shard_is_named_and_the_others_are_kept(folder, tmp_path, capsy
 
 def test_shards_for_another_network_are_refused(folder, tmp_path, capsys):
     other = sharded_kinds(
-        tmp_path, 24, replace(SETTINGS, recipe=replace(SETTINGS.recipe, margin=1.2))
+        tmp_path, 24, replace(SETTINGS, input_spec=replace(SETTINGS.input_spec, margin=1.2))
     )
-    assert ShardedSet.read(other, "test").head.recipe["margin"] == 1.2
+    assert ShardedSet.read(other, "test").head.input_spec["margin"] == 1.2
     words = ["--model", str(folder / "run"), "--data", str(other), "--out", str(tmp_path / "o")]
     assert main(["evaluate", *words]) == 2
     assert "are of another input specification than the network's" in capsys.readouterr().err
 
 
 @given(st.lists(st.tuples(st.floats(0.5, 1), st.booleans()), min_size=1, max_size=30), st.data())
-def test_bins_add_up(answers, data):
+def test_bins_of_shards_add_up(answers, data):
     confidence, correct = (np.array(column) for column in zip(*answers, strict=True))
     cut = data.draw(st.integers(0, len(answers)))
     parts = bins_of(confidence[:cut], correct[:cut]) + bins_of(confidence[cut:], correct[cut:])

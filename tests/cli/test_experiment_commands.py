@@ -21,7 +21,7 @@ def run(*words):
         *(("precision", value) for value in ("fp16", "moon2018=", "=bf16", "moon=bf16", "BF16")),
     ],
 )
-def test_experiments_of_no_number_of_epochs_or_no_precision(data, tmp_path, capsys, flag, value):
+def test_invalid_epochs_and_precisions_are_refused(data, tmp_path, capsys, flag, value):
     words = ("reproduce", "rivals", "--data", data, "--out", tmp_path / "out", f"--{flag}", value)
     assert run(*words) == 2
     assert capsys.readouterr().err.count("\n") == 1
@@ -31,9 +31,9 @@ def test_experiments_of_no_number_of_epochs_or_no_precision(data, tmp_path, caps
 @pytest.mark.parametrize("what", ["table2", "rivals", "robustness", "unknown"])
 def test_experiments_on_other_classes_are_refused_before_the_training(data, tmp_path, capsys, what):
     assert run("reproduce", what, "--data", data, "--out", tmp_path / "out") == 2
-    told = capsys.readouterr().err
-    assert "the training split lacks bathtub and bed and desk" in told
-    assert told.count("\n") == 1
+    stderr = capsys.readouterr().err
+    assert "the training split lacks bathtub and bed and desk" in stderr
+    assert stderr.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 
@@ -49,20 +49,20 @@ def test_experiments_on_other_classes_are_refused_before_the_training(data, tmp_
         (("unknown", "--only", "planes"), "--only goes with rivals and robustness"),
     ],
 )
-def test_experiments_with_networks_that_are_none(data, tmp_path, capsys, words, why):
+def test_unknown_networks_of_an_experiment_are_refused(data, tmp_path, capsys, words, why):
     assert run("reproduce", *words, "--data", data, "--out", tmp_path / "out") == 2
     assert why in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
-def test_a_lone_pack_is_not_both_splits_of_an_experiment(data, tmp_path, capsys):
+def test_one_pack_as_both_splits_is_refused(data, tmp_path, capsys):
     shutil.copy(data / "train.npz", tmp_path / "all.npz")
     words = ("reproduce", "unknown", "--data", tmp_path / "all.npz", "--out", tmp_path / "out")
     assert run(*words) == 2
     assert "40 objects are in both splits, as train_chair_0000 is" in capsys.readouterr().err
 
 
-def test_splits_of_other_classes_are_told_before_hours_of_training(data, tmp_path, capsys):
+def test_splits_of_other_classes_are_refused_before_training(data, tmp_path, capsys):
     train = open_data_set(data, "train")
     write_point_pack(tmp_path / "train.npz", train)
     chairs = open_data_set(data, "test")
@@ -74,7 +74,7 @@ def test_splits_of_other_classes_are_told_before_hours_of_training(data, tmp_pat
 
 
 @pytest.mark.parametrize("flag", ["--epochs=pointnet=3", "--precision=pointnet=bf16"])
-def test_settings_of_a_network_that_an_experiment_does_not_train(data, tmp_path, capsys, flag):
+def test_settings_of_a_network_outside_the_experiment_are_refused(data, tmp_path, capsys, flag):
     words = ("reproduce", "table2", "--data", data, "--out", tmp_path / "out")
     assert run(*words, flag) == 2
     assert "trains moon2018, moon2018-max, planes" in capsys.readouterr().err

@@ -3,15 +3,17 @@ import os
 
 import numpy as np
 import pytest
+from scanned_floor import on_floor
+from scipy.spatial.transform import Rotation
 
 from circumspect.classification import Classifier
-from circumspect.classification.evidence_colours import evidence_colours, evidence_span
-from circumspect.classification.explanation import explain_grid, half_share
+from circumspect.classification.evidence_plot import evidence_colours, evidence_span
+from circumspect.classification.explanation import explain_grid
 from circumspect.cli.main import main
 from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud, read_cloud, write_ply
-from circumspect.geometry.coloured_ply import write_coloured_ply
+from circumspect.geometry.formats.ply_file import write_coloured_ply
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
 from circumspect.grid.cell_centres import occupied_centres
 
@@ -32,12 +34,12 @@ def chair(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def _coarse_blocks_and_few_points(monkeypatch):
-    """A tenth of the work."""
+    """Coarse blocks and few points take a tenth of the time."""
     from circumspect.classification import evidence
     from circumspect.evaluation import evidence_picture
 
     monkeypatch.setattr(evidence.cell_evidence, "__defaults__", (None, (1.0,), None))
-    monkeypatch.setattr(evidence_picture, "MOST_POINTS", 1000)
+    monkeypatch.setattr(evidence_picture, "MAX_POINTS", 1000)
 
 
 def test_one_file_in_an_answer_and_three_files_out(chair, tmp_path, capsys):
@@ -87,12 +89,82 @@ def test_a_lying_chair_is_stood_up_and_shown_so(tmp_path, capsys):
     assert "; up is (" in capsys.readouterr().out.splitlines()[0]
 
 
+def test_cut_floor_explains_the_object_alone_as_classify_names_it(tmp_path, capsys):
+    points, _ = on_floor("chair", 5, noise=0.003, lean=0.1, wall=True, points=24_000)
+    np.save(tmp_path / "scan.npy", points)
+    words = (tmp_path / "scan.npy", "--unit", "m", "--json", "--threads", 1)
+    run("classify", *words, "--cut-floor")
+    run("explain", *words, "--cut-floor", "--out", tmp_path, "--near", 0)
+    out, err = capsys.readouterr()
+    named, why = (json.loads(line) for line in out.splitlines())
+    assert err.count("scan.npy: cut off ") == 2
+    assert "--cut-floor" not in err
+    assert (why["label"], why["explained"]) == ("chair", "chair")
+    for key in ("probabilities", "points", "floor", "confident"):
+        assert why[key] == named[key], key
+    shown = read_cloud(tmp_path / "scan-why.ply").points_xyz
+    assert len(shown) == why["points"] < len(points)
+    low, high = np.quantile(shown[:, 2], [0.001, 0.999])
+    assert high - low < 1.2 * np.ptp(make_furniture("chair", 5).vertices_xyz[:, 2]), "levelled"
+
+
+def test_the_floor_gives_the_up_axis_of_the_explained_object(tmp_path, capsys):
+    turn = Rotation.from_rotvec([2.0, 0.5, -0.3])
+    points, _ = on_floor("chair", noise=0.003)
+    np.save(tmp_path / "scan.npy", turn.apply(points))
+    words = (tmp_path / "scan.npy", "--cut-floor", "--up", "auto", "--near", 0, "--json")
+    assert run("explain", *words, "--out", tmp_path) == 0
+    why = json.loads(capsys.readouterr().out)
+    assert why["label"] == "chair"
+    np.testing.assert_allclose(why["up_xyz"], turn.apply([0, 0, 1]), atol=0.02)
+
+
+def test_a_floor_gives_a_hint_and_without_one_the_cloud_is_unchanged(chair, tmp_path, capsys):
+    points, _ = on_floor("chair", 5, noise=0.003)
+    np.save(tmp_path / "scan.npy", points)
+    words = ("--out", tmp_path, "--near", 0, "--json")
+    run("explain", tmp_path / "scan.npy", *words)
+    out, err = capsys.readouterr()
+    assert "scan.npy: seems to hold the floor, too; cut it off: --cut-floor" in err
+    assert "floor" not in json.loads(out)
+    run("explain", chair, "--cut-floor", *words)
+    out, err = capsys.readouterr()
+    assert "chair.ply: no floor found; nothing was cut off" in err
+    assert "floor" not in json.loads(out)
+
+
+def test_explain_any_way_up_is_as_unsure_as_classify(tmp_path, capsys):
+    """Whether another pose is close is part of the answer."""
+    reasons = []
+    for number, category in enumerate(("night_stand", "dresser", "monitor", "desk")):
+        file = tmp_path / f"{category}.npy"
+        np.save(file, make_furniture(category, number).sampled(4000, number).points_xyz)
+        words = (file, "--up", "auto", "--json", "--threads", 1)
+        run("classify", *words)
+        run("explain", *words, "--out", tmp_path, "--near", 0)
+        named, why = (json.loads(line) for line in capsys.readouterr().out.splitlines())
+        reasons.append(named["reason"])
+        assert (why["confident"], why["reason"]) == (named["confident"], named["reason"])
+    assert any(reasons)
+
+
+@pytest.mark.parametrize("command", ["explain", "classify"])
+def test_no_floor_is_cut_off_a_grid(command, chair, tmp_path, capsys):
+    run("grid", chair, "--out", tmp_path / "g.npz")
+    capsys.readouterr()
+    assert run(command, tmp_path / "g.npz", "--cut-floor") == 2
+    printed = capsys.readouterr().err
+    assert printed.endswith(
+        "g.npz: is a grid, whose floor can not be removed; leave --cut-floor out\n"
+    )
+
+
 def test_a_grid_is_not_turned(chair, tmp_path, capsys):
     run("grid", chair, "--out", tmp_path / "g.npz")
     capsys.readouterr()
     assert run("explain", tmp_path / "g.npz", "--up", "y", "--out", tmp_path / "why") == 2
-    told = capsys.readouterr().err
-    assert told.endswith("g.npz: is a grid, which has its axis already; leave --up y out\n")
+    printed = capsys.readouterr().err
+    assert printed.endswith("g.npz: is a grid, which has its axis already; leave --up y out\n")
     assert not (tmp_path / "why").exists()
 
 
@@ -111,7 +183,7 @@ def test_of_many_near_objects_the_picture_names_a_dozen(chair, tmp_path, capsys,
     nearest = json.loads(capsys.readouterr().out)["nearest"]
     assert len(nearest) > 1000
     labels = {axes.get_ylabel() for axes in drawn[0].axes}
-    assert "height [file units]" in labels, "nobody said what the unit is"
+    assert "height [file units]" in labels, "the unit is unknown"
     words = drawn[0].findobj(lambda one: "nearest training" in getattr(one, "get_text", str)())
     lines = words[0].get_text().splitlines()
     assert len(lines[lines.index("nearest training objects") + 1 :]) == 13
@@ -140,7 +212,7 @@ def test_a_saved_grid_and_another_label(chair, tmp_path, capsys):
         (("--model", "none.onnx"), "no such file"),
     ],
 )
-def test_mistakes_cost_one_line(chair, tmp_path, capsys, flags, complaint):
+def test_errors_are_one_line(chair, tmp_path, capsys, flags, complaint):
     assert run("explain", chair, "--out", tmp_path, *flags) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -153,7 +225,7 @@ def test_files_that_can_not_be_read(tmp_path, capsys):
     (tmp_path / "empty.off").write_bytes(b"")
     np.save(tmp_path / "line.npy", np.linspace(0, 1, 40)[:, None] * [1.0, 2, 3])
     RectangularGrid().hits(np.zeros((1, 3))).save(tmp_path / "box.npz")
-    os.mkfifo(tmp_path / "pipe.npz")  # Nobody ever writes into it.
+    os.mkfifo(tmp_path / "pipe.npz")  # No process writes into the pipe.
     for name in ("empty.off", "line.npy", "gone.ply", "box.npz", "pipe.npz"):
         assert run("explain", tmp_path / name, "--out", tmp_path / "why") == 2
         err = capsys.readouterr().err
@@ -202,5 +274,5 @@ def test_half_of_the_evidence_of_one_cell_is_in_it():
     states = np.zeros((32, 32, 32), np.uint8)
     states[4, 3, 2] = 2
     found = explain_grid(classifier, OccupancyGrid(CylindricalGrid(), states))
-    assert half_share(found.evidence) in (0.0, 1.0)
+    assert found.evidence.half_share in (0.0, 1.0)
     assert len(found.surface) == 1

@@ -41,14 +41,14 @@ def cook(*words):
     return parse(Cook, "cook", words)
 
 
-def told(capsys, *words):
+def exit_code_and_output(capsys, *words):
     with pytest.raises(SystemExit) as stop:
         cook(*words)
     out, err = capsys.readouterr()
     return stop.value.code, out + err
 
 
-def test_values_arrive_in_their_types():
+def test_values_are_parsed_to_their_types():
     assert cook("leek") == Cook("leek")
     given = cook("leek", "--salt", "2.5", "--pot", "a/b", "--heat", "low", "--box", "1", "-2")
     assert given == Cook("leek", 2.5, Path("a/b"), "low", (1.0, -2.0))
@@ -57,8 +57,8 @@ def test_values_arrive_in_their_types():
     )
 
 
-def test_help_speaks_of_no_python(capsys):
-    code, text = told(capsys, "--help")
+def test_help_shows_no_python_values(capsys):
+    code, text = exit_code_and_output(capsys, "--help")
     assert code == 0
     assert "None" not in text
     assert "default: 2" in text, "defaults that say something stay"
@@ -79,8 +79,8 @@ def test_help_speaks_of_no_python(capsys):
         (("--bowls", "many"), "many"),
     ],
 )
-def test_mistakes_are_told_in_terms_of_the_flag(capsys, flags, word):
-    code, text = told(capsys, "leek", *flags)
+def test_errors_name_the_wrong_flag_or_value(capsys, flags, word):
+    code, text = exit_code_and_output(capsys, "leek", *flags)
     assert code == 2
     assert word in text
     assert "None" not in text
@@ -97,17 +97,29 @@ def test_every_help_shows_lines_to_copy_and_no_none(name, capsys):
     assert max(len(line) for line in text.splitlines()[1:]) <= 80
 
 
+def test_a_command_of_a_missing_package_names_it_and_is_not_listed(capsys, monkeypatch):
+    monkeypatch.setattr("circumspect.cli.main.find_spec", lambda name: None)
+    assert main(["reproduce", "table2"]) == 2
+    error = capsys.readouterr().err
+    assert "pip install ./experiments" in error
+    assert error.count("\n") == 1
+    assert main(["--help"]) == 0
+    assert "reproduce" not in capsys.readouterr().out
+    assert main(["completion", "bash"]) == 0
+    assert "reproduce" not in capsys.readouterr().out
+
+
 def test_help_of_a_command_by_the_other_word(capsys):
     with pytest.raises(SystemExit):
         main(["help", "grid"])
     assert "circumspect grid" in capsys.readouterr().out
 
 
-def test_flags_before_the_command_are_told_apart(capsys):
+def test_flags_before_the_command_are_refused_with_the_right_order(capsys):
     assert main(["--json", "classify", "x"]) == 2
     assert "circumspect COMMAND --json" in capsys.readouterr().err
 
 
-def test_an_object_nearly_right_is_suggested(capsys):
+def test_a_misspelt_object_gets_a_suggestion(capsys):
     assert main(["scan", "chiar-7"]) == 2
     assert "did you mean chair?" in capsys.readouterr().err

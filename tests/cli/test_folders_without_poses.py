@@ -1,4 +1,4 @@
-"""`replay --first-pose`: folders of frames whose poses nobody recorded."""
+"""`replay --first-pose`: folders of frames without recorded poses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from PIL import Image
 from circumspect.cli.main import main
 from circumspect.geometry import read_cloud, read_tum
 from circumspect.recording import open_recording
-from circumspect.sensing import FloorFault
+from circumspect.sensing import FloorProblem
 
 FRAMES = 12
 FLAGS = ["chair-3", "--start", "40", "--seed", "5", "--frames", str(FRAMES)]
@@ -43,7 +43,7 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def first_pose(live: Path) -> list[str]:
-    """X Y Z PAN TILT of the camera on its robot, which is where the run's map begins."""
+    """X Y Z PAN TILT of the camera on its robot, where the map of the run starts."""
     T = next(iter(open_recording(live / "run.mcap"))).T_base_camera
     assert T is not None
     x, y, z = T.rotation.as_matrix()[:, 2]
@@ -57,9 +57,9 @@ def test_the_object_is_modelled_from_the_first_pose_on(
 ) -> None:
     out = ["--out", str(tmp_path / "run"), "--json"]
     assert main(["replay", str(live / kind), "--first-pose", *first_pose(live), *out]) == 0
-    told = json.loads((tmp_path / "run/result.json").read_text())
+    result = json.loads((tmp_path / "run/result.json").read_text())
     config = json.loads((tmp_path / "run/config.json").read_text())
-    assert told["frames"] == FRAMES
+    assert result["frames"] == FRAMES
     assert config["first_pose"] == [float(value) for value in first_pose(live)]
     assert config["segmentation"] == {"kind": "ground"}
     found, known = (read_tum(path / "run/trajectory.txt") for path in (tmp_path, live))
@@ -69,7 +69,7 @@ def test_the_object_is_modelled_from_the_first_pose_on(
     np.testing.assert_allclose(sizes[0], sizes[1], atol=0.06)
 
 
-def test_a_box_is_one_in_the_map(live: Path, tmp_path: Path) -> None:
+def test_a_box_is_in_the_map_frame(live: Path, tmp_path: Path) -> None:
     points = read_cloud(live / "run/model.ply").points_xyz
     corners = np.concatenate([points.min(axis=0) - 0.02, points.max(axis=0) + 0.02])
     box = ["--box", *[f"{value:.3f}" for value in corners]]
@@ -84,22 +84,22 @@ def test_a_box_is_one_in_the_map(live: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["tum", "seven"])
 @pytest.mark.parametrize("poses", [(), ("--poses", "given")])
-def test_without_it_such_a_folder_is_refused(
+def test_a_folder_without_poses_needs_a_first_pose(
     live: Path, kind: str, poses: tuple[str, ...], capsys: pytest.CaptureFixture
 ) -> None:
     box = ["--box", "0", "0", "0", "1", "1", "1"]
     assert main(["replay", str(live / kind), *box, *poses]) == 2
-    told = capsys.readouterr().err
-    assert "holds no poses" in told
-    assert "--first-pose X Y Z PAN TILT" in told
-    assert told.count("\n") == 1
+    stderr = capsys.readouterr().err
+    assert "contains no poses" in stderr
+    assert "--first-pose X Y Z PAN TILT" in stderr
+    assert stderr.count("\n") == 1
 
 
 VIEW = ["--first-pose", "0", "0", "1", "0", "30"]
 
 
 @pytest.mark.parametrize(
-    ("recording", "flags", "told"),
+    ("recording", "flags", "error"),
     [
         ("run.mcap", VIEW, "--first-pose is for folders"),
         ("tum", [*VIEW, "--poses", "given"], "give one"),
@@ -110,58 +110,67 @@ VIEW = ["--first-pose", "0", "0", "1", "0", "30"]
         ("tum", ["--first-pose", "0", "0", "nan", "0", "30"], "give Z in metres"),
     ],
 )
-def test_what_does_not_go_together_is_told(
-    live: Path, recording: str, flags: list[str], told: str, capsys: pytest.CaptureFixture
+def test_conflicting_flags_are_refused(
+    live: Path, recording: str, flags: list[str], error: str, capsys: pytest.CaptureFixture
 ) -> None:
     assert main(["replay", str(live / recording), *flags]) == 2
-    assert told in capsys.readouterr().err
+    assert error in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("height", "tilt", "told"),
+    ("height", "tilt", "problem"),
     [
         (0, 0, ""),
-        (0, 6, FloorFault.BELOW_FLOOR),
-        (0, -6, FloorFault.NO_FLOOR),
-        (-0.3, 0, FloorFault.BELOW_FLOOR),
-        (0.3, 0, FloorFault.NO_FLOOR),
+        (0, 6, FloorProblem.BELOW_FLOOR),
+        (0, -6, FloorProblem.NO_FLOOR),
+        (-0.3, 0, FloorProblem.BELOW_FLOOR),
+        (0.3, 0, FloorProblem.NO_FLOOR),
     ],
 )
 def test_a_first_pose_that_the_floor_contradicts_gets_no_answer(
-    live: Path, tmp_path: Path, height: float, tilt: float, told: str, capsys: pytest.CaptureFixture
+    live: Path,
+    tmp_path: Path,
+    height: float,
+    tilt: float,
+    problem: str,
+    capsys: pytest.CaptureFixture,
 ) -> None:
-    """Else the floor itself, or half an object, is named as if nothing was wrong."""
+    """Otherwise the floor itself, or half an object, would be classified."""
     x, y, z, pan, down = (float(value) for value in first_pose(live))
     view = [f"{value:.4f}" for value in (x, y, z + height, pan, down + tilt)]
     out = ["--out", str(tmp_path / "run"), "--every", "6"]
     code = main(["replay", str(live / "tum"), "--first-pose", *view, *out])
-    assert code == (1 if told else 0)
+    assert code == (1 if problem else 0)
     answer = " ".join(capsys.readouterr().out.split())
-    assert answer.startswith("No answer after 2 frames: " if told else "Result: chair (")
-    assert told in answer
+    assert answer.startswith("No answer after 2 frames: " if problem else "Result: chair (")
+    assert problem in answer
 
 
 @pytest.mark.parametrize("kind", ["tum", "seven"])
-def test_poses_may_be_called_hidden_where_none_are(live: Path, tmp_path: Path, kind: str) -> None:
+def test_hidden_poses_are_accepted_for_a_folder_without_poses(
+    live: Path, tmp_path: Path, kind: str
+) -> None:
     flags = ["--first-pose", *first_pose(live), "--poses", "hidden", "--every", "6"]
     assert main(["replay", str(live / kind), *flags, "--out", str(tmp_path), "--json"]) == 0
-    told = json.loads((tmp_path / "result.json").read_text())
-    assert told["frames"] == 2
-    assert told["label"] is not None
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["frames"] == 2
+    assert result["label"] is not None
 
 
-def test_what_is_beyond_the_cameras_range_is_no_object(live: Path, tmp_path: Path, capsys) -> None:
+def test_points_beyond_the_range_of_the_camera_are_no_object(
+    live: Path, tmp_path: Path, capsys
+) -> None:
     flags = ["--first-pose", *first_pose(live), "--every", "6", "--out", str(tmp_path / "run")]
     replayed = ["replay", str(live / "seven"), *flags]
     assert main([*replayed, "--depth-range", "0.3", "0.7"]) == 1
     assert capsys.readouterr().out.startswith("No answer after 2 frames: ")
     assert json.loads((tmp_path / "run/config.json").read_text())["depth_range"] == [0.3, 0.7]
     assert main([*replayed, "--depth-range", "2", "1"]) == 2
-    assert "nearest and the farthest [m], not 2 and 1" in capsys.readouterr().err
+    assert "minimum and the maximum [m], not 2 and 1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", ["tum", "seven"])
-def test_a_recording_of_which_nothing_can_be_read_costs_no_earlier_run(
+def test_an_unreadable_recording_keeps_the_earlier_run(
     live: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture
 ) -> None:
     shutil.copytree(live / kind, tmp_path / "frames")

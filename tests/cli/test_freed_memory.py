@@ -1,4 +1,4 @@
-"""What is freed stays with the process, and comes back without being cleared anew."""
+"""Freed memory stays with the process and is used again without being cleared."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ glibc_only = pytest.mark.skipif(
 )
 
 
-def faults(how: str) -> int:
-    """Pages that are cleared for an array of 100 MB, the third time it is made."""
-    told = subprocess.run(
-        [sys.executable, "-c", FAULTS_OF_A_STEP, how], capture_output=True, text=True, check=True
+def faults(mode: str) -> int:
+    """Page faults of the third allocation of 100 MB."""
+    child = subprocess.run(
+        [sys.executable, "-c", FAULTS_OF_A_STEP, mode], capture_output=True, text=True, check=True
     )
-    return int(told.stdout)
+    return int(child.stdout)
 
 
 @glibc_only
-def test_a_large_array_is_made_anew_in_the_same_place() -> None:
-    # NumPy asks for huge pages, of which a tenth of a gigabyte has about fifty.
+def test_a_large_array_reuses_freed_memory() -> None:
+    # NumPy asks for huge pages; 100 MB have about fifty.
     assert faults("freed") > 20
     assert faults("kept") < 5
 

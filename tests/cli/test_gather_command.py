@@ -28,22 +28,24 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "first.mcap"
 
 
-def test_a_simulated_set_is_made_told_and_verified(
+def test_a_simulated_set_is_gathered_reported_and_verified(
     tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     out = str(tmp_path / "set")
     flags = ["--classes", "chair", "--train-objects", "1", "--test-objects", "0"]
     flags += ["--train-starts", "0", "22.5", "--workers", "1", *SCAN]
     assert main(["gather", "--out", out, *flags]) == 0
-    told = capsys.readouterr().out
-    assert "chair                2       0" in told
-    assert "contact_sheet.png" in told
-    assert max(map(len, told.splitlines()[:-1])) <= 80
+    printed = capsys.readouterr().out
+    assert "chair      2     0   2 of 2" in printed
+    assert "contact_sheet.png" in printed
+    assert max(map(len, printed.splitlines()[:-1])) <= 80
     scans = read_manifest(tmp_path / "set")
     assert [scan.start_deg for scan in scans] == [0.0, 22.5]
     assert all(scan.quality["ate_rmse_m"] < 0.02 for scan in scans)
     assert main(["data", "verify", out]) == 0
     assert "complete" in capsys.readouterr().out
+    assert main(["gather", "--config", f"{out}/config.toml", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["scans"] == 2
     (tmp_path / "set" / scans[0].files["cloud"]).unlink()
     assert main(["data", "verify", out, "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["broken"][0]["file"] == scans[0].files["cloud"]
@@ -55,8 +57,8 @@ def test_recordings_are_added_with_a_label(
     out = str(tmp_path / "mine")
     flags = ["--label", "armchair", "--name", "blue", "--start", "30", "--json"]
     assert main(["gather", "--from", str(recording), "--out", out, *flags]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["counts"] == {"train/armchair": 1}
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["counts"] == {"train/armchair": 1}
     (scan,) = read_manifest(tmp_path / "mine")
     assert (scan.scan, scan.label, scan.start_deg) == ("blue@first", "armchair", 30.0)
     assert set(scan.files) == {"cloud", "grid", "poses", "odometry"}
@@ -80,16 +82,16 @@ READ = [
 def test_a_recording_is_read_by_the_flags_of_replay() -> None:
     gathered = parsed("gather", ["--out", "set", "--from", "x.mcap", *READ]).reading
     assert gathered == parsed("replay", ["x.mcap", *READ]).reading
-    assert set(gathered.told()) == {field.name for field in fields(gathered)}, "READ lacks some"
+    assert set(gathered.changed()) == {field.name for field in fields(gathered)}, "READ lacks some"
 
 
-def test_flags_that_say_how_a_recording_is_read_are_obeyed(
+def test_flags_for_reading_a_recording_are_used(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     command = ["gather", "--from", str(recording), "--label", "chair", "--name", "blue"]
     command += ["--out", str(tmp_path / "mine"), "--every", "2", "--odometry-topic", ""]
     assert main([*command, "--depth-topic", "/nowhere"]) == 2
-    assert "holds no /nowhere (--depth-topic)" in capsys.readouterr().err
+    assert "contains no /nowhere (--depth-topic)" in capsys.readouterr().err
     assert not (tmp_path / "mine").exists()
     assert main([*command, "--json"]) == 0
     printed = capsys.readouterr()
@@ -147,7 +149,7 @@ def test_a_recording_that_shows_nothing_is_refused(
     assert "cloud" in scan.files
 
 
-def test_a_wrong_label_is_put_right(
+def test_replace_corrects_a_wrong_label(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     out = str(tmp_path / "mine")
@@ -167,7 +169,7 @@ def test_a_wrong_label_is_put_right(
     assert "blue is a chair of the train split there, as in blue@first" in capsys.readouterr().err
 
 
-def test_a_wrong_label_of_all_recordings_is_put_right(
+def test_replace_corrects_the_label_of_all_recordings_of_an_object(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     second = recording.with_name("second.mcap")
@@ -178,8 +180,8 @@ def test_a_wrong_label_of_all_recordings_is_put_right(
     capsys.readouterr()
     right = ["--from", str(second), "--label", "chair", "--split", "test", "--replace"]
     assert main([*flags, *right]) == 0
-    told = "chair of the test split now, was sofa of the train split"
-    assert f"blue@first, blue@second: {told}" in capsys.readouterr().err
+    change = "chair of the test split now, was sofa of the train split"
+    assert f"blue@first, blue@second: {change}" in capsys.readouterr().err
     scans = read_manifest(tmp_path / "mine")
     assert {(scan.scan, scan.label, scan.split) for scan in scans} == {
         ("blue@first", "chair", "test"), ("blue@second", "chair", "test"),
@@ -196,15 +198,15 @@ def test_an_object_stays_in_its_split_unless_another_is_given(
     assert main([*flags, str(second), "--label", "toilet"]) == 0
     capsys.readouterr()
     right = [*flags, str(recording), "--label", "chair", "--replace"]
-    told = "red@first, red@second: chair of the {} split now, was {} of the test split"
+    change = "red@first, red@second: chair of the {} split now, was {} of the test split"
     for split, was, now in (([], "toilet", "test"), (["--split", "train"], "chair", "train")):
         assert main([*right, *split]) == 0
-        assert told.format(now, was) in capsys.readouterr().err
+        assert change.format(now, was) in capsys.readouterr().err
         scans = read_manifest(tmp_path / "mine")
         assert [(s.label, s.split) for s in scans] == [("chair", now)] * 2
 
 
-def test_recordings_in_folders_are_called_by_their_whole_name(
+def test_a_folder_recording_keeps_its_whole_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     walk = tmp_path / "walk_2024.01.05"
@@ -216,7 +218,7 @@ def test_recordings_in_folders_are_called_by_their_whole_name(
     assert recording_name(Path()) == "walk_2024.01.05"
 
 
-def test_scans_that_saw_nothing_are_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+def test_scans_that_saw_nothing_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     out = str(tmp_path / "set")
     flags = ["--classes", "chair", "--train-objects", "1", "--test-objects", "0"]
     flags += ["--workers", "1"]
@@ -228,7 +230,7 @@ def test_scans_that_saw_nothing_are_told(tmp_path: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.parametrize(
-    ("flags", "says"),
+    ("flags", "reason"),
     [
         (["--from", "run.mcap"], "needs the --label"),
         (["--from", "missing.mcap", "--label", "chair"], "can not be read"),
@@ -240,18 +242,18 @@ def test_scans_that_saw_nothing_are_told(tmp_path: Path, capsys: pytest.CaptureF
         (["--from", "x.mcap", "--label", "../up"], "a name is made of letters"),
     ],
 )
-def test_mistakes_are_told_in_a_line(
-    flags: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture
+def test_errors_are_one_line(
+    flags: list[str], reason: str, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     assert main(["gather", "--out", str(tmp_path / "set"), *flags]) == 2
     error = capsys.readouterr().err
-    assert says in error
+    assert reason in error
     assert len(error.splitlines()) == 1
     assert not (tmp_path / "set").exists()
 
 
 @pytest.mark.parametrize(
-    ("flags", "told"),
+    ("flags", "error"),
     [
         (["--start", "90"], "--start goes with --from"),
         (["--replace"], "--replace goes with --from"),
@@ -261,13 +263,13 @@ def test_mistakes_are_told_in_a_line(
             ["--from", "x.mcap", "--label", "chair", "--train-starts", "45"],
             "--train-starts is for simulated scans",
         ),
-        (["--from", "x.mcap", "--label", "chair", "--frames", "-5"], "--frames is for simulated"),
+        (["--from", "x.mcap", "--label", "chair", "--frames", "5"], "--frames is for simulated"),
         (["--test-starts", "45", "45.04"], "a tenth of a degree apart"),
     ],
 )
 def test_flags_that_would_be_ignored_are_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture, flags: list[str], told: str
+    tmp_path: Path, capsys: pytest.CaptureFixture, flags: list[str], error: str
 ) -> None:
     assert main(["gather", "--out", str(tmp_path / "set"), *flags]) == 2
-    assert told in capsys.readouterr().err
+    assert error in capsys.readouterr().err
     assert not (tmp_path / "set").exists()

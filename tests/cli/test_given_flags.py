@@ -1,4 +1,4 @@
-"""Faults that tell a value get the name of the flag that has it."""
+"""Errors that name a value get the name of its flag."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class Command:
     name: str = "9"
 
 
-def told(command: Command, message: str) -> str:
-    with pytest.raises(InputError) as caught, flags_named(command, "slip", "speed", "from_"):
+def error_of(command: Command, message: str) -> str:
+    with pytest.raises(InputError) as caught, flags_named(command, "slip", "speed", "from"):
         raise InputError(message)
     return str(caught.value)
 
@@ -35,7 +35,7 @@ def told(command: Command, message: str) -> str:
     ],
 )
 def test_the_flag_is_named_by_its_value(command: Command, message: str, flag: str) -> None:
-    assert told(command, message) == f"{flag}: {message}"
+    assert error_of(command, message) == f"{flag}: {message}"
 
 
 @pytest.mark.parametrize(
@@ -49,5 +49,5 @@ def test_the_flag_is_named_by_its_value(command: Command, message: str, flag: st
         (Command(), "of nine, not 9"),
     ],
 )
-def test_where_no_single_flag_has_it_none_is_named(command: Command, message: str) -> None:
-    assert told(command, message) == message
+def test_a_value_of_no_flag_or_of_several_names_none(command: Command, message: str) -> None:
+    assert error_of(command, message) == message

@@ -79,7 +79,7 @@ def test_the_same_catalogues_give_the_same_meshes(catalogues, tmp_path):
     assert (first.vertices_u16 == second.vertices_u16).all()
 
 
-def test_ctrl_c_leaves_nothing_behind(catalogues, tmp_path, monkeypatch, capsys):
+def test_ctrl_c_leaves_no_files(catalogues, tmp_path, monkeypatch, capsys):
     def interrupted(*_):
         raise KeyboardInterrupt
 
@@ -104,7 +104,7 @@ def test_ctrl_c_leaves_nothing_behind(catalogues, tmp_path, monkeypatch, capsys)
         (["sweethome3d", "good.sh3f", "--out", "bad.sh3f/pack.npz"], "can not be written"),
     ],
 )
-def test_mistakes_cost_one_line(tmp_path, monkeypatch, capsys, words, reason):
+def test_errors_are_one_line(tmp_path, monkeypatch, capsys, words, reason):
     folder = tmp_path / "here"
     (folder / "none").mkdir(parents=True)
     (folder / "bad.sh3f").write_bytes(b"no zip")
@@ -119,6 +119,6 @@ def test_mistakes_cost_one_line(tmp_path, monkeypatch, capsys, words, reason):
 
 
 @pytest.mark.parametrize("what", ["fetch", "verify"])
-def test_a_path_belongs_to_import_alone(what, capsys):
+def test_only_import_takes_a_path(what, capsys):
     assert main(["data", what, "modelnet10", "elsewhere"]) == 2
     assert f"data {what} takes one SET and no further path" in capsys.readouterr().err

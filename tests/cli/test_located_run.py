@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from circumspect.cli.commands.simulated_space import SIMULATED
+from circumspect.cli.commands.simulated_views import NAMES, SimulatedViews
 from circumspect.cli.located_run import RESULTS, LocatedRun
-from circumspect.cli.simulated_space import SIMULATED
-from circumspect.cli.simulated_views import NAMES, SimulatedViews
 from circumspect.errors import InputError, OutputError
 
 SCAN = ("config.json", "log.jsonl", "result.json", "trajectory.txt", "space.jsonl", "space.png")
@@ -26,7 +26,7 @@ def contents(folder: Path) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", [name for name in RESULTS if name != "space.jsonl"])
-def test_a_file_of_somebody_else_is_not_replaced(tmp_path: Path, name: str) -> None:
+def test_a_foreign_file_is_not_replaced(tmp_path: Path, name: str) -> None:
     before = contents(filled(tmp_path, name, "other.txt"))
     with pytest.raises(OutputError, match=f"{name}: is of no such run and would be replaced"):
         LocatedRun(tmp_path)
@@ -34,7 +34,7 @@ def test_a_file_of_somebody_else_is_not_replaced(tmp_path: Path, name: str) -> N
 
 
 @pytest.mark.parametrize("name", SIMULATED)
-def test_a_simulation_replaces_no_calibration_of_somebody_else(tmp_path: Path, name: str) -> None:
+def test_a_simulation_does_not_replace_a_foreign_calibration(tmp_path: Path, name: str) -> None:
     """Not even where a track lies beside it."""
     filled(tmp_path, name, *RESULTS)
     LocatedRun(tmp_path)
@@ -50,13 +50,13 @@ def test_a_scan_with_ceiling_cameras_is_not_replaced(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("more", [(), SIMULATED])
-def test_an_earlier_run_of_its_kind_is(tmp_path: Path, more: tuple[str, ...]) -> None:
+def test_an_earlier_run_of_its_kind_is_replaced(tmp_path: Path, more: tuple[str, ...]) -> None:
     LocatedRun(filled(tmp_path, "notes.txt"), more)
     LocatedRun(filled(tmp_path, "space.jsonl", "result.json", *more), more)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_images_are_written_beside_nothing_of_their_names(tmp_path: Path, name: str) -> None:
+def test_existing_image_names_are_not_replaced(tmp_path: Path, name: str) -> None:
     (tmp_path / name).symlink_to("gone")
     with pytest.raises(InputError, match=f"holds {name} already"):
         SimulatedViews(tmp_path)

@@ -24,7 +24,7 @@ NAMING = {
     "classify": ("x.ply",), "explain": ("x.ply",), "scan": ("chair",), "demo": (),
     "replay": ("x.mcap",), "view": ("run",),
 }  # fmt: skip
-"""Commands that name objects, and the words that they need."""
+"""Commands that classify objects, with their arguments."""
 
 
 def run(*words: object) -> int:
@@ -134,7 +134,7 @@ class TestModels:
             (".", "is a folder"), ("text.onnx", "not an ONNX network"), ("", "no classifier ''"),
         ],
     )  # fmt: skip
-    def test_what_is_no_classifier_costs_one_line(
+    def test_a_file_that_is_no_classifier_is_refused(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
         capsys: pytest.CaptureFixture[str], model: str, message: str,
     ) -> None:  # fmt: skip
@@ -180,7 +180,7 @@ class TestModelFlag:
         assert "circumspect models" in help_text
 
     @pytest.mark.parametrize("name", [*NAMING, "evaluate", "ros2"])
-    def test_the_old_flag_is_gone(self, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    def test_the_old_flag_is_refused(self, name: str, capsys: pytest.CaptureFixture[str]) -> None:
         with pytest.raises(SystemExit) as stop:
             run(name, *NAMING.get(name, ()), "--weights", "own.onnx")
         assert stop.value.code == 2
@@ -194,7 +194,7 @@ class TestModelFlag:
         assert "weights" not in names or (name == "export" and positional)
 
     @pytest.mark.parametrize("name", ["classify", "explain"])
-    def test_a_wrong_name_costs_one_line(
+    def test_an_unknown_name_is_refused(
         self, name: str, capsys: pytest.CaptureFixture[str]
     ) -> None:
         assert run(name, "x.ply", "--model", "robto") == 2

@@ -21,7 +21,7 @@ def test_each_run_has_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.Mo
     assert all(folder.name.startswith("scan-2") for folder in folders)
 
 
-def test_what_is_there_already_is_numbered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_existing_folders_are_numbered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class Noon(run_screen.datetime):
         @classmethod
         def now(cls, tz=None) -> Noon:
@@ -35,7 +35,7 @@ def test_what_is_there_already_is_numbered(tmp_path: Path, monkeypatch: pytest.M
     assert names == [f"track-20260102-120000{end}" for end in ("", "-2", "-4")]
 
 
-def test_where_none_can_be_made_it_is_said_in_a_line(
+def test_an_unwritable_runs_folder_is_reported_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""`replay --poses hidden`: which pose is used, and which are only compared with."""
+"""`replay --poses hidden`: the first pose places the map; the others only measure errors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from PIL import Image
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.cli.main import main
-from circumspect.cli.recorded_poses import RecordedPoses
+from circumspect.cli.opened_recording import RecordedPoses
 from circumspect.geometry import PinholeCamera
 from circumspect.sensing import DepthNoise, RgbdFrame
 from circumspect.simulation import Orbit, Scene, SimulatedCamera, Surface, block
@@ -25,19 +25,19 @@ THING = block((-0.25, -0.35, 0.0), (0.25, 0.35, 0.6))
 BOX = ["--box", "-0.4", "-0.5", "0.02", "0.4", "0.5", "0.7"]
 WALLS = [((-1.6, -2.0, 0.0), (-1.5, 2.0, 2.0)), ((-1.6, -1.2, 0.0), (1.0, -1.1, 2.0))]
 PATCH = np.s_[100:120, 140:160]
-"""Too little for a map to begin with."""
+"""Too little depth to start a map."""
 
 
-def covered_but(frame: RgbdFrame, seen: tuple[slice, slice] | None) -> RgbdFrame:
+def covered_but(frame: RgbdFrame, kept_pixels: tuple[slice, slice] | None) -> RgbdFrame:
     depth = np.full_like(frame.depth, np.nan)
-    if seen is not None:
-        depth[seen] = frame.depth[seen]
+    if kept_pixels is not None:
+        depth[kept_pixels] = frame.depth[kept_pixels]
     return replace(frame, depth=depth)
 
 
 @pytest.fixture(scope="module")
 def frames() -> list[RgbdFrame]:
-    """On a short arc; without the walls nothing would hold the camera along the thing's flat side."""
+    """On a short arc; the walls constrain the camera along the flat side of the object."""
     orbit = Orbit.around(THING, CAMERA)
     walls = [Surface(f"wall {n}", block(*corners)) for n, corners in enumerate(WALLS)]
     camera = SimulatedCamera(
@@ -80,43 +80,43 @@ def write(folder: Path, frames: list[RgbdFrame], layout: Layout) -> Path:
 
 
 @pytest.mark.parametrize("layout", [as_seven_scenes, as_tum_rgbd])
-@pytest.mark.parametrize("seen", [None, PATCH], ids=["blank", "too little"])
+@pytest.mark.parametrize("kept_pixels", [None, PATCH], ids=["blank", "too little"])
 def test_first_frames_without_enough_depth_do_not_end_a_replay(
     layout: Layout,
-    seen: tuple[slice, slice] | None,
+    kept_pixels: tuple[slice, slice] | None,
     frames: list[RgbdFrame],
     tmp_path: Path,
     capsys: pytest.CaptureFixture,
 ) -> None:
-    shots = [*(covered_but(frame, seen) for frame in frames[:2]), *frames[2:]]
+    shots = [*(covered_but(frame, kept_pixels) for frame in frames[:2]), *frames[2:]]
     folder = write(tmp_path / "scene", shots, layout)
     out = ["--out", str(tmp_path / "run"), "--json"]
     assert main(["replay", str(folder), *BOX, "--poses", "hidden", *out]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["frames"] == 7
+    result = json.loads(capsys.readouterr().out)
+    assert result["frames"] == 7
     # The map lies where the recorded poses say, or there would be nothing in the box.
-    assert told["outcomes"]["classified"] >= 3
+    assert result["outcomes"]["classified"] >= 3
     # A camera that never moved would be off by 25 mm.
-    assert told["ate_rmse_m"] < 0.005
-    assert told["yaw_rmse_deg"] <= told["rotation_rmse_deg"] < 0.5
+    assert result["ate_rmse_m"] < 0.005
+    assert result["yaw_rmse_deg"] <= result["rotation_rmse_deg"] < 0.5
     kept = json.loads((tmp_path / "run" / "replay.json").read_text())["measured"]
     assert set(kept) == {
         "ate_rmse_m", "rotation_rmse_deg", "yaw_rmse_deg", "frame_error_median_m",
     }  # fmt: skip
-    assert kept == {name: told[name] for name in kept}
+    assert kept == {name: result[name] for name in kept}
 
 
-def test_the_whole_turn_and_that_about_the_vertical_are_told_apart() -> None:
+def test_rotation_error_and_yaw_error_are_reported_separately() -> None:
     errors = {
         "ate_rmse_m": 0.0234, "rotation_rmse_deg": 1.5, "yaw_rmse_deg": 0.95,
         "frame_error_median_m": 0.0012,
     }  # fmt: skip
-    told = RecordedPoses.sentence(errors)
-    assert "turned by 1.50°, about the vertical alone (yaw) by 0.95° (RMSE);" in told
+    sentence = RecordedPoses.sentence(errors)
+    assert "turned by 1.50°, about the vertical alone (yaw) by 0.95° (RMSE);" in sentence
 
 
-def test_poses_after_the_one_that_the_map_begins_with_have_no_say(frames: list[RgbdFrame]) -> None:
-    """Frames keep them, so that this must hold: the others are only compared with."""
+def test_recorded_poses_after_the_first_do_not_change_the_estimate(frames: list[RgbdFrame]) -> None:
+    """Frames carry the recorded poses, but only errors are measured with them."""
     shots = [covered_but(frames[0], None), *frames[1:]]
     wrong = RigidTransform.from_translation([3.0, -2.0, 1.0])
     lies = [*shots[:2], *(frame.at(wrong * frame.pose) for frame in shots[2:])]

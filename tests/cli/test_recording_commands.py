@@ -52,41 +52,41 @@ def test_a_replay_gives_the_live_run_bit_for_bit(live: Path, tmp_path: Path) -> 
 
 
 def log(run: Path) -> list[dict]:
-    """What was told after each frame, but for the time it took."""
+    """The log of each frame, without its processing time."""
     lines = (run / "log.jsonl").read_text().splitlines()
     return [{**json.loads(line), "milliseconds": None} for line in lines]
 
 
-def test_a_replay_of_a_part_is_the_run_so_far(live: Path, tmp_path: Path) -> None:
-    whole = (live / "run.mcap").read_bytes()
-    (tmp_path / "run.mcap").write_bytes(whole[: len(whole) // 2])
+def test_a_replay_of_a_truncated_bag_is_the_run_so_far(live: Path, tmp_path: Path) -> None:
+    content = (live / "run.mcap").read_bytes()
+    (tmp_path / "run.mcap").write_bytes(content[: len(content) // 2])
     part = played(tmp_path, tmp_path / "part")
     assert 2 <= part["frames"] < 8
     assert log(tmp_path / "part") == log(live / "run")[: part["frames"]]
 
 
 def test_a_box_and_given_poses(live: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
-    # The room is known to nobody: take the box from the model that the live run made.
+    # The room has no known layout: take the box from the model of the live run.
     points = read_cloud(live / "run" / "model.ply").points_xyz
     low, high = points.min(axis=0) - 0.02, points.max(axis=0) + 0.02
     box = [f"{value:.3f}" for value in (*low, *high)]
     capsys.readouterr()
     result = played(live, tmp_path / "box", "--box", *box, "--poses", "hidden")
-    told = json.loads(capsys.readouterr().out)
+    errors = json.loads(capsys.readouterr().out)
     assert result["frames"] == 8
-    assert told["ate_rmse_m"] < 0.05, "the poses that the live run told, one frame late"
+    assert errors["ate_rmse_m"] < 0.05, "the poses that the live run recorded, one frame late"
 
 
 def test_record_info(live: Path, capsys: pytest.CaptureFixture) -> None:
     assert main(["record", "info", str(live / "run.mcap"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["kind"] == "MCAP"
-    assert told["broken"] is None
-    assert told["topics"]["/camera/depth/image_raw"]["count"] == 8
-    assert told["topics"]["/circumspect/detections"]["count"] == 9  # one of them at the end
-    assert told["seconds"] == pytest.approx(14.0)
-    assert told["notes"]["config"]["object"] == "chair-3"
-    assert told["replay"]["odometry"] == "/odom"
+    info = json.loads(capsys.readouterr().out)
+    assert info["kind"] == "MCAP"
+    assert info["broken"] is None
+    assert info["topics"]["/camera/depth/image_raw"]["count"] == 8
+    assert info["topics"]["/circumspect/detections"]["count"] == 9  # one of them at the end
+    assert info["seconds"] == pytest.approx(14.0)
+    assert info["notes"]["config"]["object"] == "chair-3"
+    assert info["replay"]["odometry"] == "/odom"
     assert main(["record", "info", str(live / "run.mcap")]) == 0
     text = capsys.readouterr().out
     assert "nav_msgs/Odometry" in text
@@ -100,11 +100,11 @@ def with_late_mount(source: Path, copy: Path, seconds: float) -> None:
     with source.open("rb") as old, copy.open("wb") as new:
         writer, late = Writer(new), round(1e9 * seconds)
         writer.start()
-        told = [
+        messages = [
             (late if channel.topic == "/tf_static" else message.log_time, schema, channel, message)
             for schema, channel, message in make_reader(old).iter_messages()
         ]
-        for time, schema, channel, message in sorted(told, key=lambda one: one[0]):
+        for time, schema, channel, message in sorted(messages, key=lambda one: one[0]):
             kind = writer.register_schema(schema.name, schema.encoding, schema.data)
             topic = writer.register_channel(channel.topic, channel.message_encoding, kind)
             writer.add_message(topic, time, message.data, time)
@@ -114,7 +114,7 @@ def with_late_mount(source: Path, copy: Path, seconds: float) -> None:
 def test_a_mount_that_is_recorded_late_holds_for_all_images(
     live: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
-    """As in most bags of real robots, whose parts begin to speak one after the other."""
+    """As in most bags of real robots, whose drivers start one after the other."""
     with_late_mount(live / "run.mcap", tmp_path / "run.mcap", 5.0)
     capsys.readouterr()
     assert played(tmp_path, tmp_path / "late")["frames"] == 8
@@ -125,34 +125,34 @@ def test_a_mount_that_is_recorded_late_holds_for_all_images(
 
 @pytest.fixture
 def blind(live: Path, tmp_path: Path) -> Path:
-    """The live run's bag, whose CameraInfo is another topic's."""
-    whole = (live / "run.mcap").read_bytes()
+    """The bag of the live run, with another topic name for its CameraInfo."""
+    content = (live / "run.mcap").read_bytes()
     path = tmp_path / "blind.mcap"
-    path.write_bytes(whole.replace(b"/camera/depth/camera_info", b"/camera/other/camera_info"))
+    path.write_bytes(content.replace(b"/camera/depth/camera_info", b"/camera/other/camera_info"))
     return path
 
 
-def test_record_info_says_what_a_replay_would_lack(
+def test_record_info_gives_the_reason_why_a_replay_fails(
     blind: Path, capsys: pytest.CaptureFixture
 ) -> None:
     assert main(["replay", str(blind)]) == 2
     refused = capsys.readouterr().err
     assert main(["record", "info", str(blind), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)["replay"]
-    assert f"circumspect: {told}\n" == refused
-    assert "--info-topic" in told
+    reason = json.loads(capsys.readouterr().out)["replay"]
+    assert f"circumspect: {reason}\n" == refused
+    assert "--info-topic" in reason
     assert main(["record", "info", str(blind)]) == 0
     text = capsys.readouterr().out
     assert "A replay needs help" in text
     assert "Replayed are" not in text
 
 
-def test_what_is_left_out_for_the_same_reason_is_one_line() -> None:
+def test_skipped_images_of_one_reason_are_one_line() -> None:
     skipped = {f"frame {n} at {n}.0 s": f"an image of {n} bytes" for n in range(40)}
-    lines = left_out_lines({**skipped, "the end": "broken off"})
+    lines = left_out_lines({**skipped, "the end": "truncated"})
     assert lines == [
         "frame 0 at 0.0 s and 39 more left out: an image of 0 bytes",
-        "the end left out: broken off",
+        "the end left out: truncated",
     ]
 
 
@@ -160,7 +160,7 @@ def test_what_is_left_out_for_the_same_reason_is_one_line() -> None:
     ("scale", "words"),
     [("1000", "for 1000 units a metre give 0.001"), ("0", "0: give metres a unit")],
 )
-def test_a_depth_scale_that_makes_no_sense_is_refused(
+def test_an_invalid_depth_scale_is_refused(
     live: Path, capsys: pytest.CaptureFixture, scale: str, words: str
 ) -> None:
     assert main(["replay", str(live / "run.mcap"), "--depth-scale", scale]) == 2
@@ -168,7 +168,7 @@ def test_a_depth_scale_that_makes_no_sense_is_refused(
 
 
 def test_a_depth_scale_scales_the_model(live: Path, tmp_path: Path) -> None:
-    """The room is twice as large: the floor no longer lies where the mount says."""
+    """The room is twice as large: the floor no longer lies where the mount places it."""
     flags = ["--depth-scale", "0.002", "--out", str(tmp_path), "--json"]
     assert main(["replay", str(live / "run.mcap"), *flags]) == 1
     assert json.loads((tmp_path / "config.json").read_text())["depth_scale"] == 0.002
@@ -194,7 +194,7 @@ def crowded(live: Path, tmp_path: Path) -> Path:
 
 
 def test_record_info_in_a_pipe_is_not_cut(crowded: Path, capsys: pytest.CaptureFixture) -> None:
-    """Topics are chosen from it, and lines are searched by programs."""
+    """Users copy topics from it, and programs search its lines."""
     assert main(["record", "info", str(crowded)]) == 0
     lines = capsys.readouterr().out.splitlines()
     (depth,) = [line for line in lines if line.startswith(f"{LONG}/camera/depth/image_raw ")]
@@ -218,7 +218,7 @@ def test_record_info_on_a_terminal_keeps_to_its_width(
     assert f"{LONG}/camera/depth/image_raw" in first
 
 
-def test_an_unknown_map_frame_is_told(
+def test_an_unknown_map_frame_is_refused_with_the_known_ones(
     live: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     flags = ["--poses", "given", "--map-frame", "nowhere", "--out", str(tmp_path / "run")]
@@ -230,7 +230,9 @@ def test_an_unknown_map_frame_is_told(
     assert error.count("\n") == 1
 
 
-def test_notes_of_a_stranger_are_only_text(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+def test_notes_that_are_no_json_are_shown_as_text(
+    tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
     recorder = RunRecorder(tmp_path / "odd.mcap", {"config": "{no json"})
     recorder.frame(RgbdFrame(np.ones((2, 3)), PinholeCamera(3, 2, 1.0, 1.0, 1.0, 0.5), 1.0))
     recorder.close()
@@ -239,33 +241,36 @@ def test_notes_of_a_stranger_are_only_text(tmp_path: Path, capsys: pytest.Captur
 
 
 @pytest.mark.parametrize(
-    ("flags", "says"),
+    ("flags", "reason"),
     [
         (["replay", "nowhere.mcap"], "nowhere.mcap: can not be read"),
-        (["replay", "run.mcap", "--depth-topic", "/x"], "holds no /x"),
-        (["replay", "run.mcap", "--info-topic", "/odom"], "/camera/depth/camera_info would fit"),
+        (["replay", "run.mcap", "--depth-topic", "/x"], "contains no /x"),
+        (
+            ["replay", "run.mcap", "--info-topic", "/odom"],
+            "/camera/depth/camera_info has such a type",
+        ),
         (["replay", "run.mcap", "--mount", "0", "0", "1", "0", "90"], "a tilt within 90"),
         (["replay", "run.mcap", "--intrinsics", "0", "1", "2", "3"], "focal lengths"),
         (["replay", "run.mcap", "--size", "320", "240"], "--intrinsics describe: give both"),
         (["record", "info", "nowhere"], "is no bag"),
         (
             ["replay", "run", "--intrinsics", "3", "3", "1", "1", "--map-frame", "world"],
-            "run: is no bag; only bags take --map-frame, --intrinsics; a folder tells of its "
+            "run: is no bag; only bags take --map-frame, --intrinsics; a folder describes its "
             "camera in camera-intrinsics.txt",
         ),
         (["replay", "run", "--depth-topic", "/x"], "only bags take --depth-topic"),
-        (["scan", "chair", "--record", "run.mcap"], "never written over"),
+        (["scan", "chair", "--record", "run.mcap"], "never overwritten"),
         (["scan", "chair", "--record", "run.bag"], "run.bag: recordings are MCAP files"),
     ],
 )
-def test_mistakes_are_told_in_a_line(
-    live: Path, flags: list[str], says: str, capsys: pytest.CaptureFixture,
+def test_errors_are_one_line(
+    live: Path, flags: list[str], reason: str, capsys: pytest.CaptureFixture,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     monkeypatch.chdir(live)
     assert main(flags) == 2
     error = capsys.readouterr().err
-    assert says in error
+    assert reason in error
     assert len(error.splitlines()) == 1
 
 

@@ -1,4 +1,4 @@
-"""What is told of a run while it goes on, where standard error is no terminal."""
+"""What a run prints while it goes on, where standard error is no terminal."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_progress_shows_coverage_and_whether_the_answer_is_confident(
 
 
 @pytest.mark.parametrize(
-    ("how", "truth", "sentence"),
+    ("changes", "truth", "sentence"),
     [
         ({}, None, "Result: chair (98 %), 1 frame, 100 % coverage. Confident."),
         ({}, "chair", "Result: chair (98 %), 1 frame, 100 % coverage. Confident. Correct."),
@@ -100,12 +100,12 @@ def test_progress_shows_coverage_and_whether_the_answer_is_confident(
     ],
 )  # fmt: skip
 def test_the_result_is_a_sentence_with_coverage_and_confidence(
-    how: dict[str, Any], truth: str | None, sentence: str
+    changes: dict[str, Any], truth: str | None, sentence: str
 ) -> None:
-    assert answer_sentences(RecognitionResult((step(**how),)), truth) == [sentence]
+    assert answer_sentences(RecognitionResult((step(**changes),)), truth) == [sentence]
 
 
-def test_an_answer_that_changed_after_the_last_frame_says_why() -> None:
+def test_an_answer_that_changed_after_the_last_frame_is_explained() -> None:
     with RunScreen("scanning", 10) as screen:
         assert screen.label is None
         screen.on_step(step("desk"))
@@ -125,5 +125,5 @@ def test_an_answer_that_changed_after_the_last_frame_says_why() -> None:
 
 def test_frames_that_are_not_part_of_the_answer_follow_it() -> None:
     steps = [replace(step(), outcome=FrameOutcome.NO_OBJECT)] * 3 + [step()]
-    told = answer_sentences(RecognitionResult(tuple(steps)), None, "chair")
-    assert told[1:] == ["Frames that are not part of it: no object in view (3)."]
+    sentences = answer_sentences(RecognitionResult(tuple(steps)), None, "chair")
+    assert sentences[1:] == ["Frames that are not part of it: no object in view (3)."]

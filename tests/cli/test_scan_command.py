@@ -1,4 +1,4 @@
-"""`circumspect scan`: its objects, its flags, what it tells and what it leaves."""
+"""`circumspect scan`: its objects, its flags, its output and its files."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 
 from circumspect.classification.shipped import shipped_path
-from circumspect.cli.main import main
-from circumspect.cli.scan import Scan, _how_to_repeat
+from circumspect.cli.commands.scan import Scan, _how_to_repeat
+from circumspect.cli.main import main, parsed
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.off_folder import read_off_folder
 from circumspect.datasets.point_pack import write_point_pack
 from circumspect.errors import CircumspectError, InputError
+from circumspect.exploration import ScanSettings
 from circumspect.furniture import make_furniture
 from circumspect.gathering.scanned_object import scanned_object
 from circumspect.geometry import TriangleMesh, read_cloud
@@ -26,7 +27,25 @@ from circumspect.planning import ConfidencePlanner
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import SimulatedRobot
 
-FEW = Scan(object="chair-3", start=40.0, seed=5, frames=3, frame_interval=2.0)
+FEW = Scan(
+    object="chair-3", start=40.0, seed=5, driving=ScanSettings(frame_interval=2.0, max_frames=3)
+)
+
+
+def few(frames):
+    return ScanSettings(frame_interval=2.0, max_frames=frames)
+
+
+def typed(**flags) -> Scan:
+    """`FEW` but for some flags, as the command line makes it."""
+    given = {"start": 40.0, "seed": 5, "frames": 3, "frame_interval": 2.0, **flags}
+    name_of_object = given.pop("object", "chair-3")
+    return parsed(
+        "scan",
+        [name_of_object, *(f"--{name.replace('_', '-')}={value}" for name, value in given.items())],
+    )
+
+
 FIELDS = [
     "object", "true_label", "start_deg",
     "label", "in_distribution", "in_distribution_probability", "confident", "reason",
@@ -85,20 +104,20 @@ class TestObjects:
         np.testing.assert_array_equal(drawn.mesh.vertices_xyz, named.mesh.vertices_xyz)
 
     def test_a_mesh_file_is_stood_up_and_scaled(self, chair_obj: Path) -> None:
-        thing = scanned_object(str(chair_obj), 0, "y", 0.9)
-        low, high = thing.mesh.vertices_xyz.min(axis=0), thing.mesh.vertices_xyz.max(axis=0)
-        assert thing.label is None
+        scanned = scanned_object(str(chair_obj), 0, "y", 0.9)
+        low, high = scanned.mesh.vertices_xyz.min(axis=0), scanned.mesh.vertices_xyz.max(axis=0)
+        assert scanned.label is None
         assert low[2] == pytest.approx(0.0, abs=1e-9)
         assert high[2] == pytest.approx(0.9)
         np.testing.assert_allclose((low + high)[:2], 0.0, atol=1e-9)
         shape = make_furniture("chair", 3).vertices_xyz
-        assert np.ptp(thing.mesh.vertices_xyz[:, 0]) == pytest.approx(
+        assert np.ptp(scanned.mesh.vertices_xyz[:, 0]) == pytest.approx(
             np.ptp(shape[:, 0]) * 0.9 / np.ptp(shape[:, 2]), rel=1e-6
         )
 
     @pytest.mark.parametrize("flags", [{"up": "y"}, {"height": 3.0}])
     @pytest.mark.parametrize("name", ["chair-3", "chair_0001"])
-    def test_what_is_no_mesh_file_is_not_turned(
+    def test_up_and_height_are_for_mesh_files_only(
         self, packs: Path, name: str, flags: dict[str, Any]
     ) -> None:
         data = packs if name == "chair_0001" else None
@@ -107,11 +126,11 @@ class TestObjects:
 
     @pytest.mark.parametrize("name", ["chair_0001", "chair_0002"])
     def test_objects_of_packs_are_found_in_either_split(self, packs: Path, name: str) -> None:
-        thing = scanned_object(name, 0, data=packs)
-        assert (thing.name, thing.label) == (name, "chair")
-        assert np.ptp(thing.mesh.vertices_xyz, axis=0).max() == pytest.approx(0.9, abs=0.02)
+        scanned = scanned_object(name, 0, data=packs)
+        assert (scanned.name, scanned.label) == (name, "chair")
+        assert np.ptp(scanned.mesh.vertices_xyz, axis=0).max() == pytest.approx(0.9, abs=0.02)
 
-    def test_an_object_of_the_off_folder_is_that_of_a_pack_of_it(
+    def test_off_folder_and_its_pack_give_the_same_object(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
@@ -120,21 +139,21 @@ class TestObjects:
             folder.mkdir(parents=True)
             write_off(folder / f"chair_000{number}.off", make_furniture("chair", number))
         (tmp_path / "off" / "chair" / "train" / "chair_0003.off").write_text("broken")
-        thing = scanned_object("chair_0002", 0, data=tmp_path / "off")
-        assert (thing.name, thing.label) == ("chair_0002", "chair")
+        scanned = scanned_object("chair_0002", 0, data=tmp_path / "off")
+        assert (scanned.name, scanned.label) == ("chair_0002", "chair")
         assert not (tmp_path / "cache").exists(), "other files are not read"
         write_point_pack(tmp_path / "test.npz", read_off_folder(tmp_path / "off", "test"))
         packed = scanned_object("chair_0002", 0, data=tmp_path / "test.npz")
         size = np.ptp(packed.mesh.vertices_xyz, axis=0)
-        np.testing.assert_allclose(np.ptp(thing.mesh.vertices_xyz, axis=0), size, atol=1e-4)
-        assert len(thing.mesh.vertices_xyz) == len(packed.mesh.vertices_xyz) == 1024
+        np.testing.assert_allclose(np.ptp(scanned.mesh.vertices_xyz, axis=0), size, atol=1e-4)
+        assert len(scanned.mesh.vertices_xyz) == len(packed.mesh.vertices_xyz) == 1024
         with pytest.raises(InputError, match="no object 'chair_0004'"):
             scanned_object("chair_0004", 0, data=tmp_path / "off")
         with pytest.raises(CircumspectError, match=r"chair_0003\.off"):
             scanned_object("chair_0003", 0, data=tmp_path / "off")
 
     @pytest.mark.parametrize(
-        ("words", "told"),
+        ("words", "error"),
         [
             ({"words": "chiar"}, "'chiar'.*bathtub, bed"),
             ({"words": "chair-"}, "no object"),
@@ -145,8 +164,8 @@ class TestObjects:
             ({"words": "chair", "up": "y"}, "--up"),
         ],
     )
-    def test_what_is_no_object_is_told(self, words, told) -> None:
-        with pytest.raises(InputError, match=told):
+    def test_unknown_objects_are_refused_with_a_reason(self, words, error) -> None:
+        with pytest.raises(InputError, match=error):
             scanned_object(**words, variant=0)
 
     def test_meshes_that_can_not_stand_are_named(self, tmp_path: Path) -> None:
@@ -205,7 +224,7 @@ def test_sentences_fit_narrow_terminals(
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.chdir(tmp_path)
-    replace(FEW, frames=8, out=Path("run")).run()
+    replace(FEW, driving=few(8), out=Path("run")).run()
     printed = capsys.readouterr()
     assert printed.out.startswith("Result: ")
     assert "the limit of 8 frames is reached" in printed.out
@@ -229,7 +248,7 @@ def test_a_chair_is_named_from_two_starts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for start in (40.0, 220.0):
-        command = replace(FEW, start=start, frames=30, planner="confidence", json=True)
+        command = replace(FEW, start=start, driving=few(30), planner="confidence", json=True)
         replace(command, out=tmp_path / f"{start}").run()
     records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [record["label"] for record in records] == ["chair", "chair"]
@@ -238,7 +257,7 @@ def test_a_chair_is_named_from_two_starts(
         assert record["chamfer_m"] < 0.01
 
 
-def test_a_mesh_of_ones_own_is_scanned(
+def test_a_mesh_file_is_scanned(
     chair_obj: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["scan", str(chair_obj), "--up", "y", "--height", "0.9", "--seed", "1"]
@@ -256,7 +275,7 @@ def test_a_mesh_of_ones_own_is_scanned(
     assert len(config["classifier"]["sha256"]) == 64
 
 
-def test_ridges_and_unequal_wheels_mislead_the_wheels_alone(
+def test_ridges_and_unequal_wheels_leave_the_tracked_poses_accurate(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["scan", "chair-3", "--seed", "2", "--speed", "0.2", "--frames", "24", "--json"]
@@ -269,14 +288,14 @@ def test_ridges_and_unequal_wheels_mislead_the_wheels_alone(
     assert (config["room"]["bump_height"], config["room"]["wheel_error"]) == (0.005, 0.05)
 
 
-def test_in_real_time_frames_come_when_a_camera_takes_them(tmp_path: Path) -> None:
+def test_real_time_keeps_the_frame_interval(tmp_path: Path) -> None:
     began = time.monotonic()
     words = ["scan", "chair-3", "--frames", "4", "--no-clutter", "--real-time"]
     assert main([*words, "--out", str(tmp_path)]) == 0
     assert time.monotonic() - began > 3 * 0.5, "half a second between two frames"
 
 
-def test_frames_that_are_not_part_of_the_answer_are_told(
+def test_frames_without_depth_are_counted_in_the_answer(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     observe, taken = SimulatedRobot.observe, []
@@ -289,8 +308,8 @@ def test_frames_that_are_not_part_of_the_answer_are_told(
 
     monkeypatch.setattr(SimulatedRobot, "observe", blind_second)
     assert replace(FEW, out=tmp_path / "run").run() == 0
-    told = " ".join(capsys.readouterr().out.split())
-    assert "Frames that are not part of it: no depth in the frame (1). It drove" in told
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "Frames that are not part of it: no depth in the frame (1). It drove" in printed
 
 
 def test_a_scan_without_an_answer_is_no_success(
@@ -318,7 +337,7 @@ def test_a_scan_without_an_answer_is_no_success(
 )  # fmt: skip
 def test_a_value_out_of_range_names_its_flag(wrong: dict, flag: str) -> None:
     with pytest.raises(InputError, match=f"^{flag}: "):
-        replace(FEW, **wrong).prepared("scan")
+        typed(**wrong).prepared("scan")
 
 
 @pytest.mark.parametrize(
@@ -331,31 +350,31 @@ def test_a_value_out_of_range_names_its_flag(wrong: dict, flag: str) -> None:
         {"tilt": 95.0}, {"height": 0.5}, {"object": "chiar"}, {"model": "none.onnx"},
     ],
 )  # fmt: skip
-def test_flags_out_of_range_are_told_before_anything_is_written(
+def test_flags_out_of_range_are_refused_before_anything_is_written(
     tmp_path: Path, wrong: dict, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(CircumspectError):
-        replace(FEW, **wrong).run()
+        typed(**wrong).run()
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_object_too_large_for_the_camera_is_told(
+def test_an_object_too_large_for_the_camera_is_refused(
     chair_obj: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["scan", str(chair_obj), "--up", "y", "--seed", "0"]) == 2
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert told.endswith("are its units metres? --height scales it to a height in metres\n")
+    stderr = capsys.readouterr().err
+    assert stderr.count("\n") == 1
+    assert stderr.endswith("are its units metres? --height scales it to a height in metres\n")
 
 
-def test_ctrl_c_saves_and_says_where(
+def test_ctrl_c_saves_the_run_and_prints_its_folder(
     tmp_path: Path, ctrl_c_at: Callable[[int], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     ctrl_c_at(3)
     out = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
-        replace(FEW, frames=9, out=out).run()
+        replace(FEW, driving=few(9), out=out).run()
     assert json.loads((out / "result.json").read_text())["interrupted"] is True
     assert json.loads((out / "scan.json").read_text())["ended"] == "interrupted"
     assert json.loads((out / "result.json").read_text())["end_reason"] is None
@@ -363,7 +382,7 @@ def test_ctrl_c_saves_and_says_where(
 
 
 @pytest.mark.parametrize("command", ["scan chair-3", "demo"])
-def test_after_ctrl_c_the_seed_that_was_drawn_is_told(
+def test_ctrl_c_reports_the_drawn_seed(
     command: str,
     tmp_path: Path,
     ctrl_c_at: Callable[[int], None],
@@ -372,12 +391,12 @@ def test_after_ctrl_c_the_seed_that_was_drawn_is_told(
     ctrl_c_at(2)
     assert main([*command.split(), "--out", str(tmp_path)]) == 130
     config = json.loads((tmp_path / "config.json").read_text())
-    told = capsys.readouterr().err.splitlines()[-1]
+    line = capsys.readouterr().err.splitlines()[-1]
     again = f"the same command with --seed {config['seed']} starts the same run again"
-    assert told == f"circumspect: interrupted; {again}"
+    assert line == f"circumspect: interrupted; {again}"
 
 
-def test_a_run_that_was_chosen_on_the_page_is_told_with_all_that_was_chosen() -> None:
+def test_a_run_chosen_on_the_dashboard_is_repeated_with_all_its_choices() -> None:
     parts = replace(FEW, planner="circle").prepared("demo")
     assert _how_to_repeat(parts.config, chosen_there=True) == (
         "circumspect scan chair-3 --start 40.0 --seed 5 --planner circle --frame-interval 2.0 and "
@@ -389,6 +408,6 @@ def test_a_run_that_was_chosen_on_the_page_is_told_with_all_that_was_chosen() ->
 def test_every_planner_can_stop_when_the_answer_is_confident(
     planner: Literal["normals", "circle"],
 ) -> None:
-    going = replace(FEW, planner=planner)
-    assert not isinstance(going._planner(), ConfidencePlanner)
-    assert isinstance(replace(going, stop_when_sure=True)._planner(), ConfidencePlanner)
+    command = replace(FEW, planner=planner)
+    assert not isinstance(command._planner(), ConfidencePlanner)
+    assert isinstance(replace(command, stop_when_sure=True)._planner(), ConfidencePlanner)

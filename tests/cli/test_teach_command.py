@@ -149,7 +149,9 @@ def test_existing_file_is_overwritten_on_request_only(models, lamps, capsys):
         ("lamp", "*", ["--out", "x.onnx"], "give a name, or a file that ends in .json"),
     ],
 )
-def test_what_can_not_be_taught_is_refused(lamps, tmp_path, capsys, name, pattern, flags, message):
+def test_unsuitable_names_and_examples_are_refused(
+    lamps, tmp_path, capsys, name, pattern, flags, message
+):
     assert teach(name, lamps, *flags, pattern=pattern) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "empty").exists()
@@ -177,18 +179,18 @@ def test_examples_of_no_one_kind_are_refused(tmp_path, capsys):
 
 
 def test_runs_are_examples(tmp_path, capsys):
-    recipe = Classifier.load("robot", 1).recipe
+    input_spec = Classifier.load("robot", 1).input_spec
     for number in range(5):
         run = tmp_path / f"run-{number}"
         run.mkdir()
         cloud = lamp(number)
-        recipe.bounds(cloud).hits(recipe.surface(cloud)).save(run / "grid.npz")
+        input_spec.bounds(cloud).hits(input_spec.surface(cloud)).save(run / "grid.npz")
     out = tmp_path / "own.json"
     runs = [str(tmp_path / f"run-{number}") for number in range(5)]
     assert main(["teach", "lamp", *runs, "--out", str(out)]) == 0
-    told = capsys.readouterr().out
-    assert "leave-one-out: " in told
-    assert f"--model {out}" in told
+    printed = capsys.readouterr().out
+    assert "leave-one-out: " in printed
+    assert f"--model {out}" in printed
     (tmp_path / "run-1" / "grid.npz").unlink()
     assert main(["teach", "lamp", *runs, "--out", str(out), "--replace"]) == 2
     assert "run-1: holds no grid.npz" in capsys.readouterr().err

@@ -12,13 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from circumspect.cli.main import main
-from circumspect.cli.termination import Terminated, ends_as_ctrl_c_does
+from circumspect.cli.main import Terminated, ends_as_ctrl_c_does, main
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there SIGTERM ends at once")
 
 
-def test_a_scan_that_is_terminated_leaves_what_it_gathered(tmp_path: Path) -> None:
+def test_a_terminated_scan_saves_its_result(tmp_path: Path) -> None:
     out = tmp_path / "run"
     program = "import sys; from circumspect.cli.main import main; sys.exit(main(sys.argv[1:]))"
     process = subprocess.Popen(
@@ -35,19 +34,19 @@ def test_a_scan_that_is_terminated_leaves_what_it_gathered(tmp_path: Path) -> No
             assert time.monotonic() < end, "no frame came"
             time.sleep(0.1)
         process.terminate()
-        _, told = process.communicate(timeout=60)
+        _, stderr = process.communicate(timeout=60)
     finally:
         process.kill()
     assert process.returncode == 143
-    assert "Traceback" not in told
-    assert told.splitlines()[-1].startswith("circumspect: interrupted;")
+    assert "Traceback" not in stderr
+    assert stderr.splitlines()[-1].startswith("circumspect: interrupted;")
     result = json.loads((out / "result.json").read_text())
     assert result["interrupted"] is True
     assert result["frames"] >= 3
     assert (out / "model.ply").is_file()
 
 
-def test_the_handler_is_there_while_a_command_runs_and_gone_then() -> None:
+def test_the_sigterm_handler_is_installed_only_while_a_command_runs() -> None:
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     with pytest.raises(Terminated), ends_as_ctrl_c_does():
         signal.raise_signal(signal.SIGTERM)
@@ -55,7 +54,7 @@ def test_the_handler_is_there_while_a_command_runs_and_gone_then() -> None:
 
 
 @pytest.mark.parametrize("before", [signal.SIG_IGN, lambda *_: None], ids=["ignored", "another"])
-def test_a_handler_of_somebody_else_stays(before: signal.Handlers) -> None:
+def test_a_foreign_sigterm_handler_is_kept(before: signal.Handlers) -> None:
     signal.signal(signal.SIGTERM, before)
     try:
         with ends_as_ctrl_c_does():

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from network_inputs import small_recipe, trained_looking
+from network_inputs import small_input_spec, trained_looking
 
 from circumspect.classification import Classifier, ExampleTable
 from circumspect.classification.shipped import shipped_path
@@ -39,16 +39,18 @@ def exported(trained):
     return trained.parent / "exported.onnx"
 
 
-def test_training_says_what_it_kept(trained, data, capsys):
+def test_training_prints_what_it_kept(trained, data, capsys):
     again = ("train", "--data", data, "--out", trained, "--cache", trained.parent / "grids")
     assert run(*again, *BRIEF) == 0
     assert "mean-class accuracy" in capsys.readouterr().out
     assert run(*again, *BRIEF, "--epochs", 3) == 2
     assert "other settings" in capsys.readouterr().err
+    assert run("train", "--config", trained / "config.toml") == 0
+    assert "mean-class accuracy" in capsys.readouterr().out
 
 
 def test_few_objects_are_shown_more_often(data, tmp_path, capsys):
-    """As a user would who gathered a handful: without flags for it."""
+    """As with a handful of gathered objects, without extra flags."""
     words = ("train", "--data", data, "--out", tmp_path / "run", "--cache", tmp_path / "grids")
     assert run(*words, "--epochs", 1, "--replicas", 1) == 0
     assert "40 objects are few: an epoch shows all 13 times" in capsys.readouterr().err
@@ -72,6 +74,10 @@ def test_evaluation_writes_metrics_and_figures(trained, data, tmp_path, capsys):
     words = ("evaluate", "--model", trained, "--data", data, "--split", "test")
     assert run(*words, "--yaw", "0,45,90,135", "--out", tmp_path, "--json") == 0
     printed = json.loads(capsys.readouterr().out)
+    assert run("evaluate", "--config", tmp_path / "config.toml") == 0
+    again = json.loads(capsys.readouterr().out)
+    assert {**again, "milliseconds": None} == {**printed, "milliseconds": None}
+    printed = again
     metrics = json.loads((tmp_path / "metrics.json").read_text())
     assert printed == metrics
     assert metrics["yaw_deg"] == [0, 45, 90, 135]
@@ -83,12 +89,12 @@ def test_evaluation_writes_metrics_and_figures(trained, data, tmp_path, capsys):
     assert len(list(tmp_path.glob("*.png"))) == 4
 
 
-@pytest.mark.parametrize(("split", "seen"), [("validation", False), ("train", True)])
-def test_figures_on_labelled_surfaces_are_marked(trained, data, tmp_path, capsys, split, seen):
+@pytest.mark.parametrize(("split", "expected"), [("validation", False), ("train", True)])
+def test_figures_on_labelled_surfaces_are_marked(trained, data, tmp_path, capsys, split, expected):
     words = ("evaluate", "--model", trained, "--data", data, "--split", split)
     assert run(*words, "--yaw", "0", "--out", tmp_path) == 0
-    assert ("do not quote" in capsys.readouterr().out) == seen
-    assert json.loads((tmp_path / "metrics.json").read_text())["seen_in_training"] == seen
+    assert ("do not quote" in capsys.readouterr().out) == expected
+    assert json.loads((tmp_path / "metrics.json").read_text())["seen_in_training"] == expected
 
 
 def test_the_test_split_is_not_for_training(data, tmp_path, capsys):
@@ -102,7 +108,7 @@ def test_evaluation_of_weights_for_other_classes(data, tmp_path, capsys):
     assert not (tmp_path / "metrics.json").exists()
 
 
-def test_a_folder_that_can_not_be_written_is_found_out_first(data, tmp_path, capsys):
+def test_an_unwritable_folder_is_refused_first(data, tmp_path, capsys):
     (tmp_path / "file").write_text("")
     words = ("evaluate", "--data", data, "--split", "test", "--out", tmp_path / "file" / "x")
     assert run(*words) == 2
@@ -110,7 +116,7 @@ def test_a_folder_that_can_not_be_written_is_found_out_first(data, tmp_path, cap
 
 
 @pytest.mark.parametrize("yaws", ["north", "0,,90", "", "nan,90"])
-def test_yaws_that_are_no_numbers(data, tmp_path, capsys, yaws):
+def test_invalid_yaw_angles_are_refused(data, tmp_path, capsys, yaws):
     words = ("evaluate", "--data", data, "--out", tmp_path, "--yaw", yaws)
     assert run(*words) == 2
     assert capsys.readouterr().err.count("\n") == 1
@@ -129,8 +135,8 @@ def test_exported_weights_name_files(trained, tmp_path, capsys):
 def test_a_committee_in_eight_bits_is_evaluated_like_any_weights(
     trained, data, tmp_path, capsys, monkeypatch
 ):
-    # Two epochs on forty pieces leave a net that is sure of nothing.
-    monkeypatch.setattr("circumspect.export.fidelity.AGREEMENT", 0.5)
+    # After two epochs on forty pieces the network has no confident answer.
+    monkeypatch.setattr("circumspect.export.onnx_export.AGREEMENT", 0.5)
     words = ("export", trained, tmp_path / "fast.onnx", "--committee", trained, "--int8", data)
     assert run(*words) == 0
     assert "same label for" in capsys.readouterr().out
@@ -151,10 +157,10 @@ def test_export_of_nothing(tmp_path, capsys):
 
 
 def test_eight_bits_of_a_network_without_convolutions(tmp_path, capsys):
-    """Told before the data are opened, which may take minutes."""
+    """Refused before the data are opened, which may take minutes."""
     net = trained_looking("pointnet")
     weights = tmp_path / "net.safetensors"
-    Checkpoint("pointnet", ("a", "b", "c"), small_recipe("pointnet"), net.state_dict()).save(
+    Checkpoint("pointnet", ("a", "b", "c"), small_input_spec("pointnet"), net.state_dict()).save(
         weights
     )
     words = ("export", weights, tmp_path / "own.onnx", "--int8", tmp_path / "none")
@@ -182,15 +188,15 @@ def test_objects_that_were_trained_on_are_known_by_name(trained, data, tmp_path,
     known = Checkpoint.load(trained / "best.safetensors").training["objects"]
     assert 0 < len(known) < len(train)
     write_point_pack(tmp_path / "train.npz", replace(train, points_xyz=moved))
-    for split, seen in (("train", True), ("validation", False)):
+    for split, expected in (("train", True), ("validation", False)):
         words = ("evaluate", "--model", trained, "--data", tmp_path, "--split", split)
         assert run(*words, "--yaw", "0", "--out", tmp_path / split, "--json") == 0
         metrics = json.loads(capsys.readouterr().out)
-        assert metrics["seen_in_training"] == seen
-        assert metrics["objects"] == (len(train) if seen else len(train) - len(known))
+        assert metrics["seen_in_training"] == expected
+        assert metrics["objects"] == (len(train) if expected else len(train) - len(known))
 
 
-def test_an_older_file_learns_the_names_of_what_it_was_fitted_to(trained, data, tmp_path, capsys):
+def test_an_older_file_gets_the_names_of_its_training_objects(trained, data, tmp_path, capsys):
     old = Checkpoint.load(trained / "best.safetensors")
     names = old.training["objects"]
     nameless = {key: value for key, value in old.training.items() if key != "objects"}
@@ -205,7 +211,7 @@ def test_an_older_file_learns_the_names_of_what_it_was_fitted_to(trained, data, 
     assert "names the objects" not in capsys.readouterr().out
 
 
-def test_examples_are_what_was_trained_on_and_nothing_else(trained, data, tmp_path, capsys):
+def test_examples_are_exactly_the_training_objects(trained, data, tmp_path, capsys):
     known = Checkpoint.load(trained / "best.safetensors").training["objects"]
     assert run("export", trained, tmp_path / "own.onnx", "--examples", data) == 0
     table = ExampleTable.load(tmp_path / "own.examples.npz")
@@ -279,7 +285,7 @@ def test_an_object_far_from_all_examples_is_unknown(trained, exported, data, tmp
     assert not (tmp_path / "no.onnx").exists()
 
 
-def test_modelnet10_knows_what_it_was_fitted_to():
+def test_modelnet10_names_its_training_objects():
     names = Classifier.load("modelnet10").training["objects"]
     assert len(set(names)) == 3991
     assert "chair_0889" in names
@@ -287,7 +293,7 @@ def test_modelnet10_knows_what_it_was_fitted_to():
 
 
 def test_a_temperature_counts_from_none(exported, data, tmp_path, capsys):
-    """What `evaluate` says of weights with a temperature is what to export them anew with."""
+    """The temperature that `evaluate` prints is the one to export the weights with."""
     found = []
     for temperature in (1, 2):
         own = tmp_path / "own.onnx"
@@ -315,22 +321,22 @@ def test_an_exported_file_keeps_its_weights(tmp_path, capsys, flag):
     assert not (tmp_path / "own.onnx").exists()
 
 
-def test_an_exported_file_is_asked_otherwise(tmp_path, capsys):
+def test_an_exported_file_takes_other_views_and_temperature(tmp_path, capsys):
     shipped, own = Classifier.load("modelnet10"), tmp_path / "own.onnx"
-    grids = np.zeros((1, 1, *shipped.recipe.input_shape), np.uint8)
+    grids = np.zeros((1, 1, *shipped.input_spec.input_shape), np.uint8)
     grids[..., 3:9, ::5, 2:] = 1
     assert (
         run("export", shipped_path("modelnet10"), own, "--azimuth-views", 2, "--temperature", 3)
         == 0
     )
-    recipe = shipped.recipe.with_views(2)
-    assert Classifier.load(own).recipe == recipe
-    assert run("export", own, own, "--staggered") == 0
-    told = capsys.readouterr().out
-    assert "2 inputs an object, temperature 3; --examples DATA" in told
-    assert "2 staggered inputs an object, temperature 3; --examples DATA" in told
+    input_spec = shipped.input_spec.with_views(2)
+    assert Classifier.load(own).input_spec == input_spec
+    assert run("export", own, own, "--dithered") == 0
+    printed = capsys.readouterr().out
+    assert "2 inputs an object, temperature 3; --examples DATA" in printed
+    assert "2 dithered inputs an object, temperature 3; --examples DATA" in printed
     other = Classifier.load(own)
-    assert other.recipe == recipe.with_views(2, staggered=True)
+    assert other.input_spec == input_spec.with_views(2, dithered=True)
     assert {**other.description, "grid": 0, "temperature": 0} == {
         **shipped.description, "grid": 0, "temperature": 0,
     }  # fmt: skip
@@ -343,11 +349,11 @@ def test_an_exported_file_is_asked_otherwise(tmp_path, capsys):
     ("flags", "says"),
     [
         (("--azimuth-views", 0), "from 1 to 64"),
-        (("--azimuth-views", 1, "--staggered"), "give --azimuth-views 8"),
+        (("--azimuth-views", 1, "--dithered"), "give --azimuth-views 8"),
         (("--temperature", -3), "positive"),
     ],
 )
-def test_an_exported_file_is_asked_nothing_that_makes_no_sense(tmp_path, capsys, flags, says):
+def test_invalid_export_settings_are_refused(tmp_path, capsys, flags, says):
     assert run("export", shipped_path("modelnet10"), tmp_path / "own.onnx", *flags) == 2
     assert says in capsys.readouterr().err
     assert not (tmp_path / "own.onnx").exists()
@@ -361,7 +367,7 @@ def test_angles_that_would_be_ignored_are_refused(data, tmp_path, capsys, flags)
 
 
 @pytest.mark.parametrize("seed", [-1, 2**32])
-def test_seeds_that_are_none(data, tmp_path, capsys, seed):
+def test_invalid_seeds_are_refused(data, tmp_path, capsys, seed):
     assert run("train", "--data", data, "--out", tmp_path / "run", "--seed", seed) == 2
     assert "seed" in capsys.readouterr().err
 
@@ -373,7 +379,7 @@ def test_a_finished_network_is_not_trained_over(trained, data, tmp_path, capsys)
     words = ("train", "--data", data, "--out", tmp_path / "run", *BRIEF)
     assert run(*words) == 2
     assert (
-        "holds a run's network without the state to go on from; choose another --out"
+        "holds a run's network without a state to resume from; choose another --out"
         in capsys.readouterr().err
     )
     assert (tmp_path / "run" / "best.safetensors").read_bytes() == before
@@ -384,7 +390,7 @@ def test_views_of_a_rectangular_grid_would_all_be_the_same(data, tmp_path, capsy
     where = ("--out", tmp_path / "run", "--cache", tmp_path / "grids")
     assert run(*words, *where, "--epochs", 1) == 0
     capsys.readouterr()
-    # Told before the sets are opened, which would take a while.
+    # Refused before the sets are opened, which takes a while.
     wrong = ("--azimuth-views", 4, "--examples", tmp_path / "none", "--int8", tmp_path / "none")
     assert run("export", tmp_path / "run", tmp_path / "own.onnx", *wrong) == 2
     assert "leave out --azimuth-views" in capsys.readouterr().err

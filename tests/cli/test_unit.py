@@ -11,7 +11,7 @@ import pytest
 
 from circumspect.classification import Classifier, OnnxClassifier
 from circumspect.cli.main import main
-from circumspect.cli.unit import METRES, grid_in_metres, metres_per_unit
+from circumspect.cli.object_cloud import METRES, grid_in_metres, metres_per_unit
 from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud
@@ -28,7 +28,7 @@ def longest(points_xyz: np.ndarray) -> float:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> Asked:
-    """The longest side [m] and `metric` of everything that the classifier is asked about."""
+    """The longest side [m] and `metric` of each object given to the classifier."""
     found: Asked = []
     classify, classify_grid = OnnxClassifier.classify, OnnxClassifier.classify_grid
 
@@ -52,7 +52,7 @@ def saved(folder: Path, scale: float, name: str = "chair.npy") -> str:
 
 def saved_grid(folder: Path, scale: float) -> str:
     cloud = PointCloud(CHAIR.points_xyz * scale)
-    Classifier.load(threads=1).recipe.bounds(cloud).hits(cloud).save(folder / "grid.npz")
+    Classifier.load(threads=1).input_spec.bounds(cloud).hits(cloud).save(folder / "grid.npz")
     return str(folder / "grid.npz")
 
 
@@ -134,7 +134,7 @@ def test_an_unknown_unit_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.parametrize("kind", [CylindricalGrid, RectangularGrid])
-def test_scaling_a_grid_scales_what_is_in_it(kind: type) -> None:
+def test_scaling_a_grid_scales_its_content(kind: type) -> None:
     cloud = PointCloud(CHAIR.points_xyz + np.array([3.0, -2.0, 1.0]))
     grid = kind.fit(cloud, (16, 16, 16)).hits(cloud)
     scaled = grid_in_metres(grid, 0.5)

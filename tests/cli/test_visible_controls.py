@@ -34,7 +34,9 @@ def assert_harmless(text: str) -> None:
     assert not set(text) & set("\x1b\x07\x9b\r")
 
 
-def test_what_is_printed_and_logged_is_visible(capsys: pytest.CaptureFixture[str]) -> None:
+def test_control_characters_are_escaped_in_prints_and_logs(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     with visible_controls():
         print(EVIL)
         print(EVIL, file=sys.stderr)

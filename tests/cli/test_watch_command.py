@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from realsense_files import recorded
 
+from circumspect.cli.commands.watch import until_ctrl_c
 from circumspect.cli.main import main
-from circumspect.cli.watch import until_ctrl_c
 from circumspect.errors import MissingExtraError
 from circumspect.recording import open_recording
 from circumspect.recording.realsense_camera import realsense_sdk
@@ -46,12 +46,12 @@ def watched(file: Path, out: Path, *flags: str) -> int:
     return main(["watch", "--camera", str(file), *flags, "--out", str(out)])
 
 
-@pytest.mark.parametrize("way", ["hand", "mount"])
+@pytest.mark.parametrize("place", ["hand", "mount"])
 def test_a_chair_is_named_in_the_hand_and_on_a_base(
-    file: Path, tmp_path: Path, capsys: pytest.CaptureFixture, way: str
+    file: Path, tmp_path: Path, capsys: pytest.CaptureFixture, place: str
 ) -> None:
     view = json.loads((file.parent / "mount.json").read_text())
-    flags = [] if way == "hand" else [f"--{way}", *view]
+    flags = [] if place == "hand" else [f"--{place}", *view]
     assert watched(file, tmp_path, *flags, "--json") == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert lines[-1]["label"] == "chair"
@@ -61,7 +61,7 @@ def test_a_chair_is_named_in_the_hand_and_on_a_base(
     assert config["depth_range"] == [0.6, 6.0]
 
 
-def test_the_same_in_words_with_every_second_frame(
+def test_sentences_and_every_second_frame(
     file: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     view = json.loads((file.parent / "mount.json").read_text())
@@ -81,7 +81,7 @@ def test_the_same_in_words_with_every_second_frame(
         (["--mount", *"00100", "--first-pose", *"00100"], "--mount is for a camera on a base"),
     ],
 )
-def test_mistakes_are_one_line(
+def test_errors_are_one_line(
     flags: list[str], words: str, capsys: pytest.CaptureFixture, tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip

@@ -1,4 +1,4 @@
-"""A server on loopback that sends an archive, badly where it is told to."""
+"""A server on loopback that sends an archive, with faults on request."""
 
 import gzip
 import io
@@ -8,7 +8,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 OFF = b"OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n"
 
 FAR_TOO_OFTEN = 30
-"""So that a test of what never ends fails instead."""
+"""A bound on requests: a test of an endless download fails."""
 
 
 def archive(
@@ -23,7 +23,7 @@ def archive(
 
 
 class Server(ThreadingHTTPServer):
-    """Serves one file, badly where it is told to."""
+    """Serves one file, with faults on request."""
 
     def __init__(self):
         super().__init__(("127.0.0.1", 0), Handler)

@@ -17,7 +17,7 @@ def ball():
     return points, short_edge_triangles(points, reach=4.0).faces
 
 
-def test_nothing_random_left_only_normalises(ball):
+def test_without_random_parts_clouds_are_only_normalised(ball):
     points, triangles = ball
     changed = STILL.apply(points * 7 + 3, triangles, np.random.default_rng(0))
     vertices = changed[: len(points)]

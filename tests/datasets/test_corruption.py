@@ -1,4 +1,4 @@
-"""What goes wrong with clouds goes wrong as it is told to."""
+"""Corruptions of clouds have the requested kind and severity."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def nearest(points, others):
 
 
 @given(st.sampled_from(list(CORRUPTIONS)), st.sampled_from(SEVERITIES), st.integers(0, 2**20))
-def test_the_same_chance_gives_the_same_cloud_whatever_the_unit(kind, severity, seed):
+def test_the_same_seed_gives_the_same_cloud_in_any_unit(kind, severity, seed):
     one, again = after(kind, severity, seed), after(kind, severity, seed)
     np.testing.assert_array_equal(one.points_xyz, again.points_xyz)
     other = after(kind, severity, seed, PointCloud(CHAIR.points_xyz * 250 + 9))
@@ -33,7 +33,7 @@ def test_the_same_chance_gives_the_same_cloud_whatever_the_unit(kind, severity, 
 
 
 @pytest.mark.parametrize("kind", CORRUPTIONS)
-def test_more_severe_is_worse(kind):
+def test_corruption_grows_with_severity(kind):
     """By what each does: points moved, missing or added, or the centre displaced."""
 
     def harm(severity):

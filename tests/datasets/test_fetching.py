@@ -39,7 +39,7 @@ def unpacked(folder):
     return sorted(str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file())
 
 
-def test_what_belongs_is_unpacked_and_nothing_else_is_left(server, tmp_path):
+def test_only_members_of_the_set_are_unpacked(server, tmp_path):
     folder = fetch(server, tmp_path)
     assert unpacked(folder) == ["bed/test/bed_0516.off", "chair/train/chair_0001.off"]
     assert (folder / "bed/test/bed_0516.off").read_bytes() == OFF * 4000
@@ -59,13 +59,13 @@ def test_an_empty_folder_is_filled_and_any_other_left(server, tmp_path):
     assert len(server.asked) == 1
 
 
-def test_something_else_of_that_name_is_told_with_the_remedy(server, tmp_path, capsys):
+def test_a_foreign_folder_of_that_name_is_reported_with_the_remedy(server, tmp_path, capsys):
     (tmp_path / "ModelNet10").mkdir()
     (tmp_path / "ModelNet10" / "mine").write_text("kept")
     assert main(["data", "fetch", "modelnet10", "--url", server.url, "--out", str(tmp_path)]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith(f"circumspect: {tmp_path / 'ModelNet10'}: neither point packs")
-    assert told.endswith("remove it, or fetch to another folder by --out\n")
+    reported = capsys.readouterr().err
+    assert reported.startswith(f"circumspect: {tmp_path / 'ModelNet10'}: neither point packs")
+    assert reported.endswith("remove it, or fetch to another folder by --out\n")
 
 
 def test_a_server_that_breaks_off_is_asked_for_the_rest_alone(server, tmp_path):
@@ -76,7 +76,7 @@ def test_a_server_that_breaks_off_is_asked_for_the_rest_alone(server, tmp_path):
     assert all(asked is not None for asked in server.asked[1:])
 
 
-def test_an_interrupted_command_goes_on_later(server, tmp_path):
+def test_an_interrupted_download_resumes(server, tmp_path):
     server.breaks_off_after = 100_000
     stopped = quick(tmp_path)
     stopped.progress = lambda done, total: (_ for _ in ()).throw(KeyboardInterrupt)
@@ -96,14 +96,14 @@ def test_parts_of_two_versions_are_never_joined(server, tmp_path):
     assert unpacked(fetch(server, tmp_path))
 
 
-def test_a_server_that_gives_nothing_more_is_given_up(server, tmp_path):
+def test_a_server_without_progress_is_given_up(server, tmp_path):
     server.breaks_off_after = 0
-    with pytest.raises(CircumspectError, match="the same command goes on"):
+    with pytest.raises(CircumspectError, match="the same command resumes"):
         fetch(server, tmp_path)
     assert len(server.asked) == 3
 
 
-def test_a_server_that_refuses_to_go_on_is_given_up(server, tmp_path):
+def test_a_server_that_refuses_to_resume_is_given_up(server, tmp_path):
     server.breaks_off_after, server.refuses_ranges = 100_000, True
     with pytest.raises(CircumspectError, match="can not be fetched") as caught:
         fetch(server, tmp_path)
@@ -128,7 +128,7 @@ def test_a_part_that_does_not_say_where_it_starts_is_not_joined(server, tmp_path
         fetch(server, tmp_path)
 
 
-def test_a_part_of_what_was_asked_for_is_not_all(server, tmp_path):
+def test_a_partial_response_is_not_taken_for_the_whole(server, tmp_path):
     server.breaks_off_after = 100_000
     with pytest.raises(CircumspectError, match="can not be fetched"):
         fetch(server, tmp_path, attempts=1)
@@ -147,7 +147,7 @@ def test_a_body_that_is_packed_on_its_way_is_fetched_as_a_whole(server, tmp_path
 
 
 @pytest.mark.parametrize("length", ["abc", "-1", "1e3", "9" * 5000])
-def test_a_length_that_is_none_is_ignored(server, tmp_path, length):
+def test_an_invalid_length_is_ignored(server, tmp_path, length):
     server.length = length
     assert unpacked(fetch(server, tmp_path))
     assert server.asked == [None]
@@ -163,12 +163,12 @@ def test_only_a_checksum_that_was_asked_for_can_disagree(server, tmp_path, monke
     def broken(*_):
         raise ValueError("something else")
 
-    monkeypatch.setattr(ResumedDownload, "_went_on", broken)
+    monkeypatch.setattr(ResumedDownload, "_continued", broken)
     with pytest.raises(ValueError, match="something else"):
         fetch(server, tmp_path)
 
 
-def test_nobody_waits_after_the_last_attempt(server, tmp_path, monkeypatch):
+def test_no_pause_after_the_last_attempt(server, tmp_path, monkeypatch):
     waits = []
     monkeypatch.setattr("circumspect.datasets.resumed_download.time.sleep", waits.append)
     server.breaks_off_after = 0
@@ -214,7 +214,7 @@ def marked(first, second, value):
 
 
 def unreadable():
-    """A name that is told to be UTF-8 and is not."""
+    """An archive whose member name is marked as UTF-8 and is not."""
     content = archive(names=("ModelNet10/ch\u00e4ir/train/chair_0001.off",))
     return content.replace("\u00e4".encode(), b"\xff\xff")
 
@@ -226,7 +226,7 @@ def spoilt(compression):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "reported"),
     [
         (unreadable(), "decode"),
         (marked(6, 8, 1), "encrypted"),
@@ -236,21 +236,21 @@ def spoilt(compression):
     ],
     ids=["name", "encrypted", "unknown", "lzma", "bzip2"],
 )
-def test_archives_that_can_not_be_unpacked_are_not_kept(server, tmp_path, content, told):
+def test_archives_that_can_not_be_unpacked_are_not_kept(server, tmp_path, content, reported):
     server.content = content
-    with pytest.raises(CircumspectError, match=rf"no sound archive \(.*{told}"):
+    with pytest.raises(CircumspectError, match=rf"no sound archive \(.*{reported}"):
         fetch(server, tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_broken_note_of_a_part_s_version_begins_anew(server, tmp_path):
+def test_a_broken_version_of_a_part_restarts_the_download(server, tmp_path):
     (tmp_path / "ModelNet10.zip.part").write_bytes(server.content[:100])
     (tmp_path / "ModelNet10.zip.part.version").write_bytes(b"\xff\xfe")
     assert unpacked(fetch(server, tmp_path))
     assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10"]
 
 
-def test_a_disk_that_fails_costs_no_download(server, tmp_path, monkeypatch):
+def test_a_disk_error_keeps_the_download(server, tmp_path, monkeypatch):
     with monkeypatch.context() as patched:
         patched.setattr(fetching.ZipFile, "extract", full)
         with pytest.raises(CircumspectError, match=r"the disk failed .*no space left.* stays"):
@@ -264,8 +264,8 @@ def full(*_, **__):
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
-def test_what_came_whole_is_not_fetched_again(server, tmp_path, monkeypatch):
-    """Where it can not be brought to its place, as on another disk that is full."""
+def test_a_complete_download_is_not_repeated(server, tmp_path, monkeypatch):
+    """If it can not be moved to its place, for example to a full disk."""
     with monkeypatch.context() as patched:
         for name in ("move", "copyfileobj"):
             patched.setattr(f"circumspect.datasets.resumed_download.shutil.{name}", full)
@@ -277,7 +277,7 @@ def test_what_came_whole_is_not_fetched_again(server, tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["ModelNet10"]
 
 
-def test_what_came_needs_no_room_twice(server, tmp_path, monkeypatch):
+def test_a_complete_download_needs_no_space_twice(server, tmp_path, monkeypatch):
     for name in ("copyfile", "copyfileobj", "copy2"):
         monkeypatch.setattr(shutil, name, full)
     target = tmp_path / "there"
@@ -295,13 +295,22 @@ def test_a_checksum_that_is_given_must_agree(server, tmp_path):
     assert fetch(server, tmp_path, sha256=right).is_dir()
 
 
+def test_the_checksum_of_the_public_archive_is_known(server, tmp_path, monkeypatch):
+    monkeypatch.setattr(fetching, "URL", server.url)
+    with pytest.raises(CircumspectError, match=f"checksum {fetching.URL_SHA256}"):
+        fetch(server, tmp_path)
+    assert not (tmp_path / "ModelNet10").exists()
+    monkeypatch.setattr(fetching, "URL_SHA256", hashlib.sha256(server.content).hexdigest())
+    assert fetch(server, tmp_path).is_dir()
+
+
 @pytest.mark.parametrize("given", ["zz", "", "0" * 63, "0" * 65, "0" * 64 + "\n", "g" * 64])
-def test_what_is_no_checksum_is_told_before_the_download(server, tmp_path, capsys, given):
+def test_an_invalid_checksum_is_refused_before_the_download(server, tmp_path, capsys, given):
     flags = ("--url", server.url, "--out", str(tmp_path), "--sha256", given)
     assert main(["data", "fetch", "modelnet10", *flags]) == 2
-    told = capsys.readouterr().err
-    assert "64 hex digits" in told
-    assert told.count("\n") == 1
+    reported = capsys.readouterr().err
+    assert "64 hex digits" in reported
+    assert reported.count("\n") == 1
     assert (server.asked, list(tmp_path.iterdir())) == ([], [])
 
 
@@ -328,17 +337,17 @@ def test_refusals_and_absence_are_one_line(server, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("url", ["garbage", "ftp://host/ModelNet10.zip", "http://", "http://["])
-def test_what_is_no_address_is_told_at_once(url, tmp_path, capsys):
+def test_an_invalid_address_is_refused_at_once(url, tmp_path, capsys):
     start = time.monotonic()
     assert main(["data", "fetch", "modelnet10", "--url", url, "--out", str(tmp_path)]) == 2
     assert time.monotonic() - start < 5, "the usual downloader tries for half a minute"
-    told = capsys.readouterr().err
-    assert told.startswith(f"circumspect: {url}: is no address")
-    assert told.count("\n") == 1
+    reported = capsys.readouterr().err
+    assert reported.startswith(f"circumspect: {url}: is no address")
+    assert reported.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
-def test_too_little_disk_is_told_before_it_is_full(server, tmp_path, monkeypatch):
+def test_too_little_disk_space_is_reported_before_it_is_full(server, tmp_path, monkeypatch):
     class Usage:
         free = 1000
 

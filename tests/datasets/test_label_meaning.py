@@ -48,7 +48,7 @@ def test_ambiguous_labels_are_left_out(label):
     assert meaning_of(label, CATEGORIES).use is LabelUse.LEFT_OUT
 
 
-def test_a_class_goes_before_the_tables():
+def test_a_class_takes_precedence_over_the_tables():
     own = ("armchair", "couch", "Mug")
     for label in ("armchair", "couch", "mug"):
         assert meaning_of(label, own).use is LabelUse.KNOWN_CLASS

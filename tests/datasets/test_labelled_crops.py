@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from made_crops import arrays_of, write_crops
 
 from circumspect.datasets import LabelledCrops, read_labelled_crops
-from circumspect.datasets.crop_sources import read_crop_sources
-from circumspect.datasets.labelled_crops import is_labelled_crops
+from circumspect.datasets.labelled_crops import is_labelled_crops, read_crop_sources
 from circumspect.errors import InputError
 
 TEXT = st.text(
@@ -41,7 +40,7 @@ def refusal(path):
     named=st.booleans(),
     offset_type=st.sampled_from(["int64", "int32", "uint16", ">i8"]),
 )
-def test_what_is_written_is_read(tmp_path_factory, counts, words, double, named, offset_type):
+def test_crops_round_trip(tmp_path_factory, counts, words, double, named, offset_type):
     rng = np.random.default_rng(0)
     clouds = [rng.normal(0, 3, (count, 3)) for count in counts]
     # NumPy drops zeros at the end of a text, hence the letter.
@@ -142,9 +141,9 @@ def test_points_that_are_not_finite_are_counted_for_their_object(tmp_path, value
 
 def test_truncated_files_are_refused(tmp_path):
     path = write_crops(tmp_path / "crops.npz", small())
-    whole = path.read_bytes()
-    for length in (0, 10, len(whole) // 2, len(whole) - 5):
-        path.write_bytes(whole[:length])
+    content = path.read_bytes()
+    for length in (0, 10, len(content) // 2, len(content) - 5):
+        path.write_bytes(content[:length])
         refusal(path)
 
 
@@ -154,7 +153,7 @@ def test_missing_files_and_folders_are_refused(tmp_path):
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-def test_mutated_files_give_crops_or_a_known_fault(tmp_path_factory, seed):
+def test_mutated_files_give_crops_or_a_known_error(tmp_path_factory, seed):
     path = write_crops(tmp_path_factory.getbasetemp() / "mutated.npz", small())
     rng = np.random.default_rng(seed)
     content = bytearray(path.read_bytes())
@@ -187,7 +186,7 @@ class TestSeveralFiles:
             write_crops(path, small())
         assert list(read_crop_sources(paths)) == ["one/deep/objects", "two/deep/objects"]
 
-    def test_a_file_that_stands_twice_is_refused(self, tmp_path):
+    def test_a_repeated_file_is_refused(self, tmp_path):
         path = write_crops(tmp_path / "a.npz", small())
         with pytest.raises(InputError, match="given more than once"):
             read_crop_sources([path, tmp_path / "." / "a.npz"])

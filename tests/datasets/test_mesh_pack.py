@@ -110,7 +110,7 @@ class TestRoundTrip:
             min_size=1, max_size=5,
         )
     )  # fmt: skip
-    def test_what_is_written_is_read(self, tmp_path_factory, records):
+    def test_meshes_round_trip(self, tmp_path_factory, records):
         path = tmp_path_factory.getbasetemp() / "round_trip.npz"
         entries = [
             MeshEntry(PackedMesh.from_mesh(random_mesh(i)), label, (1.0, 0.5, 2.0), size, *texts)
@@ -278,7 +278,7 @@ class TestRefusals:
             meshes = read_mesh_pack(path)
             assert all(len(meshes.mesh(i).faces) for i in range(len(meshes)))
 
-    def test_nothing_to_write(self, tmp_path):
+    def test_an_empty_pack_is_not_written(self, tmp_path):
         with pytest.raises(InputError, match="at least one mesh"):
             write_mesh_pack(tmp_path / "p.npz", [], CLASSES)
         assert not list(tmp_path.iterdir())

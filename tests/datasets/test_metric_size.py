@@ -4,12 +4,12 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.datasets.metric_size import INCH, SIZES, metres_per_unit, size_factors
+from circumspect.datasets.scan_sources import INCH, SIZES, metres_per_unit, size_factors
 
 length = st.floats(0.01, 1e4)
 
 
-def test_inches_are_kept_where_they_make_sense():
+def test_inches_are_recognised_by_plausible_sizes():
     assert metres_per_unit("chair", np.array([20.0, 22.0, 35.0]), np.random.default_rng(0)) == INCH
 
 

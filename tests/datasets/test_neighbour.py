@@ -1,14 +1,14 @@
-"""Furniture at an object: it is met where it stands, and what is near of it may be taken in."""
+"""Furniture beside an object: rays meet it, and its near parts may be merged into the object."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from circumspect.datasets.neighbour import Neighbour
 from circumspect.datasets.object_caster import ObjectCaster
+from circumspect.datasets.placed_object import Neighbour
 from circumspect.datasets.scan_augmentation import CHANCES, ScanAugmentation
-from circumspect.datasets.surroundings import FURNITURE, NOTHING, Surroundings
+from circumspect.datasets.surroundings import FURNITURE, NOTHING, RoomSurroundings
 from circumspect.furniture import make_furniture
 from circumspect.geometry import TriangleMesh
 
@@ -52,14 +52,14 @@ def test_neighbours_stand_at_the_object():
 def test_a_neighbour_hides_what_is_behind_it():
     piece = Neighbour(ObjectCaster(make_furniture("dresser", 0)), np.array([1.0, 0.0]), 0.3)
     origin, rays = np.array([3.0, 0.0, 0.4]), np.array([[-1.0, 0.0, 0.0]], np.float32)
-    found = Surroundings(furniture=(piece,)).hits(origin, rays)
+    found = RoomSurroundings(furniture=(piece,)).hits(origin, rays)
     assert found.kind[0] == FURNITURE
     assert 1.2 < found.depth[0] < 2.0
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_merged_furniture_stays_near_the_object(seed):
-    """What a segmentation takes in of it lies within the margin round the object's box."""
+    """Merged points lie within the margin around the object's box."""
     plain = dict.fromkeys(
         (name for name in CHANCES if name not in ("single", "furnished", "merged")), 0.0
     )

@@ -49,7 +49,7 @@ FORMATS = ["a.off", "b.PLY", "c.obj", "d.stl", "e.glb", "cloud_f.ply", "g.xyz"]
 
 @pytest.fixture
 def mixed(tmp_path):
-    """Every format in both classes, and what lies beside meshes."""
+    """Every format in both classes, and a material file beside the meshes."""
     for label in SIDES:
         for name in FORMATS:
             write(tmp_path, f"{label}/train/{name}")

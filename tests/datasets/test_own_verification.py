@@ -67,7 +67,7 @@ def test_a_broken_pack_is_named(packs, capsys):
     assert "own, not ModelNet10's; not all of it can be read" in capsys.readouterr().out
 
 
-def test_packs_of_which_none_can_be_read_are_no_empty_modelnet10(packs, capsys):
+def test_unreadable_packs_are_no_empty_modelnet10(packs, capsys):
     for split in ("train", "test"):
         (packs / f"{split}.npz").write_bytes(b"PK")
     code, document = verified(packs, capsys)
@@ -81,11 +81,11 @@ def test_packs_of_which_none_can_be_read_are_no_empty_modelnet10(packs, capsys):
         (["stool_0009", "bench_0002"], "stool_0009 is labelled bench; name or label is wrong"),
     ],
 )
-def test_a_pack_that_says_two_things(packs, capsys, names, fault):
+def test_a_contradictory_pack_is_reported(packs, capsys, names, fault):
     write_pack(packs / "train.npz", names, [0, 0])
     code, document = verified(packs, capsys)
     assert code == 1
-    assert [fault in entry["fault"] for entry in document["broken"]] == [True]
+    assert [fault in entry["error"] for entry in document["broken"]] == [True]
 
 
 def test_meshes_are_counted_by_their_folders(tmp_path, capsys):
@@ -103,7 +103,7 @@ def test_meshes_are_counted_by_their_folders(tmp_path, capsys):
     assert main(["data", "verify", str(tmp_path)]) == 0
 
 
-def test_what_no_reader_could_read_is_broken(tmp_path, capsys):
+def test_files_that_no_reader_can_read_are_broken(tmp_path, capsys):
     write_meshes(tmp_path, "cup/train/a.off", "cup/train/b.off", "cup/train/c.Off")
     (tmp_path / "cup" / "train" / "c.Off").write_text("no mesh")
     line = OFF.replace("0 1 0", "2 0 0").replace("0 0 1\n", "3 0 0\n")

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from circumspect.datasets import Augmentation
-from circumspect.datasets.partial_view import PartialView
+from circumspect.datasets.augmentation import PartialView
 from circumspect.geometry import short_edge_triangles
 
 angles = st.floats(0, 2 * np.pi)
@@ -21,9 +21,9 @@ def box(count=8000, half=(0.5, 0.4, 0.3), seed=0):
 
 
 @given(angles, st.floats(0.15, 0.7))
-def test_one_look_sees_the_faces_that_turn_to_it_and_no_other(heading, elevation):
+def test_one_view_sees_only_the_faces_turned_to_it(heading, elevation):
     points, axis, side = box()
-    seen = PartialView(heading, 0.0, elevation, looks=1).sees(points)
+    visible = PartialView(heading, 0.0, elevation, looks=1).sees(points)
     level = np.cos(elevation)
     towards = [level * np.cos(heading), level * np.sin(heading), np.sin(elevation)]
     for face in range(3):
@@ -31,15 +31,15 @@ def test_one_look_sees_the_faces_that_turn_to_it_and_no_other(heading, elevation
             on_face = (axis == face) & (side == sign)
             facing = sign * towards[face]
             if facing > 0.6:
-                assert seen[on_face].mean() > 0.9
+                assert visible[on_face].mean() > 0.9
             elif facing > 0.5:  # grazing, a face hides itself within the tolerance
-                assert seen[on_face].mean() > 0.75
+                assert visible[on_face].mean() > 0.75
             elif facing < 0.0:
-                assert seen[on_face].mean() < 0.15  # the rim, thinner than the tolerance
+                assert visible[on_face].mean() < 0.15  # the rim, thinner than the tolerance
 
 
 @given(angles, arcs, st.floats(0.15, 0.7))
-def test_a_longer_arc_sees_all_that_a_shorter_one_with_the_same_looks_saw(start, arc, elevation):
+def test_a_longer_arc_sees_all_that_a_shorter_one_saw(start, arc, elevation):
     points, _, _ = box(3000)
     short = PartialView(start, arc / 2, elevation, looks=3)
     long = PartialView(start, arc, elevation, looks=5)
@@ -47,14 +47,14 @@ def test_a_longer_arc_sees_all_that_a_shorter_one_with_the_same_looks_saw(start,
         assert not (short.sees(points) & ~long.sees(points)).any()
 
 
-def test_all_the_way_round_shows_the_sides_but_not_the_underside_or_the_inside():
+def test_a_full_orbit_shows_the_sides_but_neither_underside_nor_inside():
     points, axis, side = box()
     inside = np.random.default_rng(1).uniform(-0.15, 0.15, (500, 3))
-    seen = PartialView(0.3, 2 * np.pi, 0.5, looks=8).sees(np.concatenate([points, inside]))
+    visible = PartialView(0.3, 2 * np.pi, 0.5, looks=8).sees(np.concatenate([points, inside]))
     underside = (axis == 2) & (side < 0)
-    assert seen[: len(points)][~underside].mean() > 0.97
-    assert seen[: len(points)][underside].mean() < 0.3  # its rim
-    assert not seen[len(points) :].any()
+    assert visible[: len(points)][~underside].mean() > 0.97
+    assert visible[: len(points)][underside].mean() < 0.3  # its rim
+    assert not visible[len(points) :].any()
 
 
 @given(angles, arcs, st.floats(0.15, 0.7), st.floats(-np.pi, np.pi))
@@ -82,9 +82,9 @@ def test_partial_variants_are_normalised_and_smaller_than_whole_ones(seed):
     faces = mesh.faces[mesh.chosen_by_area(8000)]
     partial = Augmentation(partial=1.0, holes=0.0, thin=1.0, shift=0.0, scale=(1.0, 1.0))
     whole = Augmentation(partial=0.0, holes=0.0, thin=1.0, shift=0.0, scale=(1.0, 1.0))
-    seen = partial.apply(points, faces, np.random.default_rng(seed))
+    visible = partial.apply(points, faces, np.random.default_rng(seed))
     every = whole.apply(points, faces, np.random.default_rng(seed))
-    assert 100 < len(seen) < len(every)
-    extent = max(np.hypot(seen[:, 0], seen[:, 1]).max(), np.abs(seen[:, 2]).max())
+    assert 100 < len(visible) < len(every)
+    extent = max(np.hypot(visible[:, 0], visible[:, 1]).max(), np.abs(visible[:, 2]).max())
     assert extent == pytest.approx(1.0, abs=1e-5)
-    np.testing.assert_allclose(seen.mean(axis=0), 0.0, atol=1e-4)
+    np.testing.assert_allclose(visible.mean(axis=0), 0.0, atol=1e-4)

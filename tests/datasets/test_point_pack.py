@@ -1,4 +1,4 @@
-"""Packs of points: what is written is read, and what is wrong with one is told."""
+"""Packs of points round-trip, and faults of a pack are named."""
 
 from contextlib import suppress
 
@@ -27,8 +27,8 @@ class TestPointPack:
     def test_broken_packs_are_named(self, tmp_path):
         path = tmp_path / "train.npz"
         write_point_pack(path, small_set())
-        whole = path.read_bytes()
-        for broken in (b"", whole[: len(whole) // 2], b"not a zip"):
+        content = path.read_bytes()
+        for broken in (b"", content[: len(content) // 2], b"not a zip"):
             path.write_bytes(broken)
             with pytest.raises(InputError, match=r"train\.npz"):
                 read_point_pack(path)
@@ -64,7 +64,7 @@ class TestPointPack:
             ("classes", "|S5", "not of text; save numpy.array(classes, dtype=str)"),
         ],
     )
-    def test_another_type_is_named_with_its_key_and_the_remedy(self, tmp_path, key, dtype, remedy):
+    def test_a_wrong_dtype_is_named_with_its_key_and_the_remedy(self, tmp_path, key, dtype, remedy):
         path = tmp_path / "train.npz"
         write_point_pack(path, small_set())
         arrays = dict(np.load(path))
@@ -72,8 +72,8 @@ class TestPointPack:
         np.savez(path, **arrays)
         with pytest.raises(InputError) as error:
             read_point_pack(path)
-        told = f"{path}: {key} holds an array of {dtype}, {remedy}"
-        assert str(error.value).startswith(told)
+        reported = f"{path}: {key} holds an array of {dtype}, {remedy}"
+        assert str(error.value).startswith(reported)
 
     def test_points_of_another_shape(self, tmp_path):
         path = tmp_path / "train.npz"
@@ -87,7 +87,7 @@ class TestPointPack:
             read_point_pack(path)
 
     @given(seed=st.integers(0, 2**32 - 1))
-    def test_mutated_packs_give_a_set_or_a_known_fault(self, tmp_path_factory, seed):
+    def test_mutated_packs_give_a_set_or_a_known_error(self, tmp_path_factory, seed):
         path = tmp_path_factory.getbasetemp() / "mutated.npz"
         write_point_pack(path, small_set())
         rng = np.random.default_rng(seed)
@@ -98,21 +98,21 @@ class TestPointPack:
         with suppress(InputError):
             assert len(read_point_pack(path)) >= 0
 
-    def test_a_lone_test_pack_is_for_reports(self, tmp_path):
+    def test_a_single_test_pack_is_used_for_reports(self, tmp_path):
         write_point_pack(tmp_path / "test.npz", small_set())
         assert len(open_data_set(tmp_path / "test.npz", "test")) == 6
         for split in ("train", "validation", "fit"):
             with pytest.raises(InputError, match=r"test\.npz"):
                 open_data_set(tmp_path / "test.npz", split)
 
-    def test_a_lone_training_pack_is_no_test(self, tmp_path):
+    def test_a_single_training_pack_is_no_test_set(self, tmp_path):
         write_point_pack(tmp_path / "train.npz", small_set())
         assert len(open_data_set(tmp_path / "train.npz", "train")) == 6
         with pytest.raises(InputError, match="no test of anything"):
             open_data_set(tmp_path / "train.npz", "test")
 
     def test_objects_that_share_a_name_are_refused(self, tmp_path):
-        """What a network was fitted to is known by names alone."""
+        """The training objects of a network are identified by name alone."""
         objects = small_set()
         objects.names[3] = objects.names[0]
         write_point_pack(tmp_path / "train.npz", objects)
@@ -127,7 +127,7 @@ class TestPointPack:
             open_data_set(tmp_path, asked)
 
     def test_names_that_are_no_text_to_the_system(self, tmp_path):
-        """As Python tells file names whose bytes are no UTF-8."""
+        """As Python decodes file names whose bytes are no UTF-8."""
         objects = small_set(count=20)
         named = np.array([f"{name}\udcff" for name in objects.names])
         strange = ObjectSet(objects.points_xyz, objects.labels, named, objects.classes)
@@ -140,7 +140,7 @@ class TestPointPack:
         )
         assert validation_split(back).any()
 
-    def test_nothing_there(self, tmp_path):
+    def test_a_missing_set_is_refused(self, tmp_path):
         with pytest.raises(InputError, match="give point packs"):
             open_data_set(tmp_path / "nowhere", "train")
         with pytest.raises(InputError, match="no <class>/test"):

@@ -6,18 +6,22 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from circumspect.classification import GridRecipe, PointsRecipe
+from circumspect.classification import GridSpec, PointsSpec
 from circumspect.classification.context import LOG_HEIGHT, SCALE_KNOWN, VISIBILITY_KNOWN
 from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.datasets.object_caster import ObjectCaster
-from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation
-from circumspect.datasets.scan_encoding import drawn_cylinder, traced
+from circumspect.datasets.scan_augmentation import MIN_VOXELS, ScanAugmentation
 from circumspect.datasets.scan_sources import of_point_set, procedural
-from circumspect.datasets.scanned_inputs import azimuth_coverage, scanned_inputs
+from circumspect.datasets.scanned_inputs import (
+    azimuth_coverage,
+    drawn_cylinder,
+    scanned_inputs,
+    traced,
+)
 from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
-from circumspect.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN
-from circumspect.recognition.azimuth_coverage import azimuth_coverage as coverage_in_recognition
+from circumspect.grid.grid import FREE, OCCUPIED, UNKNOWN
+from circumspect.recognition.object_grids import azimuth_coverage as coverage_in_recognition
 
 CLEAN = ScanAugmentation(
     mirror=0.0, stretch=0.0, resize=0.0, complete=0.0, occluded=0.0, beside=0.0, cluttered=0.0,
@@ -25,7 +29,7 @@ CLEAN = ScanAugmentation(
     leak=0.0, boxed=0.0, cut=0.0, lowered=0.0, strays=0.0, registration=0.0, floor_cut=(0.02, 0.02),
 )  # fmt: skip
 
-SEEING = GridRecipe(margin=1.1, visibility=True, metric=True)
+SEEING = GridSpec(margin=1.1, visibility=True, metric=True)
 
 
 def scan_of(category="chair", settings=CLEAN, seed=0):
@@ -37,7 +41,7 @@ def scan_of(category="chair", settings=CLEAN, seed=0):
 def test_a_clean_scan_lies_on_the_object(seed):
     mesh, scan = scan_of(seed=seed)
     apart, _ = cKDTree(mesh.sampled(60_000).points_xyz).query(scan.points_xyz)
-    assert len(scan.points_xyz) >= FEWEST
+    assert len(scan.points_xyz) >= MIN_VOXELS
     # The sensor's noise, its lateral error at edges, and the samples' spacing.
     assert np.quantile(apart, 0.9) < 0.03
 
@@ -70,7 +74,7 @@ def test_objects_of_unknown_unit_take_other_sizes_of_their_class():
     assert np.ptp(fixed[:, 2]) == pytest.approx(height, rel=0.1)
 
 
-def test_more_trouble_still_gives_scans():
+def test_strong_augmentation_still_gives_scans():
     rough = ScanAugmentation(
         occluded=1.0, walled=1.0, beside=1.0, cluttered=1.0, cut=1.0, strays=1.0,
         furnished=1.0, merged=1.0, thinned=1.0,
@@ -81,7 +85,7 @@ def test_more_trouble_still_gives_scans():
         assert np.isfinite(scan.ends_xyz).all()
 
 
-def test_same_chance_same_scan():
+def test_the_same_seed_gives_the_same_scan():
     (_, first), (_, second) = (
         scan_of(settings=ScanAugmentation()),
         scan_of(settings=ScanAugmentation()),
@@ -95,7 +99,7 @@ def test_chances_out_of_range_are_refused(name):
         ScanAugmentation(**{name: 1.5})
 
 
-def test_what_an_older_document_lacks_was_not_simulated():
+def test_missing_settings_of_older_documents_are_off():
     document = asdict(ScanAugmentation())
     assert ScanAugmentation.from_dict(document) == ScanAugmentation()
     for name in ("rescale", "furnished", "merged", "thinned"):
@@ -154,13 +158,13 @@ def test_classes_without_a_known_size_are_refused():
         of_point_set(two_kinds())
 
 
-@pytest.mark.parametrize("recipe", [PointsRecipe(64), GridRecipe("rectangular", (8, 8, 8))])
-def test_networks_without_a_context_are_shown_points_or_occupied_cells(tmp_path, recipe):
+@pytest.mark.parametrize("input_spec", [PointsSpec(64), GridSpec("rectangular", (8, 8, 8))])
+def test_networks_without_a_context_are_shown_points_or_occupied_cells(tmp_path, input_spec):
     objects = procedural(1, 0, held_back=True)
     objects = objects.subset(objects.labels == "chair")
-    found = scanned_inputs(objects, CLEAN, 2, 0, recipe, folder=tmp_path, workers=1)
+    found = scanned_inputs(objects, CLEAN, 2, 0, input_spec, folder=tmp_path, workers=1)
     shown = found.inputs(np.zeros(2, int), np.arange(2))
-    assert shown.shape == (2, *recipe.input_shape)
+    assert shown.shape == (2, *input_spec.input_shape)
     assert np.isfinite(shown).all()
     assert (np.abs(shown) <= 1.2).all()
     assert len(np.unique(shown)) > 1

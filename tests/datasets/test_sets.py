@@ -10,10 +10,9 @@ from small_set import small_set
 from circumspect.classification.model_description import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet, open_data_set, validation_split
 from circumspect.datasets.fitted_objects import fitted_objects
-from circumspect.datasets.near_duplicates import near_duplicates
 from circumspect.datasets.off_folder import object_name
 from circumspect.datasets.point_pack import write_point_pack
-from circumspect.datasets.validation_split import SHARE
+from circumspect.datasets.validation_split import SHARE, near_duplicates
 from circumspect.datasets.verification import MODELNET10, expected_names
 from circumspect.errors import InputError
 
@@ -34,7 +33,7 @@ def families(points=300, seed=0):
 
 
 def scanned(objects, times):
-    """Each object several times, from starts that nobody knows."""
+    """Each object several times, from unknown starts."""
     rng = np.random.default_rng(0)
     clouds = []
     for cloud in np.tile(objects.points_xyz, (times, 1, 1)):
@@ -55,7 +54,7 @@ class TestFittedObjects:
         later = scans.subset(np.arange(len(scans) // 2, len(scans)))
         assert fitted_objects({OBJECTS: first.names.tolist()}, later).sum() == 3
 
-    def test_an_at_sign_in_the_names_of_other_sets_says_nothing(self):
+    def test_an_at_sign_in_names_of_other_sets_is_ignored(self):
         scans = scanned(families(), times=2)
         objects = replace(scans, scan_of=None)
         assert fitted_objects({OBJECTS: scans.names[:3].tolist()}, objects).sum() == 3
@@ -76,7 +75,7 @@ class TestObjectSet:
             ({"scan_of": np.array(["bed"] * 5)}, "6 scans need as many objects"),
         ],
     )
-    def test_refuses_what_does_not_belong_together(self, change, complaint):
+    def test_arrays_of_different_lengths_are_refused(self, change, complaint):
         good = small_set()
         fields = {name: getattr(good, name) for name in ("points_xyz", "labels", "names")}
         with pytest.raises(InputError, match=complaint):
@@ -125,7 +124,7 @@ class TestSplit:
         assert held_back.any()
         assert not held_back[0]
 
-    def test_scans_of_one_object_are_on_one_side_whatever_their_yaw(self):
+    def test_scans_of_one_object_are_on_one_side_at_any_yaw(self):
         scans = scanned(families(), times=3)
         held_back = validation_split(scans)
         of_each = held_back.reshape(3, -1)
@@ -134,7 +133,7 @@ class TestSplit:
         shuffled = np.random.default_rng(0).permutation(len(scans))
         assert (validation_split(scans.subset(shuffled)) == held_back[shuffled]).all()
 
-    def test_objects_that_were_scanned_once_are_parted_as_ever(self):
+    def test_objects_scanned_once_are_split_as_before(self):
         once = scanned(families(), times=1)
         apart = replace(once, scan_of=None)
         assert (validation_split(once) == validation_split(apart)).all()
@@ -172,12 +171,14 @@ class TestOffFolder:
         for name in ("bed", "chair"):
             for number in range(2):
                 write_off(tmp_path / name / "train" / f"{name}_{number:04d}.off", 1 + number)
-        seen = []
-        objects = open_data_set(tmp_path, "train", lambda done, total: seen.append((done, total)))
+        progress = []
+        objects = open_data_set(
+            tmp_path, "train", lambda done, total: progress.append((done, total))
+        )
         assert objects.classes == ("bed", "chair")
         assert objects.names.tolist() == ["bed_0000", "bed_0001", "chair_0000", "chair_0001"]
         assert objects.points_xyz.shape == (4, 1024, 3)
-        assert seen[-1] == (4, 4)
+        assert progress[-1] == (4, 4)
         again = open_data_set(tmp_path, "train", lambda *_: pytest.fail("sampled twice"))
         assert again.digest == objects.digest
 
@@ -195,8 +196,8 @@ class TestOffFolder:
             "night_stand_0001",
         ]
 
-    def test_splits_that_are_numbered_anew_hold_other_objects(self, tmp_path):
-        """What trains keeps its name; packs that were cached before are not taken for these."""
+    def test_splits_with_the_same_numbers_hold_other_objects(self, tmp_path):
+        """Training objects keep their names; packs cached before are not used for these."""
         test = tmp_path / "mug" / "test"
         for number in (1, 2):
             write_off(test / f"mug_{number:04d}.off", number)
@@ -220,13 +221,13 @@ class TestOffFolder:
         for suffix in ("off", "OFF"):
             write_off(tmp_path / "mug" / "train" / f"mug_0001.{suffix}", 1.0)
         if len(list((tmp_path / "mug" / "train").iterdir())) < 2:
-            pytest.skip("this file system does not tell capitals")
+            pytest.skip("this file system ignores case")
         with pytest.raises(
             InputError, match=r"mug_0001\.OFF and .*mug_0001\.off: one object in two"
         ):
             open_data_set(tmp_path, "train")
 
-    def test_a_sofa_among_modelnet10s_chairs_is_told(self, tmp_path, caplog):
+    def test_a_sofa_among_modelnet10s_chairs_is_reported(self, tmp_path, caplog):
         for name in MODELNET10:
             write_off(tmp_path / name / "test" / f"{name}_0901.off", 1.0)
         open_data_set(tmp_path, "test")
@@ -242,7 +243,7 @@ class TestOffFolder:
                 f"circumspect data verify {tmp_path} names them"
             ]
 
-    def test_files_of_other_classes_are_named_as_one_likes(self, tmp_path, caplog):
+    def test_files_of_other_classes_may_have_any_name(self, tmp_path, caplog):
         write_off(tmp_path / "chair" / "test" / "mine.off", 1.0)
         open_data_set(tmp_path, "test")
         assert caplog.messages == []
@@ -282,7 +283,7 @@ class TestGridCache:
         cache.get({"a": 1}, 2, (8,), lambda: zeros)
         np.testing.assert_array_equal(cache.get({"a": 2}, 2, (8,), lambda: ones)[:], ones)
 
-    def test_a_broken_entry_is_made_anew(self, tmp_path):
+    def test_a_broken_entry_is_made_again(self, tmp_path):
         cache = GridCache(tmp_path)
         ones = np.ones((2, 8), np.uint8)
         cache.get({}, 2, (8,), lambda: ones)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
+import json
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -54,13 +56,13 @@ def memory() -> str:
 
 
 @pytest.mark.parametrize("store", ["folder", "memory"])
-def test_what_was_written_is_read(store: str, tmp_path: Path, memory: str) -> None:
+def test_shards_round_trip(store: str, tmp_path: Path, memory: str) -> None:
     url = str(tmp_path / "set") if store == "folder" else memory
     parts = written(url, [7, 3])
     with ShardedSet.read(url, "train") as found:
         assert len(found) == 10
         assert found.classes == ("chair", "sofa")
-        assert found.head.recipe == {"kind": "cylindrical"}
+        assert found.head.input_spec == {"kind": "cylindrical"}
         read = Rows.joined(list(found.in_order()))
         whole = Rows.joined(parts)
         for name in ("packed", "labels", "objects", "starts_deg"):
@@ -71,6 +73,20 @@ def test_what_was_written_is_read(store: str, tmp_path: Path, memory: str) -> No
         assert found.counts() == {
             "chair": int((whole.labels == 0).sum()), "sofa": int((whole.labels == 1).sum())
         }  # fmt: skip
+
+
+def test_head_of_format_2_is_converted() -> None:
+    grids = {"kind": "cylindrical", "dithered": False}
+    head = replace(HEAD, input_spec=grids, counts=(0, 0))
+    stored = json.loads(head.to_json())
+    del stored["input_spec"]
+    stored |= {"format": 2, "recipe": {"kind": "cylindrical", "staggered": False}}
+    read = ShardHead.from_json(json.dumps(stored).encode())
+    assert read == head
+    # The digest that networks of format 2 were trained on.
+    content = [stored["recipe"], {"seed": 0}, "train", 1]
+    expected = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    assert read.digest == expected
 
 
 @settings(max_examples=30, deadline=None)
@@ -97,7 +113,7 @@ def test_an_epoch_shows_no_grid_twice_and_leaves_little_out(
         assert len(shown) == sum(sizes) // share * share
 
 
-def test_an_epoch_goes_on_at_any_batch(groups_of_5: None, memory: str) -> None:
+def test_an_epoch_resumes_at_any_batch(groups_of_5: None, memory: str) -> None:
     written(memory, [23, 12, 9])
     with ShardedSet.read(memory, "train") as found:
         whole = list(found.batches(4, 3))
@@ -110,7 +126,7 @@ def test_an_epoch_goes_on_at_any_batch(groups_of_5: None, memory: str) -> None:
         assert [part.objects.tolist() for part in other] != [p.objects.tolist() for p in whole]
 
 
-def test_what_comes_before_is_not_read(
+def test_shards_before_the_first_batch_are_not_read(
     groups_of_5: None, memory: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     written(memory, [50])
@@ -165,9 +181,9 @@ def test_no_flipped_bit_gives_a_wrong_grid(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"classes": ("chair", "table")}, "has other classes than"),
-        ({"recipe": {"kind": "rectangular"}}, "has other recipe than"),
-        ({"source": {"seed": 1}}, "has other source than"),
+        ({"classes": ("chair", "table")}, "differs in classes from"),
+        ({"input_spec": {"kind": "rectangular"}}, "differs in input_spec from"),
+        ({"source": {"seed": 1}}, "differs in source from"),
     ],
 )
 def test_shards_that_do_not_fit_are_named(changed: dict, message: str, tmp_path: Path) -> None:
@@ -177,7 +193,7 @@ def test_shards_that_do_not_fit_are_named(changed: dict, message: str, tmp_path:
         ShardedSet.read(tmp_path, "train")
 
 
-def test_shards_of_two_sets_are_told(tmp_path: Path) -> None:
+def test_shards_of_two_sets_are_reported(tmp_path: Path) -> None:
     written(str(tmp_path), [5, 5])
     write_shard(SetStore(tmp_path), replace(HEAD, number=2, count=3), rows(5))
     with pytest.raises(InputError, match="holds shards of several sets"):
@@ -203,12 +219,12 @@ def test_rows_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_place_that_can_not_be_written_is_told(tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_reported(tmp_path: Path) -> None:
     (tmp_path / "train").write_text("a file")
     with pytest.raises(OutputError):
         write_shard(SetStore(tmp_path), HEAD, rows(3))
 
 
-def test_an_unknown_kind_of_url_is_told() -> None:
+def test_an_unknown_kind_of_url_is_reported() -> None:
     with pytest.raises((InputError, MissingExtraError), match="nowhere://set"):
         SetStore("nowhere://set")

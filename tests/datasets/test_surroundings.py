@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from circumspect.datasets.object_caster import ObjectCaster
 from circumspect.datasets.surroundings import (
     BOX,
-    FAR,
     FLOOR,
+    MAX_RANGE_M,
     NOTHING,
     OBJECT,
     WALL,
-    Box,
-    Surroundings,
+    RoomBox,
+    RoomSurroundings,
     Wall,
 )
 from circumspect.geometry import TriangleMesh
@@ -27,7 +27,7 @@ def rays(seed, count=200):
 
 
 def test_rays_below_the_horizon_meet_the_floor_at_its_depth():
-    found = Surroundings().hits(np.array([0.0, 0.0, 2.0]), rays(0))
+    found = RoomSurroundings().hits(np.array([0.0, 0.0, 2.0]), rays(0))
     down = rays(0)[:, 2] < 0
     assert (found.kind[down] == FLOOR).all()
     assert (found.kind[~down] == NOTHING).all()
@@ -37,7 +37,7 @@ def test_rays_below_the_horizon_meet_the_floor_at_its_depth():
 def test_a_wall_is_met_on_its_plane_and_hides_what_is_behind():
     wall = Wall(np.array([3.0, 0.0]), np.array([-1.0, 0.0]))
     origin = np.array([0.0, 0.0, 1.0])
-    found = Surroundings((wall,)).hits(origin, rays(1))
+    found = RoomSurroundings((wall,)).hits(origin, rays(1))
     on = found.kind == WALL
     assert on.any()
     np.testing.assert_allclose(found.depth[on] * rays(1)[on, 0], 3.0, rtol=1e-4)
@@ -53,7 +53,7 @@ def test_a_wall_is_met_on_its_plane_and_hides_what_is_behind():
 )
 def test_a_box_is_met_where_embree_meets_its_mesh(seed, yaw, half):
     half = np.array(half)
-    box = Box(np.array([0.3, -0.2, 0.5]), half, yaw)
+    box = RoomBox(np.array([0.3, -0.2, 0.5]), half, yaw)
     mesh = block(tuple(-half), tuple(half))
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1.0]])
     placed = TriangleMesh(mesh.vertices_xyz @ turn.T + box.centre_xyz, mesh.faces)
@@ -81,4 +81,4 @@ def test_a_stretched_object_is_met_where_the_stretched_mesh_is(stretch):
     assert hit.any()
     np.testing.assert_allclose(fast.depth[hit], slow.depth[hit], rtol=1e-4)
     np.testing.assert_allclose(fast.incidence[hit], slow.incidence[hit], atol=1e-3)
-    assert (fast.depth[~hit] == FAR).all()
+    assert (fast.depth[~hit] == MAX_RANGE_M).all()

@@ -87,7 +87,7 @@ def test_every_answer_of_the_table_is_known_and_every_class_has_a_row():
 
 
 @given(st.text(max_size=30), st.text(max_size=10), st.tuples(*[st.floats(1e-3, 100)] * 3))
-def test_only_what_has_the_size_of_furniture_is_of_a_class(name, category, metres):
+def test_only_pieces_of_the_size_of_furniture_have_a_class(name, category, metres):
     for words in (name, f"{name} chair", f"bed {name}"):
         label = label_of(words, category, metres)
         assert AMBIGUOUS <= label < len(CLASSES)

@@ -15,18 +15,17 @@ from circumspect.datasets import sweethome3d_catalogue, sweethome3d_import
 from circumspect.datasets.mesh_pack import OTHER, read_mesh_pack, write_mesh_pack
 from circumspect.datasets.sweethome3d_catalogue import PieceError, SkipCode
 from circumspect.datasets.sweethome3d_classes import CLASSES
-from circumspect.datasets.sweethome3d_import import import_sweethome3d
-from circumspect.datasets.sweethome3d_models import placed_model
+from circumspect.datasets.sweethome3d_import import import_sweethome3d, placed_model
 from circumspect.errors import InputError
 
 
 def one(tmp_path, *properties, **options):
-    """What a catalogue of these properties gives."""
+    """The result for a catalogue of these properties."""
     return import_sweethome3d(write_sh3f(tmp_path / "test.sh3f", "".join(properties), **options))
 
 
 def skipped_code(tmp_path, properties, **options):
-    """Why a second piece beside a sound one is skipped."""
+    """Why a second piece beside a valid one is skipped."""
     options.setdefault("models", {"folder/chair.obj": CHAIR})
     imported = one(tmp_path, piece(1), properties, **options)
     assert len(imported.entries) == 1
@@ -57,7 +56,7 @@ class TestPlacement:
         assert CLASSES[entry.label] == "chair"
         assert entry.furniture_size
 
-    def test_licence_of_a_piece_goes_before_that_of_the_catalogue(self, tmp_path):
+    def test_licence_of_a_piece_takes_precedence_over_that_of_the_catalogue(self, tmp_path):
         imported = one(tmp_path, piece(license="CC0"), piece(2, width="70"))
         assert [entry.licence for entry in imported.entries] == ["CC0", "CC-BY 3.0 © Somebody"]
 
@@ -235,7 +234,7 @@ class TestSkippedPieces:
         assert skipped_code(tmp_path, piece(2, model=name), models=models) == SkipCode.TOO_LARGE
 
     def test_large_models_are_refused_however_they_are_packed(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(sweethome3d_catalogue, "LARGEST_MODEL", 1000)
+        monkeypatch.setattr(sweethome3d_catalogue, "MAX_MODEL_BYTES", 1000)
         models = {"folder/chair.obj": CHAIR, "big.obj": CHAIR + "# " + "x" * 1000}
         assert (
             skipped_code(tmp_path, piece(2, model="big.obj"), models=models) == SkipCode.TOO_LARGE
@@ -267,7 +266,7 @@ class TestSkippedPieces:
             == SkipCode.BROKEN_MODEL
         )
 
-    def test_texts_are_cut_and_can_not_command_a_terminal(self, tmp_path):
+    def test_texts_are_cut_and_free_of_control_characters(self, tmp_path):
         imported = one(tmp_path, piece(name="Chair\\u001b[2J" + "x" * 5000))
         assert imported.entries[0].title.startswith("Chair\\x1b[2J")
         assert len(imported.entries[0].title) < 600
@@ -306,7 +305,7 @@ class TestRefusals:
             one(tmp_path, piece(name="\\u12"))
 
     def test_large_properties(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(sweethome3d_catalogue, "LARGEST_PROPERTIES", 100)
+        monkeypatch.setattr(sweethome3d_catalogue, "MAX_PROPERTIES_BYTES", 100)
         with pytest.raises(InputError, match=rf"test\.sh3f: {PROPERTIES} would unpack"):
             one(tmp_path, piece())
 
@@ -340,7 +339,7 @@ class TestRefusals:
             one(tmp_path, "")
 
     def test_more_than_a_pack_can_hold(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(sweethome3d_import, "LARGEST_PACK", 100)
+        monkeypatch.setattr(sweethome3d_import, "MAX_PACK_BYTES", 100)
         with pytest.raises(InputError, match="import fewer catalogues"):
             one(tmp_path, piece(1), piece(2, width="60"))
 

@@ -16,7 +16,7 @@ OFF = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 
 
 @pytest.fixture
 def off_folder(tmp_path):
-    """A whole copy, each mesh a tetrahedron, with something foreign in it."""
+    """A complete copy, each mesh a tetrahedron, with a foreign file in it."""
     root = tmp_path / "ModelNet10"
     for split, names in expected_names().items():
         for name in names:
@@ -41,7 +41,7 @@ def test_a_whole_copy_is_complete(off_folder, capsys):
     assert document["counts"]["test"] == {name: test for name, (_, test) in MODELNET10.items()}
 
 
-def test_what_is_missing_broken_or_misplaced_is_named(off_folder, capsys):
+def test_missing_broken_and_misplaced_files_are_named(off_folder, capsys):
     (off_folder / "chair" / "train" / "chair_0007.off").unlink()
     (off_folder / "desk" / "test" / "desk_0201.off").write_text("OFF\n9 9 0\n0 0")
     misplaced = off_folder / "sofa" / "train" / "sofa_0700.off"
@@ -68,7 +68,7 @@ def test_a_suffix_in_capitals_is_read_as_training_reads_it(off_folder):
     assert found.foreign == ("README.txt",)
 
 
-def test_a_missing_class_is_told_shortly(off_folder, capsys):
+def test_a_missing_class_is_reported_in_one_line(off_folder, capsys):
     for file in (off_folder / "bed").rglob("*.off"):
         file.unlink()
     assert main(["data", "verify", str(off_folder)]) == 1
@@ -90,7 +90,7 @@ def test_packs_are_compared_by_their_names(tmp_path, capsys):
     assert len(found.missing) == 908
 
 
-def test_labels_that_disagree_with_names_are_a_fault(tmp_path, capsys):
+def test_labels_that_disagree_with_names_are_an_error(tmp_path, capsys):
     classes = (*MODELNET10, "stool")
     for split, names in expected_names().items():
         labels = np.array([classes.index(name.rpartition("_")[0]) for name in names])
@@ -133,7 +133,7 @@ def named_pack(path, names):
     ],
 )
 def test_a_training_pack_that_holds_more_than_it_should(tmp_path, more, fault):
-    """Unlike a file beside the others, what is in a pack is trained on."""
+    """All objects of a pack are trained on, unlike a foreign file in a folder."""
     names = expected_names()
     named_pack(tmp_path / "test.npz", names["test"])
     named_pack(tmp_path / "train.npz", names["train"])

@@ -1,4 +1,4 @@
-"""Processes end with what began them."""
+"""Worker processes end with their parent."""
 
 import os
 import signal
@@ -33,7 +33,7 @@ def is_running(process: int) -> bool:
     return True
 
 
-def test_work_is_done_and_begun_with_what_was_given():
+def test_workers_get_their_initial_arguments_and_do_the_work():
     with worker_pool(1, os.chdir, "/") as pool:
         assert pool.submit(os.getcwd).result() == "/"
 

@@ -7,16 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from circumspect.cli.demo import Demo
+from circumspect.cli.commands.demo import FRAME_INTERVAL, Demo
+from circumspect.cli.main import main
 from circumspect.errors import InputError, WeightsError
+from circumspect.exploration import ScanSettings
 from circumspect.grid import OccupancyGrid
+
+
+def few(frames: int) -> ScanSettings:
+    return ScanSettings(frame_interval=FRAME_INTERVAL, max_frames=frames)
 
 
 def test_json_is_one_line_and_repeats_the_run_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "run"
-    assert Demo(object="chair", start=135.0, seed=3, frames=4, out=out, json=True).run() == 0
+    assert Demo(object="chair", start=135.0, seed=3, driving=few(4), out=out, json=True).run() == 0
     printed = capsys.readouterr()
     record = json.loads(printed.out)
     assert printed.out.count("\n") == 1
@@ -39,7 +45,7 @@ def test_the_same_seed_gives_the_same_run_and_flags_do_not_change_the_rest(tmp_p
     grids, configs = [], []
     for name, start in (("one", None), ("same", None), ("turned", 77.0)):
         out = tmp_path / name
-        Demo(seed=11, frames=2, out=out, start=start).run()
+        Demo(seed=11, driving=few(2), out=out, start=start).run()
         grids.append(OccupancyGrid.load(out / "grid.npz"))
         configs.append(json.loads((out / "config.json").read_text()))
     np.testing.assert_array_equal(grids[0].states, grids[1].states)
@@ -52,12 +58,16 @@ def test_the_same_seed_gives_the_same_run_and_flags_do_not_change_the_rest(tmp_p
 def test_without_a_seed_one_is_drawn_that_repeats_the_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Demo(frames=1, out=tmp_path / "one", json=True).run()
+    Demo(driving=few(1), out=tmp_path / "one", json=True).run()
     seed = json.loads((tmp_path / "one" / "config.json").read_text())["seed"]
-    Demo(frames=1, out=tmp_path / "two", seed=seed, json=True).run()
-    first, second = (json.loads(line) for line in capsys.readouterr().out.splitlines())
-    assert first["object"] == second["object"]
-    assert first["probability"] == second["probability"]
+    Demo(driving=few(1), out=tmp_path / "two", seed=seed, json=True).run()
+    again = ["demo", "--config", str(tmp_path / "one" / "config.toml")]
+    assert main([*again, "--out", str(tmp_path / "three")]) == 0
+    first, *others = (json.loads(line) for line in capsys.readouterr().out.splitlines())
+    assert len(others) == 2
+    for second in others:
+        for name in ("object", "start_deg", "probability"):
+            assert first[name] == second[name]
 
 
 def test_default_folder_is_below_runs_in_the_current_folder(
@@ -65,14 +75,14 @@ def test_default_folder_is_below_runs_in_the_current_folder(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
-        Demo(object="toilet", seed=1, frames=1).run()
+        Demo(object="toilet", seed=1, driving=few(1)).run()
     folders = sorted((tmp_path / "runs").iterdir())
     assert len(folders) == 2
     assert all(folder.name.startswith("demo-") for folder in folders)
-    told = capsys.readouterr().out.splitlines()
-    assert told[0].startswith("Result: ")
-    assert "the limit of 1 frames is reached" in " ".join(told)
-    assert "picture.png" in told[-1]
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("Result: ")
+    assert "the limit of 1 frames is reached" in " ".join(lines)
+    assert "picture.png" in lines[-1]
 
 
 def test_unknown_object_lists_the_known_ones(tmp_path: Path) -> None:
@@ -81,14 +91,14 @@ def test_unknown_object_lists_the_known_ones(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "flags",
-    [{"frames": 0}, {"frames": -3}, {"seed": -1}, {"start": float("nan")}, {"start": float("inf")}],
+    "flag", ["--frames=0", "--frames=-3", "--seed=-1", "--start=nan", "--start=inf"]
 )
-def test_flags_out_of_range_are_told_before_anything_is_written(
-    tmp_path: Path, flags: dict
+def test_flags_out_of_range_are_refused_before_anything_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], flag: str
 ) -> None:
-    with pytest.raises(InputError, match="--"):
-        Demo(**{"frames": 1, **flags}, out=tmp_path / "run").run()
+    words = ["demo", "--frames=1", flag, "--out", str(tmp_path / "run")]
+    assert main(words) == 2
+    assert flag.split("=")[0] in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
 
 
@@ -97,13 +107,13 @@ def test_a_missing_model_is_an_error(tmp_path: Path) -> None:
         Demo(model=str(tmp_path / "none.onnx"), out=tmp_path / "run").run()
 
 
-def test_ctrl_c_saves_and_says_where(
+def test_ctrl_c_saves_the_run_and_prints_its_folder(
     tmp_path: Path, ctrl_c_at: Callable[[int], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     ctrl_c_at(3)
     out = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
-        Demo(object="chair", seed=0, frames=9, out=out).run()
+        Demo(object="chair", seed=0, driving=few(9), out=out).run()
     record = json.loads((out / "result.json").read_text())
     assert (record["frames"], record["interrupted"]) == (2, True)
     assert str(out) in capsys.readouterr().err.replace("\n", "")

@@ -10,8 +10,9 @@ from PIL import Image
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from circumspect.cli.commands.replay import Replay
+from circumspect.cli.main import main
 from circumspect.cli.recording_flags import RecordingFlags
-from circumspect.cli.replay import Replay
 from circumspect.errors import InputError
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PinholeCamera, read_cloud
@@ -56,7 +57,7 @@ def corners(frame: str) -> tuple[float, ...]:
     return tuple(world.ravel().tolist())
 
 
-def test_what_lies_in_the_box_is_modelled_where_it_is_and_named(
+def test_the_object_in_the_box_is_modelled_in_place_and_classified(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clouds = []
@@ -78,23 +79,26 @@ def test_what_lies_in_the_box_is_modelled_where_it_is_and_named(
 def test_every_second_frame(recording: Path, tmp_path: Path) -> None:
     Replay(recording, RecordingFlags(corners("world"), every=2), out=tmp_path).run()
     assert json.loads((tmp_path / "result.json").read_text())["frames"] == 4
+    again = ["replay", "--config", str(tmp_path / "config.toml"), "--out", str(tmp_path / "again")]
+    assert main(again) == 0
+    assert json.loads((tmp_path / "again" / "result.json").read_text())["frames"] == 4
 
 
 def test_the_answer_fits_the_terminal(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for every, told in ((1, ", 8 frames,"), (1000, ", 1 frame,")):
+    for every, count in ((1, ", 8 frames,"), (1000, ", 1 frame,")):
         reading = RecordingFlags(corners("world"), poses="hidden", every=every)
         assert Replay(recording, reading, out=tmp_path / "run").run() == 0
         lines = capsys.readouterr().out.splitlines()
-        assert told in " ".join(lines)
+        assert count in " ".join(lines)
         assert max(len(line) for line in lines if not line.startswith("All of it")) <= 80
 
 
 def test_a_camera_that_was_lost_is_reported_after_the_answer(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The camera stands; from frame 4 on it shows a wall where there was free space."""
+    """The camera stands; from frame 4 on a wall fills known free space."""
     copy = tmp_path / "copy"
     shutil.copytree(recording, copy)
     wall = np.full((480, 640), 600, np.uint16)
@@ -113,14 +117,14 @@ def test_a_camera_that_was_lost_is_reported_after_the_answer(
 def test_views_without_overlap_are_not_placed(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Views 45° apart show nothing that the last one showed: hidden poses cannot be found."""
+    """Views 45° apart do not overlap: hidden poses cannot be found."""
     reading = RecordingFlags(corners("world"), poses="hidden")
     assert Replay(recording, reading, out=tmp_path / "run").run() == 0
     text = " ".join(capsys.readouterr().out.split())
     assert "Frames that are not part of it: the pose is not reliable (7)" in text
 
 
-def test_frames_that_are_not_part_of_the_answer_are_told(
+def test_frames_without_depth_are_counted_in_the_answer(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = tmp_path / "copy"
@@ -129,11 +133,11 @@ def test_frames_that_are_not_part_of_the_answer_are_told(
     for number in (4, 8):
         Image.fromarray(blank).save(copy / f"frame-{number:06d}.depth.png")
     assert Replay(copy, RecordingFlags(corners("world")), out=tmp_path / "run").run() == 0
-    told = " ".join(capsys.readouterr().out.split())
-    assert "Frames that are not part of it: no depth in the frame (2)." in told
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "Frames that are not part of it: no depth in the frame (2)." in printed
 
 
-def test_a_box_with_nothing_in_it_ends_without_an_answer(
+def test_an_empty_box_ends_without_an_answer(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     reading = RecordingFlags((50.0, 50.0, 50.0, 51.0, 51.0, 51.0))
@@ -143,7 +147,7 @@ def test_a_box_with_nothing_in_it_ends_without_an_answer(
     assert "No answer after 8 frames: no object in view" in capsys.readouterr().out
 
 
-def test_frames_left_out_are_told(
+def test_skipped_frames_are_reported(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = tmp_path / "copy"
@@ -155,12 +159,12 @@ def test_frames_left_out_are_told(
     kept = json.loads((tmp_path / "run" / "replay.json").read_text())
     assert list(kept["skipped"]) == ["frame-000004.depth.png"]
     assert kept["measured"] == {}, "nothing was found by registration"
-    (told,) = [line for line in printed.err.splitlines() if "left out" in line]
-    assert told.startswith("circumspect: frame-000004.depth.png left out: ")
-    assert told.endswith("(no picture of the formats PNG)"), "one line, however long"
+    (report,) = [line for line in printed.err.splitlines() if "left out" in line]
+    assert report.startswith("circumspect: frame-000004.depth.png left out: ")
+    assert report.endswith("(no picture of the formats PNG)"), "one line, however long"
 
 
-def test_bad_box_and_folder(recording: Path, tmp_path: Path) -> None:
+def test_invalid_boxes_and_folders_are_refused(recording: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="flat"):
         Replay(recording, RecordingFlags((0.0,) * 6), out=tmp_path / "run").run()
     reading = RecordingFlags((0.0, 0.0, 0.0, 1.0, 1.0, 1.0))

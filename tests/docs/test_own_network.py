@@ -15,7 +15,7 @@ from made_crops import write_crops
 from circumspect.cli.main import main
 from circumspect.furniture import make_furniture
 from circumspect.planning import make_planner
-from circumspect.reproduction import real
+from circumspect_experiments import real
 
 PACKAGE = Path(__file__).resolve().parents[2] / "examples" / "own_network"
 

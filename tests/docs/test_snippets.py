@@ -1,4 +1,4 @@
-"""What the pages tell people to type works: commands parse, Python runs, the tutorial runs."""
+"""Snippets of the pages work: commands parse, Python runs, the tutorial runs."""
 
 import importlib.util
 import re
@@ -20,13 +20,14 @@ PAGES = [
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
         *sorted((ROOT / "docs").glob("*.md")),
+        ROOT / "docs" / "api" / "index.md",
         *sorted((ROOT / "docs").glob("models/*.md")),
         *sorted((ROOT / "docs").glob("development/*.md")),
     )
     if page.name != "benchmarks.md"
 ]
 LOOSE = {"my_robot": "recordings.md"}
-"""Names that a snippet expects of its reader, and the page where it is."""
+"""Names that a snippet expects to be defined, and its page."""
 
 
 def blocks(page, *languages):
@@ -45,12 +46,12 @@ def shell_lines():
 
 
 def numbers(words):
-    """Places that a reader fills in, as X Y Z, filled in."""
+    """The words with placeholders such as X Y Z filled in."""
     return ["1" if re.fullmatch(r"[A-Z]", word) else word for word in words]
 
 
 @pytest.mark.parametrize("words", list(shell_lines()))
-def test_shell_lines_name_what_exists(words, tmp_path, monkeypatch):
+def test_shell_snippets_name_existing_commands_and_flags(words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # Read while the flags are, for its values stand where no flag is given.
     (tmp_path / "robot.yaml").write_text("circumspect: {ros__parameters: {rate: 2.0}}")
@@ -68,6 +69,11 @@ def test_shell_lines_name_what_exists(words, tmp_path, monkeypatch):
         module, *rest = rest[rest.index("-m") + 1 :]
         assert module == "circumspect"
         assert hasattr(parsed(rest[0], numbers(rest[1:])), "run")
+    elif program == "docker":
+        assert (ROOT / "Dockerfile").is_file()
+        if rest[0] == "run":
+            command, *rest = rest[rest.index("circumspect") + 1 :]
+            assert hasattr(parsed(command, rest), "run")
     elif program == "ray":
         assert rest[0] == "start"
     elif program.endswith("pip"):
@@ -88,14 +94,14 @@ def python_blocks():
 
 
 @pytest.mark.parametrize("code", list(python_blocks()))
-def test_python_runs(code, tmp_path, monkeypatch):
+def test_python_snippets_run(code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_ply("chair.ply", make_furniture("chair", 3).sampled(20_000, 0))
     exec(compile(code, "snippet", "exec"), {})
 
 
 @pytest.mark.parametrize("name", list(LOOSE))
-def test_python_that_expects_something_runs_with_it(name, tmp_path, monkeypatch):
+def test_python_snippets_with_given_names_run(name, tmp_path, monkeypatch):
     from circumspect.simulation import SimulatedRobot, room
 
     monkeypatch.chdir(tmp_path)
@@ -105,8 +111,8 @@ def test_python_that_expects_something_runs_with_it(name, tmp_path, monkeypatch)
         exec(compile(code, "snippet", "exec"), {name: robot})
 
 
-def test_the_tutorial_runs_from_its_first_line_to_its_last(tmp_path, monkeypatch, capsys):
-    """In order and in one folder; frames are left out of the first scan, the rest is as written."""
+def test_the_whole_tutorial_runs(tmp_path, monkeypatch, capsys):
+    """In order and in one folder, as written."""
     monkeypatch.chdir(tmp_path)
     for language, code in re.findall(
         r"^```(\w+)\n(.*?)^```", (ROOT / "docs" / "tutorial.md").read_text(), flags=re.S | re.M
@@ -117,18 +123,25 @@ def test_the_tutorial_runs_from_its_first_line_to_its_last(tmp_path, monkeypatch
         for words in (shlex.split(line, comments=True) for line in code.splitlines()):
             if not words or words[0] != "circumspect":
                 continue
-            if "--frames" in words and "--record" not in words:
-                words[words.index("--frames") + 1] = "3"
             assert main(words[1:]) == 0, f"{words}\n{capsys.readouterr().err}"
-    told = capsys.readouterr().out
-    assert re.search(r"^chair.ply: chair ", told, re.M)
-    # The reader's first recording is named correctly, and again when it is replayed.
-    assert len(re.findall(r"^Result: bathtub \(", told, re.M)) == 2
-    assert {"run", "replayed", "bathtub.mcap", "chair-grid-turned.png"} <= {
+    printed = capsys.readouterr().out
+    assert re.search(r"^chair.ply: chair ", printed, re.M)
+    # The scan ends with a confident answer, and so does the replay of its recording.
+    assert len(re.findall(r"^Result: sofa \(\d+ %\), .* Confident\.", printed, re.M)) == 2
+    assert {"run", "replayed", "sofa.mcap", "chair-grid-turned.png"} <= {
         path.name for path in tmp_path.iterdir()
     }
 
 
-def test_a_wrong_flag_does_not_pass_for_a_right_one():
+def test_contributing_names_files_that_exist():
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    roots = (ROOT, ROOT / "src", ROOT / "src" / "circumspect")
+    named = set(re.findall(r"`((?:[\w.-]+/)+[\w.-]+)`", text))
+    assert len(named) > 10
+    missing = {name for name in named if not any((root / name).exists() for root in roots)}
+    assert not missing
+
+
+def test_a_wrong_flag_in_a_snippet_is_found():
     with pytest.raises((SystemExit, CircumspectError)):
         parsed("classify", ["chair.ply", "--colour", "red"])

@@ -1,4 +1,4 @@
-"""Whether probabilities mean what they say."""
+"""Calibration of probabilities."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def honest(count=40_000, classes=5, sharpness=3.0, seed=0):
     return probabilities, labels
 
 
-def test_honest_probabilities_have_no_calibration_error():
+def test_calibrated_probabilities_have_no_calibration_error():
     assert reliability(*honest()).expected_error < 0.01
 
 
@@ -38,7 +38,7 @@ def test_the_temperature_that_was_applied_is_found_and_undone(temperature):
     assert reliability(tempered(bent, found), labels).expected_error < 0.015
 
 
-def test_by_hand():
+def test_errors_agree_with_a_computation_by_hand():
     probabilities = np.array([[0.9, 0.1], [0.9, 0.1], [0.3, 0.7], [0.55, 0.45]])
     labels = np.array([0, 1, 1, 0])
     found = reliability(probabilities, labels)
@@ -68,11 +68,11 @@ def test_a_temperature_changes_no_answer(temperature, seed):
     np.testing.assert_allclose(tempered(bent, 1 / temperature), probabilities, atol=1e-6)
 
 
-def test_so_many_known_objects_reach_the_threshold():
+def test_the_given_share_of_known_objects_reaches_the_threshold():
     distances = np.random.default_rng(0).random(1000)
     assert (distances <= known_within(distances)).mean() == pytest.approx(0.95, abs=2e-3)
 
 
-def test_without_a_mistake_there_is_no_best_temperature():
-    with pytest.raises(InputError, match="right answers and wrong ones"):
+def test_without_errors_there_is_no_best_temperature():
+    with pytest.raises(InputError, match="correct answers and wrong ones"):
         fitted_temperature(np.array([[0.8, 0.2], [0.3, 0.7]]), np.array([0, 1]))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from circumspect.errors import InputError
 from circumspect.evaluation.confidence_fit import (
-    FEWEST,
+    MIN_ANSWERS,
     NEVER,
     fitted_confidence,
     fitted_open_set,
@@ -28,7 +28,7 @@ def test_above_the_bound_at_most_the_given_share_is_wrong(count, seed, most):
     bound = least_probability(probability, correct, most)
     above = probability >= bound
     if bound < NEVER:
-        assert above.sum() >= FEWEST
+        assert above.sum() >= MIN_ANSWERS
         assert (~correct[above]).mean() <= most
     else:
         assert not above.any()
@@ -57,9 +57,9 @@ def test_answers_count_by_their_weight():
 def test_bounds_do_not_rise_with_the_coverage():
     probability, correct, rng = answers(4000, 3, sharpness=8.0)
     coverage = rng.random(4000)
-    # From few sides the answers are worse than their probability says.
+    # At low coverage the answers are worse than their probabilities.
     correct &= rng.random(4000) < 0.8 + 0.2 * coverage
-    rule = fitted_confidence(probability, correct, coverage, 0.95, most_wrong=0.05)
+    rule = fitted_confidence(probability, correct, coverage, 0.95, max_error_rate=0.05)
     assert list(rule.probability) == sorted(rule.probability, reverse=True)
     assert rule.without_coverage == 0.95
     confident = np.array(
@@ -69,7 +69,7 @@ def test_bounds_do_not_rise_with_the_coverage():
     assert (~correct[confident]).mean() <= 0.06
 
 
-def test_where_hardly_anything_was_answered_nothing_is_confident():
+def test_bins_with_few_answers_are_not_confident():
     probability, correct, _ = answers(10, 0)
     rule = fitted_confidence(probability, correct, np.full(10, 0.25), NEVER)
     assert rule.bound(0.25) == NEVER

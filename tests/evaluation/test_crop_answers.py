@@ -7,11 +7,11 @@ import pytest
 from made_crops import arrays_of, crop, write_crops
 from two_kinds import ByHeight
 
-from circumspect.classification import Classifier, GridRecipe
+from circumspect.classification import Classifier, GridSpec
 from circumspect.classification.context import SCALE_KNOWN
 from circumspect.datasets import read_labelled_crops
-from circumspect.datasets.crop_sources import read_crop_sources
 from circumspect.datasets.label_meaning import LabelUse
+from circumspect.datasets.labelled_crops import read_crop_sources
 from circumspect.errors import InputError
 from circumspect.evaluation.crop_answers import answer_crops, classified
 from circumspect.evaluation.crop_metrics import crop_metrics
@@ -30,9 +30,9 @@ def rooms(tmp_path_factory):
 
 
 def test_answers_are_those_of_the_classifier(shipped, rooms):
-    told = []
-    answers = answer_crops(shipped, rooms, progress=lambda *done: told.append(done))
-    assert told == [(k, 7) for k in range(1, 8)]
+    reported = []
+    answers = answer_crops(shipped, rooms, progress=lambda *done: reported.append(done))
+    assert reported == [(k, 7) for k in range(1, 8)]
     assert [answer.use for answer in answers[-2:]] == [LabelUse.OTHER_KIND, LabelUse.LEFT_OUT]
     assert {answer.use for answer in answers[:-2]} == {LabelUse.KNOWN_CLASS}
     for index, answer in enumerate(answers):
@@ -48,9 +48,9 @@ def test_scale_is_withheld_where_that_is_asked_for(shipped, rooms, monkeypatch):
     given = []
     classify = type(shipped).classify
 
-    def watched(self, cloud, **how):
-        given.append(how["metric"])
-        return classify(self, cloud, **how)
+    def watched(self, cloud, **options):
+        given.append(options["metric"])
+        return classify(self, cloud, **options)
 
     monkeypatch.setattr(type(shipped), "classify", watched)
     answer_crops(shipped, rooms, "unknown")
@@ -71,7 +71,7 @@ def test_a_checkpoint_that_takes_sizes_is_shown_them(rooms):
     given = []
 
     class Metric(ByHeight):
-        recipe = GridRecipe(azimuth_views=2, metric=True)
+        input_spec = GridSpec(azimuth_views=2, metric=True)
 
         def probabilities(self, inputs, contexts=None):
             given.append(contexts)

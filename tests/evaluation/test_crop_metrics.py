@@ -1,4 +1,4 @@
-"""Measures on real objects: laws, and sums by hand."""
+"""Metrics on real objects: laws, and results computed by hand."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.stats import mannwhitneyu
 
 from circumspect.datasets.label_meaning import LabelUse
 from circumspect.errors import InputError
-from circumspect.evaluation.area_under_curve import area_under_curve
+from circumspect.evaluation.accuracy import area_under_curve
 from circumspect.evaluation.calibration import reliability
 from circumspect.evaluation.crop_answers import CropAnswer
 from circumspect.evaluation.crop_metrics import BIN_EDGES, crop_metrics, open_set_scores
@@ -143,7 +143,7 @@ class TestOpenSet:
         st.lists(st.integers(0, 5), min_size=1, max_size=20),
         st.lists(st.integers(0, 5), min_size=1, max_size=20),
     )
-    def test_area_under_the_curve_is_the_chance_of_the_right_order(self, known, unknown):
+    def test_auroc_is_the_probability_of_the_correct_order(self, known, unknown):
         known, unknown = np.array(known, float), np.array(unknown, float)
         pairs = known[:, None] - unknown
         by_hand = (pairs > 0).mean() + (pairs == 0).mean() / 2
@@ -155,7 +155,7 @@ class TestOpenSet:
         expected = mannwhitneyu(known, unknown).statistic / 600
         assert area_under_curve(known, unknown) == pytest.approx(expected)
 
-    def test_probability_goes_before_distance_and_near_is_known(self):
+    def test_probability_takes_precedence_over_distance_as_open_set_measure(self):
         both = [answer(in_distribution_probability=0.9, distance=0.1)]
         assert open_set_scores(both) == ("in_distribution_probability", [0.9])
         near, far = answer(distance=0.1), answer("lamp", distance=0.7)
@@ -171,7 +171,7 @@ class TestOpenSet:
             ([answer(distance=0.1), answer("lamp")], "has no open-set measure"),
         ],
     )
-    def test_without_something_to_compare_the_reason_is_given(self, answers, reason):
+    def test_undefined_metrics_have_a_reason(self, answers, reason):
         metrics = {**crop_metrics(answers, CLASSES), "command": ""}
         assert metrics["open_set"]["auroc"] is None
         assert reason in metrics["open_set"]["reason"]

@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.evaluation.grid_picture import draw_grid
 from circumspect.furniture import make_furniture
 
@@ -14,9 +14,9 @@ from circumspect.furniture import make_furniture
 @pytest.mark.parametrize("kind", ["cylindrical", "rectangular"])
 @pytest.mark.parametrize(("cells", "unit"), [(1, "m"), (32, "file units"), (200, "m")])
 def test_titles_labels_and_keys_do_not_overlap(kind: str, cells: int, unit: str) -> None:
-    recipe = GridRecipe(kind=kind, shape=(cells,) * 3)
+    input_spec = GridSpec(kind=kind, shape=(cells,) * 3)
     cloud = make_furniture("chair", 3).sampled(5000, 0)
-    figure = draw_grid(recipe.bounds(cloud).hits(cloud.points_xyz), unit)
+    figure = draw_grid(input_spec.bounds(cloud).hits(cloud.points_xyz), unit)
     figure.canvas.draw()
     assert f"[{unit}]" in figure.axes[0].get_ylabel()
     panels = [axes for axes in figure.axes if axes.get_title()]

@@ -6,8 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from circumspect.errors import CircumspectError, InputError
-from circumspect.evaluation.reconstruction_error import reconstruction_error, surface_distances
-from circumspect.evaluation.visible_surface import visible_surface
+from circumspect.evaluation.reconstruction_error import (
+    reconstruction_error,
+    surface_distances,
+    visible_surface,
+)
 from circumspect.geometry import PinholeCamera, TriangleMesh
 from circumspect.sensing import DepthNoise
 from circumspect.simulation import Scene, Surface, block, looking_at
@@ -51,17 +54,17 @@ def test_faces_without_area_are_no_trouble() -> None:
 
 
 def test_visible_points_lie_on_the_surface_evenly_and_cover_all_sides_but_the_underside() -> None:
-    seen = visible_surface(Scene.with_object(BOX), CAMERA, round_trip(), spacing=0.02)
-    assert box_distance(seen).max() < 1e-5
+    visible = visible_surface(Scene.with_object(BOX), CAMERA, round_trip(), spacing=0.02)
+    assert box_distance(visible).max() < 1e-5
     for axis, sign in [(0, 1), (0, -1), (1, 1), (1, -1), (2, 1)]:
-        face = np.abs(seen[:, axis] - [0, 0, 0.4][axis] - sign * HALF[axis]) < 1e-4
+        face = np.abs(visible[:, axis] - [0, 0, 0.4][axis] - sign * HALF[axis]) < 1e-4
         area = 4 * np.prod(np.delete(HALF, axis))
         assert face.sum() == pytest.approx(area / 0.02**2, rel=0.15)
-    assert seen[:, 2].min() > -1e-5
-    assert (np.abs(seen[:, :2]).max(axis=1) < 0.19)[seen[:, 2] < 0.01].sum() == 0
+    assert visible[:, 2].min() > -1e-5
+    assert (np.abs(visible[:, :2]).max(axis=1) < 0.19)[visible[:, 2] < 0.01].sum() == 0
 
 
-def test_what_is_hidden_or_out_of_range_is_not_visible() -> None:
+def test_hidden_points_and_points_out_of_range_are_not_visible() -> None:
     front = [looking_at((1.6, 0, 0.9), (0, 0, 0.4))]
     wall = Surface("wall", block((0.5, -2, 0), (0.6, 2, 0.4)))
     free = visible_surface(Scene.with_object(BOX), CAMERA, front)
@@ -76,18 +79,18 @@ def test_what_is_hidden_or_out_of_range_is_not_visible() -> None:
 
 def test_grazed_surfaces_are_not_visible() -> None:
     level = [looking_at((1.6, 0, 0.85), (0, 0, 0.4))]
-    seen = visible_surface(Scene.with_object(BOX), CAMERA, level)
-    assert (seen[:, 2] > 0.8 - 1e-4).sum() < 50  # The top, at some 88 degrees.
+    visible = visible_surface(Scene.with_object(BOX), CAMERA, level)
+    assert (visible[:, 2] > 0.8 - 1e-4).sum() < 50  # The top, at some 88 degrees.
 
 
 def test_a_perfect_model_has_no_error_but_its_spacing() -> None:
-    seen = visible_surface(Scene.with_object(BOX), CAMERA, round_trip())
-    error = reconstruction_error(seen, BOX, seen)
+    visible = visible_surface(Scene.with_object(BOX), CAMERA, round_trip())
+    error = reconstruction_error(visible, BOX, visible)
     assert error.completion_m == 0
     assert error.accuracy_m < 1e-6
     assert error.completeness == 1
-    coarse = seen[np.unique(np.floor(seen / 0.02 + 0.3), axis=0, return_index=True)[1]]
-    error = reconstruction_error(coarse, BOX, seen)
+    coarse = visible[np.unique(np.floor(visible / 0.02 + 0.3), axis=0, return_index=True)[1]]
+    error = reconstruction_error(coarse, BOX, visible)
     assert 0.004 < error.completion_m < 0.01
     assert 0.5 < error.completeness < 1
 
@@ -109,6 +112,7 @@ def test_half_a_model_is_half_complete_but_accurate() -> None:
     points = BOX.sampled(40_000).points_xyz
     error = reconstruction_error(points[points[:, 0] > 0], BOX, points)
     assert error.completeness == pytest.approx(0.5, abs=0.03)
+    assert error.whole_completeness == pytest.approx(0.5, abs=0.03)
     assert error.accuracy_m < 1e-6
     assert error.completion_m > 0.02
     assert (error.model_points, error.visible_points) == ((points[:, 0] > 0).sum(), 40_000)
@@ -132,3 +136,11 @@ def test_bad_input(model: np.ndarray, visible: np.ndarray, threshold: float, wor
 def test_an_unknown_surface_is_named() -> None:
     with pytest.raises(InputError, match="no surface 'objct' in the scene; known: object, floor"):
         visible_surface(Scene.with_object(BOX), CAMERA, round_trip(1), name="objct")
+
+
+def test_hidden_parts_lower_the_completeness_of_the_whole_surface_alone() -> None:
+    points = BOX.sampled(40_000).points_xyz
+    visible = points[points[:, 2] > points[:, 2].min() + 1e-6]  # All but the underside.
+    error = reconstruction_error(visible, BOX, visible)
+    assert error.completeness == 1
+    assert 0.5 < error.whole_completeness < 0.95

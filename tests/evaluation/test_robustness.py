@@ -12,7 +12,7 @@ from circumspect.evaluation.robustness import CLEAN, measure_robustness
 def test_every_corruption_is_measured_and_clear_shapes_survive_most():
     passes = []
     found = measure_robustness(
-        ByHeight(), flat_and_tall(20), progress=lambda *told: passes.append(told)
+        ByHeight(), flat_and_tall(20), progress=lambda *reported: passes.append(reported)
     )
     assert found.clean == 1.0
     assert list(found.accuracy) == list(CORRUPTIONS)
@@ -24,7 +24,7 @@ def test_every_corruption_is_measured_and_clear_shapes_survive_most():
     assert document["mean"] == pytest.approx(np.mean(list(document["accuracy"].values())))
 
 
-def test_a_predictor_that_always_says_the_same_is_right_half_of_the_time():
+def test_a_constant_predictor_is_correct_half_of_the_time():
     class Stubborn(ByHeight):
         def probabilities(self, inputs, contexts=None):
             return np.tile([0.9, 0.1], (len(inputs), 1))
@@ -40,7 +40,7 @@ def test_weights_for_other_classes_are_refused():
         measure_robustness(Other(), flat_and_tall(2))
 
 
-def test_an_empty_set_is_no_measure():
+def test_an_empty_set_is_refused():
     objects = flat_and_tall(2)
     with pytest.raises(InputError, match="nothing to evaluate"):
         measure_robustness(ByHeight(), objects.subset(np.zeros(len(objects), bool)))
@@ -53,7 +53,7 @@ def test_an_object_without_a_shape_is_no_wrong_answer():
         measure_robustness(ByHeight(), objects)
 
 
-def test_what_was_measured_before_is_not_measured_again():
+def test_finished_measurements_are_not_repeated():
     kept = {}
 
     def keep(kind, measure):
@@ -68,7 +68,7 @@ def test_what_was_measured_before_is_not_measured_again():
     assert list(kept) == [CLEAN, *CORRUPTIONS]
     passes = []
     again = measure_robustness(
-        Tired(), objects, keep=keep, progress=lambda *told: passes.append(told)
+        Tired(), objects, keep=keep, progress=lambda *reported: passes.append(reported)
     )
     assert again.to_dict() == found.to_dict()
     assert passes[-1] == (61, 61)

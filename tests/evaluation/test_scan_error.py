@@ -62,7 +62,7 @@ def test_a_model_beside_the_object_is_wrong() -> None:
     assert error.shape.completeness < 0.8
 
 
-def test_what_can_not_be_told_is_left_out_with_a_reason() -> None:
+def test_undefined_errors_are_omitted_with_a_reason() -> None:
     truth = round_trip()
     blind = scan_error(truth, in_map(truth), truth, np.empty((0, 3)), SCENE, CAMERA)
     assert blind.trajectory.max_m < 1e-9

@@ -39,7 +39,7 @@ def track(places, states=TRACKED, sigma=0.001):
     )
 
 
-def test_equal_is_no_error_and_an_offset_is_itself():
+def test_equal_tracks_have_no_error_and_an_offset_its_length():
     true = poses()
     error = space_error(track(true), trajectory(true))
     assert error.position_max_m == pytest.approx(0, abs=1e-12)

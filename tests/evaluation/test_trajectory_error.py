@@ -60,7 +60,7 @@ def evo_statistics(metric: metrics.PE, pair: tuple) -> dict[str, float]:
 
 @settings(max_examples=40)
 @given(seeds, st.sampled_from([Alignment.RIGID, Alignment.FIRST_POSE]), st.integers(0, 10))
-def test_absolute_error_is_that_of_evo(seed: int, alignment: Alignment, missing: int) -> None:
+def test_absolute_error_equals_that_of_evo(seed: int, alignment: Alignment, missing: int) -> None:
     rng = np.random.default_rng(seed)
     truth = wandering(rng)
     kept = np.sort(rng.permutation(len(truth))[missing:])
@@ -89,7 +89,7 @@ def test_absolute_error_is_that_of_evo(seed: int, alignment: Alignment, missing:
 
 @settings(max_examples=40)
 @given(seeds, st.integers(1, 5))
-def test_relative_error_is_that_of_evo(seed: int, delta: int) -> None:
+def test_relative_error_equals_that_of_evo(seed: int, delta: int) -> None:
     rng = np.random.default_rng(seed)
     truth = wandering(rng)
     estimate = disturbed(truth, rng)
@@ -139,7 +139,7 @@ def test_no_other_alignment_is_better_than_the_rigid_one(seed: int) -> None:
 
 
 @given(st.floats(-170, 170), st.floats(-5, 5))
-def test_yaw_is_the_turn_about_the_vertical(yaw_deg: float, shift: float) -> None:
+def test_yaw_is_the_rotation_about_the_vertical(yaw_deg: float, shift: float) -> None:
     truth = wandering(np.random.default_rng(1))
     turned = truth.positions_xyz + np.array([shift, 0, 0])
     spin = Rotation.from_euler("z", yaw_deg, degrees=True)
@@ -153,7 +153,7 @@ def test_yaw_is_the_turn_about_the_vertical(yaw_deg: float, shift: float) -> Non
     assert error.rmse_m == pytest.approx(abs(shift), abs=1e-9)
 
 
-def test_nodding_is_no_yaw() -> None:
+def test_pitch_is_no_yaw() -> None:
     truth = wandering(np.random.default_rng(2))
     nod = Rotation.from_euler("y", 4, degrees=True)
     poses = RigidTransform.from_components(truth.positions_xyz, nod * truth.T_map_camera.rotation)
@@ -183,11 +183,11 @@ def test_each_stamp_is_used_once_and_within_the_tolerance(seed: int) -> None:
         Trajectory(np.unique(rng.uniform(0, 3, n)), RigidTransform.identity(n))
         for n in rng.integers(1, 40, 2)
     )
-    a, b = associated(one, other, tolerance=0.05, fewest=0)
+    a, b = associated(one, other, tolerance=0.05, min_pairs=0)
     assert (np.abs(a.stamps - b.stamps) <= 0.05).all()
     assert set(a.stamps) <= set(one.stamps)
     assert set(b.stamps) <= set(other.stamps)
-    backward, forward = associated(other, one, tolerance=0.05, fewest=0)
+    backward, forward = associated(other, one, tolerance=0.05, min_pairs=0)
     if len(one) != len(other):
         np.testing.assert_array_equal(forward.stamps, a.stamps)
         np.testing.assert_array_equal(backward.stamps, b.stamps)
@@ -222,7 +222,7 @@ def test_a_line_determines_no_rigid_alignment(along: list[float]) -> None:
         assert absolute_trajectory_error(line, line, alignment).max_m < 1e-12
 
 
-def test_orientations_place_a_short_path_better_than_its_places_do() -> None:
+def test_orientations_align_a_short_path_better_than_positions() -> None:
     rng = np.random.default_rng(4)
     truth = wandering(rng)
     short = Trajectory(
@@ -239,14 +239,14 @@ def test_orientations_place_a_short_path_better_than_its_places_do() -> None:
     ("arguments", "word"),
     [({"delta_frames": 0}, "delta_frames 0"), ({"tolerance": -1.0}, "0 s or more")],
 )
-def test_senseless_settings(arguments: dict, word: str) -> None:
+def test_invalid_settings_are_refused(arguments: dict, word: str) -> None:
     truth = wandering(np.random.default_rng(3))
     with pytest.raises(CircumspectError, match=word):
         relative_pose_error(truth, truth, **arguments)
 
 
-def test_turns_of_a_short_thin_path_are_compared_as_turns() -> None:
-    """Millimetres of noise across 80 mm of way turn the fit of the places by any angle."""
+def test_rotations_of_a_short_thin_path_are_compared_directly() -> None:
+    """Millimetres of noise on a path of 80 mm turn the fit of its positions by any angle."""
     rng = np.random.default_rng(3)
     places = np.column_stack([np.linspace(0, 0.08, 12), *rng.normal(0, 1e-4, (2, 12))])
     noise = np.column_stack([np.zeros(12), *rng.normal(0, 2e-3, (2, 12))])
@@ -255,8 +255,8 @@ def test_turns_of_a_short_thin_path_are_compared_as_turns() -> None:
     truth = Trajectory(stamps, RigidTransform.from_components(places, upright))
     estimate = Trajectory(stamps, RigidTransform.from_components(places + noise, upright))
     by_places = absolute_trajectory_error(estimate, truth)
-    told = places_and_turns(estimate, truth)
+    reported = places_and_turns(estimate, truth)
     assert by_places.rotation_rmse_deg > 5
-    assert told.rotation_max_deg < 1e-6
-    assert told.yaw_max_deg < 1e-6
-    assert (told.rmse_m, told.max_m) == (by_places.rmse_m, by_places.max_m)
+    assert reported.rotation_max_deg < 1e-6
+    assert reported.yaw_max_deg < 1e-6
+    assert (reported.rmse_m, reported.max_m) == (by_places.rmse_m, by_places.max_m)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from circumspect.evaluation.turning_picture import changed_share, draw_turning, turned_grids
+from circumspect.evaluation.grid_picture import changed_share, draw_turning, turned_grids
 from circumspect.furniture import make_furniture
 
 TURNS = (0.0, 45.0, 90.0, 97.0)

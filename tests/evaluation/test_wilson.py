@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from circumspect.evaluation.wilson import wilson_interval
+from circumspect.evaluation.accuracy import wilson_interval
 
 COUNTS = st.integers(1, 300).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n)))
 
@@ -18,7 +18,7 @@ def test_equals_scipy(counts):
 
 
 @given(COUNTS)
-def test_holds_the_share_and_mirrors(counts):
+def test_the_interval_contains_the_share_and_is_symmetric(counts):
     hits, count = counts
     low, high = wilson_interval(hits, count)
     assert 0 <= low <= hits / count + 1e-12
@@ -29,6 +29,6 @@ def test_holds_the_share_and_mirrors(counts):
 
 
 @pytest.mark.parametrize(("hits", "count"), [(0, 0), (3, 2), (-1, 5)])
-def test_refuses_what_is_no_share(hits, count):
+def test_an_invalid_share_is_refused(hits, count):
     with pytest.raises(ValueError, match="no share"):
         wilson_interval(hits, count)

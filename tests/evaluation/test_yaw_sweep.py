@@ -9,7 +9,7 @@ from two_kinds import ByHeight, flat_and_tall
 from circumspect.datasets import ObjectSet
 from circumspect.errors import InputError, WeightsError
 from circumspect.evaluation.accuracy import confusion_matrix, mean_class_accuracy
-from circumspect.evaluation.figures import draw_all, draw_surest_mistakes, save_figure
+from circumspect.evaluation.figures import draw_all, draw_probable_errors, save_figure
 from circumspect.evaluation.yaw_sweep import YawSweep, spread_yaws, sweep_yaw
 
 
@@ -23,7 +23,7 @@ class ByDirection(ByHeight):
 
 def test_an_invariant_predictor_has_no_spread():
     sweep = sweep_yaw(ByHeight(), flat_and_tall(12), spread_yaws(7))
-    metrics = sweep.metrics()
+    metrics = sweep.to_dict()
     assert metrics["accuracy"] == [1.0] * 7
     assert metrics["mean_class_accuracy"] == [1.0] * 7
     assert (metrics["worst"], metrics["spread"], metrics["flip_rate"]) == (1.0, 0.0, 0.0)
@@ -33,10 +33,10 @@ def test_an_invariant_predictor_has_no_spread():
     json.dumps(metrics)
 
 
-def test_a_predictor_that_looks_one_way_is_found_out():
+def test_a_predictor_that_depends_on_yaw_has_a_spread():
     sweep = sweep_yaw(ByDirection(), flat_and_tall(12), spread_yaws(16))
     assert sweep.flip_rate > 0.4
-    assert sweep.metrics()["spread"] > 0.2
+    assert sweep.to_dict()["spread"] > 0.2
 
 
 def test_figures_are_written(tmp_path):
@@ -56,7 +56,7 @@ def test_names_that_are_no_text_are_drawn(tmp_path):
     named = np.array([f"{name}\udcff" for name in objects.names])
     strange = ObjectSet(objects.points_xyz, objects.labels, named, objects.classes)
     sweep = sweep_yaw(ByDirection(), strange, spread_yaws(4))
-    save_figure(draw_surest_mistakes(sweep, strange), tmp_path / "mistakes.png")
+    save_figure(draw_probable_errors(sweep, strange), tmp_path / "mistakes.png")
 
 
 def test_other_classes_are_refused():
@@ -89,13 +89,13 @@ def test_accuracy_measures_agree_with_their_definitions(pairs):
     assert mean_class_accuracy(labels == answers, labels, 4) == pytest.approx(np.mean(by_hand))
 
 
-def test_a_sweep_survives_the_disk(tmp_path):
+def test_a_sweep_round_trips(tmp_path):
     sweep = sweep_yaw(ByDirection(), flat_and_tall(12), spread_yaws(3))
     sweep.save(tmp_path / "sweep.npz")
     back = YawSweep.load(tmp_path / "sweep.npz")
-    assert back.metrics() == sweep.metrics()
-    whole = (tmp_path / "sweep.npz").read_bytes()
-    for broken in (b"", whole[:100], whole[:-40]):
+    assert back.to_dict() == sweep.to_dict()
+    content = (tmp_path / "sweep.npz").read_bytes()
+    for broken in (b"", content[:100], content[:-40]):
         (tmp_path / "sweep.npz").write_bytes(broken)
         with pytest.raises(InputError, match=r"sweep\.npz"):
             YawSweep.load(tmp_path / "sweep.npz")

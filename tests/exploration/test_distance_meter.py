@@ -1,4 +1,4 @@
-"""How far the robot drove, by wheels that may be wrong and poses that may be missing."""
+"""Driven distance, from odometry that may be wrong and poses that may be missing."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circumspect.exploration.distance_meter import DistanceMeter
+from circumspect.exploration.frame_driver import DistanceMeter
 from circumspect.geometry import PlanarPose
 
 SPEED, SECONDS = 0.05, 2.0
@@ -15,52 +15,52 @@ STEP = SPEED * SECONDS
 
 
 def driven(
-    *, wheels: float | None, certain: bool = True, really: float = STEP, back: bool = False
+    *, wheels: float | None, reliable: bool = True, true: float = STEP, back: bool = False
 ) -> list[float]:
-    """After each of ten frames; `wheels` and `really` are the ways of a step [m].
+    """Distances [m] after each of ten frames.
 
     Args:
-        wheels: What they say.
-        certain: Whether all frames are placed, or only the first and the last one.
-        really: What was driven.
-        back: After half of the frames the robot drives back.
+        wheels: Distance of a step by odometry [m]; None for no odometry.
+        reliable: Whether all frames have a pose, or only the first and the last.
+        true: True distance of a step [m].
+        back: Whether the robot drives back after half of the frames.
     """
-    meter, told = DistanceMeter(), []
+    meter, distances_m = DistanceMeter(), []
     meter.add_odometry(0.0, PlanarPose())
     meter.add_pose(PlanarPose())
     meter.set_speed(SPEED)
     for count in range(1, 11):
         at = 5 - abs(5 - count) if back else count
         meter.add_odometry(SECONDS * count, None if wheels is None else PlanarPose(at * wheels))
-        meter.add_pose(PlanarPose(at * really) if certain or count == 10 else None)
-        told.append(meter.metres)
-    return told
+        meter.add_pose(PlanarPose(at * true) if reliable or count == 10 else None)
+        distances_m.append(meter.metres)
+    return distances_m
 
 
 @pytest.mark.parametrize("wheels", [STEP, 0.0, 5.0, None])
 @pytest.mark.parametrize("back", [False, True])
-def test_where_the_poses_are_certain_wheels_do_not_matter(wheels: float | None, back: bool) -> None:
+def test_with_reliable_poses_odometry_is_ignored(wheels: float | None, back: bool) -> None:
     assert driven(wheels=wheels, back=back)[-1] == pytest.approx(1.0)
 
 
-def test_a_robot_that_is_held_does_not_drive() -> None:
-    assert driven(wheels=STEP, really=0.0)[-1] == 0.0
+def test_a_blocked_robot_drives_no_distance() -> None:
+    assert driven(wheels=STEP, true=0.0)[-1] == 0.0
 
 
 @pytest.mark.parametrize(("wheels", "metres"), [(0.09, 0.9), (5.0, 2.0), (None, 1.0)])
-def test_without_poses_the_wheels_count_within_what_was_commanded(
+def test_without_poses_odometry_counts_up_to_twice_the_commanded_distance(
     wheels: float | None, metres: float
 ) -> None:
-    there_and_back = driven(wheels=wheels, certain=False, back=True)
+    there_and_back = driven(wheels=wheels, reliable=False, back=True)
     assert there_and_back[-1] == pytest.approx(metres)
 
 
-def test_what_lies_between_two_certain_poses_was_driven_at_least() -> None:
-    """Though the wheels were stuck and no frame in between was placed."""
-    assert driven(wheels=0.0, certain=False)[-1] == pytest.approx(1.0)
+def test_the_distance_is_at_least_that_between_two_poses() -> None:
+    """Even if odometry was stuck and no frame in between has a pose."""
+    assert driven(wheels=0.0, reliable=False)[-1] == pytest.approx(1.0)
 
 
-def test_a_corrected_pose_is_no_way_driven() -> None:
+def test_a_pose_correction_adds_no_distance() -> None:
     meter = DistanceMeter()
     meter.add_odometry(0.0, PlanarPose())
     meter.add_pose(PlanarPose())
@@ -73,7 +73,7 @@ def test_a_corrected_pose_is_no_way_driven() -> None:
     assert meter.metres == pytest.approx(2 * STEP)
 
 
-def test_what_came_after_the_last_frame_counts_too() -> None:
+def test_odometry_after_the_last_pose_is_added() -> None:
     meter = DistanceMeter()
     meter.add_odometry(0.0, PlanarPose())
     meter.add_pose(PlanarPose())
@@ -88,8 +88,8 @@ def test_what_came_after_the_last_frame_counts_too() -> None:
     st.booleans(),
     st.booleans(),
 )
-def test_the_way_never_shrinks_from_frame_to_frame(
-    wheels: float | None, really: float, certain: bool, back: bool
+def test_the_distance_never_decreases(
+    wheels: float | None, true: float, reliable: bool, back: bool
 ) -> None:
-    told = driven(wheels=wheels, certain=certain, really=really, back=back)
-    assert (np.diff([0.0, *told]) >= -1e-12).all()
+    distances_m = driven(wheels=wheels, reliable=reliable, true=true, back=back)
+    assert (np.diff([0.0, *distances_m]) >= -1e-12).all()

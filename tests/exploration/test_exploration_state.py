@@ -1,4 +1,4 @@
-"""What a scan learnt, over time that somebody held the robot."""
+"""The exploration state while the robot is paused."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ class Waiting:
     T_base_camera = looking((0.1, 0.0, 0.5), 0.0, 0.3)
 
     def __init__(self) -> None:
-        self.now = self.held = 0.0
+        self.now = self.paused_seconds = 0.0
 
 
-def test_time_that_the_robot_was_held_is_no_time_without_a_place() -> None:
+def test_paused_time_does_not_count_as_time_without_a_pose() -> None:
     robot = Waiting()
     known = ExplorationState(cast("MobileRobot", robot))
     robot.now = 5.0
     assert known.blind_for == 5.0
-    robot.now, robot.held = 65.0, 60.0
+    robot.now, robot.paused_seconds = 65.0, 60.0
     assert known.blind_for == 5.0
     assert known.doubted_for == 0.0

@@ -9,9 +9,9 @@ from circumspect.planning.plan_view import cell_keys
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 60), st.integers(0, 60))
-def test_what_is_near_the_object_is_no_obstacle(seed: int, things: int, count: int) -> None:
+def test_points_near_the_object_are_no_obstacles(seed: int, obstacles: int, count: int) -> None:
     rng = np.random.default_rng(seed)
-    keys = np.unique(cell_keys(rng.uniform(-1, 1, (things, 2)), 0.05))
+    keys = np.unique(cell_keys(rng.uniform(-1, 1, (obstacles, 2)), 0.05))
     standing = ObstacleMap(keys, rng.integers(1, 4, len(keys)))
     object_xy = rng.uniform(-0.5, 0.5, (count, 2))
     everywhere = standing.places_xy(np.empty((0, 2)))

@@ -1,4 +1,4 @@
-"""What goes wrong with a robot, and a scan that finds its poses itself."""
+"""Scans with registered poses on robots with faults."""
 
 from __future__ import annotations
 
@@ -113,12 +113,12 @@ class Trusted:
 def in_an_empty_room(
     poses: PoseEstimator, path: Path, walls: tuple[Surface, ...] = ROOM
 ) -> RecognitionResult:
-    going = scan(
+    object_scan = scan(
         mesh=NOTHING, others=walls, poses=poses, camera=CAMERA,
-        settings=replace(QUICK, most_frames=150),
+        settings=replace(QUICK, max_frames=150),
     )  # fmt: skip
-    result = going.run((RunFolder(path, {}),))
-    assert going.ended
+    result = object_scan.run((RunFolder(path, {}),))
+    assert object_scan.ended
     return result
 
 
@@ -127,7 +127,7 @@ SETTINGS = TrackingSettings.for_noise(DepthNoise(systematic_disparity=0.0))
 
 
 @pytest.mark.parametrize("walls", [ROOM, LONG_ROOM])
-def test_the_walls_of_an_empty_room_are_no_object(
+def test_walls_of_an_empty_room_are_not_classified(
     walls: tuple[Surface, ...], tmp_path: Path
 ) -> None:
     result = in_an_empty_room(KnownPoses(), tmp_path, walls)
@@ -138,24 +138,22 @@ def test_the_walls_of_an_empty_room_are_no_object(
     assert outcomes == {FrameOutcome.NO_OBJECT} or FrameOutcome.TOO_WIDE in outcomes
 
 
-def test_a_camera_that_is_lost_between_walls_concludes_nothing(tmp_path: Path) -> None:
+def test_a_lost_camera_in_an_empty_room_gives_no_answer(tmp_path: Path) -> None:
     result = in_an_empty_room(Tracker(), tmp_path)
     assert FrameOutcome.NO_POSE in {step.outcome for step in result.steps}
-    told = json.loads((tmp_path / "result.json").read_text())
-    assert (told["label"], told["confident"]) == (None, False)
+    document = json.loads((tmp_path / "result.json").read_text())
+    assert (document["label"], document["confident"]) == (None, False)
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
-    fault: str, tmp_path: Path
-) -> None:
-    going = scan(
+def test_faults_keep_poses_accurate_and_the_run_saved(fault: str, tmp_path: Path) -> None:
+    object_scan = scan(
         fault=FAULTS[fault], mesh=CHAIR, others=ROOM, poses=Tracker(settings=SETTINGS), camera=CAMERA,
-        settings=replace(QUICK, speed=0.1, frame_interval=0.5, most_frames=60),
+        settings=replace(QUICK, speed=0.1, frame_interval=0.5, max_frames=60),
     )  # fmt: skip
-    trusted = Trusted(going.robot.simulated)
-    result = going.run((trusted, RunFolder(tmp_path, {})))
-    assert going.ended.startswith(ENDS.get(fault, "the limit of 60 frames is reached"))
+    trusted = Trusted(object_scan.robot.simulated)
+    result = object_scan.run((trusted, RunFolder(tmp_path, {})))
+    assert object_scan.ended.startswith(ENDS.get(fault, "the limit of 60 frames is reached"))
     assert max(trusted.off, default=0.0) < 0.05
     assert max(trusted.accurate_off, default=0.0) < 0.03
     assert bool(trusted.accurate_off) == (fault != "millimetres")
@@ -168,10 +166,10 @@ def test_a_faulty_robot_is_not_misled_and_what_it_gathered_is_saved(
         assert warned == list(range(warned[0], 60))
         assert warned[0] <= 20
         assert not any(step.pose.source == "odometry" for step in result.steps[warned[0] :])
-    told = json.loads((tmp_path / "result.json").read_text())
-    assert told["frames"] == len(result.steps)
-    # Of what it saw of the first side alone nothing is concluded.
-    assert not (told["confident"] and fault in ENDS)
-    # The volume of what is known stands for a class here.
-    assert (told["label"] is None) == (fault == "millimetres")
+    document = json.loads((tmp_path / "result.json").read_text())
+    assert document["frames"] == len(result.steps)
+    # An answer from the first side alone is not confident.
+    assert not (document["confident"] and fault in ENDS)
+    # The classifier of this test names a class by the occupied share of the grid.
+    assert (document["label"] is None) == (fault == "millimetres")
     assert (tmp_path / "model.ply").exists() == (fault != "millimetres")

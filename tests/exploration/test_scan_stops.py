@@ -1,4 +1,4 @@
-"""However a scan ends, the robot stands before anything else is done."""
+"""The robot stops before anything else is done, however a scan ends."""
 
 from __future__ import annotations
 
@@ -21,33 +21,33 @@ from circumspect.sensing import RgbdFrame
 from circumspect.tracking import KnownPoses
 
 STILL = Velocity()
-FEW = replace(QUICK, most_frames=8)
+FEW = replace(QUICK, max_frames=8)
 
 
 class Wheels(WrappedRobot):
-    """Remembers what they were last told."""
+    """Keeps the last commanded velocity."""
 
-    told = STILL
+    commanded = STILL
 
     def drive(self, velocity: Velocity) -> None:
-        self.told = velocity
+        self.commanded = velocity
         super().drive(velocity)
 
 
 class Settling(KnownPoses):
-    """Notes what the wheels do while loops are closed."""
+    """Keeps the commanded velocity during loop closure."""
 
     def __init__(self) -> None:
         self.wheels: Wheels | None = None
-        self.told: list[Velocity] = []
+        self.velocities: list[Velocity] = []
 
     def finalise(self) -> None:
         assert self.wheels is not None
-        self.told.append(self.wheels.told)
+        self.velocities.append(self.wheels.commanded)
 
 
 class Slow:
-    """An observer that fails at a step, or not, and notes what the wheels do."""
+    """An observer that may fail at a step, and keeps the commanded velocities."""
 
     def __init__(self, wheels: Wheels, fails_at: int | None = None) -> None:
         self._wheels, self._fails_at = wheels, fails_at
@@ -55,12 +55,12 @@ class Slow:
         self.at_end: list[Velocity] = []
 
     def on_step(self, step: RecognitionStep) -> None:
-        self.at_steps.append(self._wheels.told)
+        self.at_steps.append(self._wheels.commanded)
         if step.index == self._fails_at:
             raise RuntimeError("the disk is full")
 
     def on_end(self, result: RecognitionResult) -> None:
-        self.at_end.append(self._wheels.told)
+        self.at_end.append(self._wheels.commanded)
 
 
 class Broken(WrappedRobot):
@@ -77,56 +77,56 @@ class Broken(WrappedRobot):
         return super().observe()
 
 
-def watched(going: ObjectScan, fails_at: int | None = None) -> tuple[ObjectScan, Slow]:
-    """The same scan with wheels that are watched."""
-    wheels = Wheels(going.robot)
-    going.pipeline.tracker.estimator.wheels = wheels
+def watched(object_scan: ObjectScan, fails_at: int | None = None) -> tuple[ObjectScan, Slow]:
+    """The same scan, with its commanded velocities recorded."""
+    wheels = Wheels(object_scan.robot)
+    object_scan.pipeline.tracker.estimator.wheels = wheels
     slow = Slow(wheels, fails_at)
-    return ObjectScan(wheels, going.pipeline, going.planner, going.settings), slow
+    return ObjectScan(wheels, object_scan.pipeline, object_scan.planner, object_scan.settings), slow
 
 
-def ended_while_driving(going: ObjectScan, slow: Slow) -> None:
-    assert slow.at_steps[-1] != STILL, "it ended standing, which proves nothing"
-    assert going.pipeline.tracker.estimator.told == [STILL]
+def ended_while_driving(object_scan: ObjectScan, slow: Slow) -> None:
+    assert slow.at_steps[-1] != STILL, "the robot stood already"
+    assert object_scan.pipeline.tracker.estimator.velocities == [STILL]
     assert slow.at_end == [STILL]
 
 
-def test_at_the_limit_of_frames() -> None:
-    going, slow = watched(scan(poses=Settling(), settings=FEW))
-    going.run((slow,))
-    assert going.ended == "the limit of 8 frames is reached"
-    ended_while_driving(going, slow)
+def test_the_robot_stops_at_the_limit_of_frames() -> None:
+    object_scan, slow = watched(scan(poses=Settling(), settings=FEW))
+    object_scan.run((slow,))
+    assert object_scan.ended == "the limit of 8 frames is reached"
+    ended_while_driving(object_scan, slow)
 
 
-def test_when_the_answer_is_confident() -> None:
+def test_the_robot_stops_when_the_answer_is_confident() -> None:
     likely = VolumeClassifier(ConfidenceRule(coverage=(0.35,), probability=(0.5,)))
     planner = ConfidencePlanner(CirclePlanner(), StoppingCriterion(frames=2))
-    going, slow = watched(scan(poses=Settling(), planner=planner, classifier=likely))
-    going.run((slow,))
-    assert going.ended.startswith("the answer is confident: ")
-    ended_while_driving(going, slow)
+    object_scan, slow = watched(scan(poses=Settling(), planner=planner, classifier=likely))
+    object_scan.run((slow,))
+    assert object_scan.ended.startswith("the answer is confident: ")
+    ended_while_driving(object_scan, slow)
 
 
-def test_at_a_fault_of_a_step() -> None:
-    going, slow = watched(scan(poses=Settling()), fails_at=6)
+def test_the_robot_stops_at_an_error_of_an_observer() -> None:
+    object_scan, slow = watched(scan(poses=Settling()), fails_at=6)
     with pytest.raises(RuntimeError, match="the disk is full"):
-        going.run((slow,))
-    ended_while_driving(going, slow)
+        object_scan.run((slow,))
+    ended_while_driving(object_scan, slow)
 
 
-def test_at_a_fault_of_the_camera() -> None:
-    going, slow = watched(scan(poses=Settling(), fault=lambda robot: Broken(robot, 7)))
+def test_the_robot_stops_at_an_error_of_the_camera() -> None:
+    object_scan, slow = watched(scan(poses=Settling(), fault=lambda robot: Broken(robot, 7)))
     with pytest.raises(OSError, match="unplugged"):
-        going.run((slow,))
-    ended_while_driving(going, slow)
+        object_scan.run((slow,))
+    ended_while_driving(object_scan, slow)
 
 
-def test_at_ctrl_c(ctrl_c_at: Callable[[int], None]) -> None:
+def test_the_robot_stops_at_ctrl_c(ctrl_c_at: Callable[[int], None]) -> None:
     ctrl_c_at(8)
-    going, slow = watched(scan(poses=Settling()))
+    object_scan, slow = watched(scan(poses=Settling()))
     with pytest.raises(KeyboardInterrupt):
-        going.run((slow,))
-    ended_while_driving(going, slow)
+        object_scan.run((slow,))
+    ended_while_driving(object_scan, slow)
 
 
 class SlowOperator(Operator):
@@ -136,14 +136,14 @@ class SlowOperator(Operator):
         super().__init__()
         self.clock = 0.0
 
-    def admit(self, before_waiting: Callable[[], None] | None = None) -> None:
-        assert before_waiting is not None
-        before_waiting()
+    def wait_for_frame(self, on_wait: Callable[[], None] | None = None) -> None:
+        assert on_wait is not None
+        on_wait()
         self.clock += 60.0
 
 
 class Clocked(WrappedRobot):
-    """Its time goes on while it is held, as a real robot's does."""
+    """Its time passes while it is paused, as on a real robot."""
 
     def __init__(self, robot: MobileRobot, operator: SlowOperator) -> None:
         super().__init__(robot)
@@ -159,21 +159,26 @@ class Clocked(WrappedRobot):
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.2])
-def test_a_robot_that_is_held_over_and_over_is_not_taken_for_blocked(speed: float) -> None:
-    going, operator = scan(settings=replace(QUICK, speed=speed, most_frames=40)), SlowOperator()
-    robot = OperatedRobot(Clocked(going.robot, operator), operator)
-    going = ObjectScan(robot, going.pipeline, going.planner, going.settings)
-    going.run()
-    assert going.ended == "the limit of 40 frames is reached"
-    assert ViewOutcome.BLOCKED not in {record.outcome for record in going.views}
-    assert robot.held == pytest.approx(40 * 60.0)
+def test_a_robot_paused_at_every_frame_is_not_taken_for_blocked(speed: float) -> None:
+    object_scan, operator = (
+        scan(settings=replace(QUICK, speed=speed, max_frames=40)),
+        SlowOperator(),
+    )
+    robot = OperatedRobot(Clocked(object_scan.robot, operator), operator)
+    object_scan = ObjectScan(robot, object_scan.pipeline, object_scan.planner, object_scan.settings)
+    object_scan.run()
+    assert object_scan.ended == "the limit of 40 frames is reached"
+    assert ViewOutcome.BLOCKED not in {record.outcome for record in object_scan.views}
+    assert robot.paused_seconds == pytest.approx(40 * 60.0)
 
 
-def test_a_paused_scan_stands() -> None:
+def test_the_robot_stops_when_the_scan_is_paused() -> None:
     operator = Operator()
-    going, slow = watched(scan(poses=Settling(), settings=FEW))
-    wheels = going.robot
-    going = ObjectScan(OperatedRobot(wheels, operator), going.pipeline, going.planner, FEW)
+    object_scan, slow = watched(scan(poses=Settling(), settings=FEW))
+    wheels = object_scan.robot
+    object_scan = ObjectScan(
+        OperatedRobot(wheels, operator), object_scan.pipeline, object_scan.planner, FEW
+    )
 
     class Pausing:
         def on_step(self, step: RecognitionStep) -> None:
@@ -183,15 +188,17 @@ def test_a_paused_scan_stands() -> None:
         def on_end(self, result: RecognitionResult) -> None:
             pass
 
-    run = threading.Thread(target=going.run, args=((slow, Pausing()),), daemon=True)
+    run = threading.Thread(target=object_scan.run, args=((slow, Pausing()),), daemon=True)
     run.start()
     try:
         deadline = time.monotonic() + 20.0
-        while len(slow.at_steps) < 7 or wheels.told != STILL:
-            assert time.monotonic() < deadline, f"paused, and the wheels are told {wheels.told}"
+        while len(slow.at_steps) < 7 or wheels.commanded != STILL:
+            assert time.monotonic() < deadline, (
+                f"paused at a commanded velocity of {wheels.commanded}"
+            )
             time.sleep(0.005)
         assert slow.at_steps[-1] != STILL
     finally:
         operator.resume()
         run.join(20.0)
-    assert going.ended == "the limit of 8 frames is reached"
+    assert object_scan.ended == "the limit of 8 frames is reached"

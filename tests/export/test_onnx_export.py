@@ -6,16 +6,16 @@ import onnx
 import onnxruntime
 import pytest
 import torch
-from network_inputs import small_recipe, some_inputs, trained_looking
+from network_inputs import small_input_spec, some_inputs, trained_looking
 
-from circumspect.classification import Classifier, GridRecipe, PointsRecipe, recipe_from_dict
+from circumspect.classification import Classifier, GridSpec, PointsSpec, input_spec_from_dict
 from circumspect.classification.model_description import METADATA_KEY
 from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.export import export_onnx
-from circumspect.export import fidelity as fidelity_module
+from circumspect.export import onnx_export as fidelity_module
+from circumspect.export.conversion import NetworkInputs
 from circumspect.export.eight_bit import require_convolutions
 from circumspect.export.features import write_with_features
-from circumspect.export.shown import Shown
 from circumspect.furniture import make_furniture
 from circumspect.nets import NETS, Checkpoint
 
@@ -24,13 +24,13 @@ pytestmark = pytest.mark.xdist_group("onnx_export")
 CLASSES = ("bed", "chair", "table")
 
 
-def most_views(recipe):
-    return 1 if getattr(recipe, "kind", None) == "rectangular" else 2
+def most_views(input_spec):
+    return 1 if getattr(input_spec, "kind", None) == "rectangular" else 2
 
 
 def checkpoint(name, seed=0):
     net = trained_looking(name, classes=len(CLASSES), seed=seed)
-    return Checkpoint(name, CLASSES, small_recipe(name), net.state_dict())
+    return Checkpoint(name, CLASSES, small_input_spec(name), net.state_dict())
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def exported(request, exports, tmp_path_factory):
     net = request.param
     if net not in exports:
         path, original = tmp_path_factory.mktemp("onnx") / "net.onnx", checkpoint(net)
-        views = most_views(original.recipe)
+        views = most_views(original.input_spec)
         export_onnx([original], path, azimuth_views=views, temperature=1.5)
         exports[net] = original, path
     return exports[net]
@@ -52,8 +52,8 @@ def exported(request, exports, tmp_path_factory):
 
 def test_outputs_equal_the_checkpoints(exported):
     original, path = exported
-    inputs = some_inputs(original.recipe, 5, seed=3)
-    points = isinstance(original.recipe, PointsRecipe)
+    inputs = some_inputs(original.input_spec, 5, seed=3)
+    points = isinstance(original.input_spec, PointsSpec)
     given = {"points": inputs.numpy()} if points else {"grid": inputs.numpy().astype(np.uint8)}
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
     (actual,) = session.run(["logits"], given)
@@ -68,23 +68,23 @@ def test_outputs_equal_the_checkpoints(exported):
 @pytest.mark.parametrize(
     "exported", [name for name, spec in NETS.items() if spec.whole_cells], indirect=True
 )
-def test_wrapping_survives_onnx(exported):
+def test_the_exported_network_wraps_the_azimuth(exported):
     original, path = exported
     rng = np.random.default_rng(4)
-    grid = (rng.random((1, 1, *original.recipe.shape)) < 0.07).astype(np.uint8)
+    grid = (rng.random((1, 1, *original.input_spec.shape)) < 0.07).astype(np.uint8)
     rolls = np.concatenate([np.roll(grid, cells, axis=3) for cells in range(grid.shape[3])])
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
     (logits,) = session.run(["logits"], {"grid": rolls})
     assert np.ptp(logits, axis=0).max() < 1e-4
 
 
-def test_the_file_describes_itself_and_names_no_place(exported):
+def test_the_file_has_a_description_without_paths(exported):
     original, path = exported
     network = onnx.load(path)
     entry = {e.key: e.value for e in network.metadata_props}
     described = json.loads(entry[METADATA_KEY])
     assert described["classes"] == list(CLASSES)
-    assert recipe_from_dict(described["grid"]).azimuth_views == most_views(original.recipe)
+    assert input_spec_from_dict(described["grid"]).azimuth_views == most_views(original.input_spec)
     assert described["temperature"] == 1.5
     assert b"circumspect/nets" not in path.read_bytes()
     assert b".py" not in path.read_bytes()
@@ -95,9 +95,9 @@ def test_loads_as_a_classifier(exported):
     classifier = Classifier.load(path)
     assert classifier.classes == CLASSES
     cloud = make_furniture("chair", 1).sampled(3000, 0)
-    inputs = classifier.recipe.inputs(cloud, [0.0, 1.0, 2.0])
-    views = most_views(exported[0].recipe)
-    assert inputs.shape == (3, views, *classifier.recipe.input_shape)
+    inputs = classifier.input_spec.inputs(cloud, [0.0, 1.0, 2.0])
+    views = most_views(exported[0].input_spec)
+    assert inputs.shape == (3, views, *classifier.input_spec.input_shape)
     np.testing.assert_allclose(classifier.probabilities(inputs).sum(axis=1), 1)
     assert classifier.classify(cloud).label in CLASSES
 
@@ -113,26 +113,26 @@ def test_a_committee_answers_with_the_mean_of_its_members(tmp_path):
     members = [checkpoint("planes", seed) for seed in (0, 1)]
     export_onnx(members, tmp_path / "committee.onnx", azimuth_views=2)
     rng = np.random.default_rng(6)
-    grids = (rng.random((4, 1, *members[0].recipe.shape)) < 0.07).astype(np.uint8)
+    grids = (rng.random((4, 1, *members[0].input_spec.shape)) < 0.07).astype(np.uint8)
     session = onnxruntime.InferenceSession(tmp_path / "committee.onnx")
     (actual,) = session.run(["logits"], {"grid": grids})
     with torch.no_grad():
         apart = [m.build()(torch.from_numpy(grids).float()).numpy() for m in members]
     assert np.abs(apart[0] - apart[1]).max() > 0.1
     np.testing.assert_allclose(actual, np.mean(apart, axis=0), atol=1e-4)
-    assert Classifier.load(tmp_path / "committee.onnx").recipe.azimuth_views == 2
+    assert Classifier.load(tmp_path / "committee.onnx").input_spec.azimuth_views == 2
 
 
 @pytest.mark.parametrize(
     "change",
     [
         {"classes": ("bed", "chair", "sofa")},
-        {"recipe": GridRecipe(fill_samples=100)},
+        {"input_spec": GridSpec(fill_samples=100)},
         {"training": {"data": "another"}},
         {"training": {"settings": {"validation": False}}},
     ],
 )
-def test_members_of_a_committee_belong_together(tmp_path, change):
+def test_members_of_a_committee_must_match(tmp_path, change):
     first = checkpoint("planes")
     with pytest.raises(InputError, match="must share"):
         export_onnx([first, replace(first, **change)], tmp_path / "net.onnx")
@@ -145,9 +145,9 @@ def in_eight_bits(tmp_path_factory):
     path = tmp_path_factory.mktemp("onnx") / "fast.onnx"
     original = checkpoint("planes")
     with pytest.MonkeyPatch.context() as patch:
-        # A net that has learnt nothing is unsure of everything.
+        # An untrained network has no confident answer.
         patch.setattr(fidelity_module, "AGREEMENT", 0.8)
-        fidelity = export_onnx([original], path, 2, 1.5, calibration=Shown(some_grids(128)))
+        fidelity = export_onnx([original], path, 2, 1.5, calibration=NetworkInputs(some_grids(128)))
     return original, path, fidelity
 
 
@@ -181,22 +181,26 @@ def test_eight_bits_keep_the_circle_closed(in_eight_bits):
 def test_networks_of_points_go_into_eight_bits_too(tmp_path, monkeypatch):
     monkeypatch.setattr(fidelity_module, "AGREEMENT", 0.0)
     original, path = checkpoint("deeppano"), tmp_path / "fast.onnx"
-    export_onnx([original], path, calibration=Shown(some_inputs(original.recipe, 8).numpy()))
+    export_onnx(
+        [original], path, calibration=NetworkInputs(some_inputs(original.input_spec, 8).numpy())
+    )
     kinds = {node.op_type for node in onnx.load(path).graph.node}
     assert {"QuantizeLinear", "DequantizeLinear", "Conv"} <= kinds
-    shares = Classifier.load(path).probabilities(some_inputs(original.recipe, 2).numpy()[:, None])
+    shares = Classifier.load(path).probabilities(
+        some_inputs(original.input_spec, 2).numpy()[:, None]
+    )
     np.testing.assert_allclose(shares.sum(axis=1), 1.0, atol=1e-5)
 
 
-def test_eight_bits_are_refused_where_there_is_nothing_to_quantise(tmp_path):
+def test_eight_bits_are_refused_without_convolutions(tmp_path):
     original = checkpoint("pointnet")
-    calibration = Shown(some_inputs(original.recipe, 8).numpy())
+    calibration = NetworkInputs(some_inputs(original.input_spec, 8).numpy())
     with pytest.raises(InputError, match="pointnet has no convolutions to quantise; leave out"):
         export_onnx([original], tmp_path / "net.onnx", calibration=calibration)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_has_convolutions_is_known_before_the_conversion(exported):
+def test_networks_without_convolutions_are_refused_before_the_conversion(exported):
     original, path = exported
     if any(node.op_type == "Conv" for node in onnx.load(path).graph.node):
         require_convolutions([original])
@@ -208,17 +212,21 @@ def test_what_has_convolutions_is_known_before_the_conversion(exported):
 def test_eight_bits_that_change_labels_are_not_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(fidelity_module, "AGREEMENT", 1.1)
     with pytest.raises(CircumspectError, match="keep their label"):
-        export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=Shown(some_grids(8)))
+        export_onnx(
+            [checkpoint("planes")], tmp_path / "net.onnx", calibration=NetworkInputs(some_grids(8))
+        )
     with pytest.raises(InputError, match="two grids"):
-        export_onnx([checkpoint("planes")], tmp_path / "net.onnx", calibration=Shown(some_grids(1)))
+        export_onnx(
+            [checkpoint("planes")], tmp_path / "net.onnx", calibration=NetworkInputs(some_grids(1))
+        )
     assert list(tmp_path.iterdir()) == []
 
 
 def test_every_network_gives_features_in_which_its_logits_are_linear(exported):
     original, path = exported
     classifier = Classifier.load(path)
-    inputs = some_inputs(original.recipe, 4, seed=5).numpy()
-    if not isinstance(original.recipe, PointsRecipe):
+    inputs = some_inputs(original.input_spec, 4, seed=5).numpy()
+    if not isinstance(original.input_spec, PointsSpec):
         inputs = inputs.astype(np.uint8)
     features = classifier.features(inputs[:, None])
     last = [node for node in onnx.load(path).graph.node if node.op_type == "Gemm"][-1]
@@ -227,7 +235,7 @@ def test_every_network_gives_features_in_which_its_logits_are_linear(exported):
     np.testing.assert_allclose(logits / 1.5, classifier.scores(inputs[:, None]), atol=1e-4)
 
 
-def test_a_file_of_old_gets_features_and_its_answers_stay(tmp_path):
+def test_an_older_file_gets_features_and_keeps_its_answers(tmp_path):
     export_onnx([checkpoint("planes")], tmp_path / "now.onnx")
     network = onnx.load(tmp_path / "now.onnx")
     del network.graph.output[1:]

@@ -60,7 +60,7 @@ def test_faces_have_area(category, seed):
 
 @settings(max_examples=60, deadline=None)
 @given(category=categories, seed=seeds)
-def test_same_seed_same_piece_whatever_the_global_random_state(category, seed):
+def test_the_piece_depends_only_on_the_seed(category, seed):
     first = make_furniture(category, seed)
     np.random.seed(seed % 1000)  # noqa: NPY002 - the point is to disturb the global state
     random.seed(seed)

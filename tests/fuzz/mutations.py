@@ -21,7 +21,7 @@ def mutated(content: bytes, other: bytes, rng: random.Random) -> bytes:
 
     Args:
         content: A valid file.
-        other: Another one, parts of which are put in.
+        other: Another one; parts of it are inserted.
         rng: Draws the changes.
     """
     changed = bytearray(content)

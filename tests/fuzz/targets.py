@@ -124,7 +124,7 @@ def _pictures(folder: Path) -> list[Path]:
 
 
 def _read_picture(path: Path) -> object:
-    from circumspect.recording.image_files import read_colour, read_depth
+    from circumspect.recording.frame_folder import read_colour, read_depth
 
     read_colour(path, (30, 40))
     return read_depth(path)
@@ -157,12 +157,12 @@ def _read_manifest(path: Path) -> object:
 
 
 def _checkpoints(folder: Path) -> list[Path]:
-    from circumspect.classification import GridRecipe
+    from circumspect.classification import GridSpec
     from circumspect.nets import Checkpoint, build_net
 
-    recipe = GridRecipe()
-    weights = build_net("planes", 2, recipe).state_dict()
-    Checkpoint("planes", ("a", "b"), recipe, weights).save(folder / "a.safetensors")
+    input_spec = GridSpec()
+    weights = build_net("planes", 2, input_spec).state_dict()
+    Checkpoint("planes", ("a", "b"), input_spec, weights).save(folder / "a.safetensors")
     return [folder / "a.safetensors"]
 
 
@@ -173,7 +173,7 @@ def _read_checkpoint(path: Path) -> object:
 
 
 def _networks(folder: Path) -> list[Path]:
-    from circumspect.classification.onnx_file import shipped_network
+    from circumspect.classification.onnx_session import shipped_network
 
     (folder / "a.onnx").write_bytes(shipped_network("modelnet10"))
     return [folder / "a.onnx"]

@@ -13,7 +13,7 @@ import pytest
 from here_pool import HerePool
 from two_kinds import renamed, two_kinds
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.cli.main import main
 from circumspect.datasets import Augmentation, ObjectSet
 from circumspect.datasets.gathered_set import GatheredScan, write_cloud
@@ -26,8 +26,8 @@ from circumspect.gathering.conversion import ConversionSettings, convert, conver
 from circumspect.geometry import PointCloud
 
 pytest.importorskip("pyarrow", reason="pyarrow is not installed")
-RECIPE = GridRecipe(azimuth_views=2)
-SETTINGS = ConversionSettings(RECIPE, Augmentation(), replicas=3, shard_size=20)
+INPUT_SPEC = GridSpec(azimuth_views=2)
+SETTINGS = ConversionSettings(INPUT_SPEC, Augmentation(), replicas=3, shard_size=20)
 
 
 @pytest.fixture
@@ -55,22 +55,22 @@ def test_all_objects_are_there_with_their_variants(data: dict, tmp_path: Path) -
     assert counts == {"train": 72, "validation": 6, "test": 10, "left out": 0}
     assert shown == [(done, 6) for done in range(7)]
     train, grids = read(tmp_path, "train")
-    assert grids.shape == (72, 1, *RECIPE.shape)
+    assert grids.shape == (72, 1, *INPUT_SPEC.shape)
     assert set(train.objects.tolist()) == set(data["train"].names.tolist())
     assert len(np.unique(train.packed, axis=0)) == 72, "variants differ"
     assert len(list((tmp_path / "train").iterdir())) == 4
     neighbours = train.objects[1:] == train.objects[:-1]
     assert neighbours.mean() < 0.3, "variants of an object do not lie together"
     tests, views = read(tmp_path, "test")
-    assert views.shape == (10, 2, *RECIPE.shape)
+    assert views.shape == (10, 2, *INPUT_SPEC.shape)
     for name, label, grid in zip(tests.objects, tests.labels, views, strict=True):
         index = data["test"].names.tolist().index(name)
         assert data["test"].labels[index] == label
-        expected = RECIPE.grids(data["test"].cloud(index), [0.0])[0]
+        expected = INPUT_SPEC.grids(data["test"].cloud(index), [0.0])[0]
         np.testing.assert_array_equal(grid, expected)
 
 
-def test_the_same_command_makes_what_is_missing_or_broken(data: dict, tmp_path: Path) -> None:
+def test_the_same_command_makes_missing_and_broken_shards(data: dict, tmp_path: Path) -> None:
     convert(tmp_path, str(tmp_path), SETTINGS, HerePool())
     before = {path: path.read_bytes() for path in tmp_path.rglob("*.parquet")}
     lost, cut = sorted((tmp_path / "train").iterdir())[1:3]
@@ -86,7 +86,7 @@ def test_the_same_command_makes_what_is_missing_or_broken(data: dict, tmp_path: 
     "other",
     [
         replace(SETTINGS, seed=1), replace(SETTINGS, replicas=2),
-        replace(SETTINGS, recipe=replace(RECIPE, shape=(8, 16, 8))),
+        replace(SETTINGS, input_spec=replace(INPUT_SPEC, shape=(8, 16, 8))),
         replace(SETTINGS, augmentation=Augmentation(stretch=0.2)),
         replace(SETTINGS, shard_size=30),
     ],
@@ -116,7 +116,7 @@ def test_objects_without_a_shape_are_left_out_of_tests(data: dict, tmp_path: Pat
     assert (counts["test"], counts["left out"]) == (9, 1)
 
 
-def test_a_shard_that_fails_is_told_and_the_others_are_made(
+def test_a_shard_that_fails_is_reported_and_the_others_are_made(
     data: dict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Failing(HerePool):
@@ -134,10 +134,10 @@ def test_a_shard_that_fails_is_told_and_the_others_are_made(
     [
         ({"replicas": 0}, "0 variants"),
         ({"shard_size": 2}, "holds all variants"),
-        ({"recipe": GridRecipe(visibility=True)}, "hold grids of occupancy"),
+        ({"input_spec": GridSpec(visibility=True)}, "hold grids of occupancy"),
     ],
 )
-def test_settings_that_make_no_sense_are_refused(changed: dict, message: str) -> None:
+def test_invalid_settings_are_refused(changed: dict, message: str) -> None:
     with pytest.raises(InputError, match=message):
         replace(SETTINGS, **changed)
 
@@ -174,7 +174,7 @@ def data_set(tmp_path: Path) -> Path:
     return folder
 
 
-def test_shards_of_a_gathered_set_say_where_scans_started(tmp_path: Path) -> None:
+def test_shards_of_a_gathered_set_record_the_starts_of_scans(tmp_path: Path) -> None:
     folder, points = tmp_path / "set", two_kinds(2).points_xyz
     (folder / "clouds").mkdir(parents=True)
     lines = []

@@ -29,8 +29,9 @@ from circumspect.datasets.gathered_set import (
 )
 from circumspect.datasets.gathered_verification import verify_gathered
 from circumspect.errors import InputError, MissingExtraError, OutputError
-from circumspect.gathering import GatherSettings, LocalPool, gather, objects_for
+from circumspect.gathering import GatherSettings, LocalPool, objects_for
 from circumspect.gathering.contact_sheet import draw_contact_sheet, drawn, shown_scans
+from circumspect.gathering.gather import gather
 from circumspect.gathering.recorded_scan import RecordedObject
 from circumspect.gathering.set_place import SetFolder
 from circumspect.geometry import PointCloud
@@ -45,10 +46,10 @@ def make(folder: Path, settings: GatherSettings = QUICK, **more: Any) -> list[Ga
 @pytest.fixture(scope="module")
 def gathered(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("gathered") / "set"
-    told: list[tuple[int, int, str]] = []
-    make(folder, told=lambda *what: told.append(what))
-    assert told[0] == (0, 4, "")
-    assert told[-1][:2] == (4, 4)
+    reported: list[tuple[int, int, str]] = []
+    make(folder, progress=lambda *what: reported.append(what))
+    assert reported[0] == (0, 4, "")
+    assert reported[-1][:2] == (4, 4)
     return folder
 
 
@@ -70,7 +71,7 @@ def test_a_set_holds_each_object_from_each_start(gathered: Path) -> None:
     assert verify_gathered(gathered).complete
 
 
-def test_what_is_there_is_not_made_again_and_the_set_grows(
+def test_existing_scans_are_kept_while_the_set_grows(
     gathered: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = copied(gathered, tmp_path)
@@ -99,7 +100,7 @@ def test_an_empty_set_is_not_complete(tmp_path: Path) -> None:
     assert not verify_gathered(tmp_path / "set").complete
 
 
-def test_a_set_that_was_killed_at_its_very_beginning_goes_on(tmp_path: Path) -> None:
+def test_a_set_that_was_killed_at_its_beginning_resumes(tmp_path: Path) -> None:
     SetFolder(tmp_path).begin({"source": "recordings"})
     (tmp_path / MANIFEST).unlink()
     SetFolder(tmp_path).begin({"source": "recordings"})
@@ -122,7 +123,7 @@ def test_a_start_that_is_no_azimuth_is_refused(start: float) -> None:
         RecordedObject("chair", "mine", "train", start)
 
 
-def test_a_set_gathered_otherwise_is_not_mixed(gathered: Path, tmp_path: Path) -> None:
+def test_sets_of_other_settings_are_not_mixed(gathered: Path, tmp_path: Path) -> None:
     other = replace(QUICK, frame_interval=1.0)
     with pytest.raises(InputError, match=r"was gathered with frame_interval 2\.0, not 1\.0"):
         make(gathered, other)
@@ -150,7 +151,7 @@ def test_a_line_that_an_interruption_cut_is_made_again(
     assert (tmp_path / MANIFEST).read_text() == text
 
 
-def test_scans_that_fail_are_told_and_tried_again(
+def test_scans_that_fail_are_reported_and_tried_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
@@ -167,7 +168,7 @@ def run_gather(folder: str) -> None:
     make(Path(folder))
 
 
-def test_a_kill_costs_the_scan_under_way_and_nothing_else(tmp_path: Path) -> None:
+def test_a_kill_loses_only_the_scan_in_progress(tmp_path: Path) -> None:
     folder = tmp_path / "set"
     process = multiprocessing.get_context("spawn").Process(target=run_gather, args=(str(folder),))
     process.start()
@@ -220,7 +221,7 @@ def test_an_object_of_the_other_split_is_refused(gathered: Path, tmp_path: Path)
         {"frame_interval": 0.0}, {"frames": 0},
     ],
 )  # fmt: skip
-def test_settings_that_make_no_sense_are_refused(wrong: dict) -> None:
+def test_invalid_settings_are_refused(wrong: dict) -> None:
     with pytest.raises(InputError):
         GatherSettings(**wrong)
 
@@ -240,13 +241,15 @@ def test_a_gathered_set_is_a_data_set(gathered: Path) -> None:
 
 
 def test_recordings_train_beside_simulated_scans(gathered: Path, tmp_path: Path) -> None:
-    """Whether their start was measured or not; and their starts are asked of nothing else."""
+    """With or without a measured start; other objects need no scan from these starts."""
     folder = tmp_path / "set"
     shutil.copytree(gathered, folder)
     files = {"cloud": "clouds/bed-200000@000.npz"}
     for name, start in (("blue@run1", None), ("red@run2", 30.0), ("red@run3", 50.0)):
-        thing = name.partition("@")[0]
-        SetFolder(folder).add(scan(name, object=thing, label="lamp", start_deg=start, files=files))
+        object_name = name.partition("@")[0]
+        SetFolder(folder).add(
+            scan(name, object=object_name, label="lamp", start_deg=start, files=files)
+        )
     train = open_data_set(folder, "train")
     assert train.names.tolist()[2:] == ["blue@run1", "red@run2"], "from the first start"
     assert train.shown.tolist()[2:] == ["blue", "red"]
@@ -287,13 +290,13 @@ def scan(name: str = "chair-1@0", **changed: object) -> GatheredScan:
         scan(quality=[]).line(),
     ],
 )  # fmt: skip
-def test_a_broken_manifest_is_told(tmp_path: Path, line: str) -> None:
+def test_a_broken_manifest_is_reported(tmp_path: Path, line: str) -> None:
     (tmp_path / MANIFEST).write_text(scan().line() + line + scan("other").line())
     with pytest.raises(InputError, match="line 2"):
         read_manifest(tmp_path)
 
 
-def test_what_is_missing_foreign_and_broken_is_named(gathered: Path, tmp_path: Path) -> None:
+def test_verify_names_missing_foreign_and_broken_files(gathered: Path, tmp_path: Path) -> None:
     folder = tmp_path / "set"
     shutil.copytree(gathered, folder)
     (folder / "clouds" / "bed-200000@000.npz").write_bytes(b"broken")
@@ -343,10 +346,10 @@ def test_the_contact_sheet_shows_every_scan(gathered: Path, tmp_path: Path) -> N
     assert one_point.shape == (110, 110, 3)
 
 
-def test_without_the_simulator_nothing_is_written_down_as_scanned(
+def test_without_the_simulator_no_scan_is_recorded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Else the scans would count as made once the simulator is there."""
+    """Otherwise the scans would count as made once the simulator is installed."""
     broken = tmp_path / "modules" / "embreex"
     broken.mkdir(parents=True)
     (broken / "__init__.py").write_text("raise ImportError('none here')")
@@ -356,7 +359,7 @@ def test_without_the_simulator_nothing_is_written_down_as_scanned(
     assert read_manifest(tmp_path / "set") == []
 
 
-def test_the_first_scan_that_saw_its_object_trains(gathered: Path, tmp_path: Path) -> None:
+def test_training_uses_the_first_scan_that_saw_its_object(gathered: Path, tmp_path: Path) -> None:
     folder = copied(gathered, tmp_path)
     scans = read_manifest(folder)
     blind = [replace(s, files={}) if s.label == "chair" and s.start_deg == 0 else s for s in scans]
@@ -365,12 +368,12 @@ def test_the_first_scan_that_saw_its_object_trains(gathered: Path, tmp_path: Pat
     assert sorted(named) == ["bed-200000@000", "chair-200000@090"]
 
 
-def test_what_was_asked_for_is_told_as_it_was_asked(gathered: Path, tmp_path: Path) -> None:
+def test_missing_starts_are_reported_as_requested(gathered: Path, tmp_path: Path) -> None:
     """Settings are edited by hand, too."""
     folder = copied(gathered, tmp_path)
     settings = json.loads((folder / "settings.json").read_text())
     names = ["chair-1@000", "chair-1@000.5", "chair-1@090", "chair-1@337.5", "chair-1"]
     settings[ASKED] += names
     (folder / "settings.json").write_text(json.dumps(settings))
-    told = {name for name in verify_gathered(folder).missing if name.startswith("chair-1 ")}
-    assert told == {f"chair-1 from {start}°" for start in ("0", "0.5", "90", "337.5")}
+    missing = {name for name in verify_gathered(folder).missing if name.startswith("chair-1 ")}
+    assert missing == {f"chair-1 from {start}°" for start in ("0", "0.5", "90", "337.5")}

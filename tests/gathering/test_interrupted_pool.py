@@ -26,7 +26,7 @@ def sleep(nap):
 if __name__ == "__main__":
     try:
         naps = [Nap(f"nap-{n}") for n in range(6)]
-        run_all(naps, sleep, Path("naps.jsonl"), LocalPool(2), lambda *told: None)
+        run_all(naps, sleep, Path("naps.jsonl"), LocalPool(2), lambda *progress: None)
     except KeyboardInterrupt:
         sys.exit(130)
 """

@@ -37,7 +37,7 @@ def chairs(prefix: str, *made: tuple[int, float, float]) -> LabelledSurfaces:
     return LabelledSurfaces(Chairs(made), np.arange(len(made)), labels, names, "")
 
 
-def test_sources_take_turns_and_go_on_where_one_has_no_more() -> None:
+def test_sources_alternate_until_they_are_exhausted() -> None:
     few = ObjectSource("few", chairs("a", (1, 1, 0), (2, 1, 0)), chairs("b", (9, 1, 0)))
     counts = {"train": 5, "test": 2}
     sources = [few, ObjectSource.procedural(counts)]
@@ -70,13 +70,13 @@ def test_an_object_too_large_for_the_camera_is_left_out() -> None:
     assert [one.name for one in chosen] == ["a1"]
 
 
-def test_two_objects_of_one_name_are_told() -> None:
+def test_two_objects_of_one_name_are_reported() -> None:
     source = ObjectSource("mine", chairs("same/", (1, 1, 0)), chairs("same_", (2, 1, 0)))
     with pytest.raises(InputError, match=r"mine \(test\) and mine \(train\) both hold .* same_0"):
         select_objects([source], ["chair"], {"train": 1, "test": 1})
 
 
-def test_a_source_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_source_that_is_not_there_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nowhere"):
         sources_of([str(tmp_path / "nowhere")], {"train": 1, "test": 1})
     settings = GatherSettings(("chair", "unicorn"), 1, 1)

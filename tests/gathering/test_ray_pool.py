@@ -42,7 +42,7 @@ def cluster() -> Iterator[object]:
     )
     from ray.cluster_utils import Cluster
 
-    # A node that is gone is known to be after a second.
+    # The loss of a node is detected within a second.
     quick = {"health_check_period_ms": 200, "health_check_failure_threshold": 3}
     made = Cluster(
         initialize_head=True,
@@ -75,19 +75,21 @@ def test_every_job_is_done_once(pool: RayPool, tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 12
 
 
-def test_a_job_that_fails_is_told_and_the_others_are_done(pool: RayPool, tmp_path: Path) -> None:
+def test_a_job_that_fails_is_reported_and_the_others_are_done(
+    pool: RayPool, tmp_path: Path
+) -> None:
     jobs = [*naps(tmp_path, 2), Nap("broken", 0.0, tmp_path)]
     outcomes = {job.key: outcome for job, outcome in pool.outcomes(jobs, sleep)}
     assert isinstance(outcomes["broken"], ValueError)
     assert outcomes["nap-1"]["key"] == "nap-1"
 
 
-def test_a_job_whose_process_is_lost_is_begun_again(pool: RayPool, tmp_path: Path) -> None:
+def test_a_job_whose_process_is_lost_is_restarted(pool: RayPool, tmp_path: Path) -> None:
     done = list(pool.outcomes(naps(tmp_path, 1), die))
     assert sorted(outcome["key"] for _, outcome in done) == ["nap-0"]
 
 
-def test_a_lost_node_costs_its_running_jobs_alone(
+def test_a_lost_node_loses_only_its_running_jobs(
     cluster: object, pool: RayPool, tmp_path: Path
 ) -> None:
     third = cluster.add_node(num_cpus=1, object_store_memory=STORE)
@@ -98,11 +100,11 @@ def test_a_lost_node_costs_its_running_jobs_alone(
             cluster.remove_node(third, allow_graceful=False)
     assert sorted(key for key, _ in done) == sorted(job.key for job in jobs)
     assert all(outcome["key"] == key for key, outcome in done)
-    # What it had under way or had been given, at most, was begun a second time.
+    # At most the jobs that it ran or had been given are started again.
     assert len(list(tmp_path.iterdir())) <= 12 + ray_pool.IN_FLIGHT
 
 
-def test_a_node_of_another_version_is_told(
+def test_a_node_of_another_version_is_reported(
     pool: RayPool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ray_pool, "__version__", "0.0.9")
@@ -113,7 +115,7 @@ def test_a_node_of_another_version_is_told(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_node_without_the_program_is_told(pool: RayPool, tmp_path: Path) -> None:
+def test_a_node_without_the_program_is_reported(pool: RayPool, tmp_path: Path) -> None:
     ((_, outcome),) = pool.outcomes(naps(tmp_path, 1), lack_a_module)
     assert isinstance(outcome, InputError)
     assert "no circumspect" in str(outcome)
@@ -160,7 +162,7 @@ def test_a_set_is_converted_and_evaluated_on_a_cluster(
     assert sharded["confusion"] == whole["confusion"]
 
 
-def test_a_node_that_does_not_see_the_folder_is_told(pool: RayPool, tmp_path: Path) -> None:
+def test_a_node_that_does_not_see_the_folder_is_reported(pool: RayPool, tmp_path: Path) -> None:
     settings = GatherSettings(("chair",), 1, 0)
     scan = GatheredScan("chair-1@000", "chair-1", "chair", "train", 0.0)
     task = SimulatedTask(scan, make_furniture("chair", 1), 0, settings, str(tmp_path / "elsewhere"))
@@ -177,7 +179,7 @@ def test_a_node_that_does_not_see_the_folder_is_told(pool: RayPool, tmp_path: Pa
         (["--cluster", "auto", "--workers", "2"], "--workers is for this machine"),
     ],
 )
-def test_no_cluster_is_told_in_a_line(
+def test_a_missing_cluster_is_reported_in_one_line(
     flags: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     pytest.importorskip("ray", reason="Ray has no wheel for this Python")
@@ -189,7 +191,7 @@ def test_no_cluster_is_told_in_a_line(
     assert not (tmp_path / "set").exists()
 
 
-def test_ray_that_is_not_installed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ray_that_is_not_installed_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     with (
         pytest.raises(MissingExtraError, match=r"circumspect\[cluster\]"),

@@ -11,16 +11,18 @@ import numpy as np
 import pytest
 from here_pool import HerePool
 
-from circumspect.cli import gather as gather_command
-from circumspect.cli.convert import convert_set
+from circumspect.cli.commands import gather as gather_command
+from circumspect.cli.commands.convert import Conversion, convert_set
 from circumspect.cli.main import main
 from circumspect.datasets.gathered_set import GatheredScan, read_gathered, read_manifest
 from circumspect.datasets.sharded_set import ShardedSet
 from circumspect.errors import InputError, OutputError
-from circumspect.gathering import GatherSettings, LocalPool, gather, objects_for
+from circumspect.gathering import GatherSettings, LocalPool, objects_for
+from circumspect.gathering.gather import gather
 from circumspect.gathering.set_place import SetBucket, SetFolder, place_of
 
 fsspec = pytest.importorskip("fsspec", reason="fsspec is not installed")
+HOW = Conversion("planes", 2, 64, 0, 1)
 SETTINGS = GatherSettings(("bed", "chair"), 3, 1, (0.0,), (0.0,), frame_interval=2.0, frames=3)
 URL = "memory://gathered/set"
 
@@ -47,7 +49,7 @@ def without_time(scan: GatheredScan) -> GatheredScan:
     return replace(scan, quality={**scan.quality, "processor_s": None})
 
 
-def test_an_object_store_gets_what_a_folder_gets(gathered: Path) -> None:
+def test_an_object_store_holds_the_same_set_as_a_folder(gathered: Path) -> None:
     scans = in_store()
     here = sorted(read_manifest(gathered), key=lambda scan: scan.scan)
     assert list(map(without_time, scans)) == list(map(without_time, here))
@@ -74,7 +76,7 @@ def test_an_interrupted_set_resumes_where_nothing_can_be_appended() -> None:
     assert len({scan.scan for scan in place_of(URL).scans()}) == 8
 
 
-def test_something_else_in_a_store_is_left_alone() -> None:
+def test_foreign_objects_in_a_store_are_kept() -> None:
     fsspec.filesystem("memory").pipe_file(f"{URL}/notes.txt", b"mine")
     with pytest.raises(InputError, match=r"notes\.txt: is of something else; give a new URL"):
         in_store()
@@ -91,10 +93,10 @@ def test_something_else_in_a_store_is_left_alone() -> None:
 
 def test_a_set_in_a_store_is_converted(gathered: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no gathered set"):
-        convert_set(URL, str(tmp_path / "none"), "planes", 2, 64, 0, 1, None)
+        convert_set(URL, str(tmp_path / "none"), HOW)
     in_store()
-    counts = convert_set(URL, str(tmp_path / "a"), "planes", 2, 64, 0, 1, None)
-    assert counts == convert_set(str(gathered), str(tmp_path / "b"), "planes", 2, 64, 0, 1, None)
+    counts = convert_set(URL, str(tmp_path / "a"), HOW)
+    assert counts == convert_set(str(gathered), str(tmp_path / "b"), HOW)
     with ShardedSet.read(tmp_path / "a", "test") as shards:
         rows = next(shards.in_order())
     assert rows.starts_deg.tolist() == [0.0, 0.0]

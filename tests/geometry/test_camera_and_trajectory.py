@@ -15,7 +15,7 @@ from circumspect.geometry import PinholeCamera, Trajectory, read_tum, write_tum
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-def test_projection_undoes_back_projection(seed: int):
+def test_projection_inverts_back_projection(seed: int):
     rng = np.random.default_rng(seed)
     width, height = rng.integers(1, 40, 2).tolist()
     camera = PinholeCamera(width, height, *rng.uniform(5, 500, 2), *rng.uniform(-50, 50, 2))
@@ -43,7 +43,7 @@ def test_optical_frame():
     np.testing.assert_allclose(field_of_view, (58, 45), atol=1)
 
 
-def test_nothing_valid_gives_no_points():
+def test_images_without_valid_depth_give_no_points():
     camera = PinholeCamera(4, 3, 2.0, 2.0, 1.5, 1.0)
     assert camera.back_project(np.full((3, 4), np.nan)).shape == (0, 3)
     assert camera.project(np.empty((0, 3))).shape == (0, 2)
@@ -123,7 +123,7 @@ def test_bad_stamps(stamps: list, word: str):
         Trajectory(np.array(stamps), RigidTransform.identity(3))
 
 
-def test_one_pose_is_no_batch():
+def test_a_trajectory_needs_a_batch_of_poses():
     with pytest.raises(GeometryError, match="batch"):
         Trajectory(np.zeros(1), RigidTransform.identity())
 

@@ -16,14 +16,16 @@ def pose(change: list[float]) -> RigidTransform:
 
 
 @given(changes, changes, changes)
-def test_products_are_scipy_s(one: list[float], two: list[float], three: list[float]) -> None:
+def test_products_equal_those_of_scipy(
+    one: list[float], two: list[float], three: list[float]
+) -> None:
     A, B, C = pose(one), pose(two), pose(three)
     assert_allclose(composed(A, B, C).as_matrix(), (A * B * C).as_matrix(), atol=1e-12)
     assert_allclose(between(A, B).as_matrix(), (A.inv() * B).as_matrix(), atol=1e-12)
 
 
 @given(changes)
-def test_a_pose_from_itself_is_none(change: list[float]) -> None:
+def test_a_pose_relative_to_itself_is_the_identity(change: list[float]) -> None:
     T = pose(change)
     assert_allclose(between(T, T).as_matrix(), np.eye(4), atol=1e-12)
     assert_allclose(composed(T).as_matrix(), T.as_matrix())

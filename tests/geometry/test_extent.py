@@ -48,7 +48,7 @@ def test_a_plane_has_an_extent(scale: float, offset: float, tmp_path: Path):
 
 @pytest.mark.parametrize("offset", [0.0, 1e6])
 @pytest.mark.parametrize("count", [1, 2, 1000])
-def test_the_kernel_is_numpy(count: int, offset: float):
+def test_the_kernel_agrees_with_numpy(count: int, offset: float):
     points = np.random.default_rng(count).normal(size=(count, 3)) * [1, 2, 0.3] + offset
     low, high, scatter = _native.extent(points)
     np.testing.assert_array_equal(low, points.min(axis=0))

@@ -11,7 +11,7 @@ from circumspect.geometry.farthest_points import farthest_points
 
 
 def some_points(seed: int, count: int, copies: int = 0, kind: type = np.float64):
-    """Random points, the first ones of which come again."""
+    """Random points; the first ones are repeated."""
     points = np.random.default_rng(seed).normal(size=(count, 3)).astype(kind)
     return np.concatenate([points, points[:copies]])
 

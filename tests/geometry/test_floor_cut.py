@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.geometry import PointCloud, cut_floor
 from circumspect.geometry.clusters import connected_clusters
-from circumspect.geometry.supporting_plane import find_supporting_plane
+from circumspect.geometry.supporting_plane import find_supporting_plane, largest_with_all_above
 
 SCANS = {
     "clean": {},
@@ -25,7 +25,7 @@ SCANS = {
 
 @pytest.mark.parametrize("kind", SCANS)
 @pytest.mark.parametrize("category", ["chair", "table", "night_stand", "toilet"])
-def test_the_object_stays_and_the_floor_goes(kind: str, category: str):
+def test_the_floor_is_removed_and_the_object_kept(kind: str, category: str):
     points, is_object = on_floor(category, **SCANS[kind])
     cut = cut_floor(PointCloud(points))
     assert cut is not None
@@ -38,7 +38,7 @@ def test_the_object_stays_and_the_floor_goes(kind: str, category: str):
         assert cut.other_points > 3000
 
 
-def test_what_is_left_is_level():
+def test_the_remaining_object_is_level():
     points, _ = on_floor("chair", lean=0.3)
     cut = cut_floor(PointCloud(points))
     assert cut is not None
@@ -59,7 +59,7 @@ def test_areas_and_normals_are_kept_with_their_points():
 
 
 @pytest.mark.parametrize("category", CATEGORIES)
-def test_an_object_without_a_floor_stays_whole(category: str):
+def test_an_object_without_a_floor_is_unchanged(category: str):
     cloud = make_furniture(category, 3).sampled(12_000, 0)
     assert cut_floor(cloud) is None
 
@@ -128,3 +128,16 @@ def test_clusters_are_joined_by_chains_of_short_steps():
     of_line = order < 100
     assert len(set(clusters[of_line])) == len(set(clusters[~of_line])) == 1
     assert set(clusters[of_line]) != set(clusters[~of_line])
+
+
+def test_the_largest_hypothesis_with_nothing_below_is_taken():
+    rng = np.random.default_rng(0)
+    heights = np.repeat([0.0, 1.0, 2.0], [300, 500, 200])
+    points = np.column_stack([rng.uniform(-1, 1, (1000, 2)), heights])
+    normals = np.tile([0.0, 0.0, 1.0], (4, 1))
+    # The largest plane has points below; of the two others that lie at 0 the first is taken.
+    offsets = np.array([2.0, 1.0, 0.0, 0.0])
+    assert largest_with_all_above(points, normals, offsets, 0.1, 0.1, 10) == 2
+    assert largest_with_all_above(points, -normals, -offsets, 0.1, 0.1, 10) == 0
+    assert largest_with_all_above(points, normals, offsets, 0.1, 0.1, 300) is None
+    assert largest_with_all_above(points, normals, offsets, np.full(1000, 0.1), 0.1, 299) == 2

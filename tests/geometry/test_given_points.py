@@ -1,4 +1,4 @@
-"""What a caller may hand over where points are wanted, and what the others are told."""
+"""What a caller may pass as points, and the errors for anything else."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ def structured(points: np.ndarray, dtype: str = "<f4") -> np.ndarray:
 
 
 @takers
-def test_a_mesh_is_told_to_be_sampled(take):
+def test_a_mesh_in_place_of_points_is_refused_with_a_remedy(take):
     with pytest.raises(InputError, match=r"mesh\.sampled\("):
         take(MESH)
 
 
 @takers
 @pytest.mark.parametrize("path", ["chair.ply", Path("chair.ply")])
-def test_a_path_is_told_to_be_read(take, path):
+def test_a_path_in_place_of_points_is_refused_with_a_remedy(take, path):
     with pytest.raises(InputError, match=r"circumspect\.read_cloud\(path\)"):
         take(path)
 
@@ -54,7 +54,7 @@ def test_a_path_is_told_to_be_read(take, path):
 @pytest.mark.parametrize(
     "bad", [np.ma.masked_less(POINTS, 0), POINTS + 0j, POINTS > 0, POINTS.astype(str), object()]
 )
-def test_what_is_no_array_of_numbers_is_refused(take, bad):
+def test_values_that_are_no_numeric_array_are_refused(take, bad):
     with pytest.raises(InputError):
         take(bad)
 
@@ -139,12 +139,12 @@ def test_masked_values_are_not_used():
 
 
 @pytest.mark.parametrize("bad", [POINTS + 0j, POINTS > 0, POINTS.astype(str), [["1", "2", "3"]]])
-def test_a_cloud_is_of_whole_or_real_numbers(bad):
+def test_clouds_take_integers_and_floats(bad):
     with pytest.raises(GeometryError, match="an array of numbers is needed, not one of"):
         PointCloud(bad)
 
 
-def test_what_is_no_array_is_named():
+def test_a_value_that_is_no_array_is_named_by_type():
     with pytest.raises(GeometryError, match="an array of numbers is needed, not TriangleMesh"):
         PointCloud(MESH)
 
@@ -158,7 +158,7 @@ def test_a_rigid_transform_moves_a_cloud_as_its_matrix_does():
     np.testing.assert_allclose(moved.points_xyz, T.apply(POINTS))
 
 
-def test_shapes_are_told_in_a_few_words():
+def test_reprs_of_shapes_are_short():
     assert repr(PointCloud(POINTS)) == "PointCloud(50 points)"
     full = PointCloud(POINTS, areas=np.ones(50), normals_xyz=POINTS)
     assert repr(full) == "PointCloud(50 points, areas, normals)"

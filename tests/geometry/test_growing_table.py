@@ -11,7 +11,7 @@ from circumspect.geometry.growing_table import BLOCK, GrowingTable
 
 
 @pytest.mark.parametrize("count", [0, 1, BLOCK - 1, BLOCK, BLOCK + 1, 3 * BLOCK])
-def test_rows_come_back_in_order(count: int) -> None:
+def test_rows_are_returned_in_order(count: int) -> None:
     rows = np.random.default_rng(count).normal(size=(count, 5))
     table = GrowingTable(5)
     for row in rows:
@@ -20,7 +20,7 @@ def test_rows_come_back_in_order(count: int) -> None:
     np.testing.assert_array_equal(table.rows, rows)
 
 
-def test_what_was_read_does_not_change_any_more() -> None:
+def test_returned_rows_are_copies() -> None:
     table = GrowingTable(4)
     table.append(np.eye(2))
     before = table.rows

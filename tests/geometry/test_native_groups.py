@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import groups_reference as twin
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from circumspect.geometry import _native
-from circumspect.geometry import numpy_twin as twin
 
 seeds = st.integers(0, 2**32 - 1)
 

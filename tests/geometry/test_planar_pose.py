@@ -23,13 +23,13 @@ def test_composition_is_associative(a, b, c):
 
 
 @given(poses)
-def test_the_inverse_undoes(pose):
+def test_inverse_composes_to_the_identity(pose):
     assert_same(pose @ pose.inverse(), PlanarPose())
     assert_same(pose.inverse() @ pose, PlanarPose())
 
 
 @given(poses, poses)
-def test_it_composes_as_poses_in_space_do(a, b):
+def test_composition_agrees_with_rigid_transforms(a, b):
     in_space = a.as_transform() * b.as_transform()
     assert_same(PlanarPose.from_transform(in_space), a @ b)
 
@@ -56,6 +56,6 @@ def test_height_and_tilt_are_dropped():
 
 
 @pytest.mark.parametrize("values", [(np.nan, 0, 0), (0, np.inf, 0), (0, 0, np.nan)])
-def test_what_is_not_finite_is_refused(values):
+def test_values_that_are_not_finite_are_refused(values):
     with pytest.raises(GeometryError, match="finite"):
         PlanarPose(*values)

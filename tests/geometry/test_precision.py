@@ -1,4 +1,4 @@
-"""Objects far from the origin: told exactly, or not told at all."""
+"""Objects far from the origin are read exactly or refused."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def far_chair() -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", ["a.npy", "a.npz"])
-def test_a_shape_that_single_precision_rounded_away_is_refused(name: str, tmp_path: Path):
+def test_a_cloud_lost_to_single_precision_is_refused(name: str, tmp_path: Path):
     points = far_chair().astype(np.float32)
     file = tmp_path / name
     if name.endswith("npy"):
@@ -34,7 +34,7 @@ def test_a_shape_that_single_precision_rounded_away_is_refused(name: str, tmp_pa
         read_cloud(file)
 
 
-def test_so_is_a_mesh(tmp_path: Path):
+def test_a_mesh_lost_to_single_precision_is_refused(tmp_path: Path):
     chair = make_furniture("chair", 3)
     trimesh.Trimesh(chair.vertices_xyz + SURVEY, chair.faces).export(tmp_path / "a.stl")
     for read in (read_mesh, read_cloud):
@@ -42,13 +42,13 @@ def test_so_is_a_mesh(tmp_path: Path):
             read(tmp_path / "a.stl")
 
 
-def test_double_precision_is_exact_there(tmp_path: Path):
+def test_double_precision_far_from_the_origin_is_exact(tmp_path: Path):
     np.save(tmp_path / "a.npy", far_chair())
     np.testing.assert_array_equal(read_cloud(tmp_path / "a.npy").points_xyz, far_chair())
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1e-3, 1.0, 1e3, 1e30])
-def test_single_precision_does_where_the_object_is(scale: float, tmp_path: Path):
+def test_single_precision_suffices_near_the_origin(scale: float, tmp_path: Path):
     points = ((far_chair() - SURVEY + [3.0, -50.0, 1.0]) * scale).astype(np.float32)
     np.save(tmp_path / "a.npy", points)
     np.testing.assert_array_equal(read_cloud(tmp_path / "a.npy").points_xyz, points)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from circumspect.geometry import se3, se3_matrices
-from circumspect.geometry.pose_distance import distances
+from circumspect.geometry.composition import distances
 
 seeds = st.integers(0, 2**32 - 1)
 sizes = st.sampled_from([0.0, 1e-9, 1e-5, 1.01e-4, 0.1, 1.0, 2.5, 3.1])

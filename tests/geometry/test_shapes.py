@@ -85,7 +85,7 @@ def test_moving_keeps_shape(seed: int):
         ([["a"]], "numbers"),
     ],
 )
-def test_only_similarities_move(matrix: object, word: str):
+def test_only_similarities_are_accepted_as_motions(matrix: object, word: str):
     with pytest.raises(GeometryError, match=word):
         PointCloud(np.eye(3)).moved(matrix)
 
@@ -237,7 +237,7 @@ def test_sampling_covers_the_surface():
 
 
 @given(st.floats(-10, 10), st.floats(-10, 10))
-def test_turns_about_the_vertical_add_up(first, second):
+def test_rotations_about_the_vertical_add_up(first, second):
     cloud = PointCloud(np.array([[1.0, 0.0, 2.0], [0.0, 3.0, -1.0]]), areas=np.array([1.0, 2.0]))
     both = cloud.turned(first).turned(second)
     np.testing.assert_allclose(both.points_xyz, cloud.turned(first + second).points_xyz, atol=1e-9)
@@ -247,6 +247,6 @@ def test_turns_about_the_vertical_add_up(first, second):
 
 
 @pytest.mark.parametrize("yaw", [np.nan, np.inf])
-def test_no_turn_by_what_is_no_angle(yaw):
+def test_a_rotation_that_is_not_finite_is_refused(yaw):
     with pytest.raises(GeometryError, match="finite"):
         PointCloud(np.eye(3)).turned(yaw)

@@ -15,7 +15,9 @@ def chair(count: int = 6000) -> np.ndarray:
 
 @pytest.mark.parametrize("count", [1, 5, 30])
 @pytest.mark.parametrize("away", [2.0, 1e3, 1e9])
-def test_strays_are_left_out_and_counted(count: int, away: float, caplog: pytest.LogCaptureFixture):
+def test_stray_points_are_removed_and_counted(
+    count: int, away: float, caplog: pytest.LogCaptureFixture
+):
     points = chair()
     directions = np.random.default_rng(0).normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -48,7 +50,7 @@ def test_a_thin_part_is_no_stray():
     assert without_stray_points(cloud) is cloud
 
 
-def test_two_things_are_no_strays():
+def test_two_objects_are_no_strays():
     points = chair(3000)
     cloud = PointCloud(np.concatenate([points, points[::20] + np.array([9, 0, 0])]))
     assert without_stray_points(cloud) is cloud

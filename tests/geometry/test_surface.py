@@ -61,7 +61,7 @@ def triangles_by_definition(
     reach=st.floats(0.8, 3),
     sheets=st.integers(1, 3),
 )
-def test_triangles_are_those_of_the_definition(
+def test_triangles_equal_those_of_the_definition(
     seed: int, count: int, neighbours: int, reach: float, sheets: int
 ):
     points = np.random.default_rng(seed).normal(size=(count, 3)) * [1, 1, 0.1]
@@ -75,7 +75,7 @@ def test_triangles_are_those_of_the_definition(
     assert [tuple(face) for face in faces.tolist()] == sorted(expected)
 
 
-def test_triangles_of_many_points_are_those_of_a_tree():
+def test_triangles_of_many_points_equal_those_of_a_tree():
     points = BOX.sampled(20_000, 3).points_xyz
     scaled = (points - points[0]) / float(np.ptp(points, axis=0).max())
     longest = 3.0 * _native.spacing(np.ascontiguousarray(scaled))
@@ -91,7 +91,7 @@ def test_triangles_of_many_points_are_those_of_a_tree():
 
 
 @pytest.mark.parametrize("sheets", [1, 2, 4])
-def test_spacing_is_that_within_a_sheet(sheets: int):
+def test_spacing_is_measured_within_a_sheet(sheets: int):
     grid = np.stack(np.meshgrid(np.arange(16), np.arange(16), [0.0]), axis=-1).reshape(-1, 3) / 16
     points = np.concatenate([grid + np.array([0, 0, 0.002 * sheet**2]) for sheet in range(sheets)])
     assert _native.spacing(points) == pytest.approx(1 / 16, rel=0.1)
@@ -131,7 +131,7 @@ def test_scale_and_place_do_not_matter(seed: int, exponent: int):
     np.testing.assert_array_equal(short_edge_triangles(points + 1024.0).faces, expected)
 
 
-def test_points_that_stand_there_many_times():
+def test_repeated_points():
     mesh = short_edge_triangles(np.repeat(BOX_POINTS, 5, axis=0))
     np.testing.assert_allclose(mesh.areas.sum(), short_edge_triangles(BOX_POINTS).areas.sum())
 
@@ -140,7 +140,7 @@ def test_points_that_stand_there_many_times():
     "points",
     [np.zeros((1, 3)), np.eye(3)[:2], np.zeros((9, 3)), np.repeat(np.eye(3)[:2], 9, axis=0)],
 )
-def test_too_few_places_for_a_triangle(points: np.ndarray):
+def test_too_few_points_for_a_triangle(points: np.ndarray):
     with pytest.raises(GeometryError, match="no three points"):
         short_edge_triangles(points)
     cloud = PointCloud(points)
@@ -148,7 +148,7 @@ def test_too_few_places_for_a_triangle(points: np.ndarray):
 
 
 @pytest.mark.parametrize(("neighbours", "reach"), [(1, 2.0), (5, 0.0), (5, np.nan), (5, np.inf)])
-def test_senseless_numbers(neighbours: int, reach: float):
+def test_invalid_arguments_are_refused(neighbours: int, reach: float):
     with pytest.raises(InputError):
         short_edge_triangles(BOX_POINTS, neighbours, reach)
 
@@ -162,7 +162,7 @@ def test_a_far_point_and_a_dense_clump():
     assert set(map(tuple, short_edge_triangles(points).faces.tolist())) == expected
 
 
-def test_kernels_refuse_what_lies_outside_their_arrays():
+def test_kernels_refuse_indices_outside_their_arrays():
     for faces in ([[0, 1, 3]], [[-1, 0, 1]]):
         with pytest.raises(ValueError, match="vertices"):
             _native.face_normals(np.eye(3), np.array(faces))
@@ -173,7 +173,7 @@ def test_kernels_refuse_what_lies_outside_their_arrays():
             kernel(np.zeros((5, 2)))
 
 
-def test_not_finite():
+def test_points_that_are_not_finite_are_refused():
     with pytest.raises(GeometryError, match="NaN"):
         short_edge_triangles([[0, 0, np.nan]] * 4)
 

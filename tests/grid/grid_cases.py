@@ -54,7 +54,7 @@ def clear_of_boundaries(grid: Grid, points_xyz: NDArray[np.float64]) -> NDArray[
 
 
 def assert_passed(grid: Grid, traced: OccupancyGrid, origins, ends) -> None:
-    """What beams surely passed is known, and nothing is that they can not have touched."""
+    """Assert that passed cells are known, and cells that beams can not have touched are unknown."""
     origins = np.broadcast_to(origins, ends.shape)
     middles, lengths = twin.pieces(grid, origins, ends)
     sure = middles[clear_of_boundaries(grid, middles) & (lengths > 1e-9)]
@@ -90,7 +90,7 @@ def _touched(grid: Grid, points_xyz: NDArray[np.float64]) -> NDArray[np.bool_]:
             touched[tuple(cells.T)] = True
             on_axis = cells[at[inside, 0] < NEAR]
             touched[on_axis[:, 0], :, on_axis[:, 2]] = True
-            # Azimuth means little close to the axis: NEAR in cells of the radius counts there.
+            # Azimuth is ill-defined close to the axis: there NEAR is in cells of the radius.
             close = cells[at[inside, 0] < 10 * NEAR * grid.shape[AZIMUTH_AXIS]]
             touched[close[:, 0], :, close[:, 2]] = True
     return touched

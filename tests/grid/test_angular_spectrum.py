@@ -45,7 +45,7 @@ def test_a_turn_by_any_angle_moves_the_phase_of_a_wave(seed, sectors, alpha):
 
 
 @given(seeds, st.integers(1, 40))
-def test_energy_is_kept(seed, sectors):
+def test_energy_is_preserved(seed, sectors):
     values = cells(seed, sectors)
     energy = (np.abs(angular_spectrum(values)) ** 2).sum(axis=AZIMUTH_AXIS)
     np.testing.assert_allclose(energy, (values**2).mean(axis=AZIMUTH_AXIS), atol=1e-12)
@@ -86,7 +86,7 @@ def test_wrong_shapes_are_refused(call, message):
         call()
 
 
-def test_of_a_grid_the_occupied_cells_count():
+def test_only_occupied_cells_of_a_grid_count():
     points = np.random.default_rng(0).uniform(-1, 1, (200, 3))
     grid = CylindricalGrid((4, 8, 4), 2.0).hits(points)
     np.testing.assert_array_equal(angular_spectrum(grid), angular_spectrum(grid.occupied))

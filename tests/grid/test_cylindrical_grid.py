@@ -113,7 +113,7 @@ def test_offsets_are_kept_within_a_turn():
 
 
 @pytest.mark.parametrize("kind", [CylindricalGrid, RectangularGrid])
-def test_a_grid_moves_with_its_centre(kind):
+def test_a_grid_translates_with_its_centre(kind):
     grid, points = kind(centre_xyz=(1, 2, 3)), np.random.default_rng(0).normal(size=(50, 3))
     at_origin = grid.recentred()
     assert at_origin.centre_xyz == (0.0, 0.0, 0.0)
@@ -158,12 +158,12 @@ def test_points_beyond_arithmetic_are_refused(kind):
         ({"azimuth_offset": math.inf}, "azimuth_offset must be finite"),
     ],
 )
-def test_bounds_that_make_no_sense_are_refused(arguments, message):
+def test_invalid_bounds_are_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         CylindricalGrid(**arguments)
 
 
-def test_cubes_refuse_them_too():
+def test_rectangular_grids_refuse_invalid_bounds():
     with pytest.raises(InputError, match="half_width"):
         RectangularGrid(half_width=-2.0)
     with pytest.raises(InputError, match="yaw"):

@@ -27,7 +27,7 @@ def arrays_of(path):
 
 @same_folder
 @given(grids(), seeds)
-def test_a_saved_grid_comes_back(tmp_path, grid, seed):
+def test_a_saved_grid_round_trips(tmp_path, grid, seed):
     saved, path = some_states(grid, seed), tmp_path / "grid.npz"
     saved.save(path)
     loaded = OccupancyGrid.load(path)
@@ -48,7 +48,7 @@ def test_a_file_is_small_and_plain(tmp_path):
 
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory) -> bytes:
-    """What a file without fault holds."""
+    """The arrays of a valid file."""
     path = tmp_path_factory.mktemp("sound") / "grid.npz"
     some_states(CylindricalGrid((3, 8, 5), azimuth_offset=0.1)).save(path)
     return path.read_bytes()
@@ -124,7 +124,7 @@ def test_bits_beyond_the_last_cell_are_refused(tmp_path):
         OccupancyGrid.load(path)
 
 
-def test_a_header_that_promises_too_much_costs_nothing(tmp_path, sound):
+def test_an_oversized_header_allocates_no_memory(tmp_path, sound):
     path = tmp_path / "bomb.npz"
     path.write_bytes(sound)
     with zipfile.ZipFile(path) as archive:
@@ -142,7 +142,7 @@ def test_missing_files_folders_and_other_archives(tmp_path):
         OccupancyGrid.load(tmp_path / "none.npz")
     with pytest.raises(InputError, match="is a folder"):
         OccupancyGrid.load(tmp_path)
-    os.mkfifo(tmp_path / "pipe.npz")  # Nobody ever writes into it.
+    os.mkfifo(tmp_path / "pipe.npz")  # No process writes into the pipe.
     with pytest.raises(InputError, match="not a regular file"):
         OccupancyGrid.load(tmp_path / "pipe.npz")
     np.savez(tmp_path / "cloud.npz", points=np.zeros((4, 3)))

@@ -10,7 +10,7 @@ from circumspect.grid import CylindricalGrid, RectangularGrid, hits_batch
 POINTS = np.random.default_rng(0).normal(size=(50, 3))
 
 
-def test_a_batch_holds_what_each_cloud_alone_gives():
+def test_a_batch_equals_the_grids_of_single_clouds():
     clouds = [POINTS, PointCloud(0.5 * POINTS), (0.2 * POINTS).astype(np.float32)]
     grids = [CylindricalGrid(radius=r) for r in (1.0, 2.0, 3.0)]
     batch = hits_batch(grids, clouds)

@@ -38,7 +38,7 @@ def test_hits(grid, seed, count):
 
 
 @given(grids(), seeds)
-def test_single_precision_is_served_as_it_is(grid, seed):
+def test_single_precision_gives_the_same_cells(grid, seed):
     points = points_about(grid, 300, seed).astype(np.float32)
     assert np.array_equal(grid.indices(points), grid.indices(points.astype(np.float64)))
 
@@ -142,7 +142,7 @@ def test_batches(some_seeds, threads, single):
 
 @pytest.mark.parametrize("grid", [CylindricalGrid((70, 32, 32)), RectangularGrid(yaw=0.4)])
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_threads_change_nothing(grid, dtype):
+def test_the_number_of_threads_does_not_change_results(grid, dtype):
     points = points_about(grid, 40_000, 0).astype(dtype)
     ends = points_about(grid, 9_000, 1, 0.5).astype(dtype)
     origins = points_about(grid, 9_000, 2, 2.0).astype(dtype)
@@ -177,7 +177,7 @@ def test_far_points_do_not_overflow():
     assert size_of(RectangularGrid()) == 1.0
 
 
-def test_other_python_threads_run_meanwhile():
+def test_kernels_release_the_interpreter_lock():
     clouds = [np.random.default_rng(0).normal(size=(500_000, 3))] * 100
     grid, started, finished = CylindricalGrid(), threading.Event(), []
 
@@ -199,7 +199,7 @@ def test_other_python_threads_run_meanwhile():
 
 
 def other_layouts(shape: tuple[int, ...], dtype: type) -> list[np.ndarray]:
-    """Outputs of the right size that a kernel could only fill by way of a copy."""
+    """Outputs of the right size whose layout a kernel could only fill through a copy."""
     return [
         np.zeros(shape, dtype, order="F"),
         np.zeros((*shape[:-1], 2 * shape[-1]), dtype)[..., ::2],
@@ -210,7 +210,7 @@ def other_layouts(shape: tuple[int, ...], dtype: type) -> list[np.ndarray]:
 @pytest.mark.parametrize("which", range(3))
 @pytest.mark.parametrize("precision", [np.float32, np.float64])
 @pytest.mark.parametrize("grid", [CylindricalGrid((3, 4, 5), 1.0), RectangularGrid((3, 4, 5), 1.0)])
-def test_outputs_of_another_layout_are_refused_not_lost(grid, precision, which):
+def test_outputs_of_another_layout_are_refused(grid, precision, which):
     points, kernels = np.zeros((2, 3), precision), grid.kernels()
     states = other_layouts(grid.shape, np.uint8)[which]
     with pytest.raises(TypeError, match="incompatible function arguments"):

@@ -25,7 +25,7 @@ def test_merging_is_a_maximum(a, b, c):
     assert np.array_equal(merged.occupied, first.occupied | second.occupied)
 
 
-def test_states_are_told_apart_and_read_only():
+def test_states_are_distinct_and_read_only():
     grid = random(0)
     assert np.array_equal(grid.occupied, grid.states == OCCUPIED)
     assert np.array_equal(grid.free, grid.states == FREE)

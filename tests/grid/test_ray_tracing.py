@@ -102,7 +102,7 @@ def test_a_beam_through_a_cube_takes_each_cell_once_in_order():
     assert known(traced, FREE) == [(2, 2, 2), (2, 3, 2)]
 
 
-def test_clouds_are_taken_for_ends():
+def test_clouds_are_accepted_as_ends():
     cloud = PointCloud(np.array([[0.5, 0.1, 0.1], [0.7, 0.2, 0.1]]))
     assert np.array_equal(
         GRID.trace([2.0, 0, 0], cloud).states, GRID.trace([2.0, 0, 0], cloud.points_xyz).states
@@ -118,7 +118,7 @@ def test_no_beams_leave_everything_unknown():
 
 @pytest.mark.parametrize("grid", [GRID, RectangularGrid()])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e51])
-def test_beams_that_are_no_numbers_are_refused(grid, bad):
+def test_beams_that_are_not_finite_are_refused(grid, bad):
     sound, broken = np.zeros((4, 3)), np.zeros((4, 3))
     broken[2, 1] = bad
     for origins, ends in ((sound, broken), (broken, sound), (broken[2], sound)):
@@ -147,6 +147,6 @@ def test_beams_of_wrong_shape_are_refused(origins, ends, returned, message):
 
 
 @pytest.mark.parametrize(("threads", "message"), [(-1, "or more"), (1.5, "whole"), (None, "whole")])
-def test_threads_are_a_count(threads, message):
+def test_an_invalid_number_of_threads_is_refused(threads, message):
     with pytest.raises(InputError, match=message):
         GRID.hits(np.zeros((1, 3)), threads)

@@ -165,7 +165,7 @@ def traced(grids, origins, ends) -> NDArray[np.uint8]:
 
 @pytest.mark.parametrize("count", [1, 2, 3, 8])
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_threads_change_nothing(count, dtype):
+def test_the_number_of_threads_does_not_change_results(count, dtype):
     grids = [CylindricalGrid(azimuth_offset=0.1 * n, radius=1 + 0.01 * n) for n in range(count)]
     points = points_about(grids[0], 40_000, 0).astype(dtype)
     origins, ends = points[:9_000], points_about(grids[0], 9_000, 1, 0.5).astype(dtype)
@@ -241,7 +241,7 @@ def test_wrong_arguments_are_refused():
         trace_views([GRID], POINTS, POINTS, -1)
 
 
-def test_the_kernels_refuse_what_they_could_not_fill():
+def test_the_kernels_refuse_outputs_of_wrong_size():
     kernels = [GRID.kernels(), GRID.kernels()]
     states = np.zeros((2, *GRID.shape), np.uint8)
 

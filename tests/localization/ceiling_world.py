@@ -17,12 +17,12 @@ def lens(focal=900.0, bend=BEND, size=(1280, 960)):
     return LensCamera(PinholeCamera(w, h, focal, 1.001 * focal, w / 2 + 3.0, h / 2 - 5.0), bend)
 
 
-def camera(x=0.0, y=0.0, name="c", tilt=(3.0, -4.0), heading=30.0, covariance=None, **how):
+def camera(x=0.0, y=0.0, name="c", tilt=(3.0, -4.0), heading=30.0, covariance=None, **lens_options):
     turn = Rotation.from_euler("z", heading, degrees=True) * Rotation.from_euler("x", np.pi)
     turn = turn * Rotation.from_euler("xy", tilt, degrees=True)
     pose = RigidTransform.from_components([x, y, 3.0], turn)
     return FixedCamera(
-        name, lens(**how), pose, np.zeros((6, 6)) if covariance is None else covariance
+        name, lens(**lens_options), pose, np.zeros((6, 6)) if covariance is None else covariance
     )
 
 
@@ -32,8 +32,8 @@ def corners(of, pose, mount=MOUNT):
     return of.project(np.column_stack([own, np.full(4, mount.height)]))
 
 
-def told(name, stamp, x, y, yaw=0.0, sigma=0.001):
-    """A camera that sees the robot there."""
+def sighted(name, stamp, x, y, yaw=0.0, sigma=0.001):
+    """The sighting of a camera that sees the robot there."""
     noise = sigma**2 * np.eye(3)
     return Sighting(name, stamp, TagPose(PlanarPose(x, y, yaw), noise, 0.1 * noise, 5.0))
 

@@ -1,4 +1,4 @@
-"""Boards that are not the one that was named, from pictures of each."""
+"""Diagnosis of boards that differ from the named one, from images of each."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import pytest
 
 from circumspect.errors import InputError
 from circumspect.localization import CharucoBoard, calibrate_lens
-from circumspect.localization.board_diagnosis import diagnosed_board
 from circumspect.localization.charuco_board import opencv_board
+from circumspect.localization.lens_calibration import board_diagnosis
 
 cv2 = pytest.importorskip("cv2")
 NAMED = CharucoBoard(9, 6, 0.03)
@@ -22,9 +22,9 @@ def views(picture: np.ndarray, count: int = 3) -> list[np.ndarray]:
     found = []
     for number in range(count):
         rng = np.random.default_rng(number)
-        seen = (corners - corners.mean(axis=0)) * 0.85 * min(480 / width, 360 / height)
-        seen = seen + np.array([240, 180]) + rng.uniform(-12, 12, (4, 2))
-        H = cv2.getPerspectiveTransform(corners, seen.astype(np.float32))
+        pixels = (corners - corners.mean(axis=0)) * 0.85 * min(480 / width, 360 / height)
+        pixels = pixels + np.array([240, 180]) + rng.uniform(-12, 12, (4, 2))
+        H = cv2.getPerspectiveTransform(corners, pixels.astype(np.float32))
         found.append(cv2.warpPerspective(picture, H, (480, 360), borderValue=180))
     return found
 
@@ -38,7 +38,10 @@ def picture(board: CharucoBoard = NAMED, dictionary: str = "DICT_5X5_100", legac
 @pytest.mark.parametrize(
     ("shown", "words"),
     [
-        (picture(legacy=True), "it has the legacy pattern of OpenCV before 4.6; print ours"),
+        (
+            picture(legacy=True),
+            "it has the legacy pattern of OpenCV before 4.6; print the right board",
+        ),
         (picture(dictionary="DICT_6X6_250"), "its markers are of DICT_6X6_100, not of DICT_5X5"),
         (picture(dictionary="DICT_4X4_50"), "its markers are of DICT_4X4_100, not of DICT_5X5"),
         (picture(SWAPPED), "its columns and rows are swapped; give --columns 6 --rows 9"),
@@ -55,13 +58,13 @@ def test_a_board_that_does_not_match_is_diagnosed(shown: np.ndarray, words: str)
 
 def test_several_differences_are_all_named() -> None:
     shown = views(np.fliplr(picture(SWAPPED, "DICT_6X6_250", legacy=False)))
-    found = diagnosed_board([np.ascontiguousarray(image) for image in shown], NAMED)
+    found = board_diagnosis([np.ascontiguousarray(image) for image in shown], NAMED)
     assert "DICT_6X6_100" in found
     assert "--columns 6 --rows 9" in found
     assert "mirrored" in found
 
 
 def test_the_named_board_and_no_board_are_no_difference() -> None:
-    assert diagnosed_board(views(picture()), NAMED) == ""
+    assert board_diagnosis(views(picture()), NAMED) == ""
     noise = np.random.default_rng(0).integers(0, 256, (240, 320)).astype(np.uint8)
-    assert diagnosed_board([noise, np.full((240, 320), 128, np.uint8)], NAMED) == ""
+    assert board_diagnosis([noise, np.full((240, 320), 128, np.uint8)], NAMED) == ""

@@ -19,7 +19,7 @@ from circumspect.localization import (
     read_lenses,
     write_calibration,
 )
-from circumspect.localization.lens_parameters import COUNTS, lens_of
+from circumspect.localization.lens_camera import COEFFICIENT_COUNTS, lens_of
 
 LENS = lens()
 PINHOLE = LENS.pinhole
@@ -118,20 +118,18 @@ def test_of_several_cameras_of_kalibr_the_named_one_is_taken(tmp_path: Path) -> 
         (ros([0.1, 0, 0, 0], "fisheye"), "lens model 'fisheye' is not supported"),
         (ros([*BEND, 0.1, 0, 0], "rational_polynomial"), "beyond k1, k2, p1, p2, k3 (rational"),
         (ros([0.1, 0.2]), "4, 5, 8, 12 or 14 coefficients (k1, k2, p1, p2, k3, …), not 2"),
-        (opencv(""), "says nothing of image_width; calibrate with: circumspect locate intrinsics"),
-        ("image_width: 3\nimage_height: 4\n", "says nothing of camera_matrix"),
+        (opencv(""), "has no image_width; calibrate with: circumspect locate intrinsics"),
+        ("image_width: 3\nimage_height: 4\n", "has no camera_matrix"),
         (ros().replace("data", "dota"), "needs 9 finite numbers in camera_matrix"),
         (ros().replace("1.0]", ".nan]"), "needs 9 finite numbers in camera_matrix"),
         (kalibr().replace("pinhole", "omni"), "camera model 'omni' is not supported"),
         ("- 1\n", "holds no camera"),
-        ("a: [", "is no YAML at line"),
+        ("a: [", "is not YAML at line"),
         ("a: &x [1]\nb: *x\n", "has aliases"),
-        ("a: !!python/object/apply:os.system [ls]\n", "is no YAML"),
+        ("a: !!python/object/apply:os.system [ls]\n", "is not YAML"),
     ],
 )
-def test_what_can_not_be_used_is_named_with_what_to_do(
-    tmp_path: Path, content: str, words: str
-) -> None:
+def test_unusable_files_are_refused_with_a_remedy(tmp_path: Path, content: str, words: str) -> None:
     path = tmp_path / "camera.yaml"
     with pytest.raises(InputError) as error:
         read(path, content)
@@ -143,14 +141,14 @@ def test_what_can_not_be_used_is_named_with_what_to_do(
 def test_other_files_and_a_yaml_without_a_place_are_refused(tmp_path: Path) -> None:
     archive = tmp_path / "cal.npz"
     np.savez(archive, K=np.eye(3))
-    with pytest.raises(InputError, match=r"cal\.npz: is not read; known are the JSON .* Kalibr"):
+    with pytest.raises(InputError, match=r"cal\.npz: unsupported; supported are JSON .* Kalibr"):
         read_lenses(archive, "c")
     (tmp_path / "ros.yaml").write_text(ros())
-    with pytest.raises(InputError, match=r"YAML files hold a lens, but no place; .*extrinsics"):
+    with pytest.raises(InputError, match=r"YAML files contain a lens, but no pose; .*extrinsics"):
         read_calibration(tmp_path / "ros.yaml")
 
 
-@given(st.sampled_from(COUNTS), st.booleans(), st.booleans())
+@given(st.sampled_from(COEFFICIENT_COUNTS), st.booleans(), st.booleans())
 def test_our_own_file_may_hold_the_numbers_in_other_forms(
     tmp_path_factory: pytest.TempPathFactory, count: int, nested: bool, flat: bool
 ) -> None:

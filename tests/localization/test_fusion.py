@@ -45,7 +45,7 @@ def test_fusion_adds_information(words):
         assert np.trace(together.covariance) <= np.trace(one.covariance) * (1 + 1e-9)
 
 
-def test_one_camera_is_itself_and_two_alike_halve_the_variance():
+def test_two_equal_cameras_halve_the_variance():
     one = word(1.0, 2.0, 0.3, 0.002)
     np.testing.assert_allclose(fused([one]).covariance, one.covariance, rtol=1e-9)
     np.testing.assert_allclose(fused([one, one]).covariance, one.covariance / 2, rtol=1e-9)
@@ -53,7 +53,7 @@ def test_one_camera_is_itself_and_two_alike_halve_the_variance():
         fused([])
 
 
-def test_the_odd_one_out_is_left_out():
+def test_outliers_are_excluded():
     words = [word(0, 0, 0, 0.001), word(0.05, 0, 0, 0.001), word(0.001, 0, 0, 0.001)]
     assert agreeing(words, 21.1) == [(0, 2)]
     assert agreeing(words[:2], 21.1) == [(0,), (1,)]
@@ -62,6 +62,6 @@ def test_the_odd_one_out_is_left_out():
     assert agreeing([], 21.1) == []
 
 
-def test_of_two_that_disagree_the_one_nearer_to_what_lies_between_counts():
+def test_of_two_overlapping_groups_the_closer_one_is_kept():
     words = [word(0, 0, 0, 0.001), word(0.004, 0, 0, 0.001), word(0.0085, 0, 0, 0.001)]
     assert agreeing(words, 21.1) == [(0, 1)]

@@ -10,14 +10,14 @@ from circumspect.localization.image_folder import ImageFolder, image_files, read
 from circumspect.localization.printed_page import print_page
 
 
-def put(path, value=7, size=(8, 6), mode="L"):
+def write_image(path, value=7, size=(8, 6), mode="L"):
     path.parent.mkdir(parents=True, exist_ok=True)
     Image.new(mode, size, value).save(path)
 
 
 def test_images_come_in_the_order_of_their_stamps(tmp_path):
     for name in ("b/0.100.png", "a/0.200.png", "a/0.0.png", "b/0.201.jpg"):
-        put(tmp_path / name)
+        write_image(tmp_path / name)
     (tmp_path / "notes.txt").write_text("x")
     (tmp_path / "empty").mkdir()
     folder = ImageFolder(tmp_path)
@@ -30,9 +30,9 @@ def test_images_come_in_the_order_of_their_stamps(tmp_path):
     assert grouped == [["a"], ["b"], ["a", "b"]]
 
 
-def test_stamps_may_stand_in_a_file(tmp_path):
-    put(tmp_path / "a" / "x.png")
-    put(tmp_path / "a" / "y.png", (1, 2, 3), mode="RGB")
+def test_stamps_are_read_from_a_file(tmp_path):
+    write_image(tmp_path / "a" / "x.png")
+    write_image(tmp_path / "a" / "y.png", (1, 2, 3), mode="RGB")
     (tmp_path / "a" / "stamps.txt").write_text("# name stamp\ny.png 1.5\nx.png 2.5\n")
     assert [i.stamp for i in ImageFolder(tmp_path)] == [1.5, 2.5]
     (tmp_path / "a" / "stamps.txt").write_text("y.png 1.5\n")
@@ -46,8 +46,8 @@ def test_stamps_may_stand_in_a_file(tmp_path):
         ImageFolder(tmp_path)
 
 
-def test_broken_images_are_skipped_and_told(tmp_path):
-    put(tmp_path / "a" / "1.png")
+def test_broken_images_are_skipped_and_reported(tmp_path):
+    write_image(tmp_path / "a" / "1.png")
     (tmp_path / "a" / "2.png").write_bytes(b"no image")
     (tmp_path / "a" / "3.png").write_bytes((tmp_path / "a" / "1.png").read_bytes()[:40])
     Image.fromarray(np.zeros((4, 4), np.uint16)).save(tmp_path / "a" / "4.png")
@@ -57,19 +57,19 @@ def test_broken_images_are_skipped_and_told(tmp_path):
     assert "8 bits" in folder.skipped[str(tmp_path / "a" / "4.png")]
 
 
-def test_folders_that_are_none(tmp_path):
-    with pytest.raises(InputError, match="is no folder"):
+def test_invalid_folders_are_refused(tmp_path):
+    with pytest.raises(InputError, match="is not a folder"):
         ImageFolder(tmp_path / "gone")
-    with pytest.raises(InputError, match="holds no sub-folder"):
+    with pytest.raises(InputError, match="contains no sub-folder"):
         ImageFolder(tmp_path)
-    put(tmp_path / "a" / "first.png")
-    with pytest.raises(InputError, match="no stamp in seconds"):
+    write_image(tmp_path / "a" / "first.png")
+    with pytest.raises(InputError, match="not a stamp in seconds"):
         ImageFolder(tmp_path)
 
 
 def test_images_are_named_or_found_in_folders(tmp_path):
-    put(tmp_path / "2.png")
-    put(tmp_path / "1.png")
+    write_image(tmp_path / "2.png")
+    write_image(tmp_path / "1.png")
     assert [p.name for p in image_files([tmp_path])] == ["1.png", "2.png"]
     with pytest.raises(InputError, match="does not exist"):
         image_files([tmp_path / "3.png"])
@@ -86,7 +86,7 @@ def test_ceiling_images_are_grey_and_have_a_time():
         CeilingImage("a", float("nan"), grey)
     with pytest.raises(InputError, match="8 bits"):
         TagDetector().detect(np.zeros((4, 4)))
-    with pytest.raises(InputError, match="smaller"):
+    with pytest.raises(InputError, match="decimate must be"):
         TagDetector(2.5)
 
 
@@ -109,7 +109,7 @@ def test_pages_are_to_scale(tmp_path, kind):
         np.testing.assert_allclose(found.centre_uv, found.corners_uv.mean(axis=0), atol=0.5)
 
 
-def test_pages_that_can_not_be(tmp_path):
+def test_impossible_pages_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"\.png or \.pdf"):
         print_page(tmp_path / "a.gif", tag_picture(1), 0.1, "")
     with pytest.raises(InputError, match="dots"):
@@ -122,6 +122,6 @@ def test_pages_that_can_not_be(tmp_path):
 
 
 @pytest.mark.parametrize("what", [{"columns": 2}, {"rows": 90}, {"square": 0.0}])
-def test_boards_that_can_not_be(what):
+def test_impossible_boards_are_refused(what):
     with pytest.raises(InputError):
         CharucoBoard(**what)

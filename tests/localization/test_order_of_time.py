@@ -1,4 +1,4 @@
-"""Laws of the one path that is made of fixes of clocks that were set back."""
+"""Laws of the path made of fixes whose clocks were set back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from circumspect.geometry import PlanarPose
 from circumspect.localization import LOST, TRACKED, SpaceFix
-from circumspect.localization.order_of_time import LATE, SET_BACK, apart
+from circumspect.localization.space_track import LATE, SET_BACK, exclusion_reasons
 
 
 def fixes(stamps, known=lambda number: True):
@@ -28,27 +28,27 @@ def path(stamps, reasons):
 @given(st.lists(st.integers(0, 40), max_size=60))
 def test_a_path_goes_forward_in_time(numbers):
     stamps = [float(number) for number in numbers]
-    reasons = apart(fixes(stamps))
+    reasons = exclusion_reasons(fixes(stamps))
     assert all(one < next_one for one, next_one in pairwise(path(stamps, reasons)))
 
 
 @given(st.lists(st.integers(0, 10**6), unique=True).map(sorted))
-def test_a_clock_that_is_never_set_back_loses_nothing(numbers):
-    assert set(apart(fixes([float(number) for number in numbers]))) <= {None}
+def test_a_clock_that_is_never_set_back_loses_no_fix(numbers):
+    assert set(exclusion_reasons(fixes([float(number) for number in numbers]))) <= {None}
 
 
 @given(st.integers(1, 20), st.integers(1, 20))
-def test_of_two_clocks_that_tell_of_the_same_times_the_one_that_knows_more_counts(old, new):
+def test_of_two_overlapping_clocks_the_one_with_more_fixes_is_kept(old, new):
     stamps = [*(1000.0 + n for n in range(old)), *(float(n) for n in range(new))]
-    reasons = apart(fixes(stamps))
+    reasons = exclusion_reasons(fixes(stamps))
     assert path(stamps, reasons) == (stamps[old:] if new > old else stamps[:old])
 
 
-def test_a_clock_that_knows_no_pose_counts_for_nothing():
+def test_a_clock_without_poses_is_excluded():
     stamps = [1000.0, 1001.0, 0.0, 1.0, 2.0]
-    assert apart(fixes(stamps, lambda number: number < 2))[2:] == (SET_BACK,) * 3
+    assert exclusion_reasons(fixes(stamps, lambda number: number < 2))[2:] == (SET_BACK,) * 3
 
 
-def test_only_what_is_told_twice_is_left_out():
+def test_only_repeated_times_are_excluded():
     stamps = [0.0, 1.0, 2.0, 3.0, 1.5, 2.5, 3.5, 3.5]
-    assert apart(fixes(stamps)) == (None,) * 4 + (SET_BACK,) * 2 + (None, LATE)
+    assert exclusion_reasons(fixes(stamps)) == (None,) * 4 + (SET_BACK,) * 2 + (None, LATE)

@@ -1,10 +1,10 @@
-"""What becomes of sightings that come late, contradict each other, or do not come."""
+"""Tracking with sightings that are late, contradictory or missing."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from ceiling_world import told, unlike
+from ceiling_world import sighted, unlike
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -30,7 +30,7 @@ def driven(tracker, seconds, *cameras, start=0.0, step=0.1):
     for n in range(round(seconds / step)):
         t = start + n * step
         fixes.append(
-            tracker.take(t, [told(name, t, SPEED * t + off, 0.0) for name, off in cameras])
+            tracker.take(t, [sighted(name, t, SPEED * t + off, 0.0) for name, off in cameras])
         )
     return fixes
 
@@ -63,41 +63,41 @@ def test_drop_outs_are_bridged_with_growing_covariance_until_lost():
     assert driven(tracker, 0.2, ("a", 0.0), start=4.0)[-1].state == TRACKED
 
 
-def test_before_anything_is_seen_it_is_lost():
+def test_without_sightings_the_state_is_lost():
     assert SpaceTracker().take(0.0, []).state == LOST
 
 
-def test_of_three_cameras_the_odd_one_is_left_out_and_reported():
+def test_of_three_cameras_the_outlier_is_excluded_and_reported():
     tracker = SpaceTracker()
     fixes = driven(tracker, 2.0, ("a", 0.0), ("b", 0.03), ("c", 0.001))
     assert all(fix.cameras == ("a", "c") for fix in fixes)
     assert fixes[0].sightings[1].reason == "contradicts the other cameras"
     assert fixes[-1].sightings[1].reason == "moved since calibration"
     (report,) = tracker.watch.reports
-    assert report.startswith("camera 'b' moved since calibration: it is 30 mm")
-    # Alone it is not believed any more, and there is no silent wrong pose.
+    assert report.startswith("camera 'b' moved since calibration: it differs by 30 mm")
+    # Alone it is no longer used, and no wrong pose goes unreported.
     alone = driven(tracker, 4.0, ("b", 0.03), start=2.0)
     assert {fix.state for fix in alone} == {BRIDGED, LOST}
     assert "moved since calibration" in alone[-1].note
-    # Calibrated again, it agrees, and is believed.
+    # Calibrated again, it agrees, and is used.
     after = driven(tracker, 3.0, ("a", 0.0), ("b", 0.0), ("c", 0.0), start=6.0)
     assert after[-1].cameras == ("a", "b", "c")
     assert tracker.watch.reports == ()
 
 
-def test_two_that_disagree_from_the_start_are_both_unreliable():
+def test_two_cameras_that_disagree_from_the_start_are_both_rejected():
     tracker = SpaceTracker()
     fixes = driven(tracker, 2.0, ("a", 0.0), ("b", 0.04))
     assert {fix.state for fix in fixes} == {LOST}
     assert "a and b are 40 mm apart and nothing decides" in fixes[0].note
     (report,) = tracker.watch.reports
     assert "one of the cameras 'a' or 'b' moved since calibration" in report
-    # One of them alone is used, but never without a word.
+    # One of them alone is used, but always with a note.
     alone = driven(tracker, 0.5, ("b", 0.04), start=2.0)
     assert all(fix.note and "in dispute" in fix.note for fix in alone)
 
 
-def test_two_that_disagree_are_decided_by_the_motion_so_far_and_told():
+def test_a_disagreement_of_two_cameras_is_decided_by_the_motion_and_reported():
     tracker = SpaceTracker()
     driven(tracker, 1.0, ("a", 0.0))
     fixes = driven(tracker, 2.0, ("a", 0.0), ("b", 0.08), start=1.0)
@@ -108,17 +108,17 @@ def test_two_that_disagree_are_decided_by_the_motion_so_far_and_told():
 def test_a_single_outlier_is_bridged():
     tracker = SpaceTracker()
     driven(tracker, 1.0, ("a", 0.0))
-    fix = tracker.take(1.0, [told("a", 1.0, 5.0, 0.0)])
+    fix = tracker.take(1.0, [sighted("a", 1.0, 5.0, 0.0)])
     assert fix.state == BRIDGED
-    assert fix.sightings[0].reason == "a contradicts the motion so far"
+    assert fix.sightings[0].reason == "a contradicts the predicted motion"
     assert fix.T_map_base.x == pytest.approx(SPEED, abs=0.02)
-    assert tracker.take(1.1, [told("a", 1.1, SPEED * 1.1, 0.0)]).state == TRACKED
+    assert tracker.take(1.1, [sighted("a", 1.1, SPEED * 1.1, 0.0)]).state == TRACKED
 
 
-def test_a_robot_that_is_carried_away_is_found_where_cameras_agree():
+def test_a_kidnapped_robot_is_tracked_where_cameras_agree():
     tracker = SpaceTracker()
     driven(tracker, 1.0, ("a", 0.0), ("b", 0.0))
-    fix = tracker.take(1.0, [told("a", 1.0, 3.0, 1.0), told("b", 1.0, 3.0, 1.0)])
+    fix = tracker.take(1.0, [sighted("a", 1.0, 3.0, 1.0), sighted("b", 1.0, 3.0, 1.0)])
     assert fix.state == TRACKED
     assert "carried away" in fix.note
     assert fix.T_map_base.x == pytest.approx(3.0, abs=1e-3)
@@ -135,7 +135,7 @@ def test_hand_over_from_one_camera_to_the_next_is_smooth():
 
 
 @given(st.permutations(["a", "b", "c", "d"]))
-def test_no_order_of_cameras_is_special(order):
+def test_the_order_of_cameras_does_not_matter(order):
     def run(names):
         tracker = SpaceTracker()
         offsets = {"a": 0.0, "b": 0.001, "c": 0.05, "d": -0.001}
@@ -146,24 +146,24 @@ def test_no_order_of_cameras_is_special(order):
         assert set(one.cameras) == set(other.cameras)
 
 
-def test_sightings_of_nearly_one_time_are_carried_to_it():
+def test_sightings_of_nearly_one_time_are_propagated_to_it():
     tracker = SpaceTracker()
     driven(tracker, 2.0, ("a", 0.0))
-    late = told("b", 2.02, SPEED * 2.02, 0.0)
-    fix = tracker.take(2.0, [told("a", 2.0, SPEED * 2.0, 0.0), late])
+    late = sighted("b", 2.02, SPEED * 2.02, 0.0)
+    fix = tracker.take(2.0, [sighted("a", 2.0, SPEED * 2.0, 0.0), late])
     assert fix.cameras == ("a", "b")
     assert fix.sightings[1].pose.T_map_base.x == pytest.approx(SPEED * 2.0, abs=1e-3)
 
 
 def test_many_measurements_do_not_average_the_bias_away():
-    sure = told("a", 0.0, 0.0, 0.0)
+    accurate = sighted("a", 0.0, 0.0, 0.0)
     tracker = SpaceTracker()
     for n in range(200):
-        fix = tracker.take(0.1 * n, [Sighting("a", 0.1 * n, sure.pose)])
-    assert fix.covariance[0, 0] > sure.pose.bias[0, 0]
+        fix = tracker.take(0.1 * n, [Sighting("a", 0.1 * n, accurate.pose)])
+    assert fix.covariance[0, 0] > accurate.pose.bias[0, 0]
 
 
-def test_the_filter_keeps_to_its_time():
+def test_the_filter_does_not_go_back_in_time():
     motion = MotionFilter(1.0, PlanarPose(0, 0, 3.1), 1e-6 * np.eye(3), 0.3, 1.0)
     with pytest.raises(InputError, match="forward"):
         motion.advance(0.5)
@@ -175,7 +175,7 @@ def test_the_filter_keeps_to_its_time():
     assert np.linalg.eigvalsh(motion.covariance).min() > 0
 
 
-def test_a_track_sums_up():
+def test_a_track_has_a_summary():
     tracker = SpaceTracker()
     fixes = driven(tracker, 1.0, ("a", 0.0)) + driven(tracker, 0.5, start=1.0)
     track = SpaceTrack.of([*fixes, fixes[0]], tracker.watch.reports)
@@ -191,8 +191,15 @@ def test_a_track_sums_up():
 
 
 @pytest.mark.parametrize(
-    "what", [{"corner_sigma": 0}, {"gate": -1}, {"workers": 0}, {"fewest": 30}, {"slot": 9}]
+    "what",
+    [
+        {"corner_sigma": 0},
+        {"max_squared_distance": -1},
+        {"workers": 0},
+        {"min_contradictions": 30},
+        {"slot": 9},
+    ],
 )
-def test_settings_that_make_no_sense(what):
+def test_invalid_settings_are_refused(what):
     with pytest.raises(InputError):
         SpaceSettings(**what)

@@ -58,7 +58,7 @@ def test_the_derivative_by_the_scale_is_that_of_a_scaled_step() -> None:
         )
 
 
-def test_a_mount_that_turns_moves_the_camera() -> None:
+def test_a_rotating_mount_moves_the_camera() -> None:
     turned = RigidTransform.from_rotation(
         RigidTransform.from_exp_coords([0, 0, 0.2, 0, 0, 0]).rotation
     )
@@ -84,7 +84,7 @@ def test_motion_without_usable_odometry_is_unknown(before: RgbdFrame, now: RgbdF
     assert MODEL.by_odometry(before, now) is None
 
 
-def test_a_growing_covariance_counts_and_a_constant_one_does_not() -> None:
+def test_a_growing_covariance_is_used_and_a_constant_one_ignored() -> None:
     step, large = PlanarPose(0.1, 0.0, 0.0), np.diag([0.04, 0.04, 0.01])
     grown = MODEL.by_odometry(frame(0.0, PlanarPose()), frame(1.0, step, large))
     constant = MODEL.by_odometry(frame(0.0, PlanarPose(), large), frame(1.0, step, large))
@@ -112,7 +112,7 @@ def test_a_constant_covariance_adds_nothing_on_any_step(
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -1.0, 1e308])
-def test_an_absurd_covariance_leaves_a_finite_invertible_one(value: float) -> None:
+def test_a_huge_covariance_gives_a_finite_invertible_one(value: float) -> None:
     bad = np.diag([value, value, value])
     step = PlanarPose(0.1, -0.05, 0.2)
     for before, now in ((None, bad), (bad, bad), (bad, None)):
@@ -156,8 +156,24 @@ def test_covariances_stay_invertible_after_a_long_pause() -> None:
     assert np.isfinite(np.linalg.inv(motion.covariance)).all()
 
 
+@given(st.floats(0.0, 1.0), st.floats(-1.0, 1.0), st.booleans())
+def test_the_covariance_includes_slip_by_any_share(share: float, size: float, turns: bool) -> None:
+    """From none of it to all, the true motion is within a standard deviation."""
+    reported = PlanarPose(0.0, 0.0, size) if turns else PlanarPose(size, 0.0, 0.0)
+    odometry = MODEL.by_odometry(frame(0.0, PlanarPose()), frame(1.0, reported))
+    assert odometry is not None
+    mount = MOUNT.as_matrix()
+    motion = MODEL.by_slipping_wheels(odometry, mount, np.eye(4), 0.0, 0.0)
+    axis, to_base = 2 if turns else 3, se3_matrices.adjoint(mount)
+    sigmas = np.sqrt(np.diag(to_base @ motion.covariance @ to_base.T))
+    assert share * abs(size) <= sigmas[axis] + 1e-9
+    # What was assumed since the last measurement counts as well.
+    longer = MODEL.by_slipping_wheels(odometry, mount, np.eye(4), 1.0, 1.0)
+    assert np.linalg.eigvalsh(longer.covariance - motion.covariance).min() > -1e-9
+
+
 @pytest.mark.parametrize("rate", [2, 30, 100])
-def test_a_camera_that_nothing_measures_is_as_uncertain_at_any_frame_rate(rate: int) -> None:
+def test_uncertainty_without_measurements_does_not_depend_on_the_frame_rate(rate: int) -> None:
     """After one second; a flat wall must not become reliable because frames are frequent."""
     model, covariance = MotionModel(), np.zeros((6, 6))
     for number in range(rate):

@@ -1,16 +1,16 @@
 import torch
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.nets import build_net
 from circumspect.nets.committee import Committee
 
-RECIPE = GridRecipe()
+INPUT_SPEC = GridSpec()
 
 
 def test_the_answer_is_the_mean_of_the_members():
-    net = Committee(build_net("planes", 4, RECIPE) for _ in range(2)).eval()
+    net = Committee(build_net("planes", 4, INPUT_SPEC) for _ in range(2)).eval()
     grids = (
-        torch.rand(3, 1, *RECIPE.shape, generator=torch.Generator().manual_seed(0)) < 0.1
+        torch.rand(3, 1, *INPUT_SPEC.shape, generator=torch.Generator().manual_seed(0)) < 0.1
     ).float()
     with torch.no_grad():
         apart = torch.stack([member(grids) for member in net.members])

@@ -38,7 +38,7 @@ def test_the_outputs_of_the_convolutions_are_those_of_table_1():
     ]  # fmt: skip
 
 
-def test_row_wise_pooling_forgets_where_along_the_azimuth():
+def test_row_wise_pooling_is_invariant_along_the_azimuth():
     features = torch.rand(2, 3, 4, 6, 5)
     pooled = RowWiseMaxPool()(features)
     assert pooled.shape == (2, 3, 4, 1, 5)
@@ -47,7 +47,7 @@ def test_row_wise_pooling_forgets_where_along_the_azimuth():
 
 
 @pytest.mark.parametrize("pool", ["rwmp", "max"])
-def test_nothing_wraps_so_that_invariance_is_only_near(pool):
+def test_without_wrapping_invariance_is_approximate(pool):
     torch.manual_seed(0)
     net = Moon2018(3, (14, 14, 14), pool).eval()
     grids = (torch.rand(2, 1, 14, 14, 14) < 0.1).float()
@@ -64,12 +64,12 @@ def test_a_grid_of_too_few_cells_is_refused(pool, needed):
 
 
 @pytest.mark.parametrize("name", ["moon2018", "moon2018-max"])
-def test_what_the_paper_leaves_open_is_told_as_it_is_done(name):
+def test_departures_from_the_paper_match_the_settings(name):
     spec = NETS[name]
     done = TrainingSettings(**spec.training)
-    for told in (
+    for reported in (
         f"momentum of {MOMENTUM:g},", f" {done.epochs} epochs in batches of {done.batch_size},",
         f" rises to {done.learning_rate:g} ", f" length of {done.gradient_norm:g};",
     ):  # fmt: skip
-        assert told in spec.departures
+        assert reported in spec.departures
     assert ("2x2x2" in spec.departures) == (name == "moon2018-max")

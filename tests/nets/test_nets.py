@@ -10,13 +10,14 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
-from network_inputs import small_recipe, some_inputs, trained_looking
+from network_inputs import small_input_spec, some_inputs, trained_looking
 from safetensors.torch import save_file
 
-from circumspect.classification import GridRecipe, PointsRecipe
+from circumspect.classification import GridSpec, PointsSpec
 from circumspect.errors import InputError, WeightsError
 from circumspect.nets import NETS, Checkpoint, build_net, cost_of
 from circumspect.nets.azimuth import RowWisePool, wrap
+from circumspect.nets.checkpoint import HEADER, save_tensors
 from circumspect.nets.registry import require_takes
 
 CLASSES = ("bed", "chair", "table")
@@ -36,17 +37,19 @@ def assert_yaw_invariant(net, grids, tolerance=1e-4):
 
 @pytest.mark.parametrize("name", [name for name, spec in NETS.items() if spec.whole_cells])
 def test_answers_are_invariant_to_whole_cells(name):
-    assert_yaw_invariant(trained_looking(name), some_inputs(NETS[name].recipe, 4, seed=1))
+    assert_yaw_invariant(trained_looking(name), some_inputs(NETS[name].input_spec, 4, seed=1))
 
 
 @pytest.mark.parametrize("name", NETS)
 def test_all_weights_learn(name):
-    recipe = small_recipe(name)
+    input_spec = small_input_spec(name)
     net = trained_looking(name).train()
-    told = net(some_inputs(recipe, 4))
-    logits = getattr(told, "logits", told)
+    reported = net(some_inputs(input_spec, 4))
+    logits = getattr(reported, "logits", reported)
     assert logits.shape == (4, 3)
-    loss = sum((part**2).sum() for part in (told if isinstance(told, tuple) else (told,)))
+    loss = sum(
+        (part**2).sum() for part in (reported if isinstance(reported, tuple) else (reported,))
+    )
     loss.backward()
     for key, parameter in net.named_parameters():
         assert parameter.grad is not None, key
@@ -54,31 +57,31 @@ def test_all_weights_learn(name):
         assert parameter.ndim == 1 or parameter.grad.abs().sum() > 0, key
 
 
-def test_a_network_is_not_shown_what_it_does_not_take():
+def test_inputs_that_a_network_does_not_take_are_refused():
     with pytest.raises(InputError, match="pointnet takes points"):
-        build_net("pointnet", 10, GridRecipe())
+        build_net("pointnet", 10, GridSpec())
     with pytest.raises(InputError, match="planes takes grids"):
-        build_net("planes", 10, PointsRecipe())
+        build_net("planes", 10, PointsSpec())
 
 
-GRID_NETS = [name for name, spec in NETS.items() if isinstance(spec.recipe, GridRecipe)]
+GRID_NETS = [name for name, spec in NETS.items() if isinstance(spec.input_spec, GridSpec)]
 
 
 def builds(name, *shape):
     try:
-        require_takes(name, GridRecipe(NETS[name].recipe.kind, shape))
+        require_takes(name, GridSpec(NETS[name].input_spec.kind, shape))
     except InputError:
         return False
     return True
 
 
 @pytest.mark.parametrize("name", GRID_NETS)
-def test_the_cells_that_a_network_says_it_needs_are_the_least_that_it_takes(name):
+def test_the_stated_minimum_of_cells_is_the_smallest_accepted(name):
     with pytest.raises(InputError) as refused:
-        build_net(name, 3, GridRecipe(NETS[name].recipe.kind, (1, 1, 1)))
+        build_net(name, 3, GridSpec(NETS[name].input_spec.kind, (1, 1, 1)))
     if name.endswith("planes"):
-        told = re.search(r"multiples of (\d+) and more than (\d+) azimuths", str(refused.value))
-        rows, azimuths = int(told[1]), int(told[2])
+        reported = re.search(r"multiples of (\d+) and more than (\d+) azimuths", str(refused.value))
+        rows, azimuths = int(reported[1]), int(reported[2])
         least = (rows, azimuths + 1, rows)
         for cells in range(1, 3 * rows):
             assert builds(name, cells, 32, 32) == builds(name, 32, 32, cells) == (cells % rows == 0)
@@ -91,15 +94,15 @@ def test_the_cells_that_a_network_says_it_needs_are_the_least_that_it_takes(name
                 shape = [needed] * 3
                 shape[axis] = cells
                 assert builds(name, *shape) == (cells >= needed)
-    recipe = GridRecipe(NETS[name].recipe.kind, least)
+    input_spec = GridSpec(NETS[name].input_spec.kind, least)
     with torch.no_grad():
-        assert build_net(name, 3, recipe).eval()(some_inputs(recipe, 2)).shape == (2, 3)
+        assert build_net(name, 3, input_spec).eval()(some_inputs(input_spec, 2)).shape == (2, 3)
 
 
 @pytest.mark.parametrize("name", NETS)
-def test_asking_what_a_network_takes_draws_nothing(name):
+def test_asking_for_the_inputs_of_a_network_draws_no_random_numbers(name):
     before = torch.get_rng_state()
-    require_takes(name, NETS[name].recipe)
+    require_takes(name, NETS[name].input_spec)
     assert torch.equal(torch.get_rng_state(), before)
 
 
@@ -117,8 +120,8 @@ def test_row_wise_pool_is_max_and_mean():
     torch.testing.assert_close(pooled, torch.cat([features.amax(2), features.mean(2)], 1))
 
 
-def test_ours_is_small():
-    cost = cost_of(build_net("planes", 10, GridRecipe()), (1, 32, 32, 32))
+def test_our_network_is_small():
+    cost = cost_of(build_net("planes", 10, GridSpec()), (1, 32, 32, 32))
     assert cost.parameters <= 2_000_000
     assert cost.multiply_adds < 460_000_000
 
@@ -132,41 +135,49 @@ def test_cost_counts_a_known_layer():
 
 def test_the_heading_turns_with_the_object():
     net = trained_looking("headed-planes")
-    grids = some_inputs(GridRecipe(), 2, seed=2)
+    grids = some_inputs(GridSpec(), 2, seed=2)
     with torch.no_grad():
         assert isinstance(net(grids), torch.Tensor)
         columns = net.columns(grids)
         turned = net.columns(grids.roll(5, dims=3))
         torch.testing.assert_close(turned, columns.roll(5, dims=2), atol=1e-4, rtol=1e-4)
-        told = net.train()(grids)
-    assert told.logits.shape == (2, 3)
-    assert told.heading.shape == (2, 32)
+        reported = net.train()(grids)
+    assert reported.logits.shape == (2, 3)
+    assert reported.heading.shape == (2, 32)
 
 
-def test_a_committee_of_three_that_know_the_heading_is_what_a_robot_can_afford():
-    cost = cost_of(build_net("headed-planes", 10, GridRecipe()), (1, 32, 32, 32))
+def test_a_committee_of_three_headed_networks_fits_the_budget_of_a_robot():
+    cost = cost_of(build_net("headed-planes", 10, GridSpec()), (1, 32, 32, 32))
     assert 3 * cost.parameters <= 2_000_000
 
 
 def test_unknown_net_is_named_with_a_near_one():
     with pytest.raises(InputError, match="did you mean planes"):
-        build_net("plannes", 10, GridRecipe())
+        build_net("plannes", 10, GridSpec())
 
 
 class TestCheckpoint:
     def checkpoint(self):
         net = trained_looking("planes")
-        recipe = GridRecipe()
-        return Checkpoint("planes", CLASSES, recipe, net.state_dict(), {"seed": 3})
+        input_spec = GridSpec()
+        return Checkpoint("planes", CLASSES, input_spec, net.state_dict(), {"seed": 3})
 
     def test_round_trip(self, tmp_path):
         original = self.checkpoint()
         original.save(tmp_path / "w.safetensors")
         back = Checkpoint.load(tmp_path / "w.safetensors")
-        assert (back.net, back.classes, back.recipe) == ("planes", CLASSES, GridRecipe())
+        assert (back.net, back.classes, back.input_spec) == ("planes", CLASSES, GridSpec())
         assert back.training == {"seed": 3}
         grids = torch.rand(2, 1, 32, 32, 32)
         torch.testing.assert_close(back.build()(grids), original.build()(grids))
+
+    def test_header_with_the_earlier_name_of_dithered_is_read(self, tmp_path):
+        net = trained_looking("planes")
+        grid = GridSpec().to_dict()
+        grid["staggered"] = grid.pop("dithered")
+        header = {"net": "planes", "classes": list(CLASSES), "grid": grid, "training": {}}
+        save_tensors(tmp_path / "w.st", net.state_dict(), {HEADER: json.dumps(header)})
+        assert Checkpoint.load(tmp_path / "w.st").input_spec == GridSpec()
 
     def test_permissions_are_those_of_any_new_file(self, tmp_path):
         mask = os.umask(0o027)
@@ -209,7 +220,7 @@ class TestCheckpoint:
         with pytest.raises(WeightsError, match="not a checkpoint"):
             Checkpoint.load(path)
 
-    def test_weights_that_are_no_numbers(self, tmp_path):
+    def test_weights_that_are_not_finite_are_refused(self, tmp_path):
         path, original = tmp_path / "w.safetensors", self.checkpoint()
         name = next(iter(original.weights))
         original.weights[name].fill_(torch.nan)
@@ -217,9 +228,9 @@ class TestCheckpoint:
         with pytest.raises(WeightsError, match=f"{name} holds numbers that are not finite"):
             Checkpoint.load(path)
 
-    def test_weights_that_do_not_fit(self):
+    def test_weights_of_another_number_of_classes_are_refused(self):
         original = self.checkpoint()
-        wrong = Checkpoint("planes", ("a", "b"), original.recipe, original.weights)
+        wrong = Checkpoint("planes", ("a", "b"), original.input_spec, original.weights)
         with pytest.raises(WeightsError, match="do not fit"):
             wrong.build()
 
@@ -237,7 +248,7 @@ class TestCheckpoint:
     def test_headers_of_other_types(self, tmp_path, entry, value):
         path = tmp_path / "w.safetensors"
         header = {
-            "net": "planes", "classes": list(CLASSES), "grid": GridRecipe().to_dict(),
+            "net": "planes", "classes": list(CLASSES), "grid": GridSpec().to_dict(),
             "training": {},
         }  # fmt: skip
         save_file({"a": torch.zeros(3)}, path, {"circumspect": json.dumps(header)})
@@ -251,7 +262,7 @@ class TestCheckpoint:
     def test_tensors_of_four_bits(self, tmp_path):
         path = tmp_path / "w.safetensors"
         header = {
-            "net": "planes", "classes": list(CLASSES), "grid": GridRecipe().to_dict(),
+            "net": "planes", "classes": list(CLASSES), "grid": GridSpec().to_dict(),
             "training": {},
         }  # fmt: skip
         content = json.dumps(
@@ -272,10 +283,10 @@ class TestCheckpoint:
             "circumspect.nets.checkpoint.build_net",
             lambda *wanted: built.append(torch.empty(0).device.type) or build_net(*wanted),
         )
-        recipe = NETS[name].recipe
-        if isinstance(recipe, GridRecipe):
-            recipe = replace(recipe, shape=(128, 128, 128))
+        input_spec = NETS[name].input_spec
+        if isinstance(input_spec, GridSpec):
+            input_spec = replace(input_spec, shape=(128, 128, 128))
         classes = tuple(f"class {n}" for n in range(1000))
         with pytest.raises(WeightsError, match="do not fit"):
-            Checkpoint(name, classes, recipe, {"a": torch.zeros(3)}).build()
+            Checkpoint(name, classes, input_spec, {"a": torch.zeros(3)}).build()
         assert built == ["meta"]

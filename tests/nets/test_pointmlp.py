@@ -1,4 +1,4 @@
-"""PointMLP against the formulas of its paper, and what it is invariant to."""
+"""PointMLP against the formulas of its paper, and its invariances."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from network_inputs import trained_looking
 
-from circumspect.classification import PointsRecipe
+from circumspect.classification import PointsSpec
 from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud
 from circumspect.nets import NETS, build_net
-from circumspect.nets.pointmlp import NEIGHBOURS, PointMLP, Stage, chosen, nearest, spread
+from circumspect.nets.pointmlp import NEIGHBOURS, PointMLP, PointMlpStage, chosen, nearest, spread
 
 SEEDS = st.integers(0, 2**20)
 
@@ -35,7 +35,7 @@ def shuffled(points, bounds, seed=0):
     return points[:, torch.cat(parts)]
 
 
-def test_it_has_as_many_weights_as_the_paper_says():
+def test_the_number_of_weights_is_that_of_the_paper():
     # 0.68 M for 40 classes: the paper counts in units of 2^20, as 12.6 M of the large form show.
     weights = sum(p.numel() for p in PointMLP(40).parameters())
     assert weights / 2**20 == pytest.approx(0.68, abs=0.005)
@@ -67,7 +67,11 @@ def test_mixed_precision_chooses_the_same_neighbours():
 def test_the_first_layer_is_that_of_the_paper(seed):
     """It is applied to points, the paper's to the neighbours of each anchor one by one."""
     torch.manual_seed(seed)
-    stage, points, features = Stage(4, 8, 1).double(), drawn(seed, 2, 60, 3), drawn(seed, 2, 60, 4)
+    stage, points, features = (
+        PointMlpStage(4, 8, 1).double(),
+        drawn(seed, 2, 60, 3),
+        drawn(seed, 2, 60, 4),
+    )
     features = features.double()
     with torch.no_grad():
         stage.alpha.normal_()
@@ -103,9 +107,9 @@ def test_logits_of_any_number_of_points():
         assert net(drawn(1, 2, count, 3)).shape == (2, 3)
 
 
-def test_it_is_as_large_as_its_paper_says():
+def test_the_size_is_that_of_the_paper():
     """PointMLP-elite: 0.68 M weights for forty classes."""
-    net = build_net("pointmlp", 40, NETS["pointmlp"].recipe)
+    net = build_net("pointmlp", 40, NETS["pointmlp"].input_spec)
     assert 0.65e6 < sum(weight.numel() for weight in net.parameters()) < 0.75e6
 
 
@@ -127,11 +131,11 @@ def test_an_answer_depends_on_no_other_object_of_the_batch():
 
 
 def test_the_order_in_which_a_camera_gave_the_points_does_not_matter():
-    """The recipe makes the order, and begins with the outermost point."""
-    net, recipe = trained_looking("pointmlp"), PointsRecipe(1024, farthest_first=True)
+    """The input specification makes the order, and begins with the outermost point."""
+    net, input_spec = trained_looking("pointmlp"), PointsSpec(1024, farthest_first=True)
     points_xyz = make_furniture("chair", 1).sampled(1024, 0).points_xyz
     other = np.random.default_rng(0).permutation(points_xyz)
-    inputs = [recipe.inputs(PointCloud(given))[0] for given in (points_xyz, other)]
+    inputs = [input_spec.inputs(PointCloud(given))[0] for given in (points_xyz, other)]
     with torch.no_grad():
         first, later = (net(torch.from_numpy(points)) for points in inputs)
     torch.testing.assert_close(first, later, atol=1e-3, rtol=1e-3)

@@ -1,9 +1,9 @@
-"""Dropout with cheap coins is dropout."""
+"""Dropout with cheap random bits has the properties of dropout."""
 
 import pytest
 import torch
 
-from circumspect.nets.quick_dropout import QuickDropout
+from circumspect.nets.moon2018 import QuickDropout
 
 
 @pytest.mark.parametrize("p", [0.1, 0.4, 0.9])
@@ -16,27 +16,27 @@ def test_values_are_zero_or_scaled_with_the_probability(p, layout, dtype) -> Non
     assert dropped.dtype == dtype
     assert dropped.is_contiguous(memory_format=layout)
     kept = dropped != 0
-    # Of 130,560 coins: five standard deviations.
+    # Five standard deviations of 130,560 random bits.
     assert float(kept.float().mean()) == pytest.approx(1 - p, abs=5 * 0.5 / 130_560**0.5)
     scaled = features * torch.tensor(1 / (1 - p), dtype=dtype)
     torch.testing.assert_close(dropped[kept], scaled[kept])
 
 
-def test_neighbours_do_not_share_a_coin() -> None:
+def test_neighbours_are_dropped_independently() -> None:
     torch.manual_seed(1)
     kept = (QuickDropout(0.5)(torch.ones(200_000)) != 0).float() - 0.5
     for lag in range(1, 9):
         assert abs(float((kept[lag:] * kept[:-lag]).mean())) < 5 * 0.25 / 200_000**0.5
 
 
-def test_the_gradient_goes_where_the_values_went() -> None:
+def test_gradients_pass_where_values_passed() -> None:
     features = torch.randn(3, 5, 7, requires_grad=True)
     dropped = QuickDropout(0.4)(features)
     dropped.sum().backward()
     torch.testing.assert_close(features.grad * features.detach(), dropped.detach())
 
 
-def test_the_seed_repeats_it_and_no_call_repeats_another() -> None:
+def test_the_seed_repeats_the_sequence_of_different_masks() -> None:
     dropout, ones = QuickDropout(0.4), torch.ones(1000)
     torch.manual_seed(7)
     first, second = dropout(ones), dropout(ones)

@@ -1,4 +1,4 @@
-"""What the rivals see, and what they are invariant to."""
+"""Inputs and invariances of the rival networks."""
 
 import math
 
@@ -84,7 +84,7 @@ def test_up_is_up_in_depth_images():
     assert (rows > 8).all()
 
 
-def test_more_of_an_object_never_takes_from_an_image():
+def test_adding_points_never_reduces_an_image():
     points = points_within_cells(200)
     points = points[:, points[0].norm(dim=1).argsort(descending=True)]
     some, all_of_it = (depth_images(p, 12, 32, 0.5) for p in (points[:, :100], points))
@@ -107,7 +107,7 @@ def test_cells_are_those_of_the_grid():
     assert outside.max() < CELLS
 
 
-def test_voxelnet_does_not_mind_turns_by_whole_cells():
+def test_voxelnet_is_invariant_to_whole_cells():
     net, points = trained_looking("voxelnet"), points_within_cells(2000)
     with torch.no_grad():
         first, later = net(points), net(turned(points, 5 * math.tau / AZIMUTHS))
@@ -116,7 +116,7 @@ def test_voxelnet_does_not_mind_turns_by_whole_cells():
     assert not torch.allclose(first, other, atol=1e-3)
 
 
-def test_views_all_around_do_not_mind_turns_from_one_to_the_next():
+def test_views_all_around_are_invariant_to_rotations_by_one_view():
     net, points = trained_looking("mvcnn"), points_within_cells(3000)
     with torch.no_grad():
         first, later = net(points), net(turned(points, math.tau / 12))
@@ -138,7 +138,7 @@ def test_a_fresh_transform_leaves_points_as_they_are():
     assert sum(p.numel() for p in PointNet(40).parameters()) == pytest.approx(3.5e6, rel=0.02)
 
 
-def test_voxnet_is_as_large_as_told():
+def test_voxnet_has_the_published_size():
     # Maturana and Scherer give 921,736 weights for their grid of 32 cells and 40 classes.
     assert sum(p.numel() for p in VoxNet(40).parameters()) == 921_736
     with pytest.raises(InputError, match="11 cells"):

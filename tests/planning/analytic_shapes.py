@@ -13,11 +13,11 @@ from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.planning import (
     Finished,
     NextView,
-    Situation,
+    PlannerInput,
     ViewPlanner,
+    base_pose,
     camera_place,
     footprint,
-    stance,
 )
 
 CAMERA = PinholeCamera.xtion()
@@ -51,9 +51,9 @@ class Shape:
         bins = np.round(bearing / np.radians(0.5)).astype(int)
         nearest = {b: away[bins == b].min() for b in np.unique(bins)}
         free = away <= np.array([nearest[b] for b in bins]) + 0.03
-        seen = np.flatnonzero(facing & free & (np.abs(bearing) < HALF_VIEW))
-        jitter = np.random.default_rng(seed).normal(0, noise, (len(seen), 2)) if noise else 0.0
-        return seen, self.outline_xy[seen] + jitter
+        visible = np.flatnonzero(facing & free & (np.abs(bearing) < HALF_VIEW))
+        jitter = np.random.default_rng(seed).normal(0, noise, (len(visible), 2)) if noise else 0.0
+        return visible, self.outline_xy[visible] + jitter
 
     def normals_near(self, place_xy, within: float = 0.1) -> NDArray[np.float64]:
         """(k, 2) normals of the walls at a place: those of both sides at a corner."""
@@ -94,8 +94,8 @@ def walls(outline_xy: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack([flat, np.tile(HEIGHTS, len(outline_xy))])
 
 
-def situation(points_xyz: NDArray[np.float64], base: PlanarPose, **more) -> Situation:
-    return Situation(
+def planner_input(points_xyz: NDArray[np.float64], base: PlanarPose, **more) -> PlannerInput:
+    return PlannerInput(
         points_xyz=points_xyz,
         normals_xyz=np.zeros_like(points_xyz),
         footprint_xy=footprint(points_xyz),
@@ -107,20 +107,20 @@ def situation(points_xyz: NDArray[np.float64], base: PlanarPose, **more) -> Situ
 
 def facing_centre(azimuth: float, away: float) -> PlanarPose:
     """The base of a camera that looks at the origin from a place."""
-    return stance(away * np.array([np.cos(azimuth), np.sin(azimuth)]), (0.0, 0.0), MOUNT)
+    return base_pose(away * np.array([np.cos(azimuth), np.sin(azimuth)]), (0.0, 0.0), MOUNT)
 
 
 def tour(
     shape: Shape, planner: ViewPlanner, start: PlanarPose, noise: float = 0.0, most: int = 40
-) -> Iterator[tuple[Situation, NextView | Finished]]:
-    """What the planner answers, view after view; the robot is carried from one to the next."""
+) -> Iterator[tuple[PlannerInput, NextView | Finished]]:
+    """The views of a planner in sequence; the robot is placed at each."""
     known = np.empty((0, 2))
     visited = [start]
     for number in range(most):
         base = visited[-1]
         _, places = shape.seen_from(camera_place(base, MOUNT), noise, number)
         known = np.vstack([known, places])
-        asked = situation(walls(known), base, visited=tuple(visited))
+        asked = planner_input(walls(known), base, visited=tuple(visited))
         answer = planner.next_view(asked)
         yield asked, answer
         if isinstance(answer, Finished):

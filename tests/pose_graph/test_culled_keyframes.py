@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from circumspect.geometry import se3_matrices
-from circumspect.pose_graph.culled_keyframes import CulledKeyframes
+from circumspect.pose_graph.keyframe_graph import CulledKeyframes
 
 
-def test_substitutes_are_followed_and_the_oldest_forgotten() -> None:
+def test_substitutes_are_followed_and_the_oldest_dropped() -> None:
     culled, step = CulledKeyframes(max_culled=3), se3_matrices.exp(np.array([0, 0, 0, 1.0, 0, 0]))
     for number in range(3):
         culled.add(number, number + 1, step)

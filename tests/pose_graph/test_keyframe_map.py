@@ -117,7 +117,7 @@ def on_a_line(places: list[float]) -> KeyframeMap:
     return keyframes
 
 
-def test_a_camera_that_comes_back_is_referenced_to_recent_keyframes_until_a_loop_closes(
+def test_a_returning_camera_is_referenced_to_recent_keyframes_until_a_loop_closes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     there_and_back = [0.3 * n for n in [*range(10), *range(9, 0, -1)]]

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from small_world import blind, frames, pipeline
+from small_world import blind, frames, make_pipeline
 
 from circumspect.geometry import wrapped
 from circumspect.grid import CylindricalGrid, OccupancyGrid
-from circumspect.recognition.azimuth_coverage import azimuth_coverage
+from circumspect.recognition.object_grids import azimuth_coverage
 
 GRID = OccupancyGrid(CylindricalGrid(centre_xyz=(1.0, -2.0, 0.5)), np.zeros((32, 32, 32), np.uint8))
 
@@ -47,14 +47,14 @@ metres = st.floats(-4, 4, allow_subnormal=False)
 
 
 @given(arrays(float, st.tuples(st.integers(0, 9), st.just(3)), elements=metres), metres, metres)
-def test_it_is_the_share_by_definition_wherever_the_axis_is(
+def test_coverage_equals_its_definition_for_any_axis(
     views_xyz: np.ndarray, x: float, y: float
 ) -> None:
     grid = OccupancyGrid(CylindricalGrid(centre_xyz=(x, y, 0.5)), GRID.states)
     assert azimuth_coverage(views_xyz, grid) == by_definition(views_xyz, (x, y))
 
 
-def test_thousands_of_views_take_no_time() -> None:
+def test_coverage_of_thousands_of_views_is_fast() -> None:
     many = np.random.default_rng(0).normal(0, 2, (36_000, 3))
     grown = [azimuth_coverage(many[:40], GRID)]
     start = time.process_time()
@@ -63,21 +63,23 @@ def test_thousands_of_views_take_no_time() -> None:
     assert grown[1] == 1.0
 
 
-def test_what_was_seen_is_told_after_every_frame_and_counts_to_a_stage(
+def test_coverage_is_computed_once_per_changed_frame_and_timed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked = []
+    counts = []
 
     def slow(views_xyz: np.ndarray, grid: OccupancyGrid) -> float:
-        asked.append(len(views_xyz))
+        counts.append(len(views_xyz))
         time.sleep(0.02)
         return azimuth_coverage(views_xyz, grid)
 
     monkeypatch.setattr("circumspect.recognition.object_grids.azimuth_coverage", slow)
     shots = list(frames(4))
-    line = pipeline()
-    steps = [line.step(blind(shot) if number == 2 else shot) for number, shot in enumerate(shots)]
-    assert asked == [1, 2, 3], "a frame that changes nothing costs nothing"
+    pipeline = make_pipeline()
+    steps = [
+        pipeline.step(blind(shot) if number == 2 else shot) for number, shot in enumerate(shots)
+    ]
+    assert counts == [1, 2, 3], "a frame that changes nothing costs nothing"
     for step in steps:
         assert step.coverage == azimuth_coverage(step.model.views_xyz, step.grid)
         assert sum(step.milliseconds.values()) >= (0 if step.index == 2 else 20)

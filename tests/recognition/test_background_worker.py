@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scan_world import scan
-from small_world import Inline, frames, pipeline
+from small_world import Inline, frames, make_pipeline
 
 from circumspect.recognition import RecognitionPipeline, recognition_pipeline, run_pipeline
 from circumspect.recognition.background_worker import BackgroundWorker
@@ -57,24 +57,24 @@ class Busy(KnownPoses):
         self.processed += 1
 
 
-def busy_line(poses: Busy) -> RecognitionPipeline:
-    parts = pipeline()
+def busy_pipeline(poses: Busy) -> RecognitionPipeline:
+    parts = make_pipeline()
     return RecognitionPipeline(parts.segmentation, poses, parts.classifier)
 
 
 @pytest.mark.parametrize("state", [TrackingState.TRACKING, TrackingState.LOST])
 def test_pending_work_ends_in_another_thread_before_the_next_step(state: TrackingState) -> None:
     poses = Busy(state)
-    line = busy_line(poses)
+    pipeline = busy_pipeline(poses)
     for frame in frames(4):
-        line.step(frame)  # `Busy.track` checks that nothing is pending
-    line.finalise()
+        pipeline.step(frame)  # `Busy.track` checks that nothing is pending
+    pipeline.finalise()
     assert poses.processed == 4
     assert threading.get_ident() not in poses.threads
 
 
 def test_background_exception_ends_the_run_and_keeps_earlier_steps() -> None:
-    line, ends = busy_line(Busy(fails_at=3)), []
+    pipeline, ends = busy_pipeline(Busy(fails_at=3)), []
 
     class Ends:
         def on_step(self, step) -> None:
@@ -84,7 +84,7 @@ def test_background_exception_ends_the_run_and_keeps_earlier_steps() -> None:
             ends.append(result)
 
     with pytest.raises(ValueError, match="a fault"):
-        run_pipeline(line, frames(6), (Ends(),))
+        run_pipeline(pipeline, frames(6), (Ends(),))
     # It is raised by the frame after the one that left the work.
     assert len(ends[0].steps) == 4
     assert ends[0].interrupted
@@ -94,14 +94,14 @@ def test_background_exception_ends_the_run_and_keeps_earlier_steps() -> None:
 def test_interrupted_step_waits_for_background_work(fails_at: int, monkeypatch) -> None:
     """The interrupt propagates, even if the background work fails."""
     poses = Busy(fails_at=fails_at)
-    line, shots = busy_line(poses), list(frames(2))
+    pipeline, shots = busy_pipeline(poses), list(frames(2))
 
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(GroundSegmentation, "object_mask", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        run_pipeline(line, shots)
+        run_pipeline(pipeline, shots)
     assert poses.processed == (0 if fails_at == 0 else 1)
     assert poses.tracked == 1
 
@@ -113,8 +113,8 @@ def test_step_waits_for_background_work_of_an_interrupted_step(monkeypatch) -> N
             super().process_pending()
 
     poses = Slow()
-    line, (first, second, third) = busy_line(poses), frames(3)
-    line.step(first)
+    pipeline, (first, second, third) = busy_pipeline(poses), frames(3)
+    pipeline.step(first)
     join = BackgroundWorker.join
 
     def interrupted(self: BackgroundWorker) -> None:
@@ -123,9 +123,9 @@ def test_step_waits_for_background_work_of_an_interrupted_step(monkeypatch) -> N
 
     monkeypatch.setattr(BackgroundWorker, "join", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        line.step(second)
-    line.step(third)
-    line.finalise()
+        pipeline.step(second)
+    pipeline.step(third)
+    pipeline.finalise()
     assert (poses.tracked, poses.processed) == (2, 2)
 
 
@@ -134,8 +134,8 @@ def test_background_work_does_not_change_the_results(monkeypatch) -> None:
     results = []
     for worker in (BackgroundWorker, Inline):
         monkeypatch.setattr(recognition_pipeline, "BackgroundWorker", worker)
-        going = scan(poses=Tracker())
-        results.append((going.run(), going.pipeline.tracker.corrections))
+        object_scan = scan(poses=Tracker())
+        results.append((object_scan.run(), object_scan.pipeline.tracker.corrections))
     (one, corrections), (other, also) = results
     assert corrections == also > 0
     for a, b in zip(one.steps, other.steps, strict=True):
@@ -153,7 +153,7 @@ def test_time_of_the_join_counts_as_registration() -> None:
             threading.Event().wait(0.3)
             super().process_pending()
 
-    line = busy_line(Slow(TrackingState.LOST))
-    _, step = map(line.step, frames(2))
+    pipeline = busy_pipeline(Slow(TrackingState.LOST))
+    _, step = map(pipeline.step, frames(2))
     assert step.milliseconds["register"] > 250
     assert np.isclose(sum(step.milliseconds.values()), step.milliseconds["register"])

@@ -9,7 +9,7 @@ import pytest
 from box_world import box_shots, fused
 from volume_classifier import VolumeClassifier
 
-from circumspect.classification import GridRecipe, Prediction
+from circumspect.classification import GridSpec, Prediction
 from circumspect.grid import CylindricalGrid, OccupancyGrid
 from circumspect.recognition.object_answer import STABLE_ANSWERS, ObjectAnswer
 from circumspect.recognition.object_grids import MAX_SHIFT_CELLS, ObjectGrids
@@ -25,10 +25,12 @@ class Scripted(VolumeClassifier):
         self.asked: list[int] = []
 
     @property
-    def recipe(self) -> GridRecipe:
-        return replace(super().recipe, azimuth_views=3, staggered=True, margin=1.5, visibility=True)
+    def input_spec(self) -> GridSpec:
+        return replace(
+            super().input_spec, azimuth_views=3, dithered=True, margin=1.5, visibility=True
+        )
 
-    def classify_grid(self, *views: OccupancyGrid, **how) -> Prediction:
+    def classify_grid(self, *views: OccupancyGrid, **options) -> Prediction:
         self.asked.append(len(views))
         full = self.answers[len(views)] == "full"
         shares = np.array([0.1, 0.9] if full else [0.9, 0.1])
@@ -59,7 +61,7 @@ def test_a_stable_answer_is_confirmed_by_one_grid(models: list[ObjectModel]) -> 
     assert not answer.is_provisional
 
 
-def test_one_grid_alone_never_changes_an_answer(models: list[ObjectModel]) -> None:
+def test_one_grid_never_changes_an_answer(models: list[ObjectModel]) -> None:
     classifier = Scripted(one="empty")
     answer = ObjectAnswer(classifier)
     follow(answer, models[:7])
@@ -68,7 +70,7 @@ def test_one_grid_alone_never_changes_an_answer(models: list[ObjectModel]) -> No
     assert answer.prediction.label == "full"
 
 
-def test_an_answer_that_changes_is_given_by_all_grids_until_it_is_stable(
+def test_a_changing_answer_uses_all_grids_until_it_is_stable(
     models: list[ObjectModel],
 ) -> None:
     classifier = Scripted()
@@ -79,14 +81,14 @@ def test_an_answer_that_changes_is_given_by_all_grids_until_it_is_stable(
     assert classifier.asked == [3, 3, 3, 1, 1, 3, 3, 3, 1]
 
 
-def test_grids_stay_where_they_are_while_they_hold_the_object(models: list[ObjectModel]) -> None:
+def test_grids_are_kept_while_they_contain_the_object(models: list[ObjectModel]) -> None:
     grids = ObjectGrids(Scripted())
     places = []
     for model in models:
         assert grids.update(model, 3) is None
         first = grids.first
         assert first is not None
-        fitted = Scripted().recipe.bounds(model.cloud())
+        fitted = Scripted().input_spec.bounds(model.cloud())
         assert isinstance(first.grid, CylindricalGrid)
         apart = np.subtract(first.grid.centre_xyz, fitted.centre_xyz)
         assert np.hypot(*apart[:2]) <= MAX_SHIFT_CELLS * fitted.radius / 16 + 1e-12
@@ -96,14 +98,14 @@ def test_grids_stay_where_they_are_while_they_hold_the_object(models: list[Objec
     assert len(set(places)) < len(places)
     grids.finalise(models[-1])
     assert grids.first is not None
-    assert grids.first.grid == Scripted().recipe.bounds(models[-1].cloud())
+    assert grids.first.grid == Scripted().input_spec.bounds(models[-1].cloud())
 
 
-def test_without_a_margin_grids_follow_an_object_that_grows(models: list[ObjectModel]) -> None:
+def test_without_a_margin_grids_are_refitted_to_a_growing_object(models: list[ObjectModel]) -> None:
     class Tight(Scripted):
         @property
-        def recipe(self) -> GridRecipe:
-            return replace(super().recipe, azimuth_views=1, staggered=False, margin=1.0)
+        def input_spec(self) -> GridSpec:
+            return replace(super().input_spec, azimuth_views=1, dithered=False, margin=1.0)
 
     grids = ObjectGrids(Tight())
     for model in models:

@@ -9,11 +9,11 @@ from small_world import blind, frames, run
 
 from circumspect.geometry import PlanarPose
 from circumspect.recognition import RecognitionStep
-from circumspect.recognition.step_log import StepLog
+from circumspect.recognition.runner import StepLog
 
 
-class Diary:
-    """Keeps every step as it was told."""
+class StepRecorder:
+    """Keeps every step as it was received."""
 
     def __init__(self) -> None:
         self.steps: list[RecognitionStep] = []
@@ -26,14 +26,14 @@ class Diary:
 
 
 @pytest.fixture(scope="module")
-def told() -> list[RecognitionStep]:
-    """With all that a pose may have, each of it missing once."""
-    diary, shots = Diary(), list(frames(6))
+def recorded() -> list[RecognitionStep]:
+    """Steps whose poses have all optional fields, each missing once."""
+    recorder, shots = StepRecorder(), list(frames(6))
     shots[2] = blind(shots[2])
-    run(shots, diary)
+    run(shots, recorder)
     rng = np.random.default_rng(3)
     steps = []
-    for number, step in enumerate(diary.steps):
+    for number, step in enumerate(recorder.steps):
         pose = step.pose
         if pose is not None:
             T = RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
@@ -49,14 +49,14 @@ def told() -> list[RecognitionStep]:
     return steps
 
 
-def test_poses_come_back_to_the_last_bit(told: list[RecognitionStep]) -> None:
+def test_poses_round_trip_bit_for_bit(recorded: list[RecognitionStep]) -> None:
     log = StepLog()
-    for step in told:
+    for step in recorded:
         log.append(step)
     found = log.steps
-    assert len(found) == len(told)
+    assert len(found) == len(recorded)
     assert sum(step.pose is None for step in found) == 1
-    for step, before in zip(found, told, strict=True):
+    for step, before in zip(found, recorded, strict=True):
         if step.pose is None or before.pose is None:
             assert step.pose is before.pose is None
             continue
@@ -72,10 +72,10 @@ def test_poses_come_back_to_the_last_bit(told: list[RecognitionStep]) -> None:
         assert step.milliseconds == before.milliseconds
 
 
-def test_only_the_latest_step_has_a_surface(told: list[RecognitionStep]) -> None:
+def test_only_the_latest_step_keeps_its_model(recorded: list[RecognitionStep]) -> None:
     log = StepLog()
     assert log.steps == []
-    for count, step in enumerate(told, 1):
+    for count, step in enumerate(recorded, 1):
         log.append(step)
         assert log.steps[-1] is step
         assert [len(one.model.sums) > 0 for one in log.steps[:-1]] == [False] * (count - 1)

@@ -9,8 +9,8 @@ from tracking_world import T_BASE_CAMERA, short_drive
 
 from circumspect.geometry.voxel_sums import VoxelSums
 from circumspect.reconstruction import FrameSurface, ObjectModel, SubmapCollection
-from circumspect.reconstruction.compact_sums import CompactSums
 from circumspect.reconstruction.frame_contribution import COLUMNS, FRAMES, NORMAL, POINT, WEIGHT
+from circumspect.reconstruction.submap import CompactSums
 from circumspect.sensing import GroundSegmentation
 
 

@@ -10,7 +10,7 @@ from box_world import box_shots
 
 from circumspect.errors import InputError
 from circumspect.grid import FREE, CylindricalGrid, Grid, RectangularGrid
-from circumspect.reconstruction import GrowingOccupancy, ObjectModel, growing_occupancy
+from circumspect.reconstruction import GrowingOccupancy, ObjectModel, occupancy
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def states(growing: GrowingOccupancy, grids: tuple[Grid, ...], model: ObjectMode
     return np.stack([one.states for one in filled])
 
 
-def test_after_every_frame_it_is_the_occupancy_of_the_whole(models: list[ObjectModel]) -> None:
+def test_growing_occupancy_equals_that_of_the_whole_model(models: list[ObjectModel]) -> None:
     growing, grids = GrowingOccupancy(), grids_of(models[-1])
     for model in models:
         found = states(growing, grids, model)
@@ -42,7 +42,7 @@ def test_after_every_frame_it_is_the_occupancy_of_the_whole(models: list[ObjectM
         np.testing.assert_array_equal(found, expected)
 
 
-def test_grids_that_moved_and_other_rays_are_traced_anew(models: list[ObjectModel]) -> None:
+def test_moved_grids_and_other_rays_are_traced_again(models: list[ObjectModel]) -> None:
     growing, grids = GrowingOccupancy(), grids_of(models[-1])
     for model, wanted in [(models[6], grids), (models[7], grids[1:]), (models[2], grids[1:])]:
         expected = [one.states for one in model.occupancies(wanted)]
@@ -53,13 +53,13 @@ def test_only_new_rays_are_traced(
     models: list[ObjectModel], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     growing, grids, traced = GrowingOccupancy(), grids_of(models[-1]), []
-    trace_views = growing_occupancy.trace_views
+    trace_views = occupancy.trace_views
 
     def counted(views, origins, ends):
         traced.append(len(ends))
         return trace_views(views, origins, ends)
 
-    monkeypatch.setattr(growing_occupancy, "trace_views", counted)
+    monkeypatch.setattr(occupancy, "trace_views", counted)
     for model in [*models, models[-1]]:
         states(growing, grids, model)
     counts = np.diff([0, *(len(model.rays) for model in models)])
@@ -71,7 +71,7 @@ def test_a_new_fit_costs_a_bounded_number_of_rays(
 ) -> None:
     model, grids = models[-1], grids_of(models[-1])
     most = len(model.rays) // 3
-    monkeypatch.setattr(growing_occupancy, "MAX_RETRACED_RAYS", most)
+    monkeypatch.setattr(occupancy, "MAX_RETRACED_RAYS", most)
     few = states(GrowingOccupancy(), grids, model)
     whole = np.stack([one.states for one in model.occupancies(grids)])
     assert not ((few == FREE) & (whole != FREE)).any()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import reconstruction_reference as twin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.reconstruction import SightRays, _native
-from circumspect.reconstruction import numpy_twin as twin
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -35,8 +35,8 @@ def test_exact_frames_reconstruct_the_complete_surface(exact: ObjectModel) -> No
     # Means over a voxel that holds an edge lie inside the edge.
     assert np.quantile(distance_to_box(cloud.points_xyz), 0.95) < 5e-4
     surface = BOX.sampled(4000).points_xyz
-    seen = surface[surface[:, 2] > 0.01]
-    gaps, _ = cKDTree(cloud.points_xyz).query(seen)
+    observed = surface[surface[:, 2] > 0.01]
+    gaps, _ = cKDTree(cloud.points_xyz).query(observed)
     assert (gaps < 0.012).mean() > 0.98
 
 

@@ -12,8 +12,7 @@ from circumspect.reconstruction import (
     SubmapCollection,
     SubmapFusion,
 )
-from circumspect.reconstruction.submap import MAX_PENDING_FRAMES
-from circumspect.reconstruction.submap_collection import MAX_SUBMAP_FRAMES, MAX_SUBMAPS
+from circumspect.reconstruction.submap import MAX_PENDING_FRAMES, MAX_SUBMAP_FRAMES, MAX_SUBMAPS
 from circumspect.sensing import GroundSegmentation
 
 KEYFRAMES = [0, 0, 0, 1, 1, 1]

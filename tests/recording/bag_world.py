@@ -36,17 +36,17 @@ def frames(count: int, interval: float = 0.1) -> list[RgbdFrame]:
     return [frame(number, interval) for number in range(count)]
 
 
-def recorded(path: Path, seen: Iterable[RgbdFrame]) -> list[RgbdFrame]:
-    """Record frames; what the recorder hands on."""
+def recorded(path: Path, taken: Iterable[RgbdFrame]) -> list[RgbdFrame]:
+    """Record frames; returns those that the recorder passes on."""
     recorder = RunRecorder(path, {"config": "{}"})
-    handed_on = [recorder.frame(one) for one in seen]
+    handed_on = [recorder.frame(one) for one in taken]
     recorder.close()
     assert recorder.failure is None
     return handed_on
 
 
 def same(one: RgbdFrame, other: RgbdFrame) -> None:
-    """Bit for bit."""
+    """Assert that two frames are equal bit for bit."""
     np.testing.assert_array_equal(one.depth, other.depth)
     assert one.stamp == other.stamp
     assert one.camera == other.camera

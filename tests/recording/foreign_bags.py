@@ -26,7 +26,7 @@ from circumspect.robot import arc
 from circumspect.sensing import Odometry
 
 COUNT = 6
-Told = tuple[str, str, float, Any]
+TimedMessage = tuple[str, str, float, Any]
 """Topic, type, time [s], message; or bytes in its place."""
 
 
@@ -35,39 +35,39 @@ def driven(stamp: float) -> PlanarPose:
     return PlanarPose(0.0, 0.0, 0.4) @ arc(0.2 * stamp, 0.5 * stamp)
 
 
-def robots_messages(depth: str = "/camera/depth/image_raw") -> list[Told]:
-    """A robot whose wheels tell at other times than its camera, the mount in two links."""
+def robots_messages(depth: str = "/camera/depth/image_raw") -> list[TimedMessage]:
+    """A robot whose odometry and images have different stamps; the mount is in two links."""
     half = RigidTransform.from_translation([0.0, 0.0, 0.5])
     links = [
         transform_message(half, 0.0, "base_footprint", "mast"),
         transform_message(half.inv() * MOUNT, 0.0, "mast", "xtion"),
     ]
-    told: list[Told] = [("/tf_static", TRANSFORMS, 0.0, transforms_message(links))]
+    messages: list[TimedMessage] = [("/tf_static", TRANSFORMS, 0.0, transforms_message(links))]
     space = depth.rsplit("/", 1)[0]
     for number in range(COUNT):
         stamp = 0.1 * number
-        told.append(
+        messages.append(
             (f"{space}/camera_info", CAMERA_INFO, stamp, camera_info(CAMERA, stamp, "xtion"))
         )
-        told.append((depth, IMAGE, stamp, depth_message(frame(number).depth, stamp, "xtion")))
+        messages.append((depth, IMAGE, stamp, depth_message(frame(number).depth, stamp, "xtion")))
     for number in range(20):
         stamp = 0.04 * number
         odometry = Odometry(stamp, driven(stamp), stamp * np.eye(3))
-        told.append(
+        messages.append(
             ("/odom", ODOMETRY, stamp, odometry_message(odometry, "odom", "base_footprint"))
         )
-    return sorted(told, key=lambda one: one[2])
+    return sorted(messages, key=lambda one: one[2])
 
 
-def without(told: list[Told], topic: str) -> list[Told]:
-    return [one for one in told if one[0] != topic]
+def without(messages: list[TimedMessage], topic: str) -> list[TimedMessage]:
+    return [one for one in messages if one[0] != topic]
 
 
-def written2(path: Path, told: list[Told], plugin: StoragePlugin) -> Path:
+def written2(path: Path, messages: list[TimedMessage], plugin: StoragePlugin) -> Path:
     store = typestore()
     with Writer2(path, version=9, storage_plugin=plugin) as writer:
         topics: dict[str, Any] = {}
-        for topic, kind, time, message in told:
+        for topic, kind, time, message in messages:
             if topic not in topics:
                 topics[topic] = writer.add_connection(topic, kind, typestore=store)
             data = message if isinstance(message, bytes) else store.serialize_cdr(message, kind)
@@ -75,12 +75,12 @@ def written2(path: Path, told: list[Told], plugin: StoragePlugin) -> Path:
     return path
 
 
-def written1(path: Path, told: list[Told]) -> Path:
+def written1(path: Path, messages: list[TimedMessage]) -> Path:
     store = get_typestore(Stores.ROS1_NOETIC)
     store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
     with Writer1(path) as writer:
         topics: dict[str, Any] = {}
-        for topic, kind, time, message in told:
+        for topic, kind, time, message in messages:
             if topic not in topics:
                 topics[topic] = writer.add_connection(topic, kind, typestore=store)
             data = message
@@ -103,21 +103,21 @@ def as_ros1(store: Any, message: Any, kind: str) -> Any:
     return store.types[kind](**fields)
 
 
-def db3(folder: Path, told: list[Told]) -> Path:
-    return written2(folder / "bag", told, StoragePlugin.SQLITE3)
+def db3(folder: Path, messages: list[TimedMessage]) -> Path:
+    return written2(folder / "bag", messages, StoragePlugin.SQLITE3)
 
 
-def db3_file(folder: Path, told: list[Told]) -> Path:
-    return next(db3(folder, told).glob("*.db3"))
+def db3_file(folder: Path, messages: list[TimedMessage]) -> Path:
+    return next(db3(folder, messages).glob("*.db3"))
 
 
-def mcap(folder: Path, told: list[Told]) -> Path:
-    return next(written2(folder / "bag", told, StoragePlugin.MCAP).glob("*.mcap"))
+def mcap(folder: Path, messages: list[TimedMessage]) -> Path:
+    return next(written2(folder / "bag", messages, StoragePlugin.MCAP).glob("*.mcap"))
 
 
-def ros1(folder: Path, told: list[Told]) -> Path:
-    return written1(folder / "robot.bag", told)
+def ros1(folder: Path, messages: list[TimedMessage]) -> Path:
+    return written1(folder / "robot.bag", messages)
 
 
-Write = Callable[[Path, list[Told]], Path]
+Write = Callable[[Path, list[TimedMessage]], Path]
 FORMATS = [db3, db3_file, mcap, ros1]

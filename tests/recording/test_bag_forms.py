@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from bag_world import CAMERA, frame
-from foreign_bags import COUNT, Told, as_ros1, db3, driven, mcap, robots_messages, ros1
+from foreign_bags import COUNT, TimedMessage, as_ros1, db3, driven, mcap, robots_messages, ros1
 from mcap.writer import Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
@@ -56,14 +56,14 @@ def test_messages_that_are_packed_one_by_one_are_read(
         are_the_robots(next(folder.glob("*.mcap")))
 
 
-def converted(path: Path, told: list[Told]) -> Path:
+def converted(path: Path, msg: list[TimedMessage]) -> Path:
     """As `mcap convert robot.bag robot.mcap` writes it: ROS 1's bytes and names."""
     store = ros1_typestore()
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start(profile="ros1", library="mcap")
         channels: dict[str, int] = {}
-        for topic, kind, time, message in told:
+        for topic, kind, time, message in msg:
             if topic not in channels:
                 definition, _ = store.generate_msgdef(kind, ros_version=1)
                 schema = writer.register_schema(
@@ -84,62 +84,62 @@ def test_messages_of_ros_1_in_mcap_are_read(tmp_path: Path) -> None:
 
 
 def foxglove(kind: str, message: Any) -> list[tuple[str, Any]]:
-    """Foxglove's messages that say the same."""
+    """The same messages as Foxglove types."""
     from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
     from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
     from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
     from foxglove_schemas_protobuf.Odometry_pb2 import Odometry
     from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-    def stamped(told: Any, header: Any, frame_id: str = "frame_id") -> Any:
-        told.timestamp.seconds, told.timestamp.nanos = header.stamp.sec, header.stamp.nanosec
-        setattr(told, frame_id, header.frame_id)
-        return told
+    def stamped(msg: Any, header: Any, frame_id: str = "frame_id") -> Any:
+        msg.timestamp.seconds, msg.timestamp.nanos = header.stamp.sec, header.stamp.nanosec
+        setattr(msg, frame_id, header.frame_id)
+        return msg
 
-    def placed(told: Any, place: Any, turn: Any, names: tuple[str, str]) -> None:
+    def placed(msg: Any, place: Any, turn: Any, names: tuple[str, str]) -> None:
         for name in "xyz":
-            setattr(getattr(told, names[0]), name, getattr(place, name))
+            setattr(getattr(msg, names[0]), name, getattr(place, name))
         for name in "xyzw":
-            setattr(getattr(told, names[1]), name, getattr(turn, name))
+            setattr(getattr(msg, names[1]), name, getattr(turn, name))
 
     if kind.endswith("TFMessage"):
         made = []
         for one in message.transforms:
-            told = stamped(FrameTransform(), one.header, "parent_frame_id")
-            told.child_frame_id = one.child_frame_id
+            msg = stamped(FrameTransform(), one.header, "parent_frame_id")
+            msg.child_frame_id = one.child_frame_id
             moved = one.transform
-            placed(told, moved.translation, moved.rotation, ("translation", "rotation"))
-            made.append(told)
+            placed(msg, moved.translation, moved.rotation, ("translation", "rotation"))
+            made.append(msg)
         # One by one, and several at a time.
         return [
             ("FrameTransform", made[0]),
             ("FrameTransforms", FrameTransforms(transforms=made[1:])),
         ]
     if kind.endswith("CameraInfo"):
-        told = CameraCalibration(width=message.width, height=message.height)
-        told.K.extend(message.k)
-        told.P.extend(message.p)
-        return [("CameraCalibration", stamped(told, message.header))]
+        msg = CameraCalibration(width=message.width, height=message.height)
+        msg.K.extend(message.k)
+        msg.P.extend(message.p)
+        return [("CameraCalibration", stamped(msg, message.header))]
     if kind.endswith("Odometry"):
-        told = stamped(Odometry(body_frame_id=message.child_frame_id), message.header)
+        msg = stamped(Odometry(body_frame_id=message.child_frame_id), message.header)
         pose = message.pose.pose
-        placed(told.pose, pose.position, pose.orientation, ("position", "orientation"))
-        told.pose_covariance.extend(message.pose.covariance)
-        return [("Odometry", told)]
-    told = RawImage(
+        placed(msg.pose, pose.position, pose.orientation, ("position", "orientation"))
+        msg.pose_covariance.extend(message.pose.covariance)
+        return [("Odometry", msg)]
+    msg = RawImage(
         width=message.width, height=message.height, encoding=message.encoding, step=message.step,
         data=bytes(message.data),
     )  # fmt: skip
-    return [("RawImage", stamped(told, message.header))]
+    return [("RawImage", stamped(msg, message.header))]
 
 
-def foxgloves(path: Path, told: list[Told]) -> Path:
+def foxgloves(path: Path, msg: list[TimedMessage]) -> Path:
     """As a program with Foxglove's SDK writes it."""
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start(library="foxglove")
         channels: dict[tuple[str, str], int] = {}
-        for topic, kind, time, message in told:
+        for topic, kind, time, message in msg:
             name = topic.replace("camera_info", "calibration")
             for schema, one in foxglove(kind, message):
                 if (name, schema) not in channels:
@@ -164,7 +164,7 @@ def test_an_encoding_that_is_not_known_is_named_with_those_that_are(tmp_path: Pa
         writer.add_message(writer.register_channel("/depth", "json", schema), 0, b"{}", 0)
         writer.finish()
     with pytest.raises(
-        InputError, match=r"/depth holds foxglove.RawImage as json; known are .*cdr.*ros1"
+        InputError, match=r"/depth holds foxglove.RawImage as json; supported: .*cdr.*ros1"
     ):
         list(open_bag(path).messages({"/depth"}))
 
@@ -193,9 +193,9 @@ def test_of_several_files_without_an_index_the_remedy_is_named(
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("run.mcap.zst", "packed as a whole; unpack it with: zstd -d"),
-        ("run_0.db3.zstd", "give the bag's folder, whose metadata.yaml"),
-        ("2024.bag.active", "not closed; mend it with: rosbag reindex"),
+        ("run.mcap.zst", "compressed MCAP file; decompress it with: zstd -d"),
+        ("run_0.db3.zstd", "give the bag's folder with its metadata.yaml"),
+        ("2024.bag.active", "not closed; repair it with: rosbag reindex"),
         ("scene0000_00.sens", "SensReader"),
     ],
 )
@@ -211,5 +211,5 @@ def test_files_that_only_look_like_recordings_are_identified(
 
 def test_a_folder_of_a_packed_file_without_an_index_names_the_remedy(tmp_path: Path) -> None:
     path = ros1(tmp_path, robots_messages()).rename(tmp_path / "run.mcap.zst")
-    with pytest.raises(InputError, match=r"run.mcap.zst: is an MCAP file packed as a whole"):
+    with pytest.raises(InputError, match=r"run.mcap.zst: is a compressed MCAP file"):
         open_recording(path.parent)

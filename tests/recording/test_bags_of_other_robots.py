@@ -1,4 +1,4 @@
-"""What robots of others do: late or useless CameraInfo, no stamps, late static transforms."""
+"""Bags of other robots: late or invalid CameraInfo, no stamps, late static transforms."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bag_world import CAMERA, frame
-from foreign_bags import COUNT, Told, Write, driven, mcap, robots_messages, ros1
+from foreign_bags import COUNT, TimedMessage, Write, driven, mcap, robots_messages, ros1
 
 from circumspect.errors import InputError
 from circumspect.recording import BagRecording, BagSettings, open_bag, open_recording
 from circumspect.recording.image_messages import colour_message, depth_message
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE
-from circumspect.recording.topic_choice import TopicNames, chosen
+from circumspect.recording.topic_choice import TopicNames, choose_topics
 
 INFO = "/camera/depth/camera_info"
 
 
-def many_images(count: int) -> list[Told]:
+def many_images(count: int) -> list[TimedMessage]:
     """More images than ever wait."""
-    told = [one for one in robots_messages() if one[0] == "/tf_static"]
+    messages = [one for one in robots_messages() if one[0] == "/tf_static"]
     for number in range(count):
         stamp = 0.05 * number
         depth = depth_message(frame(number).depth, stamp, "xtion")
-        told.append(("/camera/depth/image_raw", IMAGE, stamp, depth))
-    return told
+        messages.append(("/camera/depth/image_raw", IMAGE, stamp, depth))
+    return messages
 
 
-def info() -> Told:
+def info() -> TimedMessage:
     return next(one for one in robots_messages() if one[1] == CAMERA_INFO)
 
 
@@ -36,8 +36,8 @@ def info() -> Told:
 def test_a_camera_info_that_comes_once_after_all_images_is_used(
     tmp_path: Path, write: Write
 ) -> None:
-    told = [*many_images(60), (INFO, CAMERA_INFO, 5.0, info()[3])]
-    recording = open_recording(write(tmp_path, told))
+    messages = [*many_images(60), (INFO, CAMERA_INFO, 5.0, info()[3])]
+    recording = open_recording(write(tmp_path, messages))
     found = list(recording)
     assert len(found) == 60
     assert {one.camera for one in found} == {CAMERA}
@@ -48,11 +48,11 @@ def test_a_camera_info_that_comes_once_after_all_images_is_used(
 def test_a_camera_info_of_zeros_is_named_unless_a_good_one_follows(
     tmp_path: Path, good: int
 ) -> None:
-    told = robots_messages()
-    infos = [message for _, kind, _, message in told if kind == CAMERA_INFO]
+    messages = robots_messages()
+    infos = [message for _, kind, _, message in messages if kind == CAMERA_INFO]
     for message in infos[: len(infos) - good]:
         message.k[:], message.p[:] = 0, 0
-    recording = open_recording(mcap(tmp_path, told))
+    recording = open_recording(mcap(tmp_path, messages))
     if good:
         assert len(list(recording)) == COUNT
         return
@@ -63,20 +63,22 @@ def test_a_camera_info_of_zeros_is_named_unless_a_good_one_follows(
 
 
 def test_a_static_transform_that_is_recorded_late_holds_for_all_images(tmp_path: Path) -> None:
-    told = [
+    messages = [
         (*one[:2], 0.45 if one[0] == "/tf_static" else one[2], one[3]) for one in robots_messages()
     ]
-    recording = open_recording(mcap(tmp_path, sorted(told, key=lambda one: one[2])))
-    assert len(list(recording.placed())) == COUNT
+    recording = open_recording(mcap(tmp_path, sorted(messages, key=lambda one: one[2])))
+    assert len(list(recording.from_first_pose())) == COUNT
     assert not recording.skipped
 
 
-def without_stamps(told: list[Told], topic: str, log_shift: float) -> list[Told]:
-    """As a driver writes that sets no stamps; the bag's clock has another beginning."""
-    for name, _, _, message in told:
+def without_stamps(
+    messages: list[TimedMessage], topic: str, log_shift: float
+) -> list[TimedMessage]:
+    """The messages of a driver that sets no stamps, with log times on another clock."""
+    for name, _, _, message in messages:
         if name == topic:
             message.header.stamp.sec = message.header.stamp.nanosec = 0
-    return [(*one[:2], one[2] + log_shift, one[3]) for one in told]
+    return [(*one[:2], one[2] + log_shift, one[3]) for one in messages]
 
 
 @pytest.mark.parametrize("topic", ["/camera/depth/image_raw", "/odom"])
@@ -96,11 +98,11 @@ def test_zero_stamps_are_replaced_by_the_log_times_and_reported_once(
 
 
 def test_nan_in_the_covariance_of_odometry_keeps_the_pose(tmp_path: Path) -> None:
-    told = robots_messages()
-    for topic, _, _, message in told:
+    messages = robots_messages()
+    for topic, _, _, message in messages:
         if topic == "/odom":
             message.pose.covariance[:] = np.nan
-    for one in open_recording(mcap(tmp_path, told)):
+    for one in open_recording(mcap(tmp_path, messages)):
         assert one.odometry is not None
         assert one.odometry.T_odom_base.xy == pytest.approx(driven(one.stamp).xy, abs=1e-9)
         np.testing.assert_array_equal(one.odometry.covariance, np.zeros((3, 3)))
@@ -109,27 +111,27 @@ def test_nan_in_the_covariance_of_odometry_keeps_the_pose(tmp_path: Path) -> Non
 def test_repeated_warnings_are_logged_once_with_their_count(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    told = robots_messages()
-    for topic, _, _, message in told:
+    messages = robots_messages()
+    for topic, _, _, message in messages:
         if topic == "/odom":
             message.pose.pose.position.x = np.nan
-    assert len(list(open_recording(mcap(tmp_path, told)))) == COUNT
-    assert caplog.text.count("a message on /odom left out") == 2, "the first, and the count"
+    assert len(list(open_recording(mcap(tmp_path, messages)))) == COUNT
+    assert caplog.text.count("message on /odom skipped") == 2, "the first, and the count"
     assert "(20 times like this)" in caplog.text
 
 
 def test_depth_that_is_aligned_to_the_colour_is_depth(tmp_path: Path) -> None:
     aligned = "/camera/aligned_depth_to_color/image_raw"
-    told = robots_messages(aligned)
+    messages = robots_messages(aligned)
     colour = colour_message(np.full((24, 32, 3), 90, np.uint8), 0.0, "xtion")
-    told.insert(1, ("/camera/color/image_raw", IMAGE, 0.0, colour))
-    topics = chosen(open_bag(mcap(tmp_path / "one", told)), TopicNames())
+    messages.insert(1, ("/camera/color/image_raw", IMAGE, 0.0, colour))
+    topics = choose_topics(open_bag(mcap(tmp_path / "one", messages)), TopicNames())
     assert (topics.depth, topics.colour) == (aligned, "/camera/color/image_raw")
     plain = [
         one for one in robots_messages("/camera/depth/image_rect_raw") if one[1] != CAMERA_INFO
     ]
-    topics = chosen(
-        open_bag(mcap(tmp_path / "both", sorted([*told, *plain], key=lambda one: one[2]))),
+    topics = choose_topics(
+        open_bag(mcap(tmp_path / "both", sorted([*messages, *plain], key=lambda one: one[2]))),
         TopicNames(),
     )
     assert (topics.depth, topics.colour) == (

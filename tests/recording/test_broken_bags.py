@@ -16,12 +16,12 @@ from circumspect.recording import open_recording
 
 
 @pytest.mark.parametrize("write", FORMATS)
-def test_a_bag_that_is_cut_is_a_known_fault_or_a_shorter_one(tmp_path: Path, write: Write) -> None:
+def test_a_truncated_bag_is_refused_or_shorter(tmp_path: Path, write: Write) -> None:
     path = write(tmp_path, robots_messages())
     file = path if path.is_file() else next(path.glob("*.db3"))
-    whole = file.read_bytes()
+    content = file.read_bytes()
     for share in (0.02, 0.3, 0.6, 0.9, 0.999):
-        file.write_bytes(whole[: int(share * len(whole))])
+        file.write_bytes(content[: int(share * len(content))])
         assert len(read_or_refused(path)) <= COUNT
 
 
@@ -32,28 +32,32 @@ def sound(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 @pytest.mark.parametrize("write", FORMATS)
 @pytest.mark.parametrize("topic", ["/odom", "/camera/depth/image_raw", "/tf_static"])
-def test_a_message_that_can_not_be_decoded_costs_itself_alone(
+def test_only_the_undecodable_messages_are_skipped(
     tmp_path: Path, write: Write, topic: str
 ) -> None:
-    told = robots_messages()
-    broken = [k for k, one in enumerate(told) if one[0] == topic][:2]
+    messages = robots_messages()
+    broken = [k for k, one in enumerate(messages) if one[0] == topic][:2]
     for k in broken:
-        told[k] = (*told[k][:3], b"\0\1\0\0garbage")
-    recording = open_recording(write(tmp_path, told))
+        messages[k] = (*messages[k][:3], b"\0\1\0\0garbage")
+    recording = open_recording(write(tmp_path, messages))
     lost = len(broken) if topic.endswith("image_raw") else 0
     assert len(list(recording)) == COUNT - lost
     ((name, reason),) = recording.skipped.items()
     assert name == f"messages on {topic}"
-    assert reason == f"{'1 is' if len(broken) == 1 else '2 are'} no {told[broken[0]][1]}"
+    assert (
+        reason == f"{'1 is' if len(broken) == 1 else '2 are'} not of type {messages[broken[0]][1]}"
+    )
 
 
 @pytest.mark.parametrize("write", FORMATS)
-def test_nothing_but_garbage_is_told(tmp_path: Path, write: Write) -> None:
-    told = [
+def test_a_bag_of_undecodable_images_is_refused(tmp_path: Path, write: Write) -> None:
+    messages = [
         (*one[:3], b"garbage") if one[0].endswith("image_raw") else one for one in robots_messages()
     ]
-    with pytest.raises(InputError, match=r"messages on /camera/depth/image_raw: 6 are no sensor"):
-        list(open_recording(write(tmp_path, told)))
+    with pytest.raises(
+        InputError, match=r"messages on /camera/depth/image_raw: 6 are not of type sensor"
+    ):
+        list(open_recording(write(tmp_path, messages)))
 
 
 HEAD = st.integers(0, 5000)
@@ -65,10 +69,10 @@ CHANGES = st.lists(
 
 @given(changes=CHANGES, index=st.booleans())
 @settings(max_examples=25)
-def test_a_bag_that_was_tampered_with_is_a_known_fault_at_most(
+def test_overwritten_bytes_raise_no_other_error_than_input_error(
     sound: Path, changes: list[tuple[int, bytes]], index: bool
 ) -> None:
-    """Its file, or the index of its folder, with a few bytes of somebody else's."""
+    """A few bytes of its file, or of the index of its folder, are overwritten."""
     copy = sound.parent / f"tampered{sound.suffix}"
     if sound.is_dir():
         shutil.copytree(sound, copy, dirs_exist_ok=True)
@@ -92,7 +96,7 @@ def read_or_refused(path: Path) -> list[Any]:
         return []
 
 
-def test_an_index_of_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_an_index_of_a_missing_file_is_refused(tmp_path: Path) -> None:
     folder = db3(tmp_path, robots_messages())
     next(folder.glob("*.db3")).unlink()
     with pytest.raises(InputError, match="can not be read"):

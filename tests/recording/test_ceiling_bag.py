@@ -34,16 +34,16 @@ def compressed(pixels: np.ndarray, kind: str) -> object:
     return message(COMPRESSED_IMAGE, header=header(1.0, "up"), format=kind.lower(), data=data)
 
 
-def bag_of(path: Path, told: dict[str, list[tuple[str, object]]]) -> Path:
+def bag_of(path: Path, topics: dict[str, list[tuple[str, object]]]) -> Path:
     writer = McapWriter(path, {})
-    for topic, messages in told.items():
+    for topic, messages in topics.items():
         for kind, one in messages:
             writer.write(topic, kind, 1_000_000_000, one)
     writer.close()
     return path
 
 
-def test_what_is_recorded_beside_a_robot_is_read_back(tmp_path: Path) -> None:
+def test_recorded_ceiling_images_are_read_back(tmp_path: Path) -> None:
     recorder, given = RunRecorder(tmp_path / "run.mcap", {}), []
     for number, frame in enumerate(frames(3)):
         recorder.frame(frame)
@@ -61,19 +61,23 @@ def test_what_is_recorded_beside_a_robot_is_read_back(tmp_path: Path) -> None:
             np.testing.assert_array_equal(one.grey, other.grey)
 
 
-def test_topics_of_other_names_are_told(tmp_path: Path) -> None:
+def test_topics_of_other_names_need_a_choice(tmp_path: Path) -> None:
     path = bag_of(tmp_path / "a.mcap", {"/up/image": [(IMAGE, grey_message(picture(1), 1.0, "u"))]})
     images = CeilingBag(open_bag(path), ["ceiling_0"], {"ceiling_0": "/up/image"})
     assert [image.camera for image in images] == ["ceiling_0"]
-    with pytest.raises(InputError, match=r"no topic of images .*it holds /up/image; say .*--topic"):
+    with pytest.raises(
+        InputError, match=r"no image topic .*image topics: /up/image; choose .*--topic"
+    ):
         CeilingBag(open_bag(path), ["ceiling_0"])
-    with pytest.raises(InputError, match="/up/image can not be both ceiling_0's and ceiling_1's"):
+    with pytest.raises(InputError, match="/up/image is given for both ceiling_0 and ceiling_1"):
         CeilingBag(open_bag(path), NAMES, dict.fromkeys(NAMES, "/up/image"))
-    with pytest.raises(InputError, match="/down of ceiling_0 is no topic of images: /up/image"):
+    with pytest.raises(
+        InputError, match="/down of ceiling_0 is not an image topic; image topics: /up/image"
+    ):
         CeilingBag(open_bag(path), ["ceiling_0"], {"ceiling_0": "/down"})
 
 
-def test_raw_images_rather_than_compressed_ones_and_never_a_guess_between_two(
+def test_raw_images_are_preferred_to_compressed_ones_and_two_raw_topics_are_refused(
     tmp_path: Path,
 ) -> None:
     raw, packed = (IMAGE, grey_message(picture(1), 1.0, "u")), compressed(picture(1), "PNG")
@@ -101,7 +105,7 @@ def test_a_message_that_is_no_image_is_left_out_and_counted(tmp_path: Path) -> N
     images = CeilingBag(open_bag(mcap(tmp_path, [(*good[:3], b"garbage"), good])), ["c"])
     for _ in range(2):
         assert [image.stamp for image in images] == [1.1]
-        assert images.skipped == {"messages on /c/image_raw": f"1 is no {IMAGE}"}
+        assert images.skipped == {"messages on /c/image_raw": f"1 is not of type {IMAGE}"}
 
 
 def test_grey_of_every_kind() -> None:
@@ -115,7 +119,7 @@ def test_grey_of_every_kind() -> None:
 
 
 @pytest.mark.parametrize("data", [b"", b"no image", b"\x89PNG\r\n\x1a\n" + b"x" * 40, b"GIF89a"])
-def test_what_is_no_image_is_an_input_error(data: bytes) -> None:
+def test_invalid_images_raise_input_errors(data: bytes) -> None:
     broken = compressed(picture(1), "PNG")
     broken.data = np.frombuffer(data, np.uint8)
     with pytest.raises(InputError, match="can not be read"):

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from foreign_bags import COUNT, Told, driven, mcap, robots_messages
+from foreign_bags import COUNT, TimedMessage, driven, mcap, robots_messages
 
 from circumspect.recording import open_recording
-from circumspect.recording.clock_comparison import MIN_UNMATCHED, ClockComparison
+from circumspect.recording.message_clocks import MIN_UNMATCHED, ClockComparison
 from circumspect.recording.pose_messages import odometry_message
 from circumspect.recording.ros_types import ODOMETRY
 from circumspect.sensing import Odometry
@@ -74,7 +74,7 @@ def test_a_bag_whose_clock_starts_at_zero_has_odometry_from_the_first_image(tmp_
         assert one.odometry.T_odom_base.yaw == pytest.approx(expected.yaw, abs=1e-6)
 
 
-def on_another_clock(one: Told, ahead: float = 1.7e9) -> Told:
+def on_another_clock(one: TimedMessage, ahead: float = 1.7e9) -> TimedMessage:
     topic, kind, time, message = one
     if kind == ODOMETRY:
         odometry = Odometry(time + ahead, driven(time), np.zeros((3, 3)))

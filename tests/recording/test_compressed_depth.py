@@ -14,8 +14,7 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image
 
 from circumspect.errors import InputError
-from circumspect.recording.compressed_depth import compressed_depth
-from circumspect.recording.rvl import unpacked_rvl
+from circumspect.recording.compressed_depth import compressed_depth, decoded_rvl
 from circumspect.sensing.millimetres import metres
 
 PIXELS = hnp.arrays(
@@ -67,25 +66,25 @@ def packed(kind: str, data: bytes, a: float = 0.0, b: float = 0.0, header: bool 
 
 
 @given(PIXELS)
-def test_rvl_comes_back(pixels: np.ndarray) -> None:
-    np.testing.assert_array_equal(unpacked_rvl(rvl(pixels), 9), pixels)
+def test_rvl_round_trip(pixels: np.ndarray) -> None:
+    np.testing.assert_array_equal(decoded_rvl(rvl(pixels), 9), pixels)
 
 
 @given(PIXELS)
-def test_whole_millimetres_come_back_with_and_without_a_header(pixels: np.ndarray) -> None:
+def test_whole_millimetres_round_trip_with_and_without_a_header(pixels: np.ndarray) -> None:
     for kind, data in (("png", png(pixels)), ("rvl", rvl(pixels))):
         for header in (True, False):
             if kind == "rvl" and not header and pixels.shape[1] < 2:
                 continue
-            told = packed(f"16UC1; compressedDepth {kind}", data, header=header)
-            np.testing.assert_array_equal(compressed_depth(told), metres(pixels))
+            msg = packed(f"16UC1; compressedDepth {kind}", data, header=header)
+            np.testing.assert_array_equal(compressed_depth(msg), metres(pixels))
 
 
 @pytest.mark.parametrize("kind", ["16UC1; png compressed ", "png", "mono16; png compressed"])
 def test_a_plain_png_of_16_bits_is_depth(kind: str) -> None:
     pixels = np.array([[0, 700, 1500]], np.uint16)
-    told = packed(kind, png(pixels), header=False)
-    np.testing.assert_array_equal(compressed_depth(told), metres(pixels))
+    msg = packed(kind, png(pixels), header=False)
+    np.testing.assert_array_equal(compressed_depth(msg), metres(pixels))
 
 
 @given(st.floats(0.3, 9.0), st.floats(10, 120))
@@ -102,7 +101,7 @@ def test_metres_are_kept_as_the_transport_quantises_them(depth: float, quantisat
 
 def test_inverse_depth_needs_its_quantisation() -> None:
     pixels = np.ones((2, 2), np.uint16)
-    with pytest.raises(InputError, match="without the header"):
+    with pytest.raises(InputError, match="lacks the header"):
         compressed_depth(packed("32FC1; compressedDepth png", png(pixels), header=False))
     with pytest.raises(InputError, match="the quantisation 0, 0"):
         compressed_depth(packed("32FC1; compressedDepth png", png(pixels)))
@@ -111,7 +110,7 @@ def test_inverse_depth_needs_its_quantisation() -> None:
 @given(st.binary(max_size=60))
 def test_broken_rvl_is_refused_or_an_image(data: bytes) -> None:
     try:
-        pixels = unpacked_rvl(data, 64)
+        pixels = decoded_rvl(data, 64)
     except InputError:
         return
     assert pixels.dtype == np.uint16
@@ -123,10 +122,10 @@ def test_broken_rvl_is_refused_or_an_image(data: bytes) -> None:
         (b"\0" * 5, "before its size"),
         (struct.pack("<ii", 2**30, 4), "1073741824 x 4"),
         (struct.pack("<ii", 4, 4), "ends early"),
-        (struct.pack("<iiI", 4, 4, 0), "does not hold what it says"),
+        (struct.pack("<iiI", 4, 4, 0), "does not match its size"),
         (struct.pack("<iiI", 4, 4, 0xFFFFFFF7), "ends early"),
     ],
 )
-def test_rvl_that_makes_no_sense_is_refused(data: bytes, reason: str) -> None:
+def test_invalid_rvl_is_refused(data: bytes, reason: str) -> None:
     with pytest.raises(InputError, match=reason):
-        unpacked_rvl(data, 4096)
+        decoded_rvl(data, 4096)

@@ -11,7 +11,7 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import Stores, get_typestore
 
 from circumspect.recording.open_recording import open_bag
-from circumspect.recording.readable_stretches import RESOLUTION, ReadableStretches
+from circumspect.recording.ros_bag import RESOLUTION_NS, ReadableSegments
 
 SECOND = 10**9
 STRING = "std_msgs/msg/String"
@@ -21,7 +21,7 @@ STRING = "std_msgs/msg/String"
     times=st.lists(st.integers(0, 100 * SECOND), min_size=1, unique=True).map(sorted),
     damage=st.lists(st.tuples(st.integers(0, 100), st.integers(0, 100)), max_size=3),
 )
-def test_what_can_be_read_is_read(times: list[int], damage: list[tuple[int, int]]) -> None:
+def test_intact_segments_are_read(times: list[int], damage: list[tuple[int, int]]) -> None:
     broken = [(begin * SECOND, (begin + length) * SECOND) for begin, length in damage]
 
     def is_broken(time: int) -> bool:
@@ -34,19 +34,19 @@ def test_what_can_be_read_is_read(times: list[int], damage: list[tuple[int, int]
                     raise ValueError("malformed")
                 yield time, time
 
-    found = ReadableStretches(read, times[0], times[-1] + 1)
-    seen = [time for time, _ in found]
-    assert seen == sorted(set(seen))
-    assert not any(map(is_broken, seen))
-    sound = [time for time in times if not is_broken(time)]
-    assert set(seen) <= set(sound)
-    # A search with growing steps may pass over short sound stretches between damaged ones.
+    found = ReadableSegments(read, times[0], times[-1] + 1)
+    read_times = [time for time, _ in found]
+    assert read_times == sorted(set(read_times))
+    assert not any(map(is_broken, read_times))
+    intact = [time for time in times if not is_broken(time)]
+    assert set(read_times) <= set(intact)
+    # A search with growing steps may skip short intact segments between damaged ones.
     if len(broken) <= 1 and broken:
         begin, end = broken[0]
-        for time in set(sound) - set(seen):
-            assert begin <= time < end + 2 * RESOLUTION
+        for time in set(intact) - set(read_times):
+            assert begin <= time < end + 2 * RESOLUTION_NS
     if not broken:
-        assert seen == times
+        assert read_times == times
 
 
 def ros1_in_chunks(path: Path) -> Path:
@@ -64,7 +64,7 @@ def ros1_in_chunks(path: Path) -> Path:
     return path
 
 
-def test_a_damaged_chunk_of_ros_1_costs_itself(tmp_path: Path) -> None:
+def test_a_damaged_chunk_of_ros_1_loses_only_itself(tmp_path: Path) -> None:
     path = ros1_in_chunks(tmp_path / "robot.bag")
     content = bytearray(path.read_bytes())
     whole = [one.log_time for one in open_bag(path).messages({"/a"})]
@@ -78,4 +78,4 @@ def test_a_damaged_chunk_of_ros_1_costs_itself(tmp_path: Path) -> None:
     assert len(found) > 75
     assert found[-1] == whole[-1]
     assert str(bag.damage).startswith("1 damaged part, ")
-    assert bag.fault is None
+    assert bag.error is None

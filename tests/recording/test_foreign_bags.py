@@ -52,60 +52,60 @@ def test_a_suffix_may_be_in_capitals(tmp_path: Path, write: Write) -> None:
 
 
 def parts(T: RigidTransform) -> tuple[Any, Any]:
-    told = transform_message(T, 0.0, "a", "b").transform
-    return told.translation, told.rotation
+    messages = transform_message(T, 0.0, "a", "b").transform
+    return messages.translation, messages.rotation
 
 
 def test_a_slash_before_frames_is_ros_1(tmp_path: Path) -> None:
-    told = robots_messages()
-    for topic, _, _, message in told:
+    messages = robots_messages()
+    for topic, _, _, message in messages:
         if topic == "/odom":
             message.child_frame_id = "/base_footprint"
-    assert next(iter(open_recording(ros1(tmp_path, told)))).T_base_camera is not None
+    assert next(iter(open_recording(ros1(tmp_path, messages)))).T_base_camera is not None
 
 
-def test_colour_of_the_same_size_adorns_frames(tmp_path: Path) -> None:
+def test_colour_of_the_same_size_is_added_to_frames(tmp_path: Path) -> None:
     from circumspect.recording.image_messages import colour_message
 
     colour = np.random.default_rng(0).integers(0, 256, (24, 32, 3)).astype(np.uint8)
-    told = robots_messages()
+    messages = robots_messages()
     for number in range(COUNT):
         stamp = 0.1 * number
         message = colour_message(colour[: 24 - (number == 2)], stamp + 0.005, "xtion")
-        told.append(("/camera/color/image_raw", IMAGE, stamp + 1e-4, message))
-    path = mcap(tmp_path, sorted(told, key=lambda one: one[2]))
+        messages.append(("/camera/color/image_raw", IMAGE, stamp + 1e-4, message))
+    path = mcap(tmp_path, sorted(messages, key=lambda one: one[2]))
     found = [one.colour is not None for one in open_recording(path)]
     assert found == [True, True, False, True, True, True]
 
 
-def test_frames_that_can_not_be_read_are_left_out_with_the_reason(tmp_path: Path) -> None:
-    told = robots_messages()
-    images = [message for topic, _, _, message in told if topic.endswith("image_raw")]
+def test_unreadable_frames_are_skipped_with_the_reason(tmp_path: Path) -> None:
+    messages = robots_messages()
+    images = [message for topic, _, _, message in messages if topic.endswith("image_raw")]
     images[1].encoding = "bayer_rggb16"
     images[2].height = 23
     images[3].data = images[3].data[:100]
-    recording = open_recording(mcap(tmp_path, told))
+    recording = open_recording(mcap(tmp_path, messages))
     assert len(list(recording)) == COUNT - 3
     reasons = " ".join(recording.skipped.values())
     for word in ("bayer_rggb16", "32 x 23", "100 bytes"):
         assert word in reasons
 
 
-def test_nothing_but_unknown_encodings_is_an_error(tmp_path: Path) -> None:
-    told = robots_messages()
-    for topic, _, _, message in told:
+def test_a_bag_of_unknown_encodings_is_refused(tmp_path: Path) -> None:
+    messages = robots_messages()
+    for topic, _, _, message in messages:
         if topic.endswith("image_raw"):
             message.encoding = "bayer_rggb16"
     with pytest.raises(InputError, match=r"no frame can be read: .*bayer_rggb16"):
-        list(open_recording(mcap(tmp_path, told)))
+        list(open_recording(mcap(tmp_path, messages)))
 
 
-def test_messages_that_make_no_sense_are_told_and_left_out(
+def test_invalid_messages_are_reported_and_skipped(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    told = robots_messages()
-    for topic, _, time, message in told:
+    messages = robots_messages()
+    for topic, _, time, message in messages:
         if topic == "/odom" and 0.1 < time < 0.2:
             message.pose.pose.position.x = np.nan
-    assert len(list(open_recording(mcap(tmp_path, told)))) == COUNT
-    assert "a message on /odom left out" in caplog.text
+    assert len(list(open_recording(mcap(tmp_path, messages)))) == COUNT
+    assert "message on /odom skipped" in caplog.text

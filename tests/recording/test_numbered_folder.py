@@ -82,12 +82,12 @@ def test_frames_come_by_their_numbers_with_depth_camera_and_pose(
         assert (one.colour is not None) == (kind == "open3d"), "colour lies on the depth"
 
 
-def test_a_pose_that_scannet_lost_costs_its_frame(scannet: Path) -> None:
+def test_frames_with_lost_scannet_poses_are_skipped(scannet: Path) -> None:
     np.savetxt(scannet / "pose" / "4.txt", np.full((4, 4), -np.inf))
     recording = open_recording(scannet)
     assert len(list(recording)) == 10
     assert list(recording.skipped) == ["depth/4.png"]
-    assert "4.txt: holds NaN or infinite numbers" in recording.skipped["depth/4.png"]
+    assert "4.txt: contains NaN or infinite numbers" in recording.skipped["depth/4.png"]
 
 
 def test_every_nth_and_the_depth_scale(open3d: Path) -> None:
@@ -111,16 +111,20 @@ def test_without_poses_there_are_none(scannet: Path, open3d: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("camera_intrinsic.json", None, r"says nothing of its camera; write camera-intrinsics.txt"),
-        ("camera_intrinsic.json", "{}", "holds no 'intrinsic_matrix' of nine numbers"),
+        ("camera_intrinsic.json", None, r"has no intrinsics; write camera-intrinsics.txt"),
+        ("camera_intrinsic.json", "{}", "contains no 'intrinsic_matrix' of nine numbers"),
         ("camera_intrinsic.json", '{"intrinsic_matrix": [1, 2]}', "of nine numbers"),
-        ("camera_intrinsic.json", '{"intrinsic_matrix": [0,0,0,0,0,0,0,0,0]}', "no camera matrix"),
-        ("scene/trajectory.log", "1 2 3", "3 numbers and a 4 x 4 matrix a frame"),
+        (
+            "camera_intrinsic.json",
+            '{"intrinsic_matrix": [0,0,0,0,0,0,0,0,0]}',
+            "not a camera matrix",
+        ),
+        ("scene/trajectory.log", "1 2 3", "3 numbers and a 4 x 4 matrix per frame"),
         ("scene/trajectory.log", "0 0 1" + " 2" * 16, "rotation is not orthonormal"),
-        ("scene/trajectory.log", "0 0 1 x", "something else than numbers"),
+        ("scene/trajectory.log", "0 0 1 x", "something other than numbers"),
     ],
 )
-def test_what_is_missing_or_broken_is_one_line(
+def test_missing_and_broken_files_are_reported_in_one_line(
     open3d: Path, name: str, content: str | None, words: str
 ) -> None:
     if content is None:
@@ -134,7 +138,7 @@ def test_what_is_missing_or_broken_is_one_line(
 
 def test_a_folder_without_numbered_images_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "depth").mkdir()
-    with pytest.raises(InputError, match="depth: holds no numbered PNG images"):
+    with pytest.raises(InputError, match="depth: contains no numbered PNG images"):
         open_recording(tmp_path)
 
 

@@ -21,13 +21,13 @@ def odometry(stamp: float) -> Odometry:
     return Odometry(stamp, place, stamp * np.eye(3), FORWARD, TURN)
 
 
-def heard(interval: float, count: int = 10, silent: bool = False) -> OdometryBuffer:
-    """Messages at an interval [s]; silent ones tell no velocity."""
+def add(interval: float, count: int = 10, silent: bool = False) -> OdometryBuffer:
+    """Messages at an interval [s]; silent ones have no velocity."""
     buffer = OdometryBuffer()
     for number in range(count):
-        told = odometry(interval * number)
-        still = Odometry(told.stamp, told.T_odom_base, told.covariance)
-        buffer.heard(still if silent else told)
+        message = odometry(interval * number)
+        still = Odometry(message.stamp, message.T_odom_base, message.covariance)
+        buffer.add(still if silent else message)
     return buffer
 
 
@@ -42,55 +42,57 @@ def assert_at(buffer: OdometryBuffer, stamp: float) -> Odometry:
 
 
 @given(st.floats(0.01, 0.4), st.floats(0, 8), st.booleans())
-def test_between_messages_a_robot_drives_an_even_arc(
+def test_odometry_is_interpolated_along_an_arc(
     interval: float, number: float, silent: bool
 ) -> None:
     stamp = number * interval
-    found = assert_at(heard(interval, silent=silent), stamp)
+    found = assert_at(add(interval, silent=silent), stamp)
     np.testing.assert_allclose(found.covariance, stamp * np.eye(3), atol=1e-9)
 
 
 @pytest.mark.parametrize("stamp", [1.65, 1.99, 2.15])
-def test_a_message_beside_a_gap_is_carried_on_by_its_velocity(stamp: float) -> None:
-    buffer = heard(0.1, 16)
+def test_odometry_beside_a_gap_is_extrapolated_by_velocity(stamp: float) -> None:
+    buffer = add(0.1, 16)
     for later in (2.1, 2.2):
-        buffer.heard(odometry(later))
+        buffer.add(odometry(later))
     assert_at(buffer, stamp)
 
 
-def test_the_first_and_the_last_are_carried_on_for_a_while() -> None:
-    buffer = heard(0.1)
+def test_the_first_and_last_messages_are_extrapolated_for_a_short_time() -> None:
+    buffer = add(0.1)
     for stamp in (-0.15, 1.05):
         assert_at(buffer, stamp)
     assert buffer.at(-0.25) is None
     assert buffer.at(1.15) is None
-    held = heard(0.1, silent=True).at(1.05)
+    held = add(0.1, silent=True).at(1.05)
     assert held is not None
-    assert held.T_odom_base == odometry(0.1 * 9).T_odom_base, "nobody tells how it goes on"
+    assert held.T_odom_base == odometry(0.1 * 9).T_odom_base, (
+        "without velocity the last pose is kept"
+    )
 
 
-def test_in_the_middle_of_a_gap_there_is_none() -> None:
+def test_no_odometry_in_the_middle_of_a_gap() -> None:
     buffer = OdometryBuffer()
     assert buffer.at(0.0) is None
     for stamp in (1.0, 1.45):
-        buffer.heard(odometry(stamp))
+        buffer.add(odometry(stamp))
     assert buffer.at(1.225) is None
     assert_at(buffer, 1.2)
 
 
-def test_late_messages_are_left_out_and_exact_ones_taken_as_they_are() -> None:
-    buffer = heard(0.1, 13)
-    buffer.heard(Odometry(1.15, PlanarPose(9.0, 9.0, 1.0)))
+def test_late_messages_are_skipped_and_exact_stamps_are_not_interpolated() -> None:
+    buffer = add(0.1, 13)
+    buffer.add(Odometry(1.15, PlanarPose(9.0, 9.0, 1.0)))
     assert_at(buffer, 1.15)
     exact = buffer.at(1.1)
     assert exact is not None
     assert exact.T_odom_base == odometry(0.1 * 11).T_odom_base
-    assert buffer.reaches(1.2)
-    assert not buffer.reaches(1.21)
+    assert buffer.covers(1.2)
+    assert not buffer.covers(1.21)
 
 
-def test_old_odometry_is_forgotten() -> None:
-    buffer = heard(0.1, 1000)
+def test_old_odometry_is_dropped() -> None:
+    buffer = add(0.1, 1000)
     assert buffer.at(50.0) is None
     assert buffer.at(95.0) is not None
 
@@ -99,6 +101,6 @@ def test_old_odometry_is_forgotten() -> None:
 def test_an_absurd_velocity_is_no_fault_inside(velocity: float) -> None:
     buffer = OdometryBuffer()
     for stamp, x in ((0.0, 1e9), (0.1, -1e9)):
-        buffer.heard(Odometry(stamp, PlanarPose(x, x, x), forward=velocity, turn=velocity))
+        buffer.add(Odometry(stamp, PlanarPose(x, x, x), forward=velocity, turn=velocity))
     for stamp in (-0.1, 0.05, 0.2):
         assert buffer.at(stamp) is not None

@@ -34,14 +34,14 @@ def depths(count: int) -> list[np.ndarray]:
     return made
 
 
-def test_every_frame_of_a_file_comes_in_metres(tmp_path: Path, sdk: Any) -> None:
-    told = depths(6)
-    with RealSenseCamera(recorded(tmp_path / "run.db3", sdk, told, CAMERA)) as camera:
+def test_every_frame_of_a_file_is_in_metres(tmp_path: Path, sdk: Any) -> None:
+    written = depths(6)
+    with RealSenseCamera(recorded(tmp_path / "run.db3", sdk, written, CAMERA)) as camera:
         assert camera.name == "Intel RealSense D455"
         assert camera.depth_range == (0.6, 6.0)
         found = list(camera)
-    assert len(found) == len(told)
-    for number, (frame, depth) in enumerate(zip(found, told, strict=True)):
+    assert len(found) == len(written)
+    for number, (frame, depth) in enumerate(zip(found, written, strict=True)):
         np.testing.assert_allclose(frame.depth, depth, rtol=1e-6)
         assert frame.stamp == pytest.approx(5 + 0.1 * number)
         assert frame.camera.fx == pytest.approx(CAMERA.fx)
@@ -63,11 +63,13 @@ def test_the_depth_range_is_that_of_the_model(
 def test_capture_ends_with_the_file(tmp_path: Path, sdk: Any) -> None:
     with RealSenseCamera(recorded(tmp_path / "run.db3", sdk, depths(2), CAMERA)) as camera:
         assert len(list(islice(camera.frames(2), 2))) == 2
-        with pytest.raises(InputError, match=r"run\.db3: holds no more frames"):
+        with pytest.raises(InputError, match=r"run\.db3: contains no more frames"):
             camera.capture()
 
 
-def test_without_a_camera_or_with_another_file_the_reason_is_told(tmp_path: Path, sdk: Any) -> None:
+def test_a_missing_camera_or_foreign_file_is_refused_with_the_reason(
+    tmp_path: Path, sdk: Any
+) -> None:
     with pytest.raises(InputError, match=r"no RealSense camera is connected; .*udev rules"):
         RealSenseCamera()
     with pytest.raises(InputError, match=r"gone\.db3: no such file"):

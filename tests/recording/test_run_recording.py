@@ -1,4 +1,4 @@
-"""What is recorded is what is replayed."""
+"""A replay gives the frames of the recorded run."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ PREDICTION = Prediction.from_probabilities(["bed", "chair", "sofa"], np.array([0
 EXTENT = np.array([[0.0, 1.0, 0.0], [0.5, 1.5, 0.9]])
 
 
-def test_a_replay_is_the_run(tmp_path: Path) -> None:
-    seen = [frame(number, colour=number % 2 == 0) for number in range(5)]
-    seen[2] = without_odometry(seen[2])
-    seen[3] = replace(seen[3], depth=seen[3].depth / 3)  # no whole millimetres
-    handed_on = recorded(tmp_path / "run.mcap", seen)
+def test_a_replay_gives_the_recorded_frames(tmp_path: Path) -> None:
+    originals = [frame(number, colour=number % 2 == 0) for number in range(5)]
+    originals[2] = without_odometry(originals[2])
+    originals[3] = replace(originals[3], depth=originals[3].depth / 3)  # no whole millimetres
+    handed_on = recorded(tmp_path / "run.mcap", originals)
     played = list(open_recording(tmp_path / "run.mcap"))
     assert len(played) == 5
-    for told, one, original in zip(handed_on, played, seen, strict=True):
-        same(told, one)
-        np.testing.assert_array_equal(told.depth, original.depth)
-        if told.odometry is not None and original.odometry is not None:
-            assert told.odometry.T_odom_base.xy == pytest.approx(original.odometry.T_odom_base.xy)
+    for passed, one, original in zip(handed_on, played, originals, strict=True):
+        same(passed, one)
+        np.testing.assert_array_equal(passed.depth, original.depth)
+        if passed.odometry is not None and original.odometry is not None:
+            assert passed.odometry.T_odom_base.xy == pytest.approx(original.odometry.T_odom_base.xy)
 
 
-def test_frames_late_or_twice_keep_their_order_and_their_odometry(tmp_path: Path) -> None:
-    seen = [frame(n) for n in (0, 1, 3, 2, 4)]
-    seen.append(replace(frame(9), stamp=seen[-1].stamp))
-    handed_on = recorded(tmp_path / "run.mcap", seen)
-    for told, one in zip(handed_on, open_recording(tmp_path / "run.mcap"), strict=True):
-        same(told, one)
+def test_late_and_repeated_frames_keep_their_order_and_odometry(tmp_path: Path) -> None:
+    originals = [frame(n) for n in (0, 1, 3, 2, 4)]
+    originals.append(replace(frame(9), stamp=originals[-1].stamp))
+    handed_on = recorded(tmp_path / "run.mcap", originals)
+    for passed, one in zip(handed_on, open_recording(tmp_path / "run.mcap"), strict=True):
+        same(passed, one)
 
 
-def test_a_stamp_before_zero_is_left_out_and_the_run_goes_on(
+def test_a_negative_stamp_is_skipped_and_reported(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     recorder = RunRecorder(tmp_path / "run.mcap", {})
@@ -58,11 +58,11 @@ def test_a_stamp_before_zero_is_left_out_and_the_run_goes_on(
     assert recorder.frame(early) is early
     recorder.frame(frame(2))
     recorder.close()
-    assert "left out of the recording" in caplog.text
+    assert "missing from the recording" in caplog.text
     assert len(list(open_recording(tmp_path / "run.mcap"))) == 1
 
 
-def test_another_reader_reads_it(tmp_path: Path) -> None:
+def test_rosbags_reads_a_recording(tmp_path: Path) -> None:
     recorder = RunRecorder(tmp_path / "run.mcap", {"config": "{}"})
     for one in frames(3):
         recorder.frame(one)
@@ -81,18 +81,18 @@ def test_another_reader_reads_it(tmp_path: Path) -> None:
         connection, time, data = list(reader.messages(connections=wanted))[-1]
         assert time == 200_000_000
         (detection,) = reader.deserialize(data, connection.msgtype).detections
-        told = [(r.hypothesis.class_id, r.hypothesis.score) for r in detection.results]
-        assert told == [("chair", 0.7), ("bed", 0.2), ("sofa", 0.1)]
+        scores = [(r.hypothesis.class_id, r.hypothesis.score) for r in detection.results]
+        assert scores == [("chair", 0.7), ("bed", 0.2), ("sofa", 0.1)]
         assert detection.header.frame_id == "map"
         assert (detection.bbox.size.x, detection.bbox.center.position.y) == (0.5, 1.25)
         latched = next(c for c in reader.connections if c.topic == "/tf_static")
         assert latched.ext.offered_qos_profiles[0].durability.name == "TRANSIENT_LOCAL"
 
 
-def test_an_earlier_recording_is_never_written_over(tmp_path: Path) -> None:
+def test_an_existing_recording_is_never_overwritten(tmp_path: Path) -> None:
     recorded(tmp_path / "run.mcap", frames(1))
     before = (tmp_path / "run.mcap").read_bytes()
-    with pytest.raises(OutputError, match="never written over"):
+    with pytest.raises(OutputError, match="never overwritten"):
         RunRecorder(tmp_path / "run.mcap", {})
     assert (tmp_path / "run.mcap").read_bytes() == before
     (tmp_path / "file").write_text("")
@@ -100,27 +100,27 @@ def test_an_earlier_recording_is_never_written_over(tmp_path: Path) -> None:
         RunRecorder(tmp_path / "file" / "run.mcap", {})
 
 
-def test_a_full_disk_ends_the_recording_and_keeps_what_is_written(tmp_path: Path) -> None:
-    path, seen = tmp_path / "run.mcap", frames(30)
-    size = recorded(tmp_path / "whole.mcap", seen) and (tmp_path / "whole.mcap").stat().st_size
+def test_a_full_disk_ends_the_recording_and_keeps_the_frames_before(tmp_path: Path) -> None:
+    path, originals = tmp_path / "run.mcap", frames(30)
+    size = recorded(tmp_path / "whole.mcap", originals) and (tmp_path / "whole.mcap").stat().st_size
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     recorder = RunRecorder(path, {})
     resource.setrlimit(resource.RLIMIT_FSIZE, (size // 2, limits[1]))
     try:
-        for one in seen:
+        for one in originals:
             np.testing.assert_array_equal(recorder.frame(one).depth, one.depth)
         recorder.close()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert isinstance(recorder.failure, OutputError)
-    assert "what was recorded before is kept" in str(recorder.failure)
+    assert "earlier messages are kept" in str(recorder.failure)
     played = list(open_recording(path))
     assert 8 < len(played) < 20
-    for one, original in zip(played, seen, strict=False):
+    for one, original in zip(played, originals, strict=False):
         np.testing.assert_array_equal(one.depth, original.depth)
     bag = McapBag(path)
     list(bag.messages(bag.topics))
-    assert bag.fault == "broken off after a whole record"
+    assert bag.error == "truncated after a complete record"
 
 
 KILLED = """
@@ -155,19 +155,19 @@ for moment in range(50):
 """
 
 
-def test_a_process_killed_at_any_moment_leaves_all_that_was_recorded(tmp_path: Path) -> None:
+def test_a_killed_process_leaves_all_recorded_frames(tmp_path: Path) -> None:
     here = str(Path(__file__).parent)
-    told = subprocess.run(
+    child = subprocess.run(
         [sys.executable, "-c", KILLED, str(tmp_path), here],
         capture_output=True, text=True, check=True, timeout=120,
     )  # fmt: skip
-    counts = [int(line) for line in told.stdout.split()]
+    counts = [int(line) for line in child.stdout.split()]
     assert len(counts) == 50
     assert len(set(counts)) > 3, "at different moments"
     for moment, count in enumerate(counts):
         played = open_recording(tmp_path / f"{moment}.mcap")
         found = sum(1 for _ in played)
-        assert found in (count, count + 1), "the last may be there before it is told"
+        assert found in (count, count + 1), "the last may be written before it is counted"
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +178,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def read_or_refused(path: Path) -> list[RgbdFrame]:
-    """The frames; none where the file is refused by a known fault."""
+    """The frames; none where the file is refused with an InputError."""
     try:
         return list(open_recording(path))
     except InputError:
@@ -187,11 +187,11 @@ def read_or_refused(path: Path) -> list[RgbdFrame]:
 
 @given(st.data())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-def test_a_file_cut_anywhere_gives_the_frames_before(small: Path, data: st.DataObject) -> None:
-    whole = small.read_bytes()
-    cut = data.draw(st.integers(0, len(whole) - 1))
+def test_a_truncated_file_gives_the_frames_before_the_cut(small: Path, data: st.DataObject) -> None:
+    complete = small.read_bytes()
+    cut = data.draw(st.integers(0, len(complete) - 1))
     path = small.with_name("cut.mcap")
-    path.write_bytes(whole[:cut])
+    path.write_bytes(complete[:cut])
     played = read_or_refused(path)
     for one, original in zip(played, frames(4), strict=False):
         np.testing.assert_array_equal(one.depth, original.depth)
@@ -200,7 +200,9 @@ def test_a_file_cut_anywhere_gives_the_frames_before(small: Path, data: st.DataO
 
 @given(st.lists(st.tuples(st.integers(0, 2**20), st.integers(0, 255)), min_size=1, max_size=8))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-def test_a_broken_file_costs_a_clear_error_at_most(small: Path, changes: list) -> None:
+def test_overwritten_bytes_raise_no_other_error_than_input_error(
+    small: Path, changes: list
+) -> None:
     broken = bytearray(small.read_bytes())
     for place, value in changes:
         broken[place % len(broken)] = value
@@ -210,7 +212,7 @@ def test_a_broken_file_costs_a_clear_error_at_most(small: Path, changes: list) -
 
 
 @pytest.mark.parametrize("content", [b"", b"no recording", b"\x89MCAP0\r\n"])
-def test_what_is_no_recording_is_told(tmp_path: Path, content: bytes) -> None:
+def test_files_that_are_no_recordings_are_refused(tmp_path: Path, content: bytes) -> None:
     for name in ("x.mcap", "x.bag", "x.db3"):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(InputError, match=name):
@@ -237,13 +239,13 @@ def test_memory_does_not_grow_with_the_recording(tmp_path: Path) -> None:
     assert peaks[1] < 1.2 * peaks[0] + 200_000
 
 
-def test_times_are_told_with_and_without_an_index(tmp_path: Path) -> None:
+def test_topic_times_are_known_with_and_without_an_index(tmp_path: Path) -> None:
     recorded(tmp_path / "run.mcap", frames(5))
-    whole = (tmp_path / "run.mcap").read_bytes()
-    (tmp_path / "cut.mcap").write_bytes(whole[:-30])
+    complete = (tmp_path / "run.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(complete[:-30])
     for name in ("run.mcap", "cut.mcap"):
-        told = open_bag(tmp_path / name).topics["/odom"]
-        assert (told.count, told.first, told.last) == (5, 0, 400_000_000)
+        topic = open_bag(tmp_path / name).topics["/odom"]
+        assert (topic.count, topic.first, topic.last) == (5, 0, 400_000_000)
 
 
 def test_every_nth_frame(tmp_path: Path) -> None:

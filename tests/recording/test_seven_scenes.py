@@ -66,14 +66,14 @@ def test_poses_are_turned_so_that_gravity_points_down(folder: Path) -> None:
     st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)
     | st.sampled_from([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1e-9, 0.0, -1.0)])
 )
-def test_the_turn_is_the_shortest(up: tuple[float, float, float]) -> None:
+def test_levelling_takes_the_shortest_rotation(up: tuple[float, float, float]) -> None:
     unit = np.array(up) / np.linalg.norm(up)
     turn = _shortest_turn(unit)
     np.testing.assert_allclose(turn.apply(unit), [0, 0, 1], atol=1e-7)
     assert turn.magnitude() == pytest.approx(np.arccos(np.clip(unit[2], -1, 1)), abs=1e-6)
 
 
-def test_a_last_row_that_was_rounded_is_none_the_worse(folder: Path) -> None:
+def test_a_rounded_last_row_of_a_pose_is_accepted(folder: Path) -> None:
     pose = np.eye(4)
     pose[3] = [1e-7, -5e-7, 0.0, 1 - 1e-7]
     np.savetxt(folder / "frame-000000.pose.txt", pose)
@@ -92,7 +92,7 @@ def test_every_second_frame(folder: Path) -> None:
         SevenScenesFolder(folder, every=0)
 
 
-def test_without_intrinsics_and_gravity_the_data_set_s_own_are_used(
+def test_default_intrinsics_and_gravity_are_those_of_the_data_set(
     folder: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     (folder / "camera-intrinsics.txt").unlink()
@@ -163,7 +163,7 @@ def mirrored_pose(path: Path) -> None:
         ],
     ],
 )
-def test_one_bad_frame_is_left_out_and_named(
+def test_one_bad_frame_is_skipped_and_reported(
     folder: Path, suffix: str, spoil, caplog: pytest.LogCaptureFixture
 ) -> None:
     spoil(folder / f"frame-000002.{suffix}")
@@ -177,7 +177,7 @@ def test_one_bad_frame_is_left_out_and_named(
     assert "\n" not in scene.skipped["frame-000002.depth.png"]
 
 
-def test_a_bad_colour_image_costs_only_the_colour(
+def test_a_bad_colour_image_keeps_the_frame_without_colour(
     folder: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     truncate(folder / "frame-000000.color.png")
@@ -188,7 +188,7 @@ def test_a_bad_colour_image_costs_only_the_colour(
     assert "frame-000000.color.png" in caplog.text
 
 
-def test_where_no_frame_can_be_read_the_first_reason_is_told(folder: Path) -> None:
+def test_a_folder_without_readable_frames_is_refused_with_the_first_reason(folder: Path) -> None:
     for file in folder.glob("*.pose.txt"):
         file.unlink()
     with pytest.raises(InputError, match=r"none of 3 frames.*frame-000000\.pose\.txt"):
@@ -198,7 +198,7 @@ def test_where_no_frame_can_be_read_the_first_reason_is_told(folder: Path) -> No
 def test_missing_or_empty_folder(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such folder"):
         SevenScenesFolder(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"holds no frame-\*\.depth\.png"):
+    with pytest.raises(InputError, match=r"contains no frame-\*\.depth\.png"):
         SevenScenesFolder(tmp_path)
 
 

@@ -71,22 +71,22 @@ def test_frames_come_in_order_with_depth_pose_colour_and_stamp(folder: Path) -> 
         ("freiburg12", (525.0, 525.0, 319.5, 239.5)),
     ],
 )
-def test_the_folder_s_name_tells_the_camera(folder: Path, name: str, focal: tuple) -> None:
+def test_the_folder_name_gives_the_camera(folder: Path, name: str, focal: tuple) -> None:
     renamed = folder.rename(folder.with_name(name))
     camera = next(iter(TumRgbdFolder(renamed))).camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == focal
 
 
-def test_intrinsics_of_the_folder_s_own_come_first(folder: Path) -> None:
+def test_intrinsics_in_the_folder_take_precedence(folder: Path) -> None:
     np.savetxt(folder / "camera-intrinsics.txt", [[500, 0, 320], [0, 510, 240], [0, 0, 1]])
     camera = next(iter(TumRgbdFolder(folder))).camera
     assert (camera.fx, camera.fy) == (500, 510)
 
 
-def test_an_unknown_camera_is_told(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_an_unknown_camera_is_reported(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
         TumRgbdFolder(folder.rename(folder.with_name("mine")))
-    assert "the name tells no camera" in caplog.text
+    assert "the name contains no camera" in caplog.text
 
 
 def test_poses_may_be_hidden(folder: Path) -> None:
@@ -119,7 +119,7 @@ def test_every_second_frame(folder: Path) -> None:
         TumRgbdFolder(folder, every=0)
 
 
-def test_lists_out_of_order_are_put_in_order(folder: Path) -> None:
+def test_unsorted_lists_are_sorted(folder: Path) -> None:
     lines = (folder / "depth.txt").read_text().splitlines()
     (folder / "depth.txt").write_text("\n".join(reversed(lines)))
     np.testing.assert_allclose([f.stamp for f in TumRgbdFolder(folder)], STAMPS, atol=1e-6)
@@ -133,7 +133,7 @@ def test_poses_between_two_known_ones_are_interpolated(seconds: float, interval:
     np.testing.assert_allclose(pose.as_matrix(), expected.as_matrix(), atol=1e-6)
 
 
-def test_far_from_any_pose_there_is_none() -> None:
+def test_no_pose_far_from_any_known_one() -> None:
     known = path_at(STAMPS[0] + np.array([0.0, 0.1]))
     near = pose_at(known, STAMPS[0] + 0.015)
     np.testing.assert_array_equal(near.as_matrix(), known.T_map_camera[0].as_matrix())
@@ -141,7 +141,7 @@ def test_far_from_any_pose_there_is_none() -> None:
         pose_at(known, STAMPS[0] + 0.05)
 
 
-def test_a_frame_without_a_true_pose_is_left_out_and_named(folder: Path) -> None:
+def test_a_frame_without_a_true_pose_is_skipped_and_reported(folder: Path) -> None:
     write_tum(folder / "groundtruth.txt", path_at(STAMPS[0] + np.arange(-0.05, 0.04, 0.01)))
     scene = TumRgbdFolder(folder)
     assert len(list(scene)) == 2
@@ -172,7 +172,7 @@ def a_folder(path: Path) -> None:
 
 
 @pytest.mark.parametrize("spoil", [truncate, remove, eight_bit, too_small, a_folder])
-def test_one_bad_frame_is_left_out_and_named(folder: Path, spoil) -> None:
+def test_one_bad_frame_is_skipped_and_reported(folder: Path, spoil) -> None:
     name = f"depth/{STAMPS[1]:.6f}.png"
     spoil(folder / name)
     scene = TumRgbdFolder(folder)
@@ -182,7 +182,7 @@ def test_one_bad_frame_is_left_out_and_named(folder: Path, spoil) -> None:
     assert "\n" not in scene.skipped[name]
 
 
-def test_colour_that_is_broken_or_too_far_away_costs_only_the_colour(folder: Path) -> None:
+def test_broken_or_distant_colour_keeps_the_frame_without_colour(folder: Path) -> None:
     truncate(folder / "rgb" / "0.png")
     late = [f"{STAMPS[0] + 0.011:.6f} rgb/0.png", f"{STAMPS[1] + 0.5:.6f} rgb/1.png"]
     (folder / "rgb.txt").write_text("\n".join(late))
@@ -191,7 +191,7 @@ def test_colour_that_is_broken_or_too_far_away_costs_only_the_colour(folder: Pat
     assert [frame.colour for frame in TumRgbdFolder(folder)] == [None, None, None]
 
 
-def test_where_no_frame_can_be_read_the_first_reason_is_told(folder: Path) -> None:
+def test_a_folder_without_readable_frames_is_refused_with_the_first_reason(folder: Path) -> None:
     for file in (folder / "depth").iterdir():
         file.unlink()
     with pytest.raises(InputError, match=r"none of 3 frames.*depth/.*can not be read"):
@@ -201,23 +201,23 @@ def test_where_no_frame_can_be_read_the_first_reason_is_told(folder: Path) -> No
 @pytest.mark.parametrize(
     ("name", "content", "word"),
     [
-        ("depth.txt", b"", "depth.txt: names no images"),
-        ("depth.txt", b"# only comments\n", "names no images"),
+        ("depth.txt", b"", "depth.txt: lists no images"),
+        ("depth.txt", b"# only comments\n", "lists no images"),
         ("depth.txt", b"1.0 depth/1.png\n2.0\n", "line 2: is not 'stamp file' but '2.0'"),
         ("depth.txt", b"soon depth/1.png\n", "line 1: is not 'stamp file'"),
         ("depth.txt", b"nan depth/1.png\n", "line 1: is not 'stamp file'"),
         ("depth.txt", b"inf depth/1.png\n", "line 1: is not 'stamp file'"),
         ("depth.txt", b"1.0 depth/\x001.png\n", "line 1: is not 'stamp file'"),
-        ("depth.txt", bytes(range(128, 256)), "depth.txt: is no text"),
+        ("depth.txt", bytes(range(128, 256)), "depth.txt: is not text"),
         ("rgb.txt", b"1.0\n", "rgb.txt: line 1"),
         ("groundtruth.txt", b"1 2 3\n", "groundtruth.txt: needs 8 columns"),
         ("groundtruth.txt", b"", "groundtruth.txt: holds no numbers"),
         ("groundtruth.txt", b"1 0 0 0 0 0 0 9\n", "unit length"),
         ("groundtruth.txt", b"1 0 0 nan 0 0 0 1\n", "no pose that is finite"),
-        ("calibration.txt", b"1 2 3", "calibration.txt: holds 3 numbers, expected 4"),
-        ("calibration.txt", b"0 0 0 0", "calibration.txt: is no camera matrix"),
+        ("calibration.txt", b"1 2 3", "calibration.txt: contains 3 numbers, expected 4"),
+        ("calibration.txt", b"0 0 0 0", "calibration.txt: is not a camera matrix"),
         ("camera-intrinsics.txt", b"1 2 3", "camera-intrinsics.txt"),
-        ("gravity-direction.txt", b"0 0 0", "gravity-direction.txt: is no direction"),
+        ("gravity-direction.txt", b"0 0 0", "gravity-direction.txt: is not a direction"),
     ],
 )
 def test_broken_lists_end_in_one_line(folder: Path, name: str, content: bytes, word: str) -> None:
@@ -235,7 +235,7 @@ def test_missing_folder_and_list(tmp_path: Path) -> None:
         TumRgbdFolder(tmp_path)
 
 
-def test_recordings_are_told_by_what_they_hold(folder: Path, tmp_path: Path) -> None:
+def test_the_kind_of_a_recording_follows_from_its_files(folder: Path, tmp_path: Path) -> None:
     assert isinstance(open_recording(folder, every=2), TumRgbdFolder)
     seven = tmp_path / "kitchen"
     seven.mkdir()
@@ -245,13 +245,13 @@ def test_recordings_are_told_by_what_they_hold(folder: Path, tmp_path: Path) -> 
     assert isinstance(scene, SevenScenesFolder)
     assert next(iter(scene)).T_map_camera is None
     (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match=r"holds neither metadata\.yaml .* nor depth\.txt"):
+    with pytest.raises(InputError, match=r"contains none of metadata\.yaml .* depth\.txt"):
         open_recording(tmp_path / "empty")
     with pytest.raises(InputError, match="no such recording"):
         open_recording(tmp_path / "nowhere")
 
 
-def test_one_pose_that_is_not_finite_costs_that_pose(
+def test_one_pose_that_is_not_finite_is_skipped(
     folder: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     file = folder / "groundtruth.txt"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from circumspect.recording import whole_file
-from circumspect.recording.whole_file import WholeFile
+from circumspect.recording import mcap_writer
+from circumspect.recording.mcap_writer import AtomicAppendFile
 
 
 def breaks(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
@@ -15,42 +15,42 @@ def breaks(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     write = os.write
 
     def half(file: int, data: memoryview) -> int:
-        monkeypatch.setattr(whole_file.os, "write", write)
+        monkeypatch.setattr(mcap_writer.os, "write", write)
         write(file, data[: len(data) // 2])
         raise error
 
-    monkeypatch.setattr(whole_file.os, "write", half)
+    monkeypatch.setattr(mcap_writer.os, "write", half)
 
 
 @pytest.fixture
-def begun(tmp_path: Path) -> WholeFile:
+def begun(tmp_path: Path) -> AtomicAppendFile:
     """A file that holds one record, and a second one that is to be kept."""
-    file = WholeFile(tmp_path / "records")
+    file = AtomicAppendFile(tmp_path / "records")
     file.write(b"one")
-    file.keep()
+    file.commit()
     file.write(b"second")
     return file
 
 
-def test_what_is_interrupted_is_written_once_when_it_is_kept_again(
-    begun: WholeFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_an_interrupted_record_is_written_once_by_the_next_commit(
+    begun: AtomicAppendFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     breaks(monkeypatch, KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        begun.keep()
+        begun.commit()
     assert (tmp_path / "records").read_bytes() == b"one"
     begun.write(b"third")
-    begun.keep()
+    begun.commit()
     assert begun.tell() == len(b"onesecondthird")
     begun.close()
     assert (tmp_path / "records").read_bytes() == b"onesecondthird"
 
 
-def test_what_the_system_refuses_is_cut_off_and_ends_it(
-    begun: WholeFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_failed_write_is_cut_off_and_closes_the_file(
+    begun: AtomicAppendFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     breaks(monkeypatch, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
     with pytest.raises(OSError, match="space"):
-        begun.keep()
+        begun.commit()
     assert begun.closed
     assert (tmp_path / "records").read_bytes() == b"one"

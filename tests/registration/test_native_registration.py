@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import registration_reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tracking_world import SHORT, short_drive, true_camera
@@ -15,7 +16,6 @@ from circumspect.registration import (
     SurfaceMap,
     _native,
     linearised,
-    numpy_reference,
 )
 from circumspect.registration.point_to_plane import COARSE, FINE, MIN_CORRESPONDENCES
 
@@ -43,7 +43,7 @@ def assert_same_problem(
     for weighting in (COARSE, FINE):
         native, expected = (
             linearise(scan, surface_map, T, max_distance, weighting)
-            for linearise in (linearised, numpy_reference.linearised)
+            for linearise in (linearised, registration_reference.linearised)
         )
         for name in FIGURES:
             one, other = getattr(native, name), getattr(expected, name)
@@ -82,7 +82,7 @@ def test_plane_fits_agree(seed: int, count: int, scale: float) -> None:
     points = rng.normal(size=(40, 3)) * scale * [1.0, rng.uniform(0.1, 1), rng.uniform(0, 0.05)]
     neighbours = rng.integers(0, 40, (25, count))
     normals, variances = _native.plane_fits(points, neighbours)
-    expected_normals, expected = numpy_reference.plane_fits(points, neighbours)
+    expected_normals, expected = registration_reference.plane_fits(points, neighbours)
     np.testing.assert_allclose(variances, expected, atol=1e-12 * expected.max())
     clear = expected[:, 1] - expected[:, 0] > 1e-3 * expected[:, 2]
     cosines = np.einsum("ij,ij->i", normals, expected_normals)
@@ -97,7 +97,7 @@ def test_plane_fits_do_not_depend_on_the_number_of_threads() -> None:
     for threads in (2, 3, 64):
         for one, other in zip(alone, _native.plane_fits(points, neighbours, threads), strict=True):
             np.testing.assert_array_equal(one, other)
-    _, expected = numpy_reference.plane_fits(points, neighbours)
+    _, expected = registration_reference.plane_fits(points, neighbours)
     np.testing.assert_allclose(alone[1], expected, atol=1e-12)
 
 

@@ -82,7 +82,7 @@ def test_vaguer_prior_pays_more(surface_map: SurfaceMap) -> None:
         for certainty in (0.01, 1.0, 1e9)
     ]
     assert factors[0] < factors[1] - 10 < factors[2] - 20
-    # A scan that measures nothing costs nothing.
+    # A scan without information adds no cost.
     nothing = register(scan.subsampled(len(scan)), surface_map, true, LOOSE)
     assert nothing.log_occam_factor() == pytest.approx(0.0, abs=1e-6)
 

@@ -1,4 +1,4 @@
-"""An operator pauses, steps, slows down, hinders and stops a robot; nothing hangs for good."""
+"""An operator pauses, steps, slows down, disturbs and stops a robot, without deadlock."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ class _Camera(RgbdCamera):
 
 
 class _Robot(MobileRobot):
-    """Goes nowhere; time passes only in `wait`, and how fast the wheels turned then is kept."""
+    """Stays in place; time passes only in `wait`, which records the commanded velocity."""
 
     def __init__(self) -> None:
         self._camera = _Camera()
         self._now = 0.0
-        self.told = Velocity()
+        self.commanded = Velocity()
         self.waited_at: list[Velocity] = []
 
     camera = property(lambda self: self._camera)
@@ -51,11 +51,11 @@ class _Robot(MobileRobot):
         return None
 
     def drive(self, velocity: Velocity) -> None:
-        self.told = velocity
+        self.commanded = velocity
 
     def wait(self, seconds: float) -> None:
         self._now += seconds
-        self.waited_at.append(self.told)
+        self.waited_at.append(self.commanded)
 
 
 class _Observing(threading.Thread):
@@ -117,20 +117,20 @@ def test_stop_ends_a_run_that_is_paused(operator):
     assert run.frames == []
 
 
-def test_a_pace_is_kept_and_can_be_taken_back(operator):
-    operator.hurry(10.0)
+def test_a_frame_rate_is_kept_and_can_be_reset(operator):
+    operator.set_pace(10.0)
     run = _Observing(operator)
     began = time.monotonic()
     run.start()
     until(lambda: len(run.frames) >= 4)
     assert time.monotonic() - began >= 0.29
-    operator.hurry(0.1)
+    operator.set_pace(0.1)
     count = len(run.frames)
-    operator.hurry(None)
+    operator.set_pace(None)
     until(lambda: len(run.frames) > count + 5)
 
 
-def test_a_covered_camera_sees_nothing_and_sees_again(operator):
+def test_covering_the_camera_hides_depth_until_uncovered(operator):
     robot = OperatedRobot(_Robot(), operator)
     operator.cover(True)
     frame = robot.observe()
@@ -140,7 +140,7 @@ def test_a_covered_camera_sees_nothing_and_sees_again(operator):
     assert robot.observe().valid.all()
 
 
-def test_time_passes_for_frames_that_are_lost(operator):
+def test_time_passes_for_dropped_frames(operator):
     inner = _Robot()
     robot = OperatedRobot(inner, operator, seed=3)
     for _ in range(50):
@@ -152,25 +152,25 @@ def test_time_passes_for_frames_that_are_lost(operator):
     assert inner.now / 0.5 == pytest.approx(200, rel=0.4)
 
 
-def test_a_robot_stands_while_it_is_held(operator):
+def test_a_paused_robot_stands(operator):
     operator.pause()
     run = _Observing(operator)
     run.robot.drive(Velocity(0.3))
     run.start()
-    until(lambda: run.robot.told == Velocity())
+    until(lambda: run.robot.commanded == Velocity())
     assert run.frames == []
 
 
-def test_a_robot_drives_on_while_nothing_holds_it(operator):
+def test_a_robot_that_is_not_paused_drives_on(operator):
     inner = _Robot()
     robot = OperatedRobot(inner, operator)
     robot.drive(Velocity(0.3))
     for _ in range(5):
         robot.observe()
-    assert inner.told == Velocity(0.3)
+    assert inner.commanded == Velocity(0.3)
 
 
-def test_a_robot_stands_until_a_frame_comes_after_one_that_was_lost(operator):
+def test_a_robot_stands_after_a_dropped_frame_until_the_next(operator):
     inner = _Robot()
     robot = OperatedRobot(inner, operator, seed=3)
     operator.drop(0.9)
@@ -180,13 +180,13 @@ def test_a_robot_stands_until_a_frame_comes_after_one_that_was_lost(operator):
     assert set(inner.waited_at) == {Velocity()}
 
 
-@pytest.mark.parametrize("share", [-0.1, 0.95, 1.0, float("nan")])
-def test_a_share_that_leaves_no_frames_is_refused(operator, share):
-    with pytest.raises(InputError, match="frames is lost"):
-        operator.drop(share)
+@pytest.mark.parametrize("fraction", [-0.1, 0.95, 1.0, float("nan")])
+def test_an_invalid_drop_rate_is_refused(operator, fraction):
+    with pytest.raises(InputError, match="fraction of lost frames"):
+        operator.drop(fraction)
 
 
 @pytest.mark.parametrize("pace", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_pace_without_sense_is_refused(operator, pace):
-    with pytest.raises(InputError, match="frames/s"):
-        operator.hurry(pace)
+def test_an_invalid_frame_rate_is_refused(operator, pace):
+    with pytest.raises(InputError, match="frames per second"):
+        operator.set_pace(pace)

@@ -1,4 +1,4 @@
-"""Laws of the path follower on a robot that moves as it is told."""
+"""Laws of the path follower on a robot that follows commands exactly."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FOLLOWER = PathFollower(max_turn=0.4)
 
 
 def driven(path, goal, start, speed, follower=FOLLOWER, limit=400.0):
-    """Poses on the way until the follower is content."""
+    """Poses on the way until the follower arrives."""
     poses, clock = [start], 0.0
     while (velocity := follower.velocity(poses[-1], path, goal, speed)) is not None:
         assert 0 <= velocity.forward <= speed + 1e-12
@@ -74,20 +74,20 @@ def test_arrives_from_beside_the_path(x, y, heading) -> None:
     assert arrived(driven(path, goal, PlanarPose(x, y, heading), 0.2), goal)
 
 
-def test_a_robot_at_its_goal_has_nothing_to_do() -> None:
+def test_a_robot_at_its_goal_gets_no_velocity() -> None:
     goal = PlanarPose(1.0, 2.0, 0.5)
     assert FOLLOWER.velocity(goal, np.array([[0, 0], [1.0, 2.0]]), goal, 0.05) is None
 
 
 @pytest.mark.parametrize("turn", [3.0, -3.0])
-def test_turns_on_the_spot_the_shorter_way(turn) -> None:
+def test_turns_in_place_by_the_smaller_angle(turn) -> None:
     goal = PlanarPose(0.0, 0.0, turn)
     poses = driven(np.zeros((2, 2)), goal, PlanarPose(), 0.1)
     assert np.abs([pose.x for pose in poses]).max() == 0.0
     assert np.sign(poses[1].yaw) == np.sign(turn)
 
 
-def test_noise_in_where_it_is_does_not_keep_it_from_arriving() -> None:
+def test_arrives_despite_noise_of_the_pose() -> None:
     rng = np.random.default_rng(0)
     path, goal = np.column_stack([np.linspace(0, 2, 40), np.zeros(40)]), PlanarPose(2, 0, 1.5)
     pose = PlanarPose(0, 0, 2.0)

@@ -32,12 +32,12 @@ def test_the_pose_is_the_product_of_the_motions(turns: list[tuple[float, float]]
 
 @settings(max_examples=50)
 @given(turns=TURNS)
-def test_the_covariance_stays_positive_and_that_of_the_heading_grows(
+def test_the_covariance_stays_positive_and_the_heading_variance_grows(
     turns: list[tuple[float, float]],
 ) -> None:
-    told = [o.covariance for o in driven(WheelOdometry(), turns)]
-    np.testing.assert_array_equal(told[0], 0)
-    for before, after in pairwise(told):
+    covariances = [o.covariance for o in driven(WheelOdometry(), turns)]
+    np.testing.assert_array_equal(covariances[0], 0)
+    for before, after in pairwise(covariances):
         assert after[2, 2] >= before[2, 2]
         assert np.linalg.eigvalsh(after).min() >= -1e-15
 
@@ -48,7 +48,7 @@ def test_after_a_metre_the_covariance_has_full_rank() -> None:
     assert np.linalg.cond(covariance) < 1e6
 
 
-def test_straight_on_the_variances_are_those_of_the_formulas() -> None:
+def test_variances_of_a_straight_drive_follow_the_formulas() -> None:
     k, travel, track = 4e-4, 3.0, 0.33
     turned = travel / 0.0975 / 300
     covariance = driven(WheelOdometry(travel_variance=k), [(turned, turned)] * 300)[-1].covariance
@@ -58,14 +58,14 @@ def test_straight_on_the_variances_are_those_of_the_formulas() -> None:
     assert covariance[1, 1] == pytest.approx(2 * k / track**2 * travel**3 / 3, rel=0.01)
 
 
-def test_how_finely_the_wheels_are_read_matters_little() -> None:
+def test_the_covariance_hardly_depends_on_the_reading_interval() -> None:
     coarse = driven(WheelOdometry(), [(0.9, 1.0)] * 20)[-1]
     fine = driven(WheelOdometry(), [(0.09, 0.1)] * 200)[-1]
     np.testing.assert_allclose(fine.T_odom_base.xy, coarse.T_odom_base.xy, atol=1e-12)
     np.testing.assert_allclose(fine.covariance, coarse.covariance, rtol=0.02, atol=1e-6)
 
 
-def test_expected_slip_is_taken_off_way_turn_and_speeds() -> None:
+def test_expected_slip_reduces_distance_rotation_and_speeds() -> None:
     plain = driven(WheelOdometry(), [(0.9, 1.0)])[-1]
     slipping = driven(WheelOdometry(expected_slip=0.1), [(0.9, 1.0)])[-1]
     assert slipping.T_odom_base.yaw == pytest.approx(0.9 * plain.T_odom_base.yaw)
@@ -74,12 +74,12 @@ def test_expected_slip_is_taken_off_way_turn_and_speeds() -> None:
 
 
 def test_speeds_are_those_of_the_last_reading() -> None:
-    told = driven(WheelOdometry(), [(1.0, 1.0), (0.0, 0.0)])
-    assert told[1].forward == pytest.approx(0.0975 / 0.1)
-    assert told[2].forward == 0
+    odometry = driven(WheelOdometry(), [(1.0, 1.0), (0.0, 0.0)])
+    assert odometry[1].forward == pytest.approx(0.0975 / 0.1)
+    assert odometry[2].forward == 0
 
 
-def test_the_first_reading_is_the_origin_whatever_the_encoders_say() -> None:
+def test_the_first_reading_is_the_origin_for_any_encoder_value() -> None:
     assert WheelOdometry().update(5.0, 123.0, -7.0).T_odom_base == PlanarPose()
 
 

@@ -102,13 +102,13 @@ class Peer:
         return found
 
     def go(self) -> None:
-        """Let a talker begin that waits for those who hear it."""
+        """Start a talker that waits for its subscribers."""
         assert self._process.stdin is not None
         self._process.stdin.write("\n")
         self._process.stdin.flush()
 
     def let_go(self) -> None:
-        """Nothing more is said to it: it need not wait for anything."""
+        """Close its standard input: it need not wait for anything."""
         assert self._process.stdin is not None
         self._process.stdin.close()
 

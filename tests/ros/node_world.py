@@ -1,4 +1,4 @@
-"""What tests of the node share."""
+"""Helpers for tests of the node."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from orbiting_robot import DEPTH, MemoryBus
 from circumspect.recording.ros_types import message
 from circumspect.ros.middleware import COMMANDS
 from circumspect.ros.node_settings import NodeSettings
-from circumspect.ros.outgoing import EMPTY
+from circumspect.ros.output_messages import EMPTY
 from circumspect.ros.recognition_node import RecognitionNode
-from circumspect.ros.wire_messages import packed
+from circumspect.ros.wire_messages import serialized
 
 SETTINGS = NodeSettings(depth=DEPTH, rate=0.0, queue=50)
 
@@ -26,7 +26,7 @@ def worked_off(node: RecognitionNode) -> list[Any]:
 
 def send(bus: MemoryBus, topic: str, kind: str = EMPTY) -> None:
     empty = message(EMPTY, structure_needs_at_least_one_member=0)
-    bus.advertise(topic, kind, COMMANDS)(packed(kind, empty))
+    bus.advertise(topic, kind, COMMANDS)(serialized(kind, empty))
 
 
 def values(node: RecognitionNode) -> dict[str, Any]:
@@ -34,13 +34,13 @@ def values(node: RecognitionNode) -> dict[str, Any]:
 
 
 def status(bus: MemoryBus, text: str, seconds: float = 6.0) -> Any:
-    """The first diagnostics that say something."""
+    """The first diagnostic status whose message contains the text."""
     until = time.monotonic() + seconds
-    seen: list[str] = []
+    messages: list[str] = []
     while time.monotonic() < until:
-        for told in bus.told("/diagnostics"):
-            seen.append(told.status[0].message)
-            if text in told.status[0].message:
-                return told.status[0]
+        for msg in bus.received("/diagnostics"):
+            messages.append(msg.status[0].message)
+            if text in msg.status[0].message:
+                return msg.status[0]
         time.sleep(0.05)
-    raise AssertionError(f"nobody said {text!r}, but {sorted(set(seen))}")
+    raise AssertionError(f"nobody said {text!r}, but {sorted(set(messages))}")

@@ -20,8 +20,8 @@ from circumspect.recording.pose_messages import (
     transforms_message,
 )
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, ODOMETRY, TRANSFORMS
-from circumspect.ros.middleware import Heard, Middleware, Quality
-from circumspect.ros.wire_messages import packed, unpacked
+from circumspect.ros.middleware import MessageCallback, Middleware, Quality
+from circumspect.ros.wire_messages import deserialized, serialized
 from circumspect.sensing import DepthNoise, Odometry, RgbdFrame
 from circumspect.simulation import CameraMount, Orbit, Scene, SimulatedCamera
 
@@ -37,44 +37,46 @@ INTERVAL = 0.2
 def orbit() -> tuple[RigidTransform, tuple[tuple[RgbdFrame, PlanarPose], ...]]:
     """The camera's mount, and frames with the robot's true place, a third of the way round."""
     chair = make_furniture("chair", 3)
-    way = Orbit.around(chair, CAMERA, start=0.5)
-    mount = CameraMount.for_orbit(way).T_base_camera
-    stations = way.stations(60)
+    path = Orbit.around(chair, CAMERA, start=0.5)
+    mount = CameraMount.for_orbit(path).T_base_camera
+    stations = path.stations(60)
     scene = Scene.with_object(chair)
     frames = SimulatedCamera(scene, stations.__next__, CAMERA, DepthNoise(), 0).frames(20)
-    seen = [(f, PlanarPose.from_transform(f.pose * mount.inv())) for f in frames]
-    return mount, tuple(seen)
+    frames_and_poses = [(f, PlanarPose.from_transform(f.pose * mount.inv())) for f in frames]
+    return mount, tuple(frames_and_poses)
 
 
 class MemoryBus(Middleware):
     """Carries messages within the process, at once and in the publisher's thread."""
 
     def __init__(self) -> None:
-        self.heard: dict[str, list[tuple[str, bytes]]] = defaultdict(list)
+        self.published: dict[str, list[tuple[str, bytes]]] = defaultdict(list)
         self.offered: dict[str, tuple[str, Quality]] = {}
         self.wanted: dict[str, tuple[str, Quality]] = {}
-        self._subscribers: dict[str, list[Heard]] = defaultdict(list)
+        self._subscribers: dict[str, list[MessageCallback]] = defaultdict(list)
         self._lock = threading.Lock()
 
-    def subscribe(self, topic: str, kind: str, quality: Quality, heard: Heard) -> None:
+    def subscribe(
+        self, topic: str, kind: str, quality: Quality, published: MessageCallback
+    ) -> None:
         self.wanted[topic] = kind, quality
-        self._subscribers[topic].append(heard)
+        self._subscribers[topic].append(published)
 
     def advertise(self, topic: str, kind: str, quality: Quality) -> Callable[[bytes], None]:
         self.offered[topic] = kind, quality
 
         def publish(data: bytes) -> None:
             with self._lock:
-                self.heard[topic].append((kind, data))
-            for heard in self._subscribers[topic]:
-                heard(data)
+                self.published[topic].append((kind, data))
+            for published in self._subscribers[topic]:
+                published(data)
 
         return publish
 
-    def told(self, topic: str) -> list[Any]:
+    def received(self, topic: str) -> list[Any]:
         """All messages that were published on a topic."""
         with self._lock:
-            return [unpacked(kind, data) for kind, data in self.heard[topic]]
+            return [deserialized(kind, data) for kind, data in self.published[topic]]
 
     def publishers(self, topic: str) -> int:
         return int(topic in self.offered)
@@ -100,34 +102,34 @@ class OrbitingRobot:
         mount, self.frames = orbit()
         self.odometry, self.odom_frame = odometry, odom_frame
 
-        def offer(topic: str, kind: str, how: Quality) -> Callable[[Any], None]:
-            publish = middleware.advertise(topic, kind, how)
-            return lambda told: publish(packed(kind, told))
+        def offer(topic: str, kind: str, quality: Quality) -> Callable[[Any], None]:
+            publish = middleware.advertise(topic, kind, quality)
+            return lambda msg: publish(serialized(kind, msg))
 
-        self.tell_depth = offer(DEPTH, IMAGE, quality)
-        self.tell_info = offer(INFO, CAMERA_INFO, quality)
-        self.tell_odometry = offer(ODOM, ODOMETRY, quality)
-        self.tell_tf = offer("/tf", TRANSFORMS, Quality(depth=100))
-        self.tell_static = offer("/tf_static", TRANSFORMS, STATIC)
+        self.publish_depth = offer(DEPTH, IMAGE, quality)
+        self.publish_info = offer(INFO, CAMERA_INFO, quality)
+        self.publish_odometry = offer(ODOM, ODOMETRY, quality)
+        self.publish_tf = offer("/tf", TRANSFORMS, Quality(depth=100))
+        self.publish_static = offer("/tf_static", TRANSFORMS, STATIC)
         self.mount = transforms_message([transform_message(mount, 0.0, "base_link", OPTICAL)])
 
-    def stand(self) -> None:
-        """Tell where the camera is mounted."""
-        self.tell_static(self.mount)
+    def publish_mount(self) -> None:
+        """Publish where the camera is mounted."""
+        self.publish_static(self.mount)
 
-    def drive(self, number: int, late: float = 0.0) -> None:
+    def publish_frame(self, number: int, late: float = 0.0) -> None:
         """Publish one frame; its stamps are `late` [s] later than usual."""
         frame, place = self.frames[number]
         stamp = 100.0 + INTERVAL * number + late
-        self.tell_place(stamp, place)
-        self.tell_info(camera_info(frame.camera, stamp, OPTICAL))
-        self.tell_depth(depth_message(frame.depth, stamp, OPTICAL))
+        self.publish_place(stamp, place)
+        self.publish_info(camera_info(frame.camera, stamp, OPTICAL))
+        self.publish_depth(depth_message(frame.depth, stamp, OPTICAL))
 
-    def tell_place(self, stamp: float, place: PlanarPose) -> None:
+    def publish_place(self, stamp: float, place: PlanarPose) -> None:
         if self.odometry:
             covariance = np.diag([1e-6, 1e-6, 1e-6])
-            told = Odometry(stamp, place, covariance)
-            self.tell_odometry(odometry_message(told, self.odom_frame, "base_link"))
+            msg = Odometry(stamp, place, covariance)
+            self.publish_odometry(odometry_message(msg, self.odom_frame, "base_link"))
         else:
             moved = transform_message(place.as_transform(), stamp, self.odom_frame, "base_link")
-            self.tell_tf(transforms_message([moved]))
+            self.publish_tf(transforms_message([moved]))

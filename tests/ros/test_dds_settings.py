@@ -1,4 +1,4 @@
-"""What ROS's environment variables become, and what is said of types on the wire."""
+"""DDS settings from ROS environment variables, and type names and hashes on the wire."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from circumspect.errors import InputError
 from circumspect.recording.ros_types import IMAGE, typestore
 from circumspect.ros.dds_middleware import DdsMiddleware
 from circumspect.ros.dds_settings import DdsSettings
-from circumspect.ros.dds_types import dds_type, packed_type
+from circumspect.ros.dds_types import dds_type, serialized_type
 from circumspect.ros.middleware import LATEST
 
 PROCESS = """
@@ -32,7 +32,7 @@ until = time.monotonic() + seconds
 while not air.publishers(there) and time.monotonic() < until:
     time.sleep(0.05)
 print(air.publishers(there))
-time.sleep(2)  # whoever is last finds the other still there
+time.sleep(2)  # the later process still finds the other
 air.close()
 """
 """Publishes on one topic and looks for a publisher of another."""
@@ -42,9 +42,9 @@ def xml(settings: DdsSettings) -> ElementTree.Element:
     return ElementTree.fromstring(settings.cyclone().split(",")[0])
 
 
-def test_nothing_said_is_domain_0_on_the_subnet() -> None:
+def test_default_is_domain_0_on_the_subnet() -> None:
     settings = DdsSettings.from_environment({})
-    assert (settings.domain, settings.reach) == (0, "SUBNET")
+    assert (settings.domain, settings.discovery_range) == (0, "SUBNET")
     assert xml(settings).find(".//NetworkInterface") is None
 
 
@@ -57,61 +57,65 @@ def test_this_machine_only(environ: dict[str, str]) -> None:
     assert [one.get("address") for one in found.iter("Peer")] == ["127.0.0.1"]
 
 
-@pytest.mark.parametrize(("reach", "addresses"), [("SUBNET", []), ("LOCALHOST", ["127.0.0.1"])])
-def test_given_peers_are_asked_besides(reach: str, addresses: list[str]) -> None:
-    environ = {"ROS_AUTOMATIC_DISCOVERY_RANGE": reach, "ROS_STATIC_PEERS": "10.0.0.7"}
+@pytest.mark.parametrize(
+    ("discovery_range", "addresses"), [("SUBNET", []), ("LOCALHOST", ["127.0.0.1"])]
+)
+def test_static_peers_are_added(discovery_range: str, addresses: list[str]) -> None:
+    environ = {"ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range, "ROS_STATIC_PEERS": "10.0.0.7"}
     settings = DdsSettings.from_environment(environ)
     found = xml(settings)
     assert [one.get("address") for one in found.iter("Peer")] == [*addresses, "10.0.0.7"]
-    # Loopback does not lead to them; nobody else is to be told.
+    # Loopback does not lead to them; no other node is to find them.
     assert found.find(".//NetworkInterface") is None
     quiet = found.findtext(".//AllowMulticast")
-    assert quiet == ("false" if reach == "LOCALHOST" else None)
+    assert quiet == ("false" if discovery_range == "LOCALHOST" else None)
 
 
-def test_the_older_variable_and_the_flag_leave_no_peers() -> None:
+def test_localhost_only_removes_static_peers() -> None:
     peers = {"ROS_STATIC_PEERS": "10.0.0.7"}
     older = DdsSettings.from_environment({**peers, "ROS_LOCALHOST_ONLY": "1"})
-    assert older == DdsSettings.from_environment(peers).on_this_machine()
-    assert (older.reach, older.peers) == ("LOCALHOST", ())
+    assert older == DdsSettings.from_environment(peers).local_only()
+    assert (older.discovery_range, older.peers) == ("LOCALHOST", ())
 
 
 @pytest.mark.parametrize(
-    ("reach", "peers", "where"),
+    ("discovery_range", "peers", "text"),
     [
-        ("OFF", ("10.0.0.7",), "of nobody (discovery is OFF), domain 3"),
+        ("OFF", ("10.0.0.7",), "with nobody (discovery is OFF), domain 3"),
         ("LOCALHOST", (), "on this machine, domain 3"),
         ("LOCALHOST", ("10.0.0.7",), "on this machine and the ROS_STATIC_PEERS, domain 3"),
         ("SUBNET", (), "on the network, domain 3"),
     ],
 )
-def test_where_others_are_in_words(reach: str, peers: tuple[str, ...], where: str) -> None:
-    assert DdsSettings(3, reach, peers).where == where
+def test_the_description_names_where_other_nodes_are(
+    discovery_range: str, peers: tuple[str, ...], text: str
+) -> None:
+    assert DdsSettings(3, discovery_range, peers).description == text
 
 
-def publishers_heard(environ: dict[str, str], seconds: float) -> tuple[int, int]:
-    """How many of two processes, started alike, hear a publisher of the other."""
+def publishers_found(environ: dict[str, str], seconds: float) -> tuple[int, int]:
+    """How many publishers each of two processes, started alike, finds of the other."""
     words = [sys.executable, "-W", "error", "-c", PROCESS, str(seconds)]
     both = [
         subprocess.Popen([*words, here, there], stdout=subprocess.PIPE, text=True, env=environ)
         for here, there in (("/one", "/other"), ("/other", "/one"))
     ]
-    told = [one.communicate(timeout=60)[0] for one in both]
+    outputs = [one.communicate(timeout=60)[0] for one in both]
     assert [one.returncode for one in both] == [0, 0]
-    return int(told[0]), int(told[1])
+    return int(outputs[0]), int(outputs[1])
 
 
-@pytest.mark.parametrize("reach", ["OFF", "LOCALHOST"])
-def test_two_processes_on_this_machine(dds: DdsSettings, reach: str) -> None:
+@pytest.mark.parametrize("discovery_range", ["OFF", "LOCALHOST"])
+def test_two_processes_on_this_machine(dds: DdsSettings, discovery_range: str) -> None:
     environ = {
         **os.environ,
         "ROS_DOMAIN_ID": str(dds.domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": reach,
-        # Nobody is asked where discovery is off, not even who is named.
-        "ROS_STATIC_PEERS": "127.0.0.1" if reach == "OFF" else "",
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range,
+        # Where discovery is off, not even static peers are contacted.
+        "ROS_STATIC_PEERS": "127.0.0.1" if discovery_range == "OFF" else "",
     }
-    heard = publishers_heard(environ, 4 if reach == "OFF" else 30)
-    assert heard == ((0, 0) if reach == "OFF" else (1, 1))
+    received = publishers_found(environ, 4 if discovery_range == "OFF" else 30)
+    assert received == ((0, 0) if discovery_range == "OFF" else (1, 1))
 
 
 def test_static_peers_and_own_settings() -> None:
@@ -123,7 +127,7 @@ def test_static_peers_and_own_settings() -> None:
 
 
 def test_the_own_settings_win() -> None:
-    """Cyclone takes the last word on a setting: one that it refuses shows that it was heard."""
+    """Cyclone applies the last value of a setting; an invalid one shows that it was received."""
     broken = "<CycloneDDS><Domain><Internal><MaxSampleSize>much</MaxSampleSize></Internal></Domain></CycloneDDS>"
     with pytest.raises(InputError, match="can not join domain 231"):
         DdsMiddleware(DdsSettings(231, "LOCALHOST", config=broken), "")
@@ -136,10 +140,10 @@ def test_the_own_settings_win() -> None:
         ({"ROS_DOMAIN_ID": "300"}, "0 to 232"),
         ({"ROS_DOMAIN_ID": "9" * 5000}, "ROS_DOMAIN_ID is '9{20}'; give a number from 0 to 232"),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "galaxy"}, "known: OFF, LOCALHOST"),
-        ({"ROS_STATIC_PEERS": "a<b"}, "is no host"),
+        ({"ROS_STATIC_PEERS": "a<b"}, "is not a host"),
     ],
 )
-def test_variables_that_make_no_sense(environ: dict[str, str], said: str) -> None:
+def test_invalid_variables_are_refused(environ: dict[str, str], said: str) -> None:
     with pytest.raises(InputError, match=said):
         DdsSettings.from_environment(environ)
 
@@ -150,23 +154,25 @@ def test_type_names_and_hashes() -> None:
     assert typestore().hash_rihs01("std_msgs/msg/String") == (
         "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
     )
-    assert packed_type(IMAGE) is packed_type(IMAGE)
+    assert serialized_type(IMAGE) is serialized_type(IMAGE)
 
 
-def test_latecomers_get_the_last_message_and_quick_ones_each(dds: DdsSettings) -> None:
+def test_late_subscribers_get_the_last_message_and_early_ones_every_message(
+    dds: DdsSettings,
+) -> None:
     one, other = DdsMiddleware(dds, ""), DdsMiddleware(dds, "")
     kind = "std_msgs/msg/String"
     publish = one.advertise("/said", kind, LATEST)
-    heard: list[bytes] = []
+    received: list[bytes] = []
     words = [b"\0\1\0\0\4\0\0\0" + word + b"\0" for word in (b"abc", b"def")]
     publish(words[0])
-    other.subscribe("/said", kind, LATEST, heard.append)
+    other.subscribe("/said", kind, LATEST, received.append)
     for number, word in enumerate(words):
         publish(word) if number else None
         until = time.monotonic() + 20
-        while len(heard) <= number and time.monotonic() < until:
+        while len(received) <= number and time.monotonic() < until:
             time.sleep(0.01)
-    assert heard == words
+    assert received == words
     assert (other.publishers("/said"), other.publishers("/else"), other.lost) == (1, 0, 0)
     one.close()
     other.close()

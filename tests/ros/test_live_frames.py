@@ -1,4 +1,4 @@
-"""Frames put together of messages as they come: pauses, and a stop in between."""
+"""Frames assembled from live messages, with pauses and a stop in between."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from circumspect.ros import live_frames
 from circumspect.ros.health import Health
 from circumspect.ros.live_frames import LiveFrames
 from circumspect.ros.recognition_node import RecognitionNode
-from circumspect.ros.wire_messages import unpacked
+from circumspect.ros.wire_messages import deserialized
 
 
 class Clock:
@@ -27,73 +27,75 @@ class Clock:
         return self.now
 
 
-def test_a_source_that_pauses_is_no_clock_that_was_set_back(bus: MemoryBus) -> None:
+def test_a_paused_source_is_no_clock_jump(bus: MemoryBus) -> None:
     clock = Clock()
     frames = LiveFrames(bus, SETTINGS, Health(), clock)
     frames.taking = True
     robot = OrbitingRobot(bus)
-    robot.stand()
-    seen = []
+    robot.publish_mount()
+    stamps = []
     for number in range(4):
-        robot.drive(number)
+        robot.publish_frame(number)
         while (frame := frames.take(0.0)) is not None:
-            seen.append(frame.stamp)
+            stamps.append(frame.stamp)
         clock.now += 600.0 if number == 1 else 0.2
-    assert seen == pytest.approx([100.0, 100.2, 100.4, 100.6])
-    assert frames.leaps_back == 0
-    robot.drive(4, late=-50.0)
-    assert frames.leaps_back == 0  # one image may be wrong
-    robot.drive(5, late=-50.0)
-    assert frames.leaps_back == 1
+    assert stamps == pytest.approx([100.0, 100.2, 100.4, 100.6])
+    assert frames.backward_jumps == 0
+    robot.publish_frame(4, late=-50.0)
+    assert frames.backward_jumps == 0  # one image may be wrong
+    robot.publish_frame(5, late=-50.0)
+    assert frames.backward_jumps == 1
 
 
-def test_poses_of_a_localization_that_died_are_not_taken(bus: MemoryBus) -> None:
+def test_frames_after_the_localization_stopped_are_skipped(bus: MemoryBus) -> None:
     clock, health = Clock(), Health()
     given = replace(SETTINGS, poses="given", map_frame="odom", odometry="")
     frames = LiveFrames(bus, given, health, clock)
     frames.taking = True
     robot = OrbitingRobot(bus, odometry=False)
-    robot.stand()
+    robot.publish_mount()
     for number in range(10):
         if number == 3:
-            robot.tell_tf = lambda told: None
-        robot.drive(number)
+            robot.publish_tf = lambda msg: None
+        robot.publish_frame(number)
         clock.now += 0.2
-    seen = []
+    stamps = []
     while (frame := frames.take(0.0)) is not None:
-        seen.append(frame.stamp)
-    assert seen == pytest.approx([100.0, 100.2, 100.4, 100.6, 100.8])
+        stamps.append(frame.stamp)
+    assert stamps == pytest.approx([100.0, 100.2, 100.4, 100.6, 100.8])
     missing = frames.missing()
     assert missing is not None
-    assert "no transforms link odom to the camera's frame at the images' time" in missing
-    assert health.status(True, None, 0).values["left out: no transforms tell where the camera is"]
+    assert "no transforms link odom to the camera's frame at the time of the images" in missing
+    assert health.status(True, None, 0).values[
+        "skipped: no transforms give the camera's mount or pose"
+    ]
 
 
-def test_an_image_on_its_way_when_the_node_is_stopped_makes_no_frame(
+def test_an_image_that_arrives_while_the_node_is_stopped_makes_no_frame(
     bus: MemoryBus, node: RecognitionNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot = OrbitingRobot(bus)
-    robot.stand()
-    robot.drive(0)
+    robot.publish_mount()
+    robot.publish_frame(0)
     assert len(worked_off(node)) == 1
 
     def stopping(kind: str, data: bytes) -> Any:
-        told = unpacked(kind, data)
+        msg = deserialized(kind, data)
         if kind == IMAGE:
             node.command("stop")
             node.work(0)
-        return told
+        return msg
 
     with monkeypatch.context() as patched:
-        patched.setattr(live_frames, "unpacked", stopping)
-        robot.drive(1)
+        patched.setattr(live_frames, "deserialized", stopping)
+        robot.publish_frame(1)
     assert not node.running
     assert worked_off(node) == []
     node.command("start")
     node.work(0)
-    robot.drive(2)
+    robot.publish_frame(2)
     assert [step.stamp for step in worked_off(node)] == pytest.approx([100.4])
-    assert node.health.status(True, None, 0).values["depth heard"] == 3
+    assert node.health.status(True, None, 0).values["depth received"] == 3
 
 
 def test_images_without_stamps_are_stamped_when_they_arrive(bus: MemoryBus) -> None:
@@ -101,16 +103,16 @@ def test_images_without_stamps_are_stamped_when_they_arrive(bus: MemoryBus) -> N
     frames = LiveFrames(bus, replace(SETTINGS, odometry=""), health, clock, lambda: 50 + clock.now)
     frames.taking = True
     robot = OrbitingRobot(bus, odometry=False)
-    robot.stand()
-    seen = []
+    robot.publish_mount()
+    stamps = []
     for number in range(5):
-        robot.drive(number, late=-(100.0 + 0.2 * number))
+        robot.publish_frame(number, late=-(100.0 + 0.2 * number))
         clock.now += 1.0
         while (frame := frames.take(0.0)) is not None:
-            seen.append(frame.stamp)
-    assert seen[0] == 0.0, "simulated time begins at zero, too"
-    assert seen[1:] == pytest.approx([51.0, 52.0, 53.0]), "the last one waits for transforms"
-    assert frames.leaps_back == 1
+            stamps.append(frame.stamp)
+    assert stamps[0] == 0.0, "simulated time begins at zero, too"
+    assert stamps[1:] == pytest.approx([51.0, 52.0, 53.0]), "the last one waits for transforms"
+    assert frames.backward_jumps == 1
     values = health.status(True, None, 0).values
     assert any("are zero; the time of arrival is used" in name for name in values)
 

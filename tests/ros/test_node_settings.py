@@ -1,4 +1,4 @@
-"""Parameters: flags, files, and what makes no sense."""
+"""Parameters from flags and files, and invalid ones."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import pytest
 from circumspect.cli.main import main, parsed
 from circumspect.errors import CircumspectError, InputError
 from circumspect.ros.names import dds_topic, node_path, topic_path
-from circumspect.ros.node_settings import NodeSettings
-from circumspect.ros.parameter_file import read_parameters
+from circumspect.ros.node_settings import NodeSettings, read_parameters
 
 FILE = """
 /**:
@@ -30,7 +29,7 @@ robot1:
       queue: 7
 """
 HUGE, HEX = "9" * 400, "0x" + "f" * 5000
-"""No double holds the one, and Python writes no decimals of the other."""
+"""The first exceeds a double, the second Python's limit for decimal text."""
 
 
 @pytest.fixture
@@ -40,7 +39,7 @@ def params(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_file_of_ros(params: Path) -> None:
+def test_a_parameter_file_of_ros(params: Path) -> None:
     node = NodeSettings.from_parameters(read_parameters(params, "/circumspect"))
     assert node.depth_topic == "/cam/depth/image_raw"
     assert node.info_topic == "/cam/depth/camera_info"
@@ -48,7 +47,7 @@ def test_a_file_of_ros(params: Path) -> None:
     assert (node.rate, node.queue, node.autostart) == (2.5, 4, False)
 
 
-def test_nested_namespaces_and_the_last_word(params: Path) -> None:
+def test_nested_namespaces_add_to_the_wildcard(params: Path) -> None:
     read = read_parameters(params, "/robot1/circumspect")
     assert (read["queue"], read["rate"]) == (7, 2.5)
 
@@ -74,34 +73,34 @@ def test_flags_win_over_the_file_and_the_file_over_defaults(params: Path) -> Non
         ("circumspect: {ros__parameters: {depth: [1]}}", "depth is a text"),
         ("circumspect: {ros__parameters: {mount: [1, 2]}}", "mount takes 5 numbers"),
         ("circumspect: {ros__parameters: {depth_range: [3]}}", "depth_range takes 2 numbers"),
-        ("circumspect: {ros__parameters: {depth_range: [3, 1]}}", "the farthest [m], not 3 and 1"),
+        ("circumspect: {ros__parameters: {depth_range: [3, 1]}}", "the maximum [m], not 3 and 1"),
         ("circumspect: {ros__parameters: {mount: [1, x, 1, 1, 1]}}", "mount is a list of numbers"),
         (
             "circumspect: {ros__parameters: {driver: kinect}}",
             "no driver 'kinect'; known: realsense",
         ),
-        ("circumspect: {ros__parameters: {poses: maybe}}", "poses are found or given"),
-        ("circumspect: {ros__parameters: {depth: 'a b'}}", "ROS allows no name such as"),
+        ("circumspect: {ros__parameters: {poses: maybe}}", "poses must be found or given"),
+        ("circumspect: {ros__parameters: {depth: 'a b'}}", "is not a valid ROS name"),
         ("circumspect: {ros__parameters: {queue: 0}}", "the queue holds 1 to 100"),
         ("circumspect: {ros__parameters: {frame: ''}}", "need names"),
-        ("circumspect: {ros__parameters: 3}", "holds no names and values"),
-        ("camera: {ros__parameters: {}}", "holds no ros__parameters for the node /circumspect"),
-        ("- 1", "is no parameter file"),
-        ("", "is no parameter file"),
-        ("a: [1", "is no YAML at line 1"),
+        ("circumspect: {ros__parameters: 3}", "must contain names and values"),
+        ("camera: {ros__parameters: {}}", "contains no ros__parameters of the node /circumspect"),
+        ("- 1", "is not a parameter file"),
+        ("", "is not a parameter file"),
+        ("a: [1", "is not YAML at line 1"),
         ("a: &x [1]\nb: [*x, *x]", "has aliases"),
         ("a: " + 200_000 * "[", "is nested deeper than 20 levels"),
-        ("a: !!python/object/apply:os.system ['true']", "is no YAML"),
+        ("a: !!python/object/apply:os.system ['true']", "is not YAML"),
         ("#" * 300_000, "more than 262144 bytes"),
     ],
 )
-def test_files_that_make_no_sense(tmp_path: Path, capsys, text: str, said: str) -> None:
+def test_invalid_parameter_files_are_refused(tmp_path: Path, capsys, text: str, said: str) -> None:
     path = tmp_path / "params.yaml"
     path.write_text(text)
     assert main(["ros2", "--params-file", str(path)]) == 2
-    told = capsys.readouterr().err
-    assert said in told
-    assert told.count("\n") == 1
+    output = capsys.readouterr().err
+    assert said in output
+    assert output.count("\n") == 1
 
 
 @pytest.mark.parametrize("number", [HUGE, HEX], ids=["huge", "hex"])
@@ -115,37 +114,37 @@ def test_files_that_make_no_sense(tmp_path: Path, capsys, text: str, said: str) 
         ("autostart: NUMBER", "the parameter autostart is true or false, not one of more"),
     ],
 )
-def test_numbers_that_ros_can_not_hold(
+def test_numbers_outside_the_range_of_ros_are_refused(
     tmp_path: Path, capsys, entry: str, said: str, number: str
 ) -> None:
     path = tmp_path / "params.yaml"
     path.write_text(f"circumspect: {{ros__parameters: {{{entry.replace('NUMBER', number)}}}}}")
     assert main(["ros2", "--params-file", str(path)]) == 2
-    told = capsys.readouterr().err
-    assert said in told
-    assert told.count("\n") == 1
-    assert len(told) < 200
+    output = capsys.readouterr().err
+    assert said in output
+    assert output.count("\n") == 1
+    assert len(output) < 200
 
 
 @pytest.mark.parametrize("side", [float("nan"), float("inf"), 640.7, 1e9, -3.0, 0.0])
-def test_an_image_has_whole_pixels(side: float) -> None:
+def test_a_fractional_image_size_is_refused(side: float) -> None:
     with pytest.raises(InputError, match="whole pixels"):
         NodeSettings(size=(640.0, side))
 
 
 @pytest.mark.parametrize("wrong", [(3.0, 2.0), (1.0, 1.0), (-1.0, 2.0), (float("nan"), 2.0)])
-def test_a_range_of_depths_grows(wrong: tuple[float, float]) -> None:
-    with pytest.raises(InputError, match="nearest and the farthest"):
+def test_an_invalid_depth_range_is_refused(wrong: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match="minimum and the maximum"):
         _ = NodeSettings(depth_range=wrong).noise
     assert NodeSettings(depth_range=(0.3, 6.0)).noise.depth_range == (0.3, 6.0)
 
 
-def test_no_file(tmp_path: Path) -> None:
+def test_a_missing_parameter_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="can not be read"):
         read_parameters(tmp_path / "none.yaml", "/circumspect")
 
 
-def test_names() -> None:
+def test_node_topic_and_dds_names() -> None:
     assert node_path("", "circumspect") == "/circumspect"
     assert node_path("/robot1/", "seer") == "/robot1/seer"
     assert topic_path("/odom", "/a/b") == "/odom"
@@ -155,8 +154,8 @@ def test_names() -> None:
 
 
 @pytest.mark.parametrize("name", ["", "/", "a//b", "/1a", "a b", "/a/", "/ä", "x" * 300, "../x"])
-def test_names_that_ros_does_not_allow(name: str) -> None:
-    with pytest.raises(CircumspectError, match="ROS allows no name"):
+def test_invalid_ros_names_are_refused(name: str) -> None:
+    with pytest.raises(CircumspectError, match="is not a valid ROS name"):
         topic_path(name, "/node")
 
 

@@ -19,7 +19,7 @@ from circumspect.ros.dds_settings import DdsSettings
 from circumspect.ros.health import Health
 from circumspect.ros.live_frames import LiveFrames
 from circumspect.ros.middleware import Quality
-from circumspect.ros.wire_messages import packed
+from circumspect.ros.wire_messages import serialized
 from circumspect.sensing.viewing import looking
 
 VOLATILE, LATCHED = Quality(), Quality(latched=True, depth=1)
@@ -62,29 +62,31 @@ def wait_for(wanted: Callable[[], Any], seconds: float = 20.0) -> Any:
 
 
 def mount() -> bytes:
-    told = transform_message(looking([0, 0, 1.0], 0.0, 0.4), 0.0, "base_link", "camera")
-    return packed(TRANSFORMS, transforms_message([told]))
+    msg = transform_message(looking([0, 0, 1.0], 0.0, 0.4), 0.0, "base_link", "camera")
+    return serialized(TRANSFORMS, transforms_message([msg]))
 
 
 def test_a_camera_info_that_is_latched_once_reaches_a_node_that_joins_later(
     network: Network,
 ) -> None:
-    info = packed(CAMERA_INFO, camera_info(CAMERA, 1.0, "camera"))
+    info = serialized(CAMERA_INFO, camera_info(CAMERA, 1.0, "camera"))
     network.robot.advertise(INFO, CAMERA_INFO, LATCHED)(info)
     network.frames()
     wait_for(lambda: network.health.count("camera info"))
 
 
 @pytest.mark.parametrize("quality", [VOLATILE, BEST_EFFORT, LATCHED])
-def test_static_transforms_of_every_quality_are_heard(network: Network, quality: Quality) -> None:
+def test_static_transforms_of_every_quality_are_received(
+    network: Network, quality: Quality
+) -> None:
     publish = network.robot.advertise("/tf_static", TRANSFORMS, quality)
     network.frames()
 
-    def heard() -> int:
+    def received() -> int:
         publish(mount())
         return network.health.count("static transforms")
 
-    wait_for(heard)
+    wait_for(received)
 
 
 @pytest.mark.parametrize(
@@ -100,24 +102,24 @@ def test_a_quality_of_service_that_does_not_match_is_reported_with_the_remedy(
         network.now = 10.0
     else:
         for _ in range(2):
-            network.health.message("depth")
+            network.health.on_message("depth")
     missing = wait_for(lambda: "incompatible" in (frames.missing() or "") and frames.missing())
     assert missing == (
         f"{what} published on {topic} with an incompatible quality of service (reliability); "
-        "leave --reliable out"
+        "omit --reliable"
     )
-    assert frames.odometry_fault() == ""
+    assert frames.odometry_error() == ""
 
 
-def test_odometry_that_can_not_be_heard_is_reported(network: Network) -> None:
+def test_odometry_of_an_incompatible_quality_is_reported(network: Network) -> None:
     network.robot.advertise("/odom", ODOMETRY, BEST_EFFORT)
     frames = network.frames(reliable=True)
-    assert "(reliability)" in wait_for(frames.odometry_fault)
+    assert "(reliability)" in wait_for(frames.odometry_error)
 
 
-def test_qualities_that_match_are_no_fault(network: Network) -> None:
+def test_compatible_qualities_are_not_reported(network: Network) -> None:
     network.robot.advertise(DEPTH, IMAGE, VOLATILE)
     frames = network.frames(reliable=True)
     network.now = 10.0
     missing = wait_for(lambda: "which" in (frames.missing() or "") and frames.missing())
-    assert missing == f"no depth image came lately on {DEPTH}, which 1 publish"
+    assert missing == f"no recent depth image on {DEPTH}, which has 1 publisher"

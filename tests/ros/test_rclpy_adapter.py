@@ -48,10 +48,10 @@ class StubNode:
         self.parameters = {"use_sim_time": False, **overrides}
 
     def create_subscription(
-        self, kind: Any, topic: str, heard: Any, qos: Any, *, raw: bool, event_callbacks: Any
+        self, kind: Any, topic: str, callback: Any, qos: Any, *, raw: bool, event_callbacks: Any
     ) -> None:
         assert raw, "the callback takes packed messages"
-        self._bus.subscribe(topic, kind, quality_of(qos), heard)
+        self._bus.subscribe(topic, kind, quality_of(qos), callback)
         self.events.append((topic, event_callbacks.incompatible_qos))
 
     def create_publisher(self, kind: Any, topic: str, qos: Any) -> Any:
@@ -108,7 +108,7 @@ def bus(monkeypatch: pytest.MonkeyPatch) -> MemoryBus:
             "rclpy",
             init=lambda args, signal_handler_options: None,
             try_shutdown=lambda: None,
-            create_node=lambda name, **how: StubNode(bus, bus.overrides),  # type: ignore[attr-defined]
+            create_node=lambda name, **keywords: StubNode(bus, bus.overrides),  # type: ignore[attr-defined]
         ),
         "rclpy.executors": module(
             "rclpy.executors",
@@ -117,7 +117,7 @@ def bus(monkeypatch: pytest.MonkeyPatch) -> MemoryBus:
         ),
         "rclpy.qos": module(
             "rclpy.qos",
-            QoSProfile=lambda **how: SimpleNamespace(**how),
+            QoSProfile=lambda **keywords: SimpleNamespace(**keywords),
             HistoryPolicy=Enum("HistoryPolicy", "KEEP_LAST"),
             ReliabilityPolicy=Enum("ReliabilityPolicy", "RELIABLE BEST_EFFORT"),
             DurabilityPolicy=Enum("DurabilityPolicy", "TRANSIENT_LOCAL VOLATILE"),
@@ -125,7 +125,7 @@ def bus(monkeypatch: pytest.MonkeyPatch) -> MemoryBus:
         ),
         "rclpy.event_handler": module(
             "rclpy.event_handler",
-            SubscriptionEventCallbacks=lambda **how: SimpleNamespace(**how),
+            SubscriptionEventCallbacks=lambda **keywords: SimpleNamespace(**keywords),
         ),
         "rclpy.signals": module(
             "rclpy.signals", SignalHandlerOptions=Enum("SignalHandlerOptions", "NO ALL")
@@ -136,7 +136,7 @@ def bus(monkeypatch: pytest.MonkeyPatch) -> MemoryBus:
         ),
         "rcl_interfaces": module("rcl_interfaces"),
         "rcl_interfaces.msg": module(
-            "rcl_interfaces.msg", ParameterDescriptor=lambda **how: SimpleNamespace(**how)
+            "rcl_interfaces.msg", ParameterDescriptor=lambda **keywords: SimpleNamespace(**keywords)
         ),
     }
     for name, stub in stubs.items():
@@ -155,9 +155,9 @@ def test_a_chair_is_named_over_rclpy(bus: Any, monkeypatch: pytest.MonkeyPatch, 
 
     def drive(node: RecognitionNode, goes_on: Any) -> None:
         robot = OrbitingRobot(bus)
-        robot.stand()
+        robot.publish_mount()
         for number in range(6):
-            robot.drive(number)
+            robot.publish_frame(number)
         while node.work(0.02) is not None:
             pass
         assert goes_on()
@@ -165,8 +165,8 @@ def test_a_chair_is_named_over_rclpy(bus: Any, monkeypatch: pytest.MonkeyPatch, 
 
     monkeypatch.setattr(RecognitionNode, "spin", drive)
     assert package.main([]) == 0
-    told = bus.told("/robot1/seer/detections")[-1]
-    assert told.detections[0].results[0].hypothesis.class_id == "chair"
+    received = bus.received("/robot1/seer/detections")[-1]
+    assert received.detections[0].results[0].hypothesis.class_id == "chair"
     assert "chair" in capsys.readouterr().out
     assert not bus.wanted[DEPTH][1].reliable
     assert bus.offered["/robot1/seer/model"][1].latched
@@ -183,14 +183,14 @@ def test_a_quality_of_service_that_does_not_match_is_named(bus: Any) -> None:
     (_, first), (_, second) = stub.events
     assert middleware.incompatible("/camera_info") == ""
     first(SimpleNamespace(last_policy_kind="DURABILITY_QOS_POLICY"))
-    assert middleware.incompatible("/camera_info") == "", "the other subscription hears it"
+    assert middleware.incompatible("/camera_info") == "", "the other subscription receives it"
     second(SimpleNamespace(last_policy_kind="RELIABILITY_QOS_POLICY"))
     assert middleware.incompatible("/camera_info") == "reliability"
     assert middleware.incompatible("/odom") == ""
     middleware.close()
 
 
-def test_parameters_are_declared_and_misspelt_ones_are_told(bus: Any, capsys) -> None:
+def test_parameters_are_declared_and_misspelt_ones_are_reported(bus: Any, capsys) -> None:
     from circumspect_ros import node as package
     from circumspect_ros.parameters import read_settings
 
@@ -202,19 +202,18 @@ def test_parameters_are_declared_and_misspelt_ones_are_told(bus: Any, capsys) ->
     assert "did you mean odometry?" in capsys.readouterr().err
 
 
-def test_the_package_is_whole() -> None:
+def test_the_package_is_complete() -> None:
     root = ElementTree.parse(PACKAGE / "package.xml").getroot()
     assert root.findtext("name") == "circumspect_ros"
     assert root.findtext("export/build_type") == "ament_python"
-    needed = {one.text for one in root.iter("exec_depend")}
+    needed = {one.text for one in root.iter("depend")}
     assert {"rclpy", "sensor_msgs", "vision_msgs", "diagnostic_msgs"} <= needed
     assert (PACKAGE / "resource" / "circumspect_ros").is_file()
     compile((PACKAGE / "launch" / "circumspect.launch.py").read_text(), "launch", "exec")
 
 
-def test_its_parameter_file_is_understood() -> None:
-    from circumspect.ros.node_settings import NodeSettings
-    from circumspect.ros.parameter_file import read_parameters
+def test_its_parameter_file_is_valid() -> None:
+    from circumspect.ros.node_settings import NodeSettings, read_parameters
 
     read = read_parameters(PACKAGE / "config" / "circumspect.yaml", "/circumspect")
     assert NodeSettings.from_parameters(read) == NodeSettings()

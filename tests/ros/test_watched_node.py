@@ -1,4 +1,4 @@
-"""A node in the dashboard: it is shown, started, stopped and begun anew there."""
+"""A node in the dashboard: shown, stopped and reset there."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from orbiting_robot import DEPTH, MemoryBus, OrbitingRobot
 from test_ros2_command import begun
 
 from circumspect.classification import Classifier
-from circumspect.cli.watched_node import NodeWatch
+from circumspect.cli.watched_replay import NodeWatch
 from circumspect.errors import InputError
 from circumspect.ros.dds_settings import DdsSettings
 from circumspect.ros.node_settings import NodeSettings
@@ -23,7 +23,7 @@ from circumspect.viewer import Dashboard
 
 SETTINGS = NodeSettings(depth=DEPTH, rate=0.0, queue=50)
 EMPTY = {"/paths/registration", "/paths/odometry"}
-"""What a stage shows before anything is known: paths of no length."""
+"""What the stage shows before the first frame: paths of no length."""
 
 
 def drawn(dashboard: Dashboard) -> set[str]:
@@ -31,25 +31,25 @@ def drawn(dashboard: Dashboard) -> set[str]:
     return set(dashboard.stage._nodes)
 
 
-def test_what_a_node_knows_is_put_before_the_onlooker() -> None:
+def test_the_dashboard_shows_the_state_of_the_node() -> None:
     # It averages over more grids at a stop than in a frame.
     classifier, bus = Classifier.load("modelnet10", threads=1), MemoryBus()
     with Dashboard(classifier, port=0) as dashboard:
-        put: list[Any] = []
-        dashboard.put = put.append  # type: ignore[method-assign]
+        published: list[Any] = []
+        dashboard.put = published.append  # type: ignore[method-assign]
         watch = NodeWatch(dashboard)
         node = RecognitionNode(bus, SETTINGS, classifier, (watch,))
         watch.begin(node)
-        assert put.pop()().count == 0
+        assert published.pop()().count == 0
         watch.on_status(node.health.status(True, "nobody publishes", 0))
-        assert "nobody publishes" in put.pop()().news
+        assert "nobody publishes" in published.pop()().message
         robot = OrbitingRobot(bus)
-        robot.stand()
+        robot.publish_mount()
         for number in range(8):
-            robot.drive(number)
+            robot.publish_frame(number)
         while node.work(timeout=0.02) is not None:
             pass
-        shown = put[-1]()
+        shown = published[-1]()
         assert shown.count == len(shown.path_xyz) == len(shown.odometry_xyz) == 8
         assert shown.row["label"] == "chair"
         assert len(shown.thing.points_xyz) > 1000
@@ -60,35 +60,35 @@ def test_what_a_node_knows_is_put_before_the_onlooker() -> None:
         assert {"/object", "/camera", "/robot", "/grid/outline"} <= drawn(dashboard)
         node.command("reset")
         node.work(timeout=0.02)
-        assert put[-1]().count == 0
-        dashboard.show(put[-1]())
+        assert published[-1]().count == 0
+        dashboard.show(published[-1]())
         assert drawn(dashboard) == EMPTY
-        robot.drive(8)
+        robot.publish_frame(8)
         node.work(timeout=0.02)
-        assert put[-1]().count == 1
-        hurried = put[-1]().row["probabilities"]
+        assert published[-1]().count == 1
+        provisional = published[-1]().row["probabilities"]
         node.command("stop")
         node.work(timeout=0.02)
-        assert put[-1]().row["probabilities"] != hurried
+        assert published[-1]().row["probabilities"] != provisional
         status = node.health.status(False, None, 0)
-        assert f"{max(put[-1]().row['probabilities'].values()):.3f}" in str(status.values)
+        assert f"{max(published[-1]().row['probabilities'].values()):.3f}" in str(status.values)
         assert node.ended == "the node is stopped"
         with pytest.raises(InputError, match="no command 'drive'"):
             node.command("drive")
         node.close()
 
 
-def test_a_page_of_nothing_is_shown() -> None:
+def test_an_empty_page_is_shown() -> None:
     from circumspect.viewer.shown import Shown
 
     with Dashboard(Classifier.load(threads=1), port=0) as dashboard:
         dashboard.show(Shown((), 0))
 
 
-def test_the_command_tells_where_the_page_is(dds: DdsSettings, tmp_path: Path) -> None:
+def test_the_command_prints_the_address_of_the_dashboard(dds: DdsSettings, tmp_path: Path) -> None:
     flags = ("--viewer", "--viewer-port", "0", "--duration", "1")
     process, _ = begun(dds, tmp_path, *flags)
-    _, told = process.communicate(timeout=60)
-    assert process.returncode == 0, told
-    assert re.search(r"the dashboard is at http://127\.0\.0\.1:\d+; Ctrl-C ends it", told)
-    assert "Traceback" not in told
+    _, output = process.communicate(timeout=60)
+    assert process.returncode == 0, output
+    assert re.search(r"the dashboard is at http://127\.0\.0\.1:\d+; Ctrl-C ends it", output)
+    assert "Traceback" not in output

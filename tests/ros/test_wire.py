@@ -59,7 +59,7 @@ class RunningNode:
     def on_step(self, step: Any) -> None:
         self.steps.append(step)
 
-    def on_settled(self, prediction: Any) -> None: ...
+    def on_finalised(self, prediction: Any) -> None: ...
 
     def on_status(self, status: Any) -> None: ...
 
@@ -67,11 +67,11 @@ class RunningNode:
         self.commands.append(command)
 
     @property
-    def heard(self) -> int:
+    def received(self) -> int:
         return self._node.health.count("depth")
 
     def knows_talker(self) -> bool:
-        """Whether somebody publishes what the node needs, and both agree on it."""
+        """Whether each topic that the node needs has a publisher."""
         topics = (DEPTH, INFO, "/odom", "/tf_static")
         return all(self._middleware.publishers(topic) for topic in topics)
 
@@ -94,7 +94,7 @@ def talked(peer: Any, nodes: list[RunningNode], *words: Any) -> int:
     talker.go()
     sent = talker.wait_for(lambda: talker.lines("end"), "end")[-1]["sent"]
     until = time.monotonic() + 3
-    while any(node.heard < sent for node in nodes) and time.monotonic() < until:
+    while any(node.received < sent for node in nodes) and time.monotonic() < until:
         time.sleep(0.05)
     talker.ended()
     return sent
@@ -119,7 +119,7 @@ def running(dds: DdsSettings, classifier: Classifier) -> Iterator[Callable[..., 
 
 
 def test_from_the_peers_depth_to_the_peers_label(peer: Any, running: Any, tmp_path: Path) -> None:
-    """There and back: all that the node offers is read by the other implementation."""
+    """Round trip: the other implementation reads all topics of the node."""
     node = running()
     listener = peer("listen", "circumspect", "120")
     listener.wait_for(lambda: listener.lines("diagnostics"), "listener")
@@ -142,8 +142,8 @@ def test_from_the_peers_depth_to_the_peers_label(peer: Any, running: Any, tmp_pa
     assert 0.5 < model["high"][2] - model["low"][2] < 1.5
     assert listener.wait_for(lambda: listener.lines("path"), "path")[-1]["poses"] >= 1
     assert listener.wait_for(lambda: listener.lines("next_view"), "next view")[-1]["place"][2] == 0
-    told = listener.wait_for(lambda: listener.lines("diagnostics"), "diagnostics")
-    assert told[-1]["name"] == "circumspect: recognition"
+    diagnostics = listener.wait_for(lambda: listener.lines("diagnostics"), "diagnostics")
+    assert diagnostics[-1]["name"] == "circumspect: recognition"
     assert {"parent": "odom", "child": "circumspect_map", "topic": "tf"} in listener.lines("tf")
     assert not listener.lines("unreadable")
 
@@ -158,7 +158,7 @@ def test_both_encodings_from_both_kinds_of_publishers(
     node = running(reliable=asks)
     scene = scene_file(tmp_path / "scene.bin", bits, 4)
     sent = talked(peer, [node], scene, "10", manner, "1")
-    assert sent - (0 if asks else LOST) <= node.heard <= sent == 4
+    assert sent - (0 if asks else LOST) <= node.received <= sent == 4
     assert all(step.outcome == "classified" for step in node.steps)
 
 
@@ -186,17 +186,17 @@ def test_commands_of_the_peer(peer: Any, running: Any) -> None:
 
 
 def test_a_peer_that_comes_again(peer: Any, running: Any, tmp_path: Path) -> None:
-    """Its static transforms are heard again, and its later frames go on with the model."""
+    """Its static transforms are received again, and its later frames go on with the model."""
     node = running()
     scene = scene_file(tmp_path / "scene.bin", 16, 6)
     first = peer("talk", scene, "2", "best-effort", "50")
     first.go()
     first.wait_for(lambda: len(node.steps) > 2, "frames")
     first.kill()
-    before = node.heard
-    # The killed one still counts as known, so the first frames may come too early to be heard.
+    before = node.received
+    # The killed one still counts as known, so the first frames may come too early to be received.
     talked(peer, [node], scene, "10", "best-effort", "1")
-    assert before + 3 <= node.heard <= before + 6
+    assert before + 3 <= node.received <= before + 6
 
 
 def test_two_nodes_at_once(peer: Any, running: Any, tmp_path: Path) -> None:
@@ -208,7 +208,7 @@ def test_two_nodes_at_once(peer: Any, running: Any, tmp_path: Path) -> None:
     listener.wait_for(lambda: listener.lines("model"), "model of the other")
     names = {line["name"] for line in listener.lines("diagnostics")}
     assert names <= {"one: recognition", "other: recognition"}
-    assert all(node.heard >= 4 - LOST for node in nodes)
+    assert all(node.received >= 4 - LOST for node in nodes)
 
 
 def test_names_and_types_are_those_of_ros(peer: Any, running: Any) -> None:
@@ -239,4 +239,4 @@ def test_full_size_frames_at_the_cameras_rate(
     path = tmp_path / "large.bin"
     path.write_bytes(b"".join([*parts, depth.tobytes()]))
     sent = talked(peer, [node], path, "30", manner, "60")
-    assert fewest <= node.heard <= sent == 60
+    assert fewest <= node.received <= sent == 60

@@ -1,4 +1,4 @@
-"""What a run keeps for its playback: round trips, limits, and files from strangers."""
+"""The playback files of a run: round trips, limits, and untrusted files."""
 
 from __future__ import annotations
 
@@ -56,28 +56,28 @@ def moment(points: int = 50, seed: int = 0, **changes) -> PlaybackMoment:
 
 
 @given(points=st.integers(0, 60), seed=st.integers(0, 1000))
-def test_what_is_written_is_read(tmp_path_factory, points, seed):
+def test_a_moment_round_trip(tmp_path_factory, points, seed):
     path = tmp_path_factory.mktemp("moment") / "a.npz"
-    told = moment(points, seed)
-    told.save(path)
+    written = moment(points, seed)
+    written.save(path)
     read = PlaybackMoment.load(path)
-    np.testing.assert_allclose(read.points_xyz, told.points_xyz, atol=MIN_STEP_M)
-    np.testing.assert_allclose(read.normals_xyz, told.normals_xyz, atol=0.005)
-    np.testing.assert_array_equal(read.frames_seen, told.frames_seen)
-    np.testing.assert_array_equal(read.grid.states, told.grid.states)
-    assert read.grid.grid == told.grid.grid
-    np.testing.assert_allclose(read.depth, told.depth, atol=6e-4)
-    np.testing.assert_array_equal(read.colour, told.colour)
-    np.testing.assert_array_equal(read.target, told.target)
+    np.testing.assert_allclose(read.points_xyz, written.points_xyz, atol=MIN_STEP_M)
+    np.testing.assert_allclose(read.normals_xyz, written.normals_xyz, atol=0.005)
+    np.testing.assert_array_equal(read.frames_seen, written.frames_seen)
+    np.testing.assert_array_equal(read.grid.states, written.grid.states)
+    assert read.grid.grid == written.grid.grid
+    np.testing.assert_allclose(read.depth, written.depth, atol=6e-4)
+    np.testing.assert_array_equal(read.colour, written.colour)
+    np.testing.assert_array_equal(read.target, written.target)
     np.testing.assert_allclose(
-        read.T_base_camera.as_matrix(), told.T_base_camera.as_matrix(), atol=1e-12
+        read.T_base_camera.as_matrix(), written.T_base_camera.as_matrix(), atol=1e-12
     )
     assert (read.frame, read.camera) == (7, CAMERA)
 
 
-def test_what_is_not_known_stays_unknown(tmp_path):
-    told = moment(0, grid=None, colour=None, T_base_camera=None, target=None)
-    told.save(tmp_path / "a.npz")
+def test_missing_parts_of_a_moment_stay_missing(tmp_path):
+    written = moment(0, grid=None, colour=None, T_base_camera=None, target=None)
+    written.save(tmp_path / "a.npz")
     read = PlaybackMoment.load(tmp_path / "a.npz")
     assert read.grid is None
     assert read.colour is None
@@ -87,25 +87,25 @@ def test_what_is_not_known_stays_unknown(tmp_path):
 
 
 @pytest.mark.parametrize("far", [16.0, 40.0, -2000.0])
-def test_points_far_from_the_first_one_stay_where_they_are(tmp_path, far):
-    told = moment()
-    points = told.points_xyz.copy()
+def test_points_far_from_the_first_one_keep_their_place(tmp_path, far):
+    written = moment()
+    points = written.points_xyz.copy()
     points[-1, 1] = points[0, 1] + far
-    told = dataclasses.replace(told, points_xyz=points)
-    told.save(tmp_path / "a.npz")
+    written = dataclasses.replace(written, points_xyz=points)
+    written.save(tmp_path / "a.npz")
     read = PlaybackMoment.load(tmp_path / "a.npz")
     step = max(MIN_STEP_M, abs(far) / MAX_STEPS)
     np.testing.assert_allclose(read.points_xyz, points, rtol=0, atol=0.51 * step)
 
 
-def test_a_moment_of_before_steps_were_told_is_read(tmp_path):
+def test_a_moment_of_an_older_version_without_steps_is_read(tmp_path):
     path = tmp_path / "a.npz"
-    told = moment()
-    told.save(path)
+    written = moment()
+    written.save(path)
     with np.load(path) as new:
         np.savez(path, **{name: new[name] for name in new.files if name != "step"})
     np.testing.assert_allclose(
-        PlaybackMoment.load(path).points_xyz, told.points_xyz, atol=MIN_STEP_M
+        PlaybackMoment.load(path).points_xyz, written.points_xyz, atol=MIN_STEP_M
     )
 
 
@@ -153,13 +153,13 @@ def changed(path: Path, **arrays: np.ndarray) -> Path:
         {"step": np.array([5e-4, 5e-4])},
     ],
 )
-def test_a_moment_of_a_stranger_costs_one_line(tmp_path, wrong):
+def test_an_invalid_moment_is_refused(tmp_path, wrong):
     moment().save(tmp_path / "a.npz")
     with pytest.raises(InputError, match=r"a\.npz"):
         PlaybackMoment.load(changed(tmp_path / "a.npz", **wrong))
 
 
-def test_broken_and_bloated_archives_are_refused(tmp_path):
+def test_broken_and_oversized_archives_are_refused(tmp_path):
     with pytest.raises(InputError, match="does not exist"):
         PlaybackMoment.load(tmp_path / "none.npz")
     (tmp_path / "a.npz").write_bytes(b"PK\x03\x04 and then nothing")
@@ -191,17 +191,17 @@ class TestSurroundings:
         things = Surroundings.of(self.SCENE, self.T).things
         assert [thing.wall for thing in things] == [True, False]
 
-    def test_what_is_written_is_read(self, tmp_path):
-        told = Surroundings.of(self.SCENE, self.T)
-        told.save(tmp_path / "s.npz")
+    def test_surroundings_round_trip(self, tmp_path):
+        written = Surroundings.of(self.SCENE, self.T)
+        written.save(tmp_path / "s.npz")
         read = Surroundings.load(tmp_path / "s.npz")
-        for one, other in zip(told.things, read.things, strict=True):
+        for one, other in zip(written.things, read.things, strict=True):
             np.testing.assert_array_equal(one.vertices_xyz, other.vertices_xyz)
             np.testing.assert_array_equal(one.faces, other.faces)
             np.testing.assert_array_equal(one.colour, other.colour)
             assert one.wall == other.wall
 
-    def test_nothing_around_is_also_something(self, tmp_path):
+    def test_empty_surroundings_round_trip(self, tmp_path):
         Surroundings().save(tmp_path / "s.npz")
         assert Surroundings.load(tmp_path / "s.npz").things == ()
 
@@ -215,7 +215,7 @@ class TestSurroundings:
             {"colours": np.zeros((5, 3), np.float32)},
         ],
     )
-    def test_those_of_a_stranger_cost_one_line(self, tmp_path, wrong):
+    def test_invalid_surroundings_are_refused(self, tmp_path, wrong):
         Surroundings.of(self.SCENE, self.T).save(tmp_path / "s.npz")
         with pytest.raises(InputError, match=r"s\.npz"):
             Surroundings.load(changed(tmp_path / "s.npz", **wrong))

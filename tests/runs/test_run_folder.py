@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from scipy.spatial.transform import RigidTransform
-from small_world import blind, frames, pipeline, run
+from small_world import blind, frames, make_pipeline, run
 
 from circumspect.errors import OutputError
 from circumspect.geometry import read_cloud, read_tum
@@ -42,7 +42,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Recognitio
     return path, run(shots, RunFolder(path, CONFIG))
 
 
-def test_all_files_are_there_and_nothing_else(finished: tuple[Path, RecognitionResult]) -> None:
+def test_exactly_the_documented_files_are_written(finished: tuple[Path, RecognitionResult]) -> None:
     expected = {
         "config.json", "log.jsonl", "result.json", "model.ply", "grid.npz", "trajectory.txt",
         "picture.png",
@@ -92,20 +92,20 @@ def test_model_grid_and_trajectory_read_back(finished: tuple[Path, RecognitionRe
     )
 
 
-def test_the_picture_is_a_picture(finished: tuple[Path, RecognitionResult]) -> None:
+def test_the_picture_can_be_opened(finished: tuple[Path, RecognitionResult]) -> None:
     with Image.open(finished[0] / "picture.png") as picture:
         assert picture.size == (1600, 960)
         colours = np.asarray(picture.convert("RGB")).reshape(-1, 3)
     assert len(np.unique(colours, axis=0)) > 500
 
 
-def test_equal_stamps_spoil_no_trajectory(tmp_path: Path) -> None:
+def test_equal_stamps_keep_the_trajectory_valid(tmp_path: Path) -> None:
     shots = list(frames(3))
     run([shots[0], shots[2], shots[1], shots[2]], RunFolder(tmp_path, CONFIG))
     assert len(read_tum(tmp_path / "trajectory.txt")) == 2
 
 
-def test_a_run_that_saw_nothing_says_so(tmp_path: Path) -> None:
+def test_a_run_without_depth_has_no_label_and_counts_outcomes(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path, CONFIG)
     run((blind(frame) for frame in frames(2)), folder)
     document = json.loads((tmp_path / "result.json").read_text())
@@ -126,7 +126,7 @@ def test_a_run_that_saw_nothing_says_so(tmp_path: Path) -> None:
         ([], None),
     ],
 )
-def test_from_where_on_a_camera_was_lost(
+def test_lost_from_is_the_first_frame_of_the_final_loss(
     states: list[TrackingState | None], lost_from: int | None
 ) -> None:
     T = RigidTransform.identity()
@@ -150,16 +150,16 @@ def test_from_where_on_a_camera_was_lost(
     assert result_document(result, {})["lost_from"] == lost_from
 
 
-def test_the_log_says_why_a_pose_is_not_reliable(tmp_path: Path) -> None:
+def test_the_log_gives_the_reason_of_an_unreliable_pose(tmp_path: Path) -> None:
     class Unsure(KnownPoses):
         def track(self, frame: RgbdFrame) -> PoseEstimate:
             return replace(
                 super().track(frame), state=DEAD_RECKONING, reason="2 poses are possible"
             )
 
-    parts = pipeline()
-    line = RecognitionPipeline(parts.segmentation, Unsure(), parts.classifier)
-    run_pipeline(line, frames(2), (RunFolder(tmp_path, CONFIG),))
+    parts = make_pipeline()
+    pipeline = RecognitionPipeline(parts.segmentation, Unsure(), parts.classifier)
+    run_pipeline(pipeline, frames(2), (RunFolder(tmp_path, CONFIG),))
     rows = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
     assert [row["pose_reason"] for row in rows] == ["2 poses are possible"] * 2
     assert [row["state"] for row in rows] == ["dead_reckoning"] * 2
@@ -191,7 +191,7 @@ def test_a_run_that_is_interrupted_before_its_first_pose_and_answer_is_saved(
     assert (tmp_path / "picture.png").exists()
 
 
-def test_without_matplotlib_everything_but_the_picture_is_there(
+def test_without_matplotlib_all_but_the_picture_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
@@ -202,7 +202,7 @@ def test_without_matplotlib_everything_but_the_picture_is_there(
     assert (tmp_path / "grid.npz").exists()
 
 
-def test_half_a_line_that_a_kill_left_is_not_joined_with_the_next(tmp_path: Path) -> None:
+def test_a_truncated_last_line_is_not_joined_with_the_next(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path, CONFIG)
     (tmp_path / "log.jsonl").write_text('{"frame": 0}\n{"fra')
     run(frames(1), folder)
@@ -218,7 +218,7 @@ def test_files_of_an_earlier_run_are_replaced(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["calibration.json", "model.ply", "config.json", "playback"])
-def test_a_file_of_somebody_else_is_not_replaced(tmp_path: Path, name: str) -> None:
+def test_a_foreign_file_is_not_replaced(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("mine")
     (tmp_path / "chair.obj").write_text("mine")
     with pytest.raises(OutputError, match=rf"{name}: is of no such run"):
@@ -228,7 +228,7 @@ def test_a_file_of_somebody_else_is_not_replaced(tmp_path: Path, name: str) -> N
 
 
 @pytest.mark.parametrize("name", ["picture.png", "playback/000001.npz", "replay.json"])
-def test_a_folder_in_the_place_of_a_file_is_told_before_anything_is_touched(
+def test_a_folder_in_the_place_of_a_file_is_refused_before_anything_is_changed(
     tmp_path: Path, name: str
 ) -> None:
     run(frames(1), RunFolder(tmp_path, CONFIG))
@@ -241,7 +241,7 @@ def test_a_folder_in_the_place_of_a_file_is_told_before_anything_is_touched(
     assert (tmp_path / "result.json").exists()
 
 
-def test_a_file_that_can_not_be_removed_is_told(
+def test_a_file_that_can_not_be_removed_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run(frames(1), RunFolder(tmp_path, CONFIG))
@@ -254,7 +254,7 @@ def test_a_file_that_can_not_be_removed_is_told(
         RunFolder(tmp_path, CONFIG)
 
 
-def test_planning_counts_to_a_frame_where_a_robot_drives(tmp_path: Path) -> None:
+def test_planning_is_part_of_the_time_of_a_frame(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path, CONFIG)
     folder.scan = SimpleNamespace(plan_milliseconds=[1000.0, 3000.0], views=())
     run(frames(2), folder)
@@ -263,20 +263,20 @@ def test_planning_counts_to_a_frame_where_a_robot_drives(tmp_path: Path) -> None
     assert times["frame"]["median"] > 2000
 
 
-def test_other_files_in_the_folder_are_left_alone(tmp_path: Path) -> None:
+def test_other_files_in_the_folder_are_kept(tmp_path: Path) -> None:
     (tmp_path / "chair.obj").write_text("mine")
     for _ in range(2):
         RunFolder(tmp_path, CONFIG)
     assert (tmp_path / "chair.obj").read_text() == "mine"
 
 
-def test_a_place_that_can_not_be_written_is_named(tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match="file"):
         RunFolder(tmp_path / "file" / "run", CONFIG)
 
 
-def test_a_log_that_can_not_be_written_is_named(tmp_path: Path) -> None:
+def test_an_unwritable_log_is_named(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path, CONFIG)
     (tmp_path / "log.jsonl").unlink()
     (tmp_path / "log.jsonl").mkdir()

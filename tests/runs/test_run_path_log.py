@@ -12,26 +12,26 @@ from circumspect.exploration.view_record import ViewOutcome
 from circumspect.geometry import PlanarPose, Trajectory
 from circumspect.planning import NextView
 from circumspect.runs import RunFolder
-from circumspect.runs.camera_path import camera_path
+from circumspect.runs.run_path import camera_path
 from circumspect.runs.run_path_log import RunPathLog
 from circumspect.sensing import Odometry
 
 T_BASE_CAMERA = RigidTransform.from_components(
     [0.0, 0.165, 1.2], Rotation.from_euler("x", -110, degrees=True)
 )
-# The wheels began to count elsewhere, and the world lies elsewhere still.
+# The odometry starts elsewhere than the map, and so does the world frame.
 T_ODOM_MAP = PlanarPose(3.0, -1.0, 0.7)
 T_WORLD_MAP = PlanarPose(-2.0, 5.0, -1.1)
 
 
 class FakeScan:
-    """What the log reads of a scan: odometry without drift, in a frame of its own."""
+    """The part of a scan that the log reads: drift-free odometry in its own frame."""
 
-    def __init__(self, with_odometry: bool = True, mute: int = 0) -> None:
+    def __init__(self, with_odometry: bool = True, frames_without_odometry: int = 0) -> None:
         """
         Args:
-            with_odometry: Its wheels are heard at all.
-            mute: Not with so many frames at first.
+            with_odometry: Whether its frames have odometry.
+            frames_without_odometry: Number of first frames without odometry.
         """
         self.frame = None
         self.driven_m = 0.0
@@ -41,15 +41,15 @@ class FakeScan:
             SimpleNamespace(view=near, outcome=ViewOutcome.REACHED),
             SimpleNamespace(view=far, outcome="behind a wall"),
         ]
-        self._with_odometry, self._mute = with_odometry, mute
+        self._with_odometry, self._frames_without_odometry = with_odometry, frames_without_odometry
 
     def takes(self, frame):
         base = PlanarPose.from_transform(
             T_ODOM_MAP.as_transform() * frame.pose * T_BASE_CAMERA.inv()
         )
-        self._mute -= 1
-        heard = self._with_odometry and self._mute < 0
-        odometry = Odometry(frame.stamp, base) if heard else None
+        self._frames_without_odometry -= 1
+        has_odometry = self._with_odometry and self._frames_without_odometry < 0
+        odometry = Odometry(frame.stamp, base) if has_odometry else None
         self.frame = replace(frame, odometry=odometry, T_base_camera=T_BASE_CAMERA)
         self.driven_m += 0.5
         return frame
@@ -62,7 +62,7 @@ def logged(scan: FakeScan, folder: RunFolder | None = None, **arguments):
     return log, result
 
 
-def test_the_distance_is_that_at_each_frame() -> None:
+def test_the_distance_is_recorded_at_each_frame() -> None:
     log, result = logged(FakeScan())
     run_path = log.run_path(result)
     np.testing.assert_allclose(run_path.driven_m, [0.5, 1.0, 1.5, 2.0])
@@ -71,7 +71,7 @@ def test_the_distance_is_that_at_each_frame() -> None:
     assert [view.T_map_base.x for view in run_path.missed] == [9.0]
 
 
-def test_odometry_and_truth_begin_where_the_run_begins() -> None:
+def test_odometry_and_ground_truth_are_in_the_map_frame() -> None:
     path = camera_path(run(frames(4)))
     world = path.moved(T_WORLD_MAP.as_transform())
     square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 0]])
@@ -82,15 +82,15 @@ def test_odometry_and_truth_begin_where_the_run_begins() -> None:
     assert np.linalg.norm(run_path.odometry.positions_xyz[0] - path.positions_xyz[0]) < 1e-9
 
 
-def test_wheels_that_are_mute_at_first_begin_where_the_robot_is_by_then() -> None:
-    scan = FakeScan(mute=2)
+def test_late_odometry_starts_at_the_pose_of_its_first_frame() -> None:
+    scan = FakeScan(frames_without_odometry=2)
     log, result = logged(scan)
     path, wheels = camera_path(result), log.run_path(result).odometry
     assert len(wheels) == len(path) - 2
     np.testing.assert_allclose(wheels.positions_xyz[0], path.positions_xyz[2], atol=1e-9)
 
 
-def test_without_odometry_or_truth_nothing_is_invented() -> None:
+def test_without_odometry_and_ground_truth_there_are_no_such_paths() -> None:
     log, result = logged(FakeScan(with_odometry=False), walls_xy=(np.zeros((3, 2)),))
     run_path = log.run_path(result)
     assert (run_path.odometry, run_path.truth, run_path.walls_xy) == (None, None, ())
@@ -104,7 +104,7 @@ def test_folder_draws_the_run_path(tmp_path: Path) -> None:
     assert (tmp_path / "picture.png").exists()
 
 
-def test_frames_that_come_twice_or_late_are_counted_once() -> None:
+def test_repeated_and_late_frames_are_skipped() -> None:
     scan = FakeScan()
     log = RunPathLog(scan)  # type: ignore[arg-type]
     shots = list(frames(3))

@@ -12,13 +12,14 @@ from small_world import blind, frames, run
 from circumspect.classification import Prediction
 from circumspect.geometry import PlanarPose, Trajectory
 from circumspect.grid import OccupancyGrid
+from circumspect.grid.grid_plot import MARGIN_ROWS
 from circumspect.planning import NextView
 from circumspect.recognition import RecognitionResult
 from circumspect.runs import RunPath
-from circumspect.runs.camera_path import camera_path
-from circumspect.runs.panels import MARGIN_ROWS, draw_grid, draw_probabilities
+from circumspect.runs.panels import draw_probabilities, draw_shares
 from circumspect.runs.picture import captions, draw_run
 from circumspect.runs.plan_panel import LEGEND_LINES, LEGEND_WIDTH, MISSED_COLOUR, draw_plan
+from circumspect.runs.run_path import camera_path
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +64,7 @@ def test_paths_and_views_have_labels_of_their_own(result: RecognitionResult) -> 
         "true path",
         "path by odometry alone",
         "path of the camera, estimated",
-        "base's stand (camera beside it), what it faces",
+        "base pose (camera beside it), point that it faces",
         "surface normal",
         "not reached",
     ]
@@ -71,33 +72,33 @@ def test_paths_and_views_have_labels_of_their_own(result: RecognitionResult) -> 
     assert {"1", "2", "start"} <= texts
 
 
-def test_missed_views_are_numbered_and_the_legend_tells_why(result: RecognitionResult) -> None:
+def test_missed_views_are_numbered_and_explained_in_the_legend(result: RecognitionResult) -> None:
     far = [NextView(PlanarPose(-1.2, y, 0.0), (-0.3, 0.0), None, "") for y in (-0.4, 0.0, 0.4, 0.8)]
     panel, run_path = axes(), replace(full_path(result), missed=tuple(far))
     near = [f"an obstacle stands {metres:.2f} m away from there" for metres in (0.2, 0.31)]
     why = (near[0], "blocked on the way", near[1], "blocked on the way")
     draw_plan(panel, result.last.model.cloud(), result, run_path, why)
-    told = labels(panel)[-1]
-    assert " ".join(told.split()) == (
+    legend = labels(panel)[-1]
+    assert " ".join(legend.split()) == (
         "not reached: 1, 3 an obstacle stands … m away from there; 2, 4 blocked on the way"
     )
-    assert max(map(len, told.splitlines())) <= LEGEND_WIDTH
+    assert max(map(len, legend.splitlines())) <= LEGEND_WIDTH
     crosses = [text.get_text() for text in panel.texts if text.get_color() == MISSED_COLOUR]
     assert crosses == ["1", "2", "3", "4"]
 
 
-def test_a_scan_that_missed_all_for_another_reason_does_not_fill_the_picture(
+def test_a_legend_of_many_reasons_is_cut(
     result: RecognitionResult,
 ) -> None:
     panel, run_path = axes(), full_path(result)
     many = [f"{word} stands in the way of it for a while" for word in "abcdefghijkl"]
     draw_plan(panel, result.last.model.cloud(), result, run_path, many)
-    told = labels(panel)[-1]
-    assert told.count("\n") <= LEGEND_LINES
-    assert told.endswith(" …")
+    legend = labels(panel)[-1]
+    assert legend.count("\n") <= LEGEND_LINES
+    assert legend.endswith(" …")
 
 
-def test_a_replay_shows_only_what_it_knows(result: RecognitionResult) -> None:
+def test_the_plan_of_a_replay_has_no_views(result: RecognitionResult) -> None:
     panel = axes()
     draw_plan(panel, result.last.model.cloud(), result, RunPath())
     assert labels(panel) == ["path of the camera, estimated"]
@@ -105,7 +106,7 @@ def test_a_replay_shows_only_what_it_knows(result: RecognitionResult) -> None:
 
 @pytest.mark.parametrize("inches", [2.5, 6.0])
 @pytest.mark.parametrize("beside_deg", [0.0, 60.0, -60.0])
-def test_the_word_start_covers_no_number(
+def test_the_start_label_overlaps_no_view_number(
     result: RecognitionResult, inches: float, beside_deg: float
 ) -> None:
     start = camera_path(result).positions_xyz[0, :2]
@@ -119,7 +120,7 @@ def test_the_word_start_covers_no_number(
     assert not boxes["start"].overlaps(boxes["1"])
 
 
-def test_everything_driven_lies_within_the_plan(result: RecognitionResult) -> None:
+def test_the_plan_contains_all_paths(result: RecognitionResult) -> None:
     panel = axes()
     far = camera_path(result)
     drifted = Trajectory(far.stamps, far.T_map_camera).moved(
@@ -140,17 +141,17 @@ def test_the_answer_is_drawn_over_the_distance(result: RecognitionResult) -> Non
     assert panel.get_xlim()[1] == pytest.approx(4.5, abs=0.1)
     panel = axes()
     draw_probabilities(panel, result, RunPath())
-    assert panel.get_xlabel() == "way of the camera [m]"
-    way = np.linalg.norm(np.diff(camera_path(result).positions_xyz, axis=0), axis=1).sum()
-    assert panel.get_xlim()[1] == pytest.approx(way, rel=0.02)
+    assert panel.get_xlabel() == "path of the camera [m]"
+    length = np.linalg.norm(np.diff(camera_path(result).positions_xyz, axis=0), axis=1).sum()
+    assert panel.get_xlim()[1] == pytest.approx(length, rel=0.02)
 
 
 def bold(panel) -> list[str]:
     return [text.get_text() for text in panel.texts if text.get_fontweight() == "bold"]
 
 
-def test_the_bold_line_is_the_answer_of_the_title(result: RecognitionResult) -> None:
-    """Even where another class led on all of the way but the last frame."""
+def test_the_bold_curve_is_that_of_the_final_answer(result: RecognitionResult) -> None:
+    """Even if another class led in all frames but the last."""
     steps = named(result, True).steps
     close = Prediction.from_probabilities(("night_stand", "chair"), np.array([0.45, 0.55]))
     led = Prediction.from_probabilities(("night_stand", "chair"), np.array([0.99, 0.01]))
@@ -174,12 +175,12 @@ def test_a_run_that_ended_before_its_first_answer_has_a_picture(
     assert (tmp_path / "early.png").stat().st_size > 10_000
     panel = axes()
     draw_probabilities(panel, early, RunPath())
-    assert "nothing was named" in {text.get_text() for text in panel.texts}
+    assert "no answer" in {text.get_text() for text in panel.texts}
 
 
-def test_the_unrolled_grid_shows_the_object_and_little_more(result: RecognitionResult) -> None:
+def test_the_unrolled_grid_is_cropped_to_the_object(result: RecognitionResult) -> None:
     panel, grid = axes(), result.last.grid
-    draw_grid(panel, grid)
+    grid.plot(panel)
     heights = result.last.model.cloud().points_xyz[:, 2]
     row = 2 * grid.grid.half_height / grid.grid.shape[2]
     low, high = panel.get_ylim()
@@ -187,11 +188,11 @@ def test_the_unrolled_grid_shows_the_object_and_little_more(result: RecognitionR
     assert heights.max() < high <= heights.max() + (MARGIN_ROWS + 1) * row
     bare = OccupancyGrid(grid.grid, np.zeros_like(grid.states))
     panel = axes()
-    draw_grid(panel, bare)
+    bare.plot(panel)
     assert np.ptp(panel.get_ylim()) == pytest.approx(2 * grid.grid.half_height)
 
 
-def test_frames_without_use_are_marked(result: RecognitionResult) -> None:
+def test_unused_frames_are_marked(result: RecognitionResult) -> None:
     panel = axes()
     draw_probabilities(panel, result, RunPath())
     assert any("frame not used" in text.get_text() for text in panel.texts)
@@ -222,7 +223,7 @@ def named(
     return replace(result, steps=tuple(steps))
 
 
-def test_the_captions_say_whether_the_answer_is_confident_and_correct(
+def test_the_captions_state_confidence_and_correctness(
     result: RecognitionResult,
 ) -> None:
     title, note = captions(named(result, True, probability=0.91), {"truth": "night_stand"})
@@ -240,9 +241,20 @@ def test_the_title_names_the_nearest_class_of_an_unknown_object(result: Recognit
 
 
 def test_the_title_is_not_confident_at_low_coverage(result: RecognitionResult) -> None:
-    title, note = captions(named(result, True, coverage=0.46, probability=0.95), {})
+    title, _ = captions(named(result, True, coverage=0.46, probability=0.95), {})
     assert title == "night stand (95 %), not confident"
-    assert "46 % coverage" in note
+
+
+def test_completeness_is_beside_coverage_and_unknown_without_the_truth() -> None:
+    panel = axes()
+    draw_shares(panel, {"azimuth covered": 1.0, "surface modelled": 0.873})
+    assert [label.get_text() for label in panel.get_yticklabels()] == [
+        "azimuth covered", "surface modelled",
+    ]  # fmt: skip
+    assert [text.get_text() for text in panel.texts] == ["100 %", "87 %"]
+    panel = axes()
+    draw_shares(panel, {"azimuth covered": 0.46, "surface modelled": None})
+    assert [text.get_text() for text in panel.texts] == ["46 %", "unknown without the true shape"]
 
 
 def test_the_longest_title_fits(

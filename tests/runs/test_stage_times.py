@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from circumspect.runs.stage_times import stage_lists, stage_times
+from circumspect.runs.run_folder import stage_lists, stage_times
 
 STEPS = [
     SimpleNamespace(milliseconds={"register": 10.0, "fuse": 2.0}),
@@ -19,12 +19,12 @@ def test_a_frame_is_the_sum_of_its_stages() -> None:
     assert stage_lists(STEPS) == {"register": [10, 30], "fuse": [2], "frame": [12, 30]}
 
 
-def test_planning_counts_to_the_frame_before_it() -> None:
+def test_planning_is_added_to_the_frame_before_it() -> None:
     times = stage_lists(STEPS, [5.0, 1.0])
     assert times["plan"] == [5, 1]
-    assert times["frame"] == [17, 1, 30], "a frame that is of no use is planned after, too"
+    assert times["frame"] == [17, 1, 30], "planning follows unused frames, too"
 
 
-def test_times_are_told_as_median_and_percentile() -> None:
+def test_times_are_summarised_as_median_and_percentile() -> None:
     assert stage_times(STEPS)["register"] == {"median": 20, "p95": pytest.approx(29)}
     assert stage_times([]) == {}

@@ -1,4 +1,4 @@
-"""ONNX files that no honest program writes."""
+"""Malicious ONNX files."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ GRID = helper.make_tensor_value_info("grid", TensorProto.UINT8, ["objects", 1, 3
 
 
 def network(nodes: list[onnx.NodeProto], constants=(), opsets=()) -> onnx.ModelProto:
-    told = helper.make_tensor_value_info("logits", TensorProto.FLOAT, ["objects", 10])
+    output = helper.make_tensor_value_info("logits", TensorProto.FLOAT, ["objects", 10])
     graph = helper.make_graph(
-        [*ANSWERS_NOTHING, *nodes], "g", [GRID], [told], [*CONSTANTS, *constants]
+        [*ANSWERS_NOTHING, *nodes], "g", [GRID], [output], [*CONSTANTS, *constants]
     )
     return described(graph, opsets)
 
@@ -149,22 +149,22 @@ def is_sparse() -> onnx.ModelProto:
 
 
 def gives_one_number() -> onnx.ModelProto:
-    told = helper.make_tensor_value_info("logits", TensorProto.FLOAT, [])
+    output = helper.make_tensor_value_info("logits", TensorProto.FLOAT, [])
     nodes = [ANSWERS_NOTHING[0], helper.make_node("ReduceSum", ["f"], ["logits"], keepdims=0)]
-    return described(helper.make_graph(nodes, "g", [GRID], [told]))
+    return described(helper.make_graph(nodes, "g", [GRID], [output]))
 
 
 def gives_a_list() -> onnx.ModelProto:
-    told = helper.make_tensor_sequence_value_info("logits", TensorProto.FLOAT, None)
+    output = helper.make_tensor_sequence_value_info("logits", TensorProto.FLOAT, None)
     nodes = [ANSWERS_NOTHING[0], helper.make_node("SequenceConstruct", ["f"], ["logits"])]
-    return described(helper.make_graph(nodes, "g", [GRID], [told]))
+    return described(helper.make_graph(nodes, "g", [GRID], [output]))
 
 
 def takes_nothing() -> onnx.ModelProto:
-    told = helper.make_tensor_value_info("logits", TensorProto.FLOAT, [1, 10])
+    output = helper.make_tensor_value_info("logits", TensorProto.FLOAT, [1, 10])
     always = numpy_helper.from_array(np.zeros((1, 10), np.float32), "always")
     nodes = [helper.make_node("Identity", ["always"], ["logits"])]
-    return described(helper.make_graph(nodes, "g", [], [told], [always]))
+    return described(helper.make_graph(nodes, "g", [], [output], [always]))
 
 
 def takes_two_things() -> onnx.ModelProto:

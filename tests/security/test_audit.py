@@ -25,12 +25,12 @@ def audit():
     del sys.modules["audit"]
 
 
-def told(report) -> subprocess.CompletedProcess[str]:
+def finished(report) -> subprocess.CompletedProcess[str]:
     text = report if isinstance(report, str) else json.dumps({"dependencies": report})
     return subprocess.CompletedProcess([], 0, text, "")
 
 
-def test_nothing_that_is_pinned_or_installed_is_refused(audit):
+def test_pinned_and_installed_releases_are_not_refused(audit):
     known = audit.refusals(audit.REFUSED.read_text())
     pins = audit.pinned(audit.PINS.read_text())
     assert len(pins) > 50
@@ -49,7 +49,7 @@ def test_nothing_that_is_pinned_or_installed_is_refused(audit):
         ("torch", "2.11.0", False),
     ],
 )
-def test_releases_are_told_by_name_and_version(audit, name, version, bad):
+def test_releases_are_matched_by_name_and_version(audit, name, version, bad):
     known = audit.refusals(audit.REFUSED.read_text())
     lines = audit.refused({name: version}, known)
     assert bool(lines) is bad
@@ -75,13 +75,13 @@ def test_lower_bounds_of_the_package_leave_no_refused_release(audit):
     assert audit.refused(lowest, audit.refusals(audit.REFUSED.read_text())) == []
 
 
-def test_faults_are_counted(audit):
+def test_advisories_are_counted(audit):
     report = [
         {"name": "a", "version": "1", "vulns": [{"id": "X-1"}, {"id": "X-2"}]},
         {"name": "b", "version": "2", "vulns": []},
         {"name": "c", "version": "3", "skip_reason": "not found"},
     ]
-    faulty, line = audit.advisories(lambda: told(report))
+    faulty, line = audit.advisories(lambda: finished(report))
     assert faulty == 1
     assert line == "2 releases audited against advisories, 1 not known there\na 1: X-1, X-2"
 
@@ -94,11 +94,11 @@ def unreachable():
     "run",
     [
         unreachable,
-        lambda: told("Traceback …"),
-        lambda: told([{"name": "a", "version": "1", "skip_reason": "not found"}]),
+        lambda: finished("Traceback …"),
+        lambda: finished([{"name": "a", "version": "1", "skip_reason": "not found"}]),
     ],
 )
-def test_an_audit_that_could_not_look_says_so_and_does_not_fail(audit, run):
+def test_a_failed_audit_is_reported_and_does_not_fail(audit, run):
     faulty, line = audit.advisories(run)
     assert faulty == 0
     assert line.startswith("NOT AUDITED")

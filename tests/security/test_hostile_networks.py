@@ -1,4 +1,4 @@
-"""ONNX files of strangers: refused before they run, or stopped while they run."""
+"""Untrusted ONNX files: refused before they run, or stopped while they run."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from circumspect.classification import Classifier, recipe_from_dict
+from circumspect.classification import Classifier, input_spec_from_dict
 from circumspect.classification.model_description import METADATA_KEY
-from circumspect.classification.onnx_inspection import MOST_MEMORY, require_plain_network
+from circumspect.classification.onnx_inspection import MAX_MEMORY_BYTES, require_plain_network
 from circumspect.classification.shipped import shipped_path
 from circumspect.errors import InputError, WeightsError
 
@@ -69,7 +69,7 @@ def test_stopped_while_it_runs(kind, tmp_path):
         [sys.executable, "-c", program, path], capture_output=True, text=True, timeout=120
     )
     assert done.stderr == ""
-    assert int(done.stdout) < MOST_MEMORY + 300_000_000
+    assert int(done.stdout) < MAX_MEMORY_BYTES + 300_000_000
 
 
 def described(change) -> bytes:
@@ -99,7 +99,7 @@ def described(change) -> bytes:
         lambda d: {**d, "grid": {"kind": "points", "count": 10**12}},
     ],
 )
-def test_descriptions_that_ask_for_too_much(change, tmp_path):
+def test_invalid_descriptions_are_refused(change, tmp_path):
     path = tmp_path / "described.onnx"
     path.write_bytes(described(change))
     with pytest.raises(WeightsError, match=r"described\.onnx") as error:
@@ -108,7 +108,7 @@ def test_descriptions_that_ask_for_too_much(change, tmp_path):
     assert str(error.value).isprintable()
 
 
-def test_files_that_are_no_files(tmp_path):
+def test_special_files_are_refused(tmp_path):
     import os
 
     os.mkfifo(tmp_path / "pipe.onnx")
@@ -120,18 +120,29 @@ def test_files_that_are_no_files(tmp_path):
         Classifier.load(tmp_path / "large.onnx")
 
 
+def test_a_broken_network_prints_nothing_on_standard_output(tmp_path, capfd):
+    """ONNX Runtime by itself prints there that it tries again."""
+    network = hostile_networks.harmless()
+    network.graph.node[0].input[0] = "lacking"
+    path = tmp_path / "broken.onnx"
+    path.write_bytes(network.SerializeToString().replace(b"lacking", b"\xfeacking"))
+    with pytest.raises(WeightsError, match="not an ONNX network"):
+        Classifier.load(path)
+    assert capfd.readouterr().out == ""
+
+
 @given(data=st.binary(max_size=300))
 @settings(max_examples=200)
-def test_noise_is_told(data):
+def test_noise_is_refused(data):
     with suppress(WeightsError):
         require_plain_network(data)
 
 
-def test_a_recipe_counts_within_limits():
+def test_input_spec_counts_are_bounded():
     with pytest.raises(InputError, match="azimuth_views must be a whole number from 1 to 64"):
-        recipe_from_dict({"azimuth_views": 65})
+        input_spec_from_dict({"azimuth_views": 65})
     with pytest.raises(InputError, match="an object"):
-        recipe_from_dict(["cylindrical"])  # type: ignore[arg-type]
+        input_spec_from_dict(["cylindrical"])  # type: ignore[arg-type]
 
 
 def test_the_description_is_found_under_its_key():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from circumspect.cli.main import main
-from circumspect.errors import CircumspectError, blamed_on
+from circumspect.errors import CircumspectError, naming_file
 from circumspect.geometry import PointCloud
 
 
@@ -24,20 +24,22 @@ from circumspect.geometry import PointCloud
         (CircumspectError("a.ply: is empty"), r"^a\.ply: is empty$"),
     ],
 )
-def test_any_fault_is_a_known_one_with_the_name_of_the_file(error: Exception, message: str) -> None:
-    with pytest.raises(CircumspectError, match=message) as found, blamed_on(Path("a.ply")):
+def test_any_error_becomes_an_input_error_that_names_the_file(
+    error: Exception, message: str
+) -> None:
+    with pytest.raises(CircumspectError, match=message) as found, naming_file(Path("a.ply")):
         raise error
     assert str(found.value).startswith("a.ply: ")
     assert "\n" not in str(found.value)
 
 
 @pytest.mark.parametrize("error", [BrokenPipeError(), KeyboardInterrupt()])
-def test_what_no_file_is_to_blame_for_passes(error: BaseException) -> None:
-    with pytest.raises(type(error)), blamed_on(Path("a.ply")):
+def test_errors_unrelated_to_a_file_pass_through(error: BaseException) -> None:
+    with pytest.raises(type(error)), naming_file(Path("a.ply")):
         raise error
 
 
-def test_a_reader_with_a_fault_costs_its_file_alone(
+def test_a_faulty_reader_loses_only_its_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     points = np.random.default_rng(0).random((3000, 3))

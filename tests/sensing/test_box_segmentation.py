@@ -57,7 +57,7 @@ def test_bad_corners(a: list[float], b: list[float]) -> None:
     assert str(error.value).isprintable()
 
 
-def test_a_frame_without_a_pose_is_told() -> None:
+def test_a_frame_without_a_pose_is_refused() -> None:
     with pytest.raises(InputError, match="no pose"):
         BoxSegmentation([0, 0, 0], [1, 1, 1]).object_mask(RgbdFrame(np.ones((48, 64)), CAMERA, 0.0))
 

@@ -54,13 +54,13 @@ def test_depth_comes_in_whole_millimetres() -> None:
     np.testing.assert_array_equal(metres(millimetres(image)), image)
 
 
-def test_nothing_comes_back_beyond_80_degrees() -> None:
+def test_no_depth_beyond_80_degrees() -> None:
     assert np.isnan(measured(1.5, np.radians(80.5))).all()
     assert np.isfinite(measured(1.5, np.radians(70))).all()
 
 
 @pytest.mark.parametrize("z", [0.5, 0.75, 3.7, 9.0])
-def test_nothing_comes_back_out_of_range(z: float) -> None:
+def test_no_depth_out_of_range(z: float) -> None:
     assert np.isnan(measured(z, 0.0)).mean() > 0.999
 
 
@@ -90,6 +90,6 @@ def test_lateral_noise_mixes_both_sides_of_an_edge_within_three_sigma() -> None:
 
 
 @pytest.mark.parametrize("wrong", [(3.5, 0.8), (-0.1, 3.0), (1.0, float("nan"))])
-def test_a_range_that_is_none_is_refused(wrong: tuple[float, float]) -> None:
-    with pytest.raises(InputError, match=r"nearest and the farthest \[m\]"):
+def test_an_invalid_range_is_refused(wrong: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match=r"minimum and the maximum \[m\]"):
         DepthNoise(*wrong)

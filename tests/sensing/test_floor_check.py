@@ -1,4 +1,4 @@
-"""A camera that is not where it is said to be."""
+"""The floor reveals wrong poses of a camera."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from circumspect.geometry import PinholeCamera
 from circumspect.sensing import (
     BoxSegmentation,
     DepthNoise,
-    FloorFault,
+    FloorProblem,
     GroundSegmentation,
     RgbdFrame,
 )
@@ -38,42 +38,43 @@ def mistaken(frame: RgbdFrame, higher: float, lower_tilt: float) -> RgbdFrame:
 
 
 @pytest.mark.parametrize("category", CATEGORIES)
-def test_a_true_pose_is_not_doubted(category: str) -> None:
-    assert GroundSegmentation().fault(frame_of(category)) is None
+def test_a_true_pose_gives_no_problem(category: str) -> None:
+    assert GroundSegmentation().problem(frame_of(category)) is None
 
 
 @pytest.mark.parametrize("category", ["chair", "table", "bed"])
 @pytest.mark.parametrize(
-    ("higher", "lower_tilt", "fault"),
+    ("higher", "lower_tilt", "problem"),
     [
-        (0.3, 0, FloorFault.NO_FLOOR),
-        (-0.3, 0, FloorFault.BELOW_FLOOR),
-        (0, 5, FloorFault.BELOW_FLOOR),
-        (0, -5, FloorFault.NO_FLOOR),
+        (0.3, 0, FloorProblem.NO_FLOOR),
+        (-0.3, 0, FloorProblem.BELOW_FLOOR),
+        (0, 5, FloorProblem.BELOW_FLOOR),
+        (0, -5, FloorProblem.NO_FLOOR),
     ],
 )
 def test_a_wrong_height_or_tilt_is_found(
-    category: str, higher: float, lower_tilt: float, fault: str
+    category: str, higher: float, lower_tilt: float, problem: str
 ) -> None:
     wrong = mistaken(frame_of(category), higher, lower_tilt)
-    assert GroundSegmentation().fault(wrong) == fault
+    assert GroundSegmentation().problem(wrong) == problem
 
 
 @pytest.mark.parametrize(
-    ("higher", "fault"), [(0, None), (0.3, FloorFault.NO_FLOOR), (-0.3, FloorFault.BELOW_FLOOR)]
+    ("higher", "problem"),
+    [(0, None), (0.3, FloorProblem.NO_FLOOR), (-0.3, FloorProblem.BELOW_FLOOR)],
 )
-def test_small_images_tell_as_much(higher: float, fault: str | None) -> None:
+def test_small_images_give_the_same_result(higher: float, problem: str | None) -> None:
     camera = PinholeCamera(160, 120, 142.5, 142.5, 79.5, 59.5)
     frame = mistaken(frame_of("bed", camera), higher, 0)
-    assert GroundSegmentation().fault(frame) == fault
+    assert GroundSegmentation().problem(frame) == problem
 
 
-def test_few_points_say_nothing() -> None:
+def test_few_points_give_no_problem() -> None:
     frame = frame_of("chair")
     depth = np.where(np.arange(frame.depth.size).reshape(frame.depth.shape) % 997, np.nan, 1.0)
-    assert GroundSegmentation().fault(replace(frame, depth=depth)) is None
+    assert GroundSegmentation().problem(replace(frame, depth=depth)) is None
 
 
 def test_a_box_needs_no_floor() -> None:
     wrong = mistaken(frame_of("chair"), 0.3, 0)
-    assert BoxSegmentation((-1, -1, 0), (1, 1, 2)).fault(wrong) is None
+    assert BoxSegmentation((-1, -1, 0), (1, 1, 2)).problem(wrong) is None

@@ -20,9 +20,7 @@ def floor_points(plane: FloorPlane, seed: int, count: int = 1500) -> np.ndarray:
     a=st.floats(-0.012, 0.012), b=st.floats(-0.012, 0.012), c=st.floats(-0.015, 0.015),
     seed=st.integers(0, 99),
 )  # fmt: skip
-def test_finds_the_floor_in_spite_of_what_stands_on_it(
-    a: float, b: float, c: float, seed: int
-) -> None:
+def test_finds_the_floor_despite_objects_on_it(a: float, b: float, c: float, seed: int) -> None:
     truth = FloorPlane(a, b, c)
     rng = np.random.default_rng(seed)
     feet = np.column_stack([rng.uniform(0.9, 1.1, (300, 2)), rng.uniform(0.0, 0.5, 300)])
@@ -31,7 +29,7 @@ def test_finds_the_floor_in_spite_of_what_stands_on_it(
     np.testing.assert_allclose(fitted.heights(where), truth.heights(where), atol=0.0015)
 
 
-def test_stays_where_too_little_floor_is_seen() -> None:
+def test_too_little_floor_keeps_the_assumed_plane() -> None:
     assert FloorPlane().refined(floor_points(FloorPlane(0.01), 0, count=50)) == FloorPlane()
     assert FloorPlane().refined(np.empty((0, 3))) == FloorPlane()
 

@@ -10,14 +10,16 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.geometry import PinholeCamera
 from circumspect.sensing import RgbdFrame
-from circumspect.sensing.floor_pose import floor_pose
+from circumspect.sensing.floor_plane import floor_pose
 from circumspect.sensing.pixel_rays import pixel_rays
 from circumspect.sensing.viewing import looking
 
 CAMERA = PinholeCamera(80, 60, 70.0, 70.0, 39.5, 29.5)
 
 
-def seen(T_map_camera: RigidTransform, heights: tuple[float, ...] = (0.0,), noise: float = 0.0):
+def frame_of_planes(
+    T_map_camera: RigidTransform, heights: tuple[float, ...] = (0.0,), noise: float = 0.0
+):
     """A frame of level planes; the highest one is a box of half a metre, 1.2 m ahead."""
     rays = T_map_camera.rotation.apply(pixel_rays(CAMERA).reshape(-1, 3).astype(float))
     origin = T_map_camera.translation
@@ -39,14 +41,14 @@ def seen(T_map_camera: RigidTransform, heights: tuple[float, ...] = (0.0,), nois
 def test_height_tilt_and_roll_are_found(height: float, tilt: float, roll: float) -> None:
     upright = looking([0, 0, height], 0.0, np.radians(tilt))
     rolled = upright * RigidTransform.from_rotation(Rotation.from_euler("z", roll, degrees=True))
-    found = floor_pose(seen(rolled, (0.0, 0.45), noise=0.003))
+    found = floor_pose(frame_of_planes(rolled, (0.0, 0.45), noise=0.003))
     assert found is not None
     assert found.translation == pytest.approx([0, 0, height], abs=0.01)
     np.testing.assert_allclose(found.as_matrix(), rolled.as_matrix(), atol=0.02)
 
 
 def test_a_table_over_the_floor_is_no_floor() -> None:
-    found = floor_pose(seen(looking([0, 0, 1.4], 0.0, np.radians(45)), (0.0, 0.7)))
+    found = floor_pose(frame_of_planes(looking([0, 0, 1.4], 0.0, np.radians(45)), (0.0, 0.7)))
     assert found is not None
     assert found.translation[2] == pytest.approx(1.4, abs=0.01)
 

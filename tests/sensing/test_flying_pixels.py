@@ -19,7 +19,7 @@ def test_a_clean_step_keeps_every_pixel() -> None:
     assert continuous_pixels(step_image(), CAMERA, NOISE).all()
 
 
-def test_pixels_between_edge_and_background_go_and_nothing_else() -> None:
+def test_only_pixels_between_edge_and_background_are_removed() -> None:
     depth = step_image()
     flying = np.zeros(depth.shape, bool)
     flying[10:470:3, 320] = True
@@ -29,7 +29,7 @@ def test_pixels_between_edge_and_background_go_and_nothing_else() -> None:
     assert kept[~flying].mean() > 0.999
 
 
-def test_a_veil_two_pixels_wide_goes() -> None:
+def test_a_veil_two_pixels_wide_is_removed() -> None:
     depth = step_image()
     depth[:, 320], depth[:, 321] = 1.3, 1.6
     kept = continuous_pixels(depth, CAMERA, NOISE)
@@ -47,7 +47,7 @@ def test_a_noisy_slope_is_kept() -> None:
     assert continuous_pixels(noisy, CAMERA, NOISE)[np.isfinite(depth)].mean() > 0.995
 
 
-def test_lone_pixels_go() -> None:
+def test_isolated_pixels_are_removed() -> None:
     depth = np.full((480, 640), np.nan, np.float32)
     depth[100, 100] = 1.0
     assert not continuous_pixels(depth, CAMERA, NOISE).any()

@@ -50,7 +50,7 @@ def test_finds_furniture_on_the_floor(category: str) -> None:
     mesh = make_furniture(category, 5)
     known = make_known(mesh)
     for frame, truth in shots(mesh, count=3):
-        # Parts behind others may look apart from one place, until the object is known.
+        # From one view, occluded parts may seem separate until the object is known.
         precision, recall = scores(SEGMENTATION.object_mask(frame), truth)
         assert precision > 0.99
         assert recall > 0.75
@@ -60,7 +60,7 @@ def test_finds_furniture_on_the_floor(category: str) -> None:
 
 
 @pytest.mark.parametrize("category", ["chair", "table"])
-def test_a_wall_behind_and_clutter_beside_do_not_join(category: str) -> None:
+def test_a_wall_behind_and_clutter_beside_are_not_part_of_the_object(category: str) -> None:
     mesh = make_furniture(category, 5)
     reach = float(np.hypot(*mesh.vertices_xyz[:, :2].T).max())
     far = reach + 2.2
@@ -86,7 +86,7 @@ def test_a_wall_is_no_object(away: float, yaw_deg: float) -> None:
     assert not SEGMENTATION.object_mask(frame).any()
 
 
-def test_what_is_nearer_to_the_middle_than_an_object_but_a_wall_is_passed_over() -> None:
+def test_a_wall_nearer_to_the_centre_than_the_object_is_skipped() -> None:
     """A box at the rim, and a wall that is nearer than it."""
     box = Surface("object", block((1.3, 0.45, 0), (1.6, 0.75, 0.5)))
     screen = Surface("wall", block((1.0, -9, 0), (1.1, 0.1, 2.6)))
@@ -101,14 +101,16 @@ def wall_at(away: float) -> Surface:
     return Surface("wall", block((away, -9, 0), (away + 0.1, 9, 2.6)))
 
 
-def one_frame(yaw_deg: float, *things: Surface) -> RgbdFrame:
+def one_frame(yaw_deg: float, *surfaces: Surface) -> RgbdFrame:
     """From 1.2 m above the floor, looking down a little."""
     yaw, floor = np.radians(yaw_deg), Surface("floor", block((-9, -9, -0.1), (9, 9, 0.0)))
     station = Station(0.0, looking_at((0.0, 0.0, 1.2), (np.cos(yaw), np.sin(yaw), 0.7)))
-    return SimulatedCamera(Scene((*things, floor)), lambda: station, CAMERA, DepthNoise()).capture()
+    return SimulatedCamera(
+        Scene((*surfaces, floor)), lambda: station, CAMERA, DepthNoise()
+    ).capture()
 
 
-def test_once_known_the_object_is_kept_although_another_one_is_nearer() -> None:
+def test_a_known_object_is_kept_although_another_one_is_nearer() -> None:
     mesh = block((-0.2, -0.2, 0), (0.2, 0.2, 0.5))
     in_front = Surface("clutter", block((0.42, -0.15, 0), (0.46, 0.15, 0.3)))
     frame, truth = next(shots(mesh, in_front, count=1, start=0.0))
@@ -140,7 +142,7 @@ def test_bare_floor_has_no_object() -> None:
 @pytest.mark.parametrize(
     ("raised", "tilted_deg"), [(0.02, 0.0), (-0.02, 0.0), (0.0, 0.5), (0.01, -0.4)]
 )
-def test_a_slightly_wrong_pose_does_not_let_the_floor_in(raised: float, tilted_deg: float) -> None:
+def test_a_slightly_wrong_pose_does_not_include_the_floor(raised: float, tilted_deg: float) -> None:
     frame, truth = next(shots(make_furniture("toilet", 5), count=1))
     wrong = RigidTransform.from_components(
         [0, 0, raised], Rotation.from_euler("x", tilted_deg, degrees=True)
@@ -164,18 +166,18 @@ def test_flying_pixels_do_not_belong_to_the_object() -> None:
     assert SEGMENTATION.object_mask(flying)[v, u + 1].mean() < 0.05
 
 
-def test_a_frame_of_nothing_has_no_object() -> None:
+def test_a_frame_without_depth_has_no_object() -> None:
     nothing = np.full((480, 640), np.nan)
     frame = RgbdFrame(nothing, CAMERA, 0.0, RigidTransform.identity())
     assert not SEGMENTATION.object_mask(frame).any()
 
 
-def test_a_frame_without_a_pose_is_told() -> None:
+def test_a_frame_without_a_pose_is_refused() -> None:
     with pytest.raises(InputError, match="no pose"):
         SEGMENTATION.object_mask(RgbdFrame(np.ones((480, 640)), CAMERA, 0.0))
 
 
-@pytest.mark.parametrize("wrong", [{"cell": 0.0}, {"cell": 1e-4}, {"fewest": 0}])
-def test_settings_that_make_no_sense_are_refused(wrong):
-    with pytest.raises(InputError, match=r"cells are|a cluster has"):
+@pytest.mark.parametrize("wrong", [{"cell": 0.0}, {"cell": 1e-4}, {"min_pixels": 0}])
+def test_invalid_settings_are_refused(wrong):
+    with pytest.raises(InputError, match=r"cell must be|min_pixels must be"):
         GroundSegmentation(**wrong)

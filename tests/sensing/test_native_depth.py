@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import depth_reference as twin
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,9 +10,8 @@ from hypothesis import strategies as st
 
 from circumspect.geometry import PinholeCamera
 from circumspect.sensing import DepthBlocks, DepthNoise, GroundSegmentation, RgbdFrame, _native
-from circumspect.sensing import numpy_twin as twin
 from circumspect.sensing.floor_plane import FloorPlane
-from circumspect.sensing.flying_pixels import continuous_pixels
+from circumspect.sensing.segmentation import continuous_pixels
 from circumspect.simulation import looking_at
 
 NOISE = DepthNoise()
@@ -53,7 +53,7 @@ def test_pixels_on_surfaces(frame: RgbdFrame) -> None:
 
 @settings(max_examples=50)
 @given(pictures, st.floats(-0.05, 0.05), st.floats(-0.05, 0.05))
-def test_what_stands_on_the_floor(frame: RgbdFrame, slope: float, offset: float) -> None:
+def test_points_on_the_floor(frame: RgbdFrame, slope: float, offset: float) -> None:
     segmentation, floor = GroundSegmentation(), FloorPlane(slope, -slope, offset)
     mask = frame.valid.copy()
     segmentation._keep_above_floor(frame, floor, mask)
@@ -165,7 +165,7 @@ def test_arrays_of_another_size_are_refused() -> None:
 
 
 def other_layouts(shape: tuple[int, int], dtype: type) -> list[np.ndarray]:
-    """Outputs of the right size that a kernel could only fill by way of a copy."""
+    """Outputs of the right size whose layout a kernel could only fill through a copy."""
     rows, columns = shape
     return [
         np.zeros(shape, dtype, order="F"),
@@ -175,7 +175,7 @@ def other_layouts(shape: tuple[int, int], dtype: type) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("which", range(3))
-def test_outputs_of_another_layout_are_refused_not_lost(which: int) -> None:
+def test_outputs_of_another_layout_are_refused(which: int) -> None:
     depth = np.ones((4, 6), np.float32)
     noise, four = NOISE.coefficients(PinholeCamera.xtion()), (1.0, 1.0, 0.0, 0.0)
     mask = other_layouts((4, 6), bool)[which]

@@ -41,19 +41,19 @@ ROOTS = arrays(np.float64, (3, 3), elements=st.floats(-1, 1))
 
 
 @given(POSES, POSES, ROOTS, ROOTS)
-def test_what_a_covariance_grew_by_is_what_it_was_made_to_grow_by(before, now, old, new):
+def test_growth_since_inverts_grown_from(before, now, old, new):
     first = Odometry(0.0, before, old @ old.T)
     then = Odometry(1.0, now).grown_from(first, new @ new.T)
     np.testing.assert_allclose(then.growth_since(first), new @ new.T, atol=1e-9)
 
 
-def test_an_error_of_the_heading_moves_what_lies_ahead_aside():
+def test_a_heading_error_becomes_a_lateral_error():
     first = Odometry(0.0, PlanarPose(1.0, 1.0, 0.5), np.diag([0.0, 0.0, 0.1**2]))
     then = Odometry(1.0, PlanarPose(1.0, 3.0, 2.0)).grown_from(first, np.zeros((3, 3)))
     np.testing.assert_allclose(np.sqrt(np.diag(then.covariance)), [0.2, 0.0, 0.1])
 
 
-def test_the_growth_is_told_as_the_robot_sees_it():
+def test_growth_is_given_in_the_robot_frame():
     ahead = np.diag([0.3**2, 0.0, 0.0])
     then = Odometry(1.0, PlanarPose(0, 0, np.pi / 2)).grown_from(Odometry(0.0, PlanarPose()), ahead)
     np.testing.assert_allclose(then.covariance, np.diag([0.0, 0.3**2, 0.0]), atol=1e-12)
@@ -74,7 +74,7 @@ def test_a_moved_frame_keeps_its_odometry():
     assert moved.T_base_camera is mounted
 
 
-def test_a_rigid_transform_is_taken_as_a_pose_on_the_floor():
+def test_a_rigid_transform_becomes_a_planar_pose():
     T = RigidTransform.from_components([1.0, 2.0, 0.3], Rotation.from_rotvec([0.0, 0.0, 0.5]))
     pose = Odometry(0.0, T).T_odom_base
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((1.0, 2.0, 0.5))
@@ -89,7 +89,7 @@ def test_any_other_pose_is_refused(pose):
 
 
 @pytest.mark.parametrize("shape", [(6, 6), (36,)])
-def test_the_covariance_of_ros_is_told_to_be_cut(shape):
+def test_a_6x6_covariance_of_ros_is_refused(shape):
     with pytest.raises(InputError, match="rows and columns 0, 1 and 5"):
         Odometry(0.0, PlanarPose(), np.eye(6).reshape(shape))
 

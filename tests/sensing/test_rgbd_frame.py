@@ -33,7 +33,7 @@ def test_points_in_map_are_the_back_projection_moved_by_the_pose(seed: int, mask
 
 
 @pytest.mark.parametrize("bad", [np.inf, -np.inf, np.nan, 0.0, -1.0])
-def test_what_is_no_distance_is_invalid(bad: float) -> None:
+def test_values_that_are_no_distances_are_invalid(bad: float) -> None:
     depth = np.full((6, 8), 2.0)
     depth[3, 4] = bad
     frame = RgbdFrame(depth, CAMERA, 0.0)
@@ -85,14 +85,14 @@ def test_pose_and_mount_must_be_finite(field: str, name: str, value: float) -> N
         RgbdFrame(np.ones((6, 8)), CAMERA, 7.25, **{field: T})
 
 
-def test_missing_pose_is_told() -> None:
+def test_a_missing_pose_is_refused() -> None:
     frame = RgbdFrame(np.ones((6, 8)), CAMERA, 7.25)
     with pytest.raises(InputError, match=r"7\.250 s has no pose"):
         frame.points_map()
     assert frame.at(RigidTransform.identity()).points_map().shape == (48, 3)
 
 
-def test_depths_that_are_none_in_any_unit_are_invalid():
+def test_depths_out_of_range_in_any_unit_are_invalid():
     depth = np.array([[1e-38, 1e-20, 1e-3], [1.0, -1.0, np.inf]], np.float32)
     frame = RgbdFrame(depth, PinholeCamera(3, 2, 1.0, 1.0, 1.0, 0.5), 0.0)
     assert frame.valid.tolist() == [[False, False, True], [True, False, False]]

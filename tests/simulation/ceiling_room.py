@@ -6,7 +6,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.geometry import PinholeCamera, PlanarPose
 from circumspect.localization import FixedCamera, LensCamera, TagMount
-from circumspect.simulation import CeilingOptics, CeilingRig, Scene, Truth, block
+from circumspect.simulation import CeilingOptics, CeilingRig, Scene, TrueState, block
 
 MOUNT = TagMount(3, 0.20, 0.30, PlanarPose(0.02, 0.01, 0.3))
 SIZE = (640, 480)
@@ -25,7 +25,7 @@ def hung(x=0.0, y=0.0, name="a", heading=20.0):
 
 def truth(x=0.0, y=0.0, yaw=0.0, stamp=0.0):
     pose = PlanarPose(x, y, yaw).as_transform()
-    return Truth(stamp, pose, pose)
+    return TrueState(stamp, pose, pose)
 
 
 def three_cameras():
@@ -33,5 +33,5 @@ def three_cameras():
 
 
 def still_rig(cameras):
-    """The shutter is open for no time: the robot leaps about in the tests."""
+    """A rig without motion blur: the robot jumps between images."""
     return CeilingRig(cameras, Scene.with_object(FAR), MOUNT, CeilingOptics(exposure=0.0), seed=4)

@@ -33,7 +33,7 @@ def true_pose(driver: SimulatedRobot) -> PlanarPose:
     return PlanarPose.from_transform(driver.truth().T_map_base)
 
 
-def told_pose(driver: MobileRobot) -> PlanarPose:
+def odometry_pose(driver: MobileRobot) -> PlanarPose:
     odometry = driver.odometry()
     assert odometry is not None
     return odometry.T_odom_base

@@ -1,4 +1,4 @@
-"""The real detector on images of the simulation, and everything that can be wrong with them."""
+"""The tag detector on simulated images, and on faulty ones."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from circumspect.localization import (
     LensCamera,
     TagDetector,
     TagMount,
+    calibrate_extrinsics,
     calibrate_lens,
-    calibrate_place,
 )
-from circumspect.localization.tag_watch import TagWatch
+from circumspect.localization.tag_observer import TagObserver
 from circumspect.simulation import (
     CeilingCamera,
     CeilingOptics,
     CeilingRig,
+    PlacedPlate,
     Plate,
     RayCaster,
     Scene,
-    Shown,
-    Truth,
+    TrueState,
     block,
     board_images,
     ceiling_cameras,
-    knocked,
-    laid_tags,
+    displaced,
+    surveyed_tags,
 )
 
 
@@ -48,7 +48,7 @@ def caster():
 
 def test_the_tag_is_found_where_it_is(rig, pair):
     rng, errors, missed = np.random.default_rng(0), [], 0
-    watches = {camera.name: TagWatch(camera, MOUNT) for camera in pair}
+    watches = {camera.name: TagObserver(camera, MOUNT) for camera in pair}
     for n in range(12):
         x, y, yaw = rng.uniform([-0.7, -0.6, -3], [0.7, 0.6, 3])
         for image in rig.images(truth(x, y, yaw, n)):
@@ -76,9 +76,9 @@ def test_the_same_seed_gives_the_same_images(caster):
     assert one.shape == SIZE[::-1]
 
 
-def test_light_noise_and_blur_are_there(caster):
+def test_images_have_uneven_light_noise_and_blur(caster):
     flat = CeilingOptics(blur=0, noise=0, gradient=0, vignetting=0)
-    tag = (Shown(Plate.tag(3, 0.3), RigidTransform.identity()),)
+    tag = (PlacedPlate(Plate.tag(3, 0.3), RigidTransform.identity()),)
 
     def image(**what):
         return CeilingCamera(hung(), caster, replace(flat, **what), 0).photograph(0, tag).grey
@@ -91,7 +91,7 @@ def test_light_noise_and_blur_are_there(caster):
     assert edges[1] < 0.7 * edges[0]
 
 
-def test_an_edge_lies_where_it_should(caster):
+def test_edges_are_rendered_with_sub_pixel_accuracy(caster):
     """Coverage of pixels under a white plate, against its edge, at fractions of a pixel."""
     straight = FixedCamera(
         "s",
@@ -104,7 +104,7 @@ def test_an_edge_lies_where_it_should(caster):
     empty = one.photograph(0.0).grey[32].astype(float)
     for shift in np.linspace(0, 0.029, 7):
         at = RigidTransform.from_components([0.5 + shift, 0, 1.0], Rotation.identity())
-        row = one.photograph(0.0, (Shown(plate, at),)).grey[32].astype(float)
+        row = one.photograph(0.0, (PlacedPlate(plate, at),)).grey[32].astype(float)
         share = (row - empty) / (250 - empty)
         # 50 px/m at this depth: the edge is at 31.5 + 50 shift.
         edge = 64 - 0.5 - share.sum()
@@ -114,24 +114,24 @@ def test_an_edge_lies_where_it_should(caster):
 def test_walls_hide_the_tag(pair):
     wall = Scene.with_object(block((-0.5, -0.5, 1.0), (0.5, 0.5, 1.1)))
     rig = CeilingRig(pair[:1], wall, MOUNT)
-    sighting = TagWatch(pair[0], MOUNT).look(rig.images(truth(-0.4))[0])
+    sighting = TagObserver(pair[0], MOUNT).look(rig.images(truth(-0.4))[0])
     assert sighting.reason == "the tag is not in view"
 
 
-def test_a_tag_half_out_of_view_says_nothing(rig, pair):
-    watch = TagWatch(pair[0], MOUNT)
+def test_a_tag_half_out_of_view_gives_no_pose(rig, pair):
+    watch = TagObserver(pair[0], MOUNT)
     edge = pair[0].on_plane(np.array([[0.0, 240.0], [3.0, 240.0], [40.0, 240.0]]), MOUNT.height)
     tag = PlanarPose() @ MOUNT.T_base_tag.inverse()
     for n, (x, y) in enumerate(edge[:2]):
         sighting = watch.look(rig.images(truth(x + tag.x, y + tag.y, 0.0, n))[0])
         assert sighting.pose is None
-        assert sighting.reason in ("the tag is not in view", "the tag is at the image's edge")
+        assert sighting.reason in ("the tag is not in view", "the tag is at the edge of the image")
 
 
-def test_motion_blur_is_no_silent_wrong_pose(pair):
+def test_motion_blur_gives_no_wrong_pose(pair):
     """At 3 m/s and 40 ms the tag smears over half its width."""
     rig = CeilingRig(pair[:1], Scene.with_object(FAR), MOUNT, CeilingOptics(exposure=0.04))
-    watch = TagWatch(pair[0], MOUNT)
+    watch = TagObserver(pair[0], MOUNT)
     for speed, exact in ((0.2, 0.004), (3.0, None)):
         stamp = 10 * speed
         rig.images(truth(-0.4 - 0.1 * speed, 0.0, 0.2, stamp - 0.1))
@@ -142,8 +142,8 @@ def test_motion_blur_is_no_silent_wrong_pose(pair):
             assert np.linalg.norm(sighting.pose.T_map_base.xy - [-0.4, 0]) < 0.02
 
 
-def test_other_tags_are_told_and_the_own_one_twice_is_nobodys(rig, pair):
-    watch = TagWatch(pair[0], MOUNT)
+def test_other_tags_are_reported_and_a_repeated_own_tag_is_ambiguous(rig, pair):
+    watch = TagObserver(pair[0], MOUNT)
     other = CeilingRig(
         pair[:1], Scene.with_object(FAR), TagMount(7), CeilingOptics(exposure=0.0), 1
     )
@@ -152,24 +152,24 @@ def test_other_tags_are_told_and_the_own_one_twice_is_nobodys(rig, pair):
     assert first.pose is not None
     assert first.others == (7,)
     only = watch.look(other.images(truth(-0.4, stamp=1.0))[0])
-    assert only.why == "the tag is not in view (unknown tags are: 7)"
+    assert only.full_reason == "the tag is not in view (unknown tags are: 7)"
     twice = watch.look(rig.images(truth(-0.4, stamp=2.0), rig.robot([T]))[0])
-    assert twice.reason == "tag 3 is in the image 2 times; which is it?"
+    assert twice.reason == "tag 3 is in the image 2 times: ambiguous"
     assert twice.pose is None
 
 
-def test_a_tag_of_another_size_or_tilted_is_told(rig, pair):
-    small = TagWatch(pair[0], TagMount(3, 0.15, 0.30, MOUNT.T_base_tag))
+def test_a_tag_of_another_size_or_tilted_is_reported(rig, pair):
+    small = TagObserver(pair[0], TagMount(3, 0.15, 0.30, MOUNT.T_base_tag))
     sighting = small.look(rig.images(truth(-0.3))[0])
     assert "not those of a level tag of 0.15 m" in sighting.reason
     lean = PlanarPose(-0.3).as_transform() * RigidTransform.from_rotation(
         Rotation.from_euler("x", 25, degrees=True)
     )
-    watch = TagWatch(pair[0], MOUNT)
-    assert "tilted" in watch.look(rig.images(Truth(3.0, lean, lean))[0]).reason
+    watch = TagObserver(pair[0], MOUNT)
+    assert "tilted" in watch.look(rig.images(TrueState(3.0, lean, lean))[0]).reason
 
 
-def test_stale_late_frozen_and_foreign_images_are_left_out(rig, pair):
+def test_stale_late_frozen_and_foreign_images_are_skipped(rig, pair):
     space = IntelligentSpace(pair[:2], MOUNT)
     first = rig.images(truth(stamp=1.0))[:2]
     assert space.locate(first).state == TRACKED
@@ -183,25 +183,25 @@ def test_stale_late_frozen_and_foreign_images_are_left_out(rig, pair):
     foreign = space.locate([replace(first[0], stamp=1.3, camera="z")])
     assert foreign.sightings[0].reason == "no calibration of this camera; known: a, b"
     cut = space.locate([replace(first[0], stamp=1.4, grey=first[0].grey[:, :600])])
-    assert cut.sightings[0].reason == "the image has 600x480 pixels, calibrated were 640x480"
+    assert cut.sightings[0].reason == "the image has 600x480 pixels, the calibration 640x480"
     with pytest.raises(InputError):
         space.locate([])
     with pytest.raises(InputError, match="different names"):
         IntelligentSpace([pair[0], pair[0]])
 
 
-def test_a_camera_that_was_knocked_is_found_out(pair):
-    after = (knocked(pair[0], ASIDE), *pair[1:])
+def test_a_displaced_camera_is_detected(pair):
+    after = (displaced(pair[0], ASIDE), *pair[1:])
     rig = CeilingRig(after, Scene.with_object(FAR), MOUNT, seed=2)
     space = IntelligentSpace(pair, MOUNT)
     fixes = [space.locate(rig.images(truth(0.01 * n, 0.1, 0.5, 0.1 * n))) for n in range(10)]
     assert all(fix.cameras == ("b", "c") for fix in fixes)
     assert np.linalg.norm(fixes[-1].T_map_base.xy - [0.09, 0.1]) < 3e-3
     (report,) = space.reports
-    assert report.startswith("camera 'a' moved since calibration: it is ")
+    assert report.startswith("camera 'a' moved since calibration: it differs by ")
 
 
-def test_threads_change_nothing(rig, pair):
+def test_the_number_of_workers_does_not_change_fixes(rig, pair):
     from circumspect.localization import SpaceSettings
 
     images = [rig.images(truth(0.02 * n, 0.1, 0.3 * n, 0.1 * n)) for n in range(5)]
@@ -222,9 +222,9 @@ def test_images_of_a_board_and_of_tags_calibrate_a_camera(caster):
     assert found.lens.pinhole.fx == pytest.approx(true.lens.pinhole.fx, rel=2e-3)
     points = np.random.default_rng(0).uniform([-0.6, -0.45, 1], [0.6, 0.45, 1], (200, 3))
     assert np.abs(found.lens.project(points) - true.lens.project(points)).max() < 1.5
-    survey, laid = laid_tags([-1.2, -0.9], [1.2, 0.9], 0.25, rng=1)
+    survey, laid = surveyed_tags([-1.2, -0.9], [1.2, 0.9], 0.25, rng=1)
     tags = TagDetector(1.0).detect(one.photograph(0.0, laid).grey)
-    place = calibrate_place("a", true.lens, [tags], survey).camera
+    place = calibrate_extrinsics("a", true.lens, [tags], survey).camera
     error = (true.T_map_camera.inv() * place.T_map_camera).as_exp_coords()
     assert np.linalg.norm(error[3:]) < 0.01
     assert error @ np.linalg.solve(place.covariance, error) < 30
@@ -244,13 +244,13 @@ def test_ceiling_cameras_see_the_whole_floor(count):
     assert seen.all()
 
 
-def test_what_can_not_be_hung():
-    with pytest.raises(InputError, match="hang more"):
+def test_impossible_ceiling_settings_are_refused():
+    with pytest.raises(InputError, match="use more"):
         ceiling_cameras([-20, -20], [20, 20], 4)
     with pytest.raises(InputError):
         ceiling_cameras([0, 0], [1, 1], 0)
     for height in (np.nan, np.inf, 1e30, 0.3, -1.0):
-        with pytest.raises(InputError, match="a ceiling hangs above"):
+        with pytest.raises(InputError, match="the ceiling must be above"):
             ceiling_cameras([0, 0], [1, 1], height=height)
     with pytest.raises(InputError):
         CeilingOptics(noise=-1)

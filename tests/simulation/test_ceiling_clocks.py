@@ -1,4 +1,4 @@
-"""Clocks of ceiling cameras that leap, stand still or are set back, and photos far apart."""
+"""Clocks of ceiling cameras that jump, stand still or are set back, and photos far apart."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from ceiling_room import MOUNT, truth
 from circumspect.localization import BRIDGED, TRACKED, IntelligentSpace, SpaceTrack
 
 
-def test_a_clock_that_leaps_once_does_not_make_the_rest_late(rig, pair):
+def test_a_single_clock_jump_does_not_make_the_rest_late(rig, pair):
     space = IntelligentSpace(pair[:2], MOUNT)
 
     def at(stamp):
         return space.locate([replace(i, stamp=stamp) for i in rig.images(truth(stamp=stamp))[:2]])
 
     assert at(1.0).state == TRACKED
-    leap = space.locate([replace(rig.images(truth())[0], stamp=5000.0)])
-    assert leap.sightings[0].why == "its stamp leaps ahead (by 4999.0 s)"
+    jump = space.locate([replace(rig.images(truth())[0], stamp=5000.0)])
+    assert jump.sightings[0].full_reason == "its stamp jumps ahead (by 4999.0 s)"
     assert at(1.1).state == TRACKED
-    # A pause of all cameras is believed at once, that of one the third time in a row.
+    # A pause of all cameras is accepted at once, that of one the third time in a row.
     assert [at(100.0 + n / 10).state for n in range(3)] == [TRACKED] * 3
     alone = [space.locate(rig.images(truth(stamp=200.0 + n / 10))[:1]) for n in range(4)]
     assert [fix.state for fix in alone] == [BRIDGED, BRIDGED, TRACKED, TRACKED]
 
 
 def tracked(rig, space, stamps, clock=None):
-    """What a camera says that leaves photos, one of them with the stamp of a wrong clock."""
+    """The track of one camera's images at these stamps [s]; `clock` changes the stamp of one."""
     images = [rig.images(truth(0.02 * n, stamp=stamp))[0] for n, stamp in enumerate(stamps)]
     if clock is not None:
         images[clock[0]] = replace(images[clock[0]], stamp=clock[1])
@@ -42,23 +42,23 @@ def test_photos_far_apart_are_all_part_of_the_path(rig, pair, count):
     assert [fix.T_map_base.x for fix in track.fixes] == pytest.approx(
         [0.02 * n for n in range(count)], abs=0.01
     )
-    assert (track.late, track.leaps, track.reports) == ((), (), ())
+    assert (track.late, track.clock_jumps, track.reports) == ((), (), ())
 
 
 @pytest.mark.parametrize("step", [0.1, 15.0])
 @pytest.mark.parametrize("which", [1, 4, 6])
-def test_a_track_leaves_a_single_leap_out_and_tells_it_apart(rig, pair, step, which):
+def test_a_single_clock_jump_is_left_out_of_a_track_and_reported(rig, pair, step, which):
     stamps = [step * n for n in range(7)]
     track = tracked(rig, IntelligentSpace(pair[:1], MOUNT), stamps, (which, 5000.0))
     del stamps[which]
     assert [fix.stamp for fix in track.known(bridged=False)] == stamps
-    (leap,) = track.leaps
-    assert leap.sightings[0].reason == "its stamp leaps ahead"
-    assert track.reports == ("1 times leapt ahead of the others and are part of no path",)
-    assert (track.late, track.summary()["late"], track.summary()["leaps"]) == ((), 0, 1)
+    (jump,) = track.clock_jumps
+    assert jump.sightings[0].reason == "its stamp jumps ahead"
+    assert track.reports == ("1 fixes jumped ahead of the others and are not part of the path",)
+    assert (track.late, track.summary()["late"], track.summary()["clock_jumps"]) == ((), 0, 1)
 
 
-def test_a_clock_that_stands_still_ahead_is_not_waited_for_without_end(rig, pair):
+def test_the_wait_for_a_clock_that_stands_still_ahead_is_bounded(rig, pair):
     space = IntelligentSpace(pair[:1], MOUNT)
     first, second = rig.images(truth())[0], rig.images(truth(0.1))[0]
     taken = []
@@ -73,7 +73,7 @@ def test_a_clock_that_stands_still_ahead_is_not_waited_for_without_end(rig, pair
     assert len(taken) < 40
 
 
-def test_a_clock_that_is_set_back_does_not_keep_the_robot_where_it_was(rig, pair):
+def test_tracking_goes_on_after_a_clock_is_set_back(rig, pair):
     space = IntelligentSpace(pair[:2], MOUNT)
 
     def at(stamp, x):
@@ -91,8 +91,8 @@ def test_a_clock_that_is_set_back_does_not_keep_the_robot_where_it_was(rig, pair
 
 
 @pytest.mark.parametrize(("before", "after"), [(3, 9), (9, 5)])
-def test_of_times_told_twice_the_clock_that_knew_more_of_them_counts(rig, pair, before, after):
-    """Set back by five minutes, it tells of the same times for five minutes."""
+def test_of_repeated_times_the_clock_with_more_of_them_is_kept(rig, pair, before, after):
+    """A clock set back by five minutes repeats the same times for five minutes."""
     stamps = [300.0 + n / 10 for n in range(before)] + [n / 10 for n in range(after)]
     track = tracked(rig, IntelligentSpace(pair[:1], MOUNT), stamps)
     # The first two after it was set back might have come late.
@@ -100,14 +100,14 @@ def test_of_times_told_twice_the_clock_that_knew_more_of_them_counts(rig, pair, 
     path, apart = (new, old) if len(new) > len(old) else (old, new)
     assert [fix.stamp for fix in track.known(bridged=False)] == path
     assert [fix.stamp for fix in track.set_back] == apart
-    assert (len(track.late), track.leaps) == (2, ())
+    assert (len(track.late), track.clock_jumps) == (2, ())
     assert track.summary()["set_back"] == len(apart)
-    overlap = f"{len(apart)} times of a clock that was set back overlap others"
-    assert track.reports[-1] == f"{overlap} and are part of no path"
+    overlap = f"{len(apart)} fixes overlap others because a clock was set back"
+    assert track.reports[-1] == f"{overlap} and are not part of the path"
 
 
-def test_a_clock_that_was_wrong_for_a_while_costs_no_more_than_that_while(rig, pair):
-    """All cameras leap ahead together, which is believed, and come back."""
+def test_a_temporarily_wrong_clock_loses_only_its_own_fixes(rig, pair):
+    """All cameras jump ahead together, which is accepted, and come back."""
     right = [n / 10 for n in range(12)]
     stamps = [*right[:4], *(400.0 + n / 10 for n in range(3)), *right[4:]]
     space = IntelligentSpace(pair, MOUNT)

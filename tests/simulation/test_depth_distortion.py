@@ -31,7 +31,7 @@ def test_the_error_is_as_large_as_the_description_says() -> None:
         assert error.std() == pytest.approx(expected, rel=0.02)
 
 
-def test_neighbouring_pixels_err_alike_and_far_ones_do_not() -> None:
+def test_errors_are_correlated_between_neighbouring_pixels_only() -> None:
     errors = DepthDistortion.drawn(NOISE, CAMERA, 1).errors
     near = errors[:, 1:] - errors[:, :-1]
     far = errors[:, 200:] - errors[:, :-200]
@@ -53,7 +53,7 @@ def test_tilts_are_as_large_as_a_scan_expects() -> None:
     assert np.mean(np.square(slopes)) == pytest.approx(expected * 1.5**2, rel=0.3)
 
 
-def test_nothing_stays_nothing() -> None:
+def test_missing_depth_stays_missing() -> None:
     blind = np.full((CAMERA.height, CAMERA.width), np.nan, np.float32)
     assert np.isnan(DepthDistortion.drawn(NOISE, CAMERA, 0).applied(blind)).all()
 

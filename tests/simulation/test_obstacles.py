@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from circumspect.geometry import TriangleMesh
 from circumspect.simulation import Scene, Surface, block, cylinder, floor
-from circumspect.simulation.obstacles import CELL, footprint_boxes
+from circumspect.simulation.scene import CELL_M, footprint_boxes
 
 
 def boxes_of(*meshes: TriangleMesh, height: float = 1.2) -> np.ndarray:
@@ -20,7 +20,7 @@ def covered(boxes: np.ndarray, points_xy: np.ndarray, slack: float = 0.0) -> np.
 
 @settings(max_examples=20)
 @given(turn=st.floats(0, 3), length=st.floats(0.1, 2.0))
-def test_boxes_cover_a_turned_wall_and_little_more(turn: float, length: float) -> None:
+def test_boxes_cover_a_rotated_wall_tightly(turn: float, length: float) -> None:
     c, s = np.cos(turn), np.sin(turn)
     plain = block((-length, -0.05, 0.0), (length, 0.05, 2.0))
     xy = plain.vertices_xyz[:, :2] @ np.array([[c, s], [-s, c]])
@@ -31,8 +31,8 @@ def test_boxes_cover_a_turned_wall_and_little_more(turn: float, length: float) -
     sides = np.concatenate([np.column_stack([along, np.full(400, y)]) for y in (-0.05, 0.05)])
     assert covered(boxes, sides @ np.array([[c, s], [-s, c]]), 0.02).all()
     corners = boxes.reshape(-1, 2) @ np.array([[c, -s], [s, c]])
-    assert np.abs(corners[:, 1]).max() < 0.05 + 1.5 * CELL
-    assert np.abs(corners[:, 0]).max() < length + 1.5 * CELL
+    assert np.abs(corners[:, 1]).max() < 0.05 + 1.5 * CELL_M
+    assert np.abs(corners[:, 0]).max() < length + 1.5 * CELL_M
 
 
 def test_boxes_do_not_overlap() -> None:
@@ -42,7 +42,7 @@ def test_boxes_do_not_overlap() -> None:
     assert inside.sum() == len(boxes)
 
 
-def test_only_what_is_as_high_as_the_robot_counts() -> None:
+def test_only_surfaces_within_the_height_of_the_robot_count() -> None:
     rug, lamp = block((0, 0, 0), (1, 1, 0.02)), block((0, 0, 1.5), (1, 1, 1.6))
     assert len(boxes_of(rug, lamp)) == 0
     assert len(boxes_of(lamp, height=1.7)) > 0

@@ -21,14 +21,14 @@ def test_the_whole_object_is_in_the_picture_and_in_range_from_everywhere(categor
         x, y, z = station.T_map_camera.inv().apply(mesh.vertices_xyz).T
         assert z.min() >= 0.8
         u, v = CAMERA.fx * x / z + CAMERA.cx, CAMERA.fy * y / z + CAMERA.cy
-        # A pixel more than the search allows: it looks at other headings than these.
+        # A pixel more than the search allows, which samples other headings than these.
         assert u.min() > 0
         assert u.max() < CAMERA.width
         assert v.min() > 0
         assert v.max() < CAMERA.height
 
 
-def test_a_small_object_is_circled_at_the_distance_of_the_paper() -> None:
+def test_a_small_object_is_orbited_at_the_distance_of_the_paper() -> None:
     orbit = Orbit.around(block((-0.1, -0.1, 0.0), (0.1, 0.1, 0.3)), CAMERA)
     assert orbit.radius - 0.1 * np.sqrt(2) == pytest.approx(0.8, abs=0.03)
 
@@ -45,7 +45,7 @@ def test_stations_go_once_round_with_the_object_on_the_left() -> None:
     assert np.cross(heading, towards_object)[2] > 0
 
 
-def test_stamps_are_those_of_the_paper_s_speed() -> None:
+def test_stamps_follow_the_speed_of_the_paper() -> None:
     stations = list(islice(Orbit(radius=2.0).stations(10), 10))
     steps = np.diff([s.stamp for s in stations])
     np.testing.assert_allclose(steps, 2 * np.pi * 2.0 / 10 / 0.05)

@@ -11,13 +11,13 @@ from circumspect.errors import GeometryError, InputError
 from circumspect.furniture import CATEGORIES, make_furniture
 from circumspect.geometry import PinholeCamera, TriangleMesh
 from circumspect.simulation import Orbit, RayCaster, Scene, Surface, surface_from_points
-from circumspect.simulation.point_surface import LONGEST_SIDES
+from circumspect.simulation.point_surface import LONGEST_SIDES_M
 
 CAMERA = PinholeCamera(96, 72, 85.0, 85.0, 47.5, 35.5)
 
 
 @pytest.mark.parametrize("category", ["night_stand", "table", "toilet"])
-def test_a_rebuilt_surface_looks_like_the_true_one(category: str) -> None:
+def test_a_reconstructed_surface_renders_like_the_true_one(category: str) -> None:
     true = make_furniture(category, 2)
     rebuilt = surface_from_points(evenly_sampled(true, 2), category)
     scale = np.ptp(true.vertices_xyz, axis=0).max() / np.ptp(rebuilt.vertices_xyz, axis=0).max()
@@ -63,8 +63,8 @@ def test_the_unit_of_the_points_does_not_matter(scale: float) -> None:
 
 
 def test_every_category_of_the_furniture_has_a_plausible_size() -> None:
-    assert tuple(sorted(LONGEST_SIDES)) == CATEGORIES
-    for category, longest in LONGEST_SIDES.items():
+    assert tuple(sorted(LONGEST_SIDES_M)) == CATEGORIES
+    for category, longest in LONGEST_SIDES_M.items():
         sides = [np.ptp(make_furniture(category, s).vertices_xyz, axis=0).max() for s in range(30)]
         assert min(sides) <= longest <= max(sides)
 
@@ -74,7 +74,7 @@ def test_objects_of_the_training_pack_become_surfaces(data_folder: Path) -> None
         points, labels, classes = pack["points_u16"], pack["labels"], pack["classes"]
     for label, category in enumerate(classes.tolist()):
         mesh = surface_from_points(points[np.flatnonzero(labels == label)[7]], category)
-        assert np.ptp(mesh.vertices_xyz, axis=0).max() == pytest.approx(LONGEST_SIDES[category])
+        assert np.ptp(mesh.vertices_xyz, axis=0).max() == pytest.approx(LONGEST_SIDES_M[category])
         assert len(mesh.faces) > 2000
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from robot_world import ROUND, robot, told_pose, true_pose
+from robot_world import ROUND, odometry_pose, robot, true_pose
 
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
@@ -79,7 +79,7 @@ def test_a_fault_is_the_same_for_the_same_seed(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_before_its_time_or_chance_a_faulty_robot_is_the_robot(name: str) -> None:
+def test_a_faulty_robot_is_unchanged_before_the_fault(name: str) -> None:
     healthy = robot()
     faulty = MAKERS[name](robot(), 5)
     for wrapped, plain in zip(
@@ -95,7 +95,7 @@ def test_before_its_time_or_chance_a_faulty_robot_is_the_robot(name: str) -> Non
     faulty.drive(ROUND)
     healthy.wait(1.0)
     faulty.wait(1.0)
-    assert told_pose(faulty) == told_pose(healthy)
+    assert odometry_pose(faulty) == odometry_pose(healthy)
     faulty.stop()
     faulty.wait(0.5)
     assert faulty.camera.capture().stamp == pytest.approx(1.5)
@@ -116,7 +116,7 @@ def test_dropped_frames_leave_gaps_while_the_robot_drives_on() -> None:
     assert frames[-1].odometry is not None
 
 
-def test_unordered_frames_come_once_each_but_some_late() -> None:
+def test_unordered_frames_come_once_each_and_some_late() -> None:
     times = stamps(drive_on(UnorderedFrames(robot(), 0.3, seed=1), 30))
     assert (np.diff(times) < 0).any()
     assert len(set(times.round(3))) == len(times)
@@ -139,14 +139,14 @@ def test_one_frame_is_nan() -> None:
     assert [not frame.valid.any() for frame in frames] == [i == 3 for i in range(8)]
 
 
-def test_the_unit_changes_on_the_way() -> None:
+def test_the_depth_unit_changes_during_the_run() -> None:
     frames = drive_on(WrongUnit(robot(), after=2.0), 8)
     medians = np.array([np.nanmedian(frame.depth) for frame in frames])
     assert (medians[stamps(frames) >= 2] > 300).all()
     assert (medians[stamps(frames) < 2] < 10).all()
 
 
-def test_odometry_goes_and_comes_back() -> None:
+def test_odometry_is_missing_for_a_while() -> None:
     driver = OdometryGone(robot(), after=2.0, seconds=3.0)
     frames = drive_on(driver)
     gone = [frame.odometry is None for frame in frames]
@@ -154,39 +154,41 @@ def test_odometry_goes_and_comes_back() -> None:
     assert driver.odometry() is not None
 
 
-def test_odometry_jumps_and_stays_there() -> None:
+def test_odometry_jumps_at_intervals() -> None:
     driver = robot()
     frames = drive_on(OdometryJumping(driver, after=2.2, every=3.0, metres=0.4, seed=3))
     healthy = poses(drive_on(robot()))
-    away = [(told @ true.inverse()) for told, true in zip(poses(frames), healthy, strict=True)]
+    away = [
+        (measured @ true.inverse()) for measured, true in zip(poses(frames), healthy, strict=True)
+    ]
     offsets = np.array([[a.x, a.y, a.yaw] for a in away])
     jumps = np.abs(np.diff(offsets, axis=0)).max(axis=1) > 1e-6
     np.testing.assert_allclose(stamps(frames)[1:][jumps], [2.5, 5.5, 8.5])
     assert np.abs(offsets[0]).max() < 1e-9
 
 
-def test_odometry_sticks_while_the_robot_drives() -> None:
+def test_odometry_is_stuck_while_the_robot_drives() -> None:
     driver = robot()
     frames = drive_on(OdometryStuck(driver, after=3.0))
-    told = poses(frames)
-    late = [pose for pose, t in zip(told, stamps(frames), strict=True) if t >= 3.0]
+    measured = poses(frames)
+    late = [pose for pose, t in zip(measured, stamps(frames), strict=True) if t >= 3.0]
     assert len(set(late)) == 1
-    assert late[0].xy == pytest.approx(told[4].xy, abs=1e-9)
+    assert late[0].xy == pytest.approx(measured[4].xy, abs=1e-9)
     assert frames[-1].odometry is not None
     assert frames[-1].odometry.forward == 0
     assert frames[-1].odometry.stamp == frames[-1].stamp
     assert np.hypot(*(true_pose(driver).xy - true_pose(robot()).xy)) > 0.5
 
 
-def test_blocked_the_robot_stands_while_its_wheels_claim_the_way() -> None:
+def test_a_blocked_robot_stands_while_its_odometry_moves() -> None:
     inner = robot()
     driver = Blocked(inner, after=2.0, seconds=4.0)
     driver.drive(ROUND)
     driver.wait(3.0)
-    before, told_before = true_pose(inner), told_pose(driver)
+    before, measured_before = true_pose(inner), odometry_pose(driver)
     driver.wait(2.9)
     assert np.hypot(*(true_pose(inner).xy - before.xy)) < 1e-3
-    moved = told_before.inverse() @ told_pose(driver)
+    moved = measured_before.inverse() @ odometry_pose(driver)
     assert moved.yaw == pytest.approx(ROUND.turn * 2.9, abs=0.01)
     assert np.hypot(*moved.xy) == pytest.approx(0.87, abs=0.03)
     odometry = driver.odometry()
@@ -196,19 +198,19 @@ def test_blocked_the_robot_stands_while_its_wheels_claim_the_way() -> None:
     assert np.hypot(*(true_pose(inner).xy - before.xy)) > 0.5
 
 
-def test_a_blocked_robot_is_as_sure_of_its_way_as_if_it_had_driven_it() -> None:
+def test_a_blocked_robot_reports_the_covariance_of_a_free_one() -> None:
     driver, free = Blocked(robot(), after=2.0, seconds=4.0), robot()
-    told = [[frame.odometry for frame in drive_on(each)] for each in (driver, free)]
-    for before, now in zip(told[0], told[0][1:], strict=False):
+    measured = [[frame.odometry for frame in drive_on(each)] for each in (driver, free)]
+    for before, now in zip(measured[0], measured[0][1:], strict=False):
         grown = np.linalg.eigvalsh(now.growth_since(before))
         assert grown[0] > -1e-12
-    blocked, drove = (np.sqrt(np.diag(each[-1].covariance)) for each in told)
+    blocked, drove = (np.sqrt(np.diag(each[-1].covariance)) for each in measured)
     # The wheels drew no noise while the robot stood.
     assert (blocked < 1.05 * drove).all()
     assert (blocked > 0.3 * drove).all()
 
 
-def test_kidnapped_the_robot_is_elsewhere_and_does_not_know() -> None:
+def test_a_kidnapped_robot_is_elsewhere_while_its_odometry_stands() -> None:
     inner, healthy = robot(), robot()
     by = PlanarPose(0.3, -0.4, 0.8)
     driver = Kidnapped(inner, 2.0, by)
@@ -216,7 +218,7 @@ def test_kidnapped_the_robot_is_elsewhere_and_does_not_know() -> None:
         each.wait(4.0)
     there = true_pose(healthy).inverse() @ true_pose(inner)
     np.testing.assert_allclose([there.x, there.y, there.yaw], [by.x, by.y, by.yaw], atol=5e-3)
-    np.testing.assert_allclose(told_pose(driver).xy, 0, atol=2e-3)
+    np.testing.assert_allclose(odometry_pose(driver).xy, 0, atol=2e-3)
 
 
 def test_faults_can_be_combined() -> None:
@@ -227,7 +229,7 @@ def test_faults_can_be_combined() -> None:
         assert (not frame.valid.any()) == within
 
 
-def test_without_a_fault_all_is_passed_on() -> None:
+def test_a_wrapped_robot_without_fault_is_unchanged() -> None:
     one, other = drive_on(WrappedRobot(robot()), 3), drive_on(robot(), 3)
     for a, b in zip(one, other, strict=True):
         np.testing.assert_array_equal(a.depth, b.depth)
@@ -237,7 +239,7 @@ def test_commands_beyond_the_limits_are_clipped_while_blocked() -> None:
     driver = Blocked(robot(), after=0.0, seconds=10.0)
     driver.drive(Velocity(50.0))
     driver.wait(1.0)
-    assert told_pose(driver).x == pytest.approx(driver.max_forward, rel=0.05)
+    assert odometry_pose(driver).x == pytest.approx(driver.max_forward, rel=0.05)
 
 
 @pytest.mark.parametrize("share", [-0.1, 1.0, np.nan])
@@ -245,11 +247,11 @@ def test_commands_beyond_the_limits_are_clipped_while_blocked() -> None:
 def test_impossible_shares_are_refused(
     fault: Callable[[MobileRobot, float], MobileRobot], share: float
 ) -> None:
-    with pytest.raises(InputError, match="share"):
+    with pytest.raises(InputError, match="fraction"):
         fault(robot(), share)
 
 
-def test_a_clock_starts_where_it_is_told_to() -> None:
+def test_a_clock_starts_at_the_given_time() -> None:
     plain, shifted = drive_on(robot(), 3), drive_on(ClockStartingAt(robot(), 1000.0), 3)
     np.testing.assert_allclose(stamps(shifted) - stamps(plain), 1000.0)
     for frame in shifted:

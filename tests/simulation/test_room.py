@@ -22,7 +22,7 @@ def others(furnished: Room) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_nothing_but_the_object_stands_in_the_lane(seed: int) -> None:
+def test_the_lane_contains_only_the_object(seed: int) -> None:
     furnished = room(make_furniture(CATEGORIES[seed], seed), seed)
     nearest = [np.hypot(*points.T).min() for points in others(furnished)]
     assert min(nearest) >= furnished.lane_radius - 1e-6
@@ -64,7 +64,7 @@ def test_a_start_is_on_the_circle_with_the_object_on_the_left(azimuth: float) ->
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_robot_drives_once_round_without_touching_anything(seed: int) -> None:
+def test_a_robot_completes_the_orbit_without_a_collision(seed: int) -> None:
     furnished = room(make_furniture("chair", seed), seed)
     radius = furnished.orbit.radius + furnished.mount.left
     driver = SimulatedRobot(
@@ -97,12 +97,12 @@ def test_an_object_larger_than_the_range_is_refused() -> None:
 
 
 @pytest.mark.parametrize("height", [np.nan, np.inf, -np.inf, 0.001, 20.0, 1e30, 1e308])
-def test_no_mast_is_so_low_or_high(height: float) -> None:
+def test_impossible_mast_heights_are_refused(height: float) -> None:
     with pytest.raises(InputError, match="a mast is from"):
         room(SMALL, height=height)
 
 
-def test_a_start_needs_a_number() -> None:
+def test_an_invalid_start_is_refused() -> None:
     with pytest.raises(InputError, match="degrees"):
         room(SMALL).start(np.nan)
 

@@ -30,7 +30,7 @@ def test_without_noise_a_frame_is_the_truth() -> None:
     assert frame.stamp == 0.0
 
 
-def test_frames_bring_the_poses_they_were_taken_from() -> None:
+def test_frames_carry_their_camera_poses() -> None:
     orbit = Orbit.around(BOX, CAMERA)
     for index, frame in enumerate(camera().frames(4)):
         expected = orbit.station(2 * np.pi * index / 6)
@@ -48,7 +48,7 @@ def test_points_of_exact_frames_lie_on_the_box_and_the_floor() -> None:
     assert (~on_floor).any()
 
 
-def test_colour_tells_object_floor_and_nothing_apart() -> None:
+def test_object_floor_and_background_differ_in_colour() -> None:
     station = Station(0.0, looking_at([1.5, 0.0, 0.4], [0, 0, 0.4]))
     view = camera(colour=True)
     colour, surface = view.photograph(station).colour, view.truth(station).surface

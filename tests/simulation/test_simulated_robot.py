@@ -7,7 +7,7 @@ import weakref
 
 import numpy as np
 import pytest
-from robot_world import BOX, CAMERA, EMPTY, ON_CIRCLE, ROUND, robot, told_pose, true_pose
+from robot_world import BOX, CAMERA, EMPTY, ON_CIRCLE, ROUND, odometry_pose, robot, true_pose
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError, MissingExtraError
@@ -23,20 +23,20 @@ from circumspect.simulation import (
     block,
     floor,
 )
-from circumspect.simulation.orbit import LOWEST_MAST
+from circumspect.simulation.orbit import MIN_MAST_HEIGHT_M
 
 
-def test_without_faults_the_wheels_say_the_truth() -> None:
+def test_odometry_without_faults_is_exact() -> None:
     driver = robot()
     start = true_pose(driver)
     driver.drive(Velocity(0.05, 0.05 / 1.5))
     driver.wait(20.0)
-    error = (start @ told_pose(driver)).inverse() @ true_pose(driver)
+    error = (start @ odometry_pose(driver)).inverse() @ true_pose(driver)
     np.testing.assert_allclose([error.x, error.y, error.yaw], 0, atol=1e-3)
-    assert told_pose(driver).yaw == pytest.approx(20 * 0.05 / 1.5, abs=0.01)
+    assert odometry_pose(driver).yaw == pytest.approx(20 * 0.05 / 1.5, abs=0.01)
 
 
-def test_the_same_seed_gives_the_same_run_however_time_is_cut() -> None:
+def test_the_same_seed_gives_the_same_run_for_any_time_steps() -> None:
     one, same, other = (robot(slip=0.05, seed=seed) for seed in (1, 1, 2))
     for driver, pieces in ((one, 4), (same, 40), (other, 4)):
         driver.drive(ROUND)
@@ -47,7 +47,7 @@ def test_the_same_seed_gives_the_same_run_however_time_is_cut() -> None:
     assert not np.array_equal(matrix(one), matrix(other))
 
 
-def test_a_frame_brings_odometry_and_mounting_but_no_pose() -> None:
+def test_a_frame_carries_odometry_and_mount_but_no_pose() -> None:
     driver = robot()
     driver.drive(ROUND)
     driver.wait(1.0)
@@ -83,13 +83,13 @@ def test_the_depth_is_that_of_the_true_pose() -> None:
     assert (~on_floor).sum() > 100
 
 
-def test_slip_makes_the_odometry_claim_too_much_way() -> None:
+def test_slip_makes_odometry_overestimate_the_distance() -> None:
     claimed, driven = [], []
     for seed in range(10):
         driver = robot(EMPTY, PlanarPose(), seed, slip=0.05)
         driver.drive(Velocity(0.6))
         driver.wait(5.0)
-        claimed.append(told_pose(driver).x)
+        claimed.append(odometry_pose(driver).x)
         driven.append(np.hypot(*true_pose(driver).xy))
     assert np.mean(driven) / np.mean(claimed) == pytest.approx(0.95, abs=0.012)
 
@@ -100,21 +100,21 @@ def test_slip_is_not_symmetric() -> None:
         driver = robot(EMPTY, PlanarPose(), seed, slip=0.05)
         driver.drive(Velocity(0.6))
         driver.wait(5.0)
-        assert told_pose(driver).yaw == pytest.approx(0, abs=0.01)
+        assert odometry_pose(driver).yaw == pytest.approx(0, abs=0.01)
         yaws.append(true_pose(driver).yaw)
     assert np.std(yaws) > 0.02
 
 
-def test_a_larger_right_wheel_drifts_to_the_left_unknown_to_the_odometry() -> None:
+def test_a_larger_right_wheel_turns_left_without_a_trace_in_odometry() -> None:
     driver = robot(EMPTY, PlanarPose(), wheel_radius_error=0.02)
     driver.drive(Velocity(0.5))
     driver.wait(4.0)
-    way = told_pose(driver).x
-    assert told_pose(driver).yaw == pytest.approx(0, abs=2e-3)
-    assert true_pose(driver).yaw == pytest.approx(0.02 * way / 0.33, rel=0.05)
+    distance = odometry_pose(driver).x
+    assert odometry_pose(driver).yaw == pytest.approx(0, abs=2e-3)
+    assert true_pose(driver).yaw == pytest.approx(0.02 * distance / 0.33, rel=0.05)
 
 
-def test_bumps_tilt_the_true_camera_but_not_the_mounting() -> None:
+def test_bumps_tilt_the_true_camera_but_not_the_mount() -> None:
     tilts = {}
     for height in (0.0, 0.015):
         driver = robot(EMPTY, PlanarPose(), bump_height=height)
@@ -140,7 +140,7 @@ def test_a_wall_stops_the_robot_and_slow_wheels_stall(speed: float, spins: bool)
     driver.wait(0.6 / speed + 5.0)
     nose = true_pose(driver).x + 0.1825
     assert nose == pytest.approx(0.6, abs=0.06)
-    assert (told_pose(driver).x > 0.6) == spins
+    assert (odometry_pose(driver).x > 0.6) == spins
 
 
 def test_the_robot_does_not_drive_under_a_table_that_its_mast_would_hit() -> None:
@@ -151,7 +151,7 @@ def test_the_robot_does_not_drive_under_a_table_that_its_mast_would_hit() -> Non
     assert true_pose(driver).x + 0.1825 == pytest.approx(0.6, abs=0.06)
 
 
-def test_too_fast_commands_are_slowed_down() -> None:
+def test_too_fast_commands_are_clipped() -> None:
     driver = robot(EMPTY, PlanarPose())
     driver.drive(Velocity(5.0))
     driver.wait(4.0)
@@ -161,13 +161,13 @@ def test_too_fast_commands_are_slowed_down() -> None:
     assert driver.odometry().forward == pytest.approx(0, abs=1e-3)
 
 
-def test_carried_away_the_wheels_notice_nothing() -> None:
+def test_odometry_does_not_notice_a_displaced_robot() -> None:
     driver = robot()
-    before = told_pose(driver)
+    before = odometry_pose(driver)
     driver.place(PlanarPose(2.0, -1.0, 0.3))
     driver.wait(0.1)
     np.testing.assert_allclose(true_pose(driver).xy, [2.0, -1.0], atol=2e-3)
-    np.testing.assert_allclose(told_pose(driver).xy, before.xy, atol=1e-3)
+    np.testing.assert_allclose(odometry_pose(driver).xy, before.xy, atol=1e-3)
 
 
 def test_noise_depends_on_the_seed_only() -> None:
@@ -204,7 +204,7 @@ def test_time_passes_forward(seconds: float) -> None:
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan])
 def test_real_time_needs_a_positive_factor(factor: float) -> None:
-    with pytest.raises(InputError, match="factor"):
+    with pytest.raises(InputError, match="real_time must be positive"):
         SimulatedRobot(EMPTY, PlanarPose(), real_time=factor)
 
 
@@ -215,13 +215,13 @@ def test_real_time_needs_a_positive_factor(factor: float) -> None:
         {"tilt": np.pi / 2}, {"tilt": np.nan}, {"left": 1.5},
     ],
 )  # fmt: skip
-def test_an_impossible_mast_is_refused(wrong: dict[str, float]) -> None:
+def test_an_impossible_mast_height_is_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(InputError, match="mast"):
         CameraMount(**wrong)
 
 
-def test_the_lowest_mast_still_stands_on_a_robot() -> None:
-    SimulatedRobot(EMPTY, PlanarPose(), CameraMount(LOWEST_MAST))
+def test_the_lowest_mast_fits_on_a_robot() -> None:
+    SimulatedRobot(EMPTY, PlanarPose(), CameraMount(MIN_MAST_HEIGHT_M))
 
 
 def test_without_mujoco_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -235,7 +235,7 @@ def matrix(driver: SimulatedRobot) -> np.ndarray:
     return T.as_matrix()
 
 
-def test_a_robot_is_freed_at_once_with_its_world() -> None:
+def test_a_deleted_robot_is_freed_with_its_simulation() -> None:
     gc.disable()
     try:
         driver = robot()

@@ -1,4 +1,4 @@
-"""Two runs never share a folder; a killed one blocks nobody and leaves nothing."""
+"""Two runs never share a folder; a killed run leaves neither a lock nor partial files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nothing half-written is ever left behind, whatever ends the writing."""
+"""No partial file is left, however the writing ends."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_disk_full_while_writing(old: Path):
     assert_untouched(old)
 
 
-def test_disk_full_in_truth(old: Path):
+def test_disk_really_full(old: Path):
     with largest_file(4096), pytest.raises(OutputError) as error, atomic_open(old, "wb") as stream:
         stream.write(bytes(1_000_000))
     assert "file too large" in one_line(error, old)
@@ -140,7 +140,7 @@ def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     one_line(error, tmp_path / "x")
 
 
-def test_a_place_that_no_user_may_write_to():
+def test_a_folder_without_write_permission():
     message = r"^/proc/nowhere/x: can not be written"
     with pytest.raises(OutputError, match=message), atomic_open("/proc/nowhere/x"):
         pytest.fail("the block must not run")
@@ -208,7 +208,7 @@ def test_json_holds_plain_values(tmp_path: Path):
     }
 
 
-def test_what_json_can_not_hold_leaves_no_file(tmp_path: Path):
+def test_values_that_json_can_not_hold_leave_no_file(tmp_path: Path):
     with pytest.raises(TypeError):
         write_json(tmp_path / "x.json", {"x": object()})
     assert not list(tmp_path.iterdir())

@@ -63,7 +63,7 @@ def error(true: NDArray[np.float64], smoother: FixedLagSmoother) -> NDArray[np.f
     return se3_matrices.log(se3_matrices.inverse(true) @ smoother.T_map_camera)
 
 
-def test_errors_are_as_large_as_the_covariance_says() -> None:
+def test_errors_are_consistent_with_the_covariance() -> None:
     """The normalised squared errors of independent drives are chi-squared distributed."""
     squares = []
     for seed in range(40):
@@ -80,7 +80,7 @@ def test_the_scale_of_slipping_wheels_is_learnt() -> None:
     sigma = np.sqrt(estimates[-1].covariance[6, 6])
     assert estimates[-1].scale[0] == pytest.approx(SLIP, abs=3 * sigma)
     assert sigma < 0.012
-    # Nothing was said about the other scale.
+    # The other scale has no measurement.
     assert estimates[-1].scale[1] == pytest.approx(1.0)
     assert estimates[-1].covariance[7, 7] == pytest.approx(0.05**2)
 

@@ -67,6 +67,34 @@ def test_only_differences_count(ratios: list[float], offset: float) -> None:
     )
 
 
+@given(st.integers(100, 400), st.floats(0.2, 0.9), st.integers(1, 20))
+def test_points_in_unknown_space_decide_nothing(count: int, share: float, frames: int) -> None:
+    """Where the map ends another place explains more points; that makes it no more likely."""
+    known = np.arange(count) < round((1 - share) * count)
+    everywhere = ScanLikelihood(
+        float(count), contributions=np.ones(count), unknown=np.zeros(count, bool)
+    )
+    at_the_rim = ScanLikelihood(float(known.sum()), contributions=1.0 * known, unknown=~known)
+    alive, unmeasured = [at(0.0, 0.0), at(1.0, 0.0)], [at(0.0, 0.0), at(1.0, 0.0)]
+    for _ in range(frames):
+        alive = survivors(explaining(alive, everywhere, at_the_rim))
+        assert [hypothesis.log_ratio for hypothesis in alive] == [0.0, 0.0]
+    # The mean of a pose that no scan has determined is not where the camera is.
+    unmeasured[1] = replace(unmeasured[1], unmeasured=1.0)
+    assert survivors(explaining(unmeasured, everywhere, at_the_rim))[1].log_ratio < 0
+
+
+def explaining(
+    alive: list[Hypothesis], first: ScanLikelihood, second: ScanLikelihood
+) -> list[Hypothesis]:
+    """Two hypotheses after a frame, the one farther along second."""
+    ordered = sorted(alive, key=lambda hypothesis: float(hypothesis.T_map_camera[0, 3]))
+    return [
+        replace(hypothesis, frame_log_ratio=likelihood.total, likelihood=likelihood)
+        for hypothesis, likelihood in zip(ordered, (first, second), strict=True)
+    ]
+
+
 @given(st.floats(50, 2000), st.floats(0, 0.09), st.integers(1, 40))
 def test_errors_of_the_map_decide_nothing(support: float, share: float, frames: int) -> None:
     """Two places that look alike stay possible, however many frames fit one slightly better."""

@@ -29,8 +29,8 @@ def test_odometry_moves_a_given_first_pose_until_there_is_a_map() -> None:
     tracked = follow([*map(blind, frames[:6]), *frames[6:]], Tracker(first, SETTINGS))
     errors = place_errors(tracked, SHORT)
     # The odometry claims 4 % more than the truth.
-    way = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
-    assert errors[6] < 0.05 * way
+    distance = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
+    assert errors[6] < 0.05 * distance
     assert errors[6:].max() < 0.03
 
 
@@ -39,10 +39,10 @@ def test_skipped_frames_move_a_given_first_pose_as_well() -> None:
     tracker = Tracker(first, SETTINGS)
     for frame in frames[:6]:
         tracker.skip(frame)
-    way = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
+    distance = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
     tracked = tracker.track(frames[6])
     off = tracked.T_map_camera.translation - true_camera(float(SHORT[6])).translation
-    assert np.linalg.norm(off) < 0.05 * way
+    assert np.linalg.norm(off) < 0.05 * distance
 
 
 def test_a_given_first_pose_is_moved_over_a_frame_without_odometry() -> None:
@@ -50,8 +50,8 @@ def test_a_given_first_pose_is_moved_over_a_frame_without_odometry() -> None:
     early = [*map(blind, frames[:6])]
     early[3] = replace(early[3], odometry=None)
     tracked = follow([*early, *frames[6:8]], Tracker(first, SETTINGS))
-    way = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
-    assert place_errors(tracked, SHORT[:8])[6] < 0.05 * way
+    distance = np.linalg.norm(true_camera(float(SHORT[6])).translation - first.translation)
+    assert place_errors(tracked, SHORT[:8])[6] < 0.05 * distance
 
 
 @pytest.mark.parametrize("east", [5e5, -3e6])
@@ -74,8 +74,8 @@ def test_a_camera_on_a_panning_head_is_tracked() -> None:
     tracker.track(frame)
     for number, mount in enumerate(mounts[1:], 1):
         # Nothing is in sight: odometry and mount alone say where the camera looks.
-        seen = replace(blind(frame), stamp=float(number), T_base_camera=mount)
-        seen = replace(seen, odometry=replace(frame.odometry, stamp=float(number)))
-        base = tracker.track(seen).T_map_base
+        shot = replace(blind(frame), stamp=float(number), T_base_camera=mount)
+        shot = replace(shot, odometry=replace(frame.odometry, stamp=float(number)))
+        base = tracker.track(shot).T_map_base
         assert np.hypot(base.x, base.y) < 1e-3
         assert abs(base.yaw) < np.radians(0.1)

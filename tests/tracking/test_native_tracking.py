@@ -154,7 +154,7 @@ def test_moving_the_map_changes_no_equation(seed: int, n: int, spread: float) ->
 
 
 @given(seeds, sizes)
-def test_poses_without_information_may_be_anything(seed: int, n: int) -> None:
+def test_measurements_without_information_have_no_effect(seed: int, n: int) -> None:
     window = random_window(seed, n, 0.1)
     factors = window.factors._replace(
         measured_information=np.zeros((n, 6, 6)), level_information=np.zeros((n, 3, 3))

@@ -14,7 +14,7 @@ from circumspect.geometry import PlanarPose
 from circumspect.robot import arc
 from circumspect.sensing import Odometry, RgbdFrame
 from circumspect.tracking import OdometryCheck, PoseEstimate, TrackingState
-from circumspect.tracking.odometry_lag import contradicting_motions, odometry_lag
+from circumspect.tracking.odometry_check import contradicting_motions, odometry_lag
 
 TICK = 0.1
 NOISE = (0.002, 0.002, 0.002)
@@ -43,7 +43,7 @@ def as_array(poses: list[PlanarPose]) -> np.ndarray:
     return np.column_stack([rows[:, :2], np.unwrap(rows[:, 2])])
 
 
-def seen(
+def registered_drive(
     interval: float, lag: float, count: int, seed: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stamps, registered poses and odometry of so many frames."""
@@ -61,7 +61,7 @@ def at(when: np.ndarray, times: np.ndarray, poses: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("lag", [-1.0, -0.5, 0.5, 1.0])
 def test_another_clock_is_noticed_within_20_frames(lag: float, seed: int) -> None:
-    found = odometry_lag(*seen(0.5, lag, 20, seed))
+    found = odometry_lag(*registered_drive(0.5, lag, 20, seed))
     assert found == pytest.approx(lag, abs=0.21)
 
 
@@ -70,12 +70,12 @@ def test_another_clock_is_noticed_within_20_frames(lag: float, seed: int) -> Non
 @pytest.mark.parametrize("interval", [0.2, 0.5, 1.0])
 def test_usual_latency_is_no_other_clock(interval: float, lag: float, seed: int) -> None:
     for count in range(2, round(26 / interval), 3):
-        assert odometry_lag(*seen(interval, lag, count, seed)) is None
+        assert odometry_lag(*registered_drive(interval, lag, count, seed)) is None
 
 
 def with_fault(fault: str, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """40 frames, as `seen`, with a fault from frame 15 or 20 on; slip from the start."""
-    stamps, registered, odometry = seen(0.5, 0.0, 40, seed)
+    """40 frames, as `registered_drive`, with a fault from frame 15 or 20 on; slip from the start."""
+    stamps, registered, odometry = registered_drive(0.5, 0.0, 40, seed)
     if fault == "jump":
         odometry[20:] += (0.3, -0.2, 0.4)
     elif fault == "stuck":
@@ -105,16 +105,34 @@ def test_errors_that_usual_noise_explains_are_no_other_clock(
 
     def driven(times: np.ndarray) -> np.ndarray:
         yaw = 0.02 * np.cos(2 * np.pi * times / 10)
-        return np.column_stack([0.05 * times, 0 * times, np.cumsum(yaw)])
+        return np.column_stack([0.01 * times, 0 * times, np.cumsum(yaw)])
 
     registered, odometry = driven(stamps), driven(stamps - 1.0)
     assert odometry_lag(stamps, registered, odometry) is None
     # The comparison of lags alone would take it for another clock.
-    monkeypatch.setattr("circumspect.tracking.odometry_lag.EXPECTED_COST", 0.1)
+    monkeypatch.setattr("circumspect.tracking.odometry_check.EXPECTED_COST", 0.1)
     assert odometry_lag(stamps, registered, odometry) is not None
 
 
-def test_an_even_motion_says_nothing() -> None:
+def test_wheels_that_slip_unequally_are_no_other_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """While the robot turns less and less, a lag would explain that it turns too little."""
+    stamps = np.arange(20.0)
+
+    def driven(turning: np.ndarray, step_m: float) -> np.ndarray:
+        poses = [PlanarPose()]
+        for turn in turning[1:]:
+            poses.append(poses[-1] @ arc(step_m, turn))
+        return as_array(poses)
+
+    turning = np.radians(np.linspace(-3.5, 3.5, 20))
+    registered = driven(turning - np.radians(0.7), 0.05)
+    motions = stamps, registered, driven(turning, 0.05)
+    assert odometry_lag(*motions) is None
+    monkeypatch.setattr("circumspect.tracking.odometry_check.TURN_VARIANCE", 0.0)
+    assert odometry_lag(*motions) is not None
+
+
+def test_a_uniform_motion_is_no_evidence() -> None:
     stamps = 0.5 * np.arange(30)
     poses = as_array([arc(0.05 * stamp, 0.1 * stamp) for stamp in stamps])
     lagging = as_array([arc(0.05 * (stamp - 1), 0.1 * (stamp - 1)) for stamp in stamps])
@@ -124,7 +142,7 @@ def test_an_even_motion_says_nothing() -> None:
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("fault", ["stuck", "blocked"])
 def test_most_motions_contradict_odometry_that_is_wrong(fault: str, seed: int) -> None:
-    # The first 15 frames are right.
+    # The first 15 frames are correct.
     contradicting = contradicting_motions(*(a[15:] for a in with_fault(fault, seed)))
     assert len(contradicting) >= 20
     assert contradicting.mean() > 0.5
@@ -137,13 +155,13 @@ def test_few_motions_contradict_odometry_that_jumps(fault: str, seed: int) -> No
     assert contradicting.sum() <= (fault != "none")
 
 
-def test_odometry_is_left_out_while_it_is_wrong(caplog: pytest.LogCaptureFixture) -> None:
-    stamps, registered, odometry = seen(0.5, 0.0, 58, 0)
+def test_odometry_is_excluded_while_it_is_wrong(caplog: pytest.LogCaptureFixture) -> None:
+    stamps, registered, odometry = registered_drive(0.5, 0.0, 58, 0)
     wrong = odometry.copy()
     wrong[:20] = wrong[20]
     check, used = OdometryCheck(), []
     for frame, pose in as_frames(stamps, registered, wrong):
-        used.append(check.checked(frame).odometry is not None)
+        used.append(check.filter(frame).odometry is not None)
         check.update(frame, pose)
     first = used.index(False)
     assert first <= 12
@@ -155,14 +173,14 @@ def test_odometry_is_left_out_while_it_is_wrong(caplog: pytest.LogCaptureFixture
 
 
 @pytest.mark.parametrize("silence", ["standing still", "creeping", "dead reckoning"])
-def test_stuck_odometry_stays_left_out_while_nothing_speaks_for_it(silence: str) -> None:
+def test_stuck_odometry_stays_excluded_without_evidence_for_it(silence: str) -> None:
     """Stuck odometry fits a robot that stands still; a slow one contradicts no frame of it."""
-    stamps, registered, odometry = seen(0.5, 0.0, 50, 0)
+    stamps, registered, odometry = registered_drive(0.5, 0.0, 50, 0)
     odometry[:] = odometry[0]
     check, pairs = OdometryCheck(), as_frames(stamps[:20], registered[:20], odometry[:20])
     for frame, pose in pairs:
         check.update(frame, pose)
-    assert check.checked(pairs[-1][0]).odometry is None
+    assert check.filter(pairs[-1][0]).odometry is None
     rest = 20 + np.arange(60)
     still = np.repeat(registered[19:20], 60, axis=0)
     if silence == "creeping":
@@ -172,12 +190,12 @@ def test_stuck_odometry_stays_left_out_while_nothing_speaks_for_it(silence: str)
         if silence == "dead reckoning":
             pose = replace(pose, state=TrackingState.DEAD_RECKONING)
         check.update(frame, pose)
-        assert check.checked(frame).odometry is None
+        assert check.filter(frame).odometry is None
 
 
 def frames(lag: float, count: int = 30) -> list[tuple[RgbdFrame, PoseEstimate]]:
     """Frames with odometry that lags, and their registered poses."""
-    return as_frames(*seen(0.5, lag, count, 0))
+    return as_frames(*registered_drive(0.5, lag, count, 0))
 
 
 def as_frames(
@@ -199,7 +217,7 @@ def test_odometry_of_another_clock_is_removed_and_reported_once(
     check = OdometryCheck()
     kept = []
     for frame, pose in frames(lag=1.0):
-        checked = check.checked(frame)
+        checked = check.filter(frame)
         check.update(frame, pose)
         kept.append(checked.odometry is not None)
     first = kept.index(False)
@@ -212,7 +230,7 @@ def test_odometry_of_another_clock_is_removed_and_reported_once(
 def test_odometry_of_the_same_clock_is_kept() -> None:
     check = OdometryCheck()
     for frame, pose in frames(lag=0.0):
-        assert check.checked(frame) is frame
+        assert check.filter(frame) is frame
         check.update(frame, pose)
     assert not check.warning
 
@@ -220,7 +238,7 @@ def test_odometry_of_the_same_clock_is_kept() -> None:
 def test_poses_that_are_not_reliable_are_no_evidence() -> None:
     check = OdometryCheck()
     for frame, pose in frames(lag=1.0):
-        check.checked(frame)
+        check.filter(frame)
         check.update(frame, replace(pose, state=TrackingState.DEAD_RECKONING))
     assert not check.warning
 
@@ -233,9 +251,9 @@ def test_odometry_of_another_epoch_is_removed_at_once(
     for frame, _ in frames(lag=0.0, count=3):
         assert frame.odometry is not None
         reported = replace(frame.odometry, stamp=frame.stamp + ahead)
-        assert check.checked(replace(frame, odometry=reported)).odometry is None
+        assert check.filter(replace(frame, odometry=reported)).odometry is None
     assert check.warning.endswith(f"their stamps differ by {abs(ahead):.1f} s")
     assert caplog.text.count("different clocks") == 1
     frame = frames(lag=0.0, count=1)[0][0]
-    assert check.checked(frame).odometry is not None
+    assert check.filter(frame).odometry is not None
     assert not check.warning

@@ -15,7 +15,7 @@ CAMERA = PinholeCamera(8, 6, 10.0, 11.0, 3.5, 2.5)
 TRACKING = TrackingState.TRACKING
 
 
-def test_known_poses_are_taken_as_they_are() -> None:
+def test_known_poses_are_returned_unchanged() -> None:
     pose = RigidTransform.from_translation([1.0, 2.0, 3.0])
     frame = RgbdFrame(np.ones((6, 8)), CAMERA, 0.0, pose)
     estimate = KnownPoses().track(frame)

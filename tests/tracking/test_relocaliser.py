@@ -7,9 +7,9 @@ from itertools import combinations
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
-from tracking_world import SETTINGS, SQUARE, THINGS, blind, drive, follow, true_camera
+from tracking_world import SETTINGS, SQUARE, SURFACES, blind, drive, follow, true_camera
 
-from circumspect.geometry.pose_distance import distances
+from circumspect.geometry.composition import distances
 from circumspect.registration import Scan
 from circumspect.simulation import Surface
 from circumspect.tracking import Tracker
@@ -22,10 +22,10 @@ from circumspect.tracking.relocaliser import (
 )
 
 
-def tracked_round(angles: np.ndarray, things: tuple[Surface, ...] = THINGS) -> Tracker:
+def tracked_round(angles: np.ndarray, surfaces: tuple[Surface, ...] = SURFACES) -> Tracker:
     """A tracker after a drive, its map in the frame of the world."""
     tracker = Tracker(true_camera(float(angles[0])), SETTINGS)
-    follow(drive(angles, things=things), tracker)
+    follow(drive(angles, surfaces=surfaces), tracker)
     tracker.finalise()
     return tracker
 
@@ -52,7 +52,7 @@ def test_without_scan_or_map_there_are_no_candidates() -> None:
 def test_candidates_at_a_square_pillar_are_on_different_sides() -> None:
     angles = np.radians(np.arange(5, 365, 10.0))
     keyframes = tracked_round(angles, SQUARE).keyframes
-    scan = Scan.from_frame(drive(angles[4:5], things=SQUARE)[0])
+    scan = Scan.from_frame(drive(angles[4:5], surfaces=SQUARE)[0])
     candidates = candidate_poses(scan, keyframes)
     assert len(candidates) >= 2
     sides = set()
@@ -73,7 +73,7 @@ def test_a_robot_lost_at_a_square_pillar_is_not_reliable() -> None:
     """It is carried by 45°, and four sides look like what it sees then."""
     angles = np.radians(np.arange(5, 366, 10.0))
     away = np.radians(np.arange(50, 62, 2.5))
-    frames = drive(np.concatenate([angles, away]), things=SQUARE)
+    frames = drive(np.concatenate([angles, away]), surfaces=SQUARE)
     tracker = Tracker(true_camera(float(angles[0])), SETTINGS)
     before = follow(frames[: len(angles)], tracker)
     assert before[-1].reliable

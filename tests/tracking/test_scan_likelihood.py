@@ -22,7 +22,7 @@ def test_a_lost_camera_is_found_by_scans_of_the_map_not_of_unknown_space(
 
 
 @pytest.mark.parametrize(("angle_deg", "low", "high"), [(20.0, 0.8, 1.0), (180.0, 0.0, 0.3)])
-def test_the_overlap_is_the_share_of_what_is_mapped(
+def test_the_overlap_is_the_share_of_mapped_points(
     angle_deg: float, low: float, high: float
 ) -> None:
     mapped = np.radians(np.arange(0, 45, 5.0))

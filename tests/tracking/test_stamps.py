@@ -63,7 +63,7 @@ def test_a_lost_camera_does_not_move_on() -> None:
 
 
 @pytest.mark.parametrize("with_odometry", [True, False])
-def test_a_clock_that_jumps_by_decades_is_survived(with_odometry: bool) -> None:
+def test_tracking_continues_after_a_clock_jump_of_decades(with_odometry: bool) -> None:
     frames = [
         replace(
             frame,
@@ -77,7 +77,7 @@ def test_a_clock_that_jumps_by_decades_is_survived(with_odometry: bool) -> None:
     assert all(np.linalg.eigvalsh(estimate.covariance)[0] > 0 for estimate in tracked)
 
 
-def test_odometry_with_a_huge_covariance_does_no_harm() -> None:
+def test_odometry_with_a_huge_covariance_is_harmless() -> None:
     frames = [
         replace(frame, odometry=replace(frame.odometry, covariance=np.eye(3) * 1e300 * (n > 0)))
         for n, frame in enumerate(short_drive()[:6])

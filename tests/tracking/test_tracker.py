@@ -12,7 +12,7 @@ from tracking_world import (
     SETTINGS,
     SHORT,
     SQUARE,
-    THINGS,
+    SURFACES,
     blind,
     drive,
     follow,
@@ -106,20 +106,20 @@ def test_a_robot_without_odometry_starts_its_map_where_it_stands() -> None:
 
 
 def steps_and_pillars() -> tuple[Surface, ...]:
-    """Things that determine all six degrees of freedom."""
+    """Objects that determine all six degrees of freedom."""
     places = [(0.45, -0.5), (0.8, 0.4), (-0.1, 0.7), (-0.6, -0.45), (0.1, -0.8), (0.6, 0.9)]
     pillars = [
         Surface(f"pillar {n}", block((x, y, 0.0), (x + 0.12, y + 0.1, 0.2 + 0.1 * n)))
         for n, (x, y) in enumerate(places)
     ]
-    return (*THINGS, *pillars)
+    return (*SURFACES, *pillars)
 
 
 def test_a_camera_without_robot_is_tracked_by_constant_velocity() -> None:
     start = true_camera(float(SHORT[0]))
     frames = [
         replace(frame, odometry=None, T_base_camera=None, stamp=0.1 * frame.stamp)
-        for frame in drive(SHORT, things=steps_and_pillars())
+        for frame in drive(SHORT, surfaces=steps_and_pillars())
     ]
     tracked = follow(frames, Tracker(start, SETTINGS))
     assert "constant velocity" in sources(tracked)
@@ -142,9 +142,30 @@ def test_a_blackout_is_bridged_by_odometry_with_growing_covariance() -> None:
     tracked = follow(frames)
     sizes = [np.linalg.det(e.covariance[3:, 3:]) for e in tracked[5:11]]
     assert {e.inliers for e in tracked[6:11]} == {0}
+    assert [e.unverified for e in tracked] == [not e.reliable for e in tracked]
+    assert any(e.unverified for e in tracked)
     assert (np.diff(sizes) > 0).all()
     assert tracked[11].reliable
     assert_reliable_poses_are_right(tracked, SHORT)
+
+
+def test_spinning_wheels_during_a_blackout_give_no_wrong_pose() -> None:
+    """The robot stands, its wheels turn by 3° a frame; then it sees where it is."""
+    frames = list(short_drive())
+    last, place = frames[-1], frames[-1].odometry
+    assert place is not None
+    for step in range(1, 11):
+        stamp = last.stamp + 0.5 * step
+        turned = PlanarPose(place.T_odom_base.x, place.T_odom_base.y,
+                            place.T_odom_base.yaw + np.radians(3.0 * step))  # fmt: skip
+        odometry = replace(place, stamp=stamp, T_odom_base=turned)
+        spinning = replace(last, stamp=stamp, odometry=odometry)
+        frames.append(blind(spinning) if step < 9 else spinning)
+    angles = np.concatenate([SHORT, np.full(10, SHORT[-1])])
+    tracked = follow(frames)
+    assert "slipping wheels" in sources(tracked[-2:])
+    assert tracked[-1].reliable
+    assert_reliable_poses_are_right(tracked, angles)
 
 
 @pytest.mark.parametrize("factor", [1000.0, 0.001])
@@ -158,7 +179,7 @@ def test_depth_in_the_wrong_unit_is_not_used(factor: float) -> None:
 
 
 @pytest.mark.parametrize("kind", ["gone", "stuck", "jumping"])
-def test_odometry_that_fails_does_not_mislead(kind: str) -> None:
+def test_failed_odometry_gives_no_wrong_pose(kind: str) -> None:
     stuck = short_drive()[5].odometry.T_odom_base
     jump = PlanarPose(0.4, -0.3, 0.5)
     changes: dict[str, OdometryChange] = {
@@ -312,28 +333,30 @@ def test_unexplored_space_does_not_confirm_an_uncertain_pose(end_deg: float, off
 def test_after_two_blind_frames_without_odometry_a_new_view_is_not_reliable() -> None:
     angles = np.concatenate([SHORT, np.radians([60.0, 62.5, 120.0])])
     frames = drive(angles)
-    mute = with_odometry(frames[16:], lambda *_: None)
-    tracked = follow([*frames[:16], blind(mute[0]), blind(mute[1]), mute[2]])
+    without_odometry = with_odometry(frames[16:], lambda *_: None)
+    tracked = follow(
+        [*frames[:16], blind(without_odometry[0]), blind(without_odometry[1]), without_odometry[2]]
+    )
     assert_reliable_poses_are_right(tracked, angles)
     assert not tracked[-1].reliable
 
 
 @pytest.mark.parametrize("turn_deg", [90.0, 180.0])
-def test_a_camera_that_may_be_elsewhere_is_looked_for_there(turn_deg: float) -> None:
+def test_an_ambiguous_camera_keeps_several_hypotheses(turn_deg: float) -> None:
     """Without odometry, after a blackout, at a pillar whose four sides look the same."""
     mapped, blackout = np.arange(0, 395, 5.0), np.linspace(395, 395 + turn_deg, 12)
     after = blackout[-1] + np.arange(5.0, 30, 5.0)
     angles = np.radians(np.concatenate([mapped, blackout, after]))
-    frames = drive(angles, things=SQUARE)
-    mute = with_odometry(frames[len(mapped) :], lambda *_: None)
-    dark = [blind(frame) for frame in mute[: len(blackout)]]
-    tracked = follow([*frames[: len(mapped)], *dark, *mute[len(blackout) :]])
+    frames = drive(angles, surfaces=SQUARE)
+    without_odometry = with_odometry(frames[len(mapped) :], lambda *_: None)
+    dark = [blind(frame) for frame in without_odometry[: len(blackout)]]
+    tracked = follow([*frames[: len(mapped)], *dark, *without_odometry[len(blackout) :]])
     assert_reliable_poses_are_right(tracked, angles)
     assert not any(estimate.reliable for estimate in tracked[len(mapped) + 1 :])
     assert max(estimate.hypotheses for estimate in tracked[-5:]) > 1
 
 
-def test_odometry_that_jumps_twice_does_not_mislead() -> None:
+def test_odometry_that_jumps_twice_gives_no_wrong_pose() -> None:
     jumps = {14: PlanarPose(0.0, 0.12, 0.0), 15: PlanarPose(0.0, 0.16, 0.0)}
     frames = with_odometry(list(short_drive()), lambda n, pose: pose @ jumps.get(n, PlanarPose()))
     tracked = follow(frames)

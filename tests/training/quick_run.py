@@ -8,13 +8,14 @@ from two_kinds import two_kinds
 
 from circumspect.datasets import GridCache
 from circumspect.nets.registry import net_spec
-from circumspect.training import TrainingSettings, train
+from circumspect.training import TrainingSettings
+from circumspect.training.train import train
 
 QUICK = TrainingSettings(epochs=3, batch_size=8, replicas=2, seed=1)
 
 
 class Silent:
-    """Hears of the progress and says nothing."""
+    """Receives the progress and prints nothing."""
 
     def preparing(self, done, total):
         pass

@@ -1,4 +1,4 @@
-"""What a run's folder is good for: going on, and nothing that is there is lost."""
+"""The folder of a run: it resumes, and no existing file is lost."""
 
 from __future__ import annotations
 
@@ -17,13 +17,17 @@ from hypothesis import strategies as st
 from quick_run import QUICK, Silent, run
 from two_kinds import two_kinds
 
-from circumspect.classification import GridRecipe, PointsRecipe
+from circumspect.classification import GridSpec, PointsSpec
 from circumspect.datasets import Augmentation
 from circumspect.errors import CircumspectError, InputError, OutputError, WeightsError
 from circumspect.nets.registry import net_spec
 from circumspect.training import TrainingSettings
-from circumspect.training.config_differences import MOST, config_differences
-from circumspect.training.run_config import run_config
+from circumspect.training.run_config import (
+    MAX_DIFFERENCES,
+    claim_folder,
+    config_differences,
+    run_config,
+)
 
 STATE, BEST, CONFIG = "state.safetensors", "best.safetensors", "config.json"
 
@@ -63,12 +67,14 @@ def test_other_settings_are_not_mixed_in(folder):
     assert_refused(
         folder, InputError, "other data; choose another --out", objects=two_kinds(seed=5)
     )
-    recipe = GridRecipe(shape=(16, 32, 16))
-    assert_refused(folder, InputError, r"grid\.shape \(\[32, 32, 32\], not \[1", recipe=recipe)
+    input_spec = GridSpec(shape=(16, 32, 16))
+    assert_refused(
+        folder, InputError, r"grid\.shape \(\[32, 32, 32\], not \[1", input_spec=input_spec
+    )
 
 
 def forget(folder: Path, *names: str) -> dict:
-    """Fields as a version that did not know them left them out."""
+    """Remove fields, as a version without them wrote."""
     config = json.loads((folder / CONFIG).read_text())
     for name in names:
         settings = config["settings"]
@@ -79,24 +85,24 @@ def forget(folder: Path, *names: str) -> dict:
     return config
 
 
-def test_a_run_of_before_a_setting_was_there_goes_on(folder):
-    forget(folder, "damage", "passes", "staggered")
+def test_an_older_run_without_a_setting_resumes(folder):
+    forget(folder, "damage", "passes", "dithered")
     other = replace(QUICK, augmentation=Augmentation(damage=0.5))
     named = r"other settings\.augmentation\.damage \(0\.0, not 0\.5\);"
     assert_refused(folder, InputError, named, settings=other)
     assert run(folder).training["reached"]["epoch"] == 3
     # All of it is written, for readers of this version.
     written = json.loads((folder / CONFIG).read_text())
-    assert written == run_config(QUICK, net_spec(QUICK.net).recipe, two_kinds().digest)
+    assert written == run_config(QUICK, net_spec(QUICK.net).input_spec, two_kinds().digest)
 
 
-def test_a_run_of_before_there_was_a_margin_had_none(folder):
+def test_an_older_run_has_no_margin(folder):
     forget(folder, "margin")
     assert_refused(folder, InputError, r"other grid\.margin \(1\.0, not 1\.1\);")
 
 
 @given(st.sets(st.sampled_from(sorted(TrainingSettings().to_dict()))), st.booleans())
-def test_any_setting_that_was_not_there_had_its_default(names, inner):
+def test_missing_settings_have_their_defaults(names, inner):
     asked = json.loads(json.dumps({"settings": TrainingSettings().to_dict(), "data": "x"}))
     stored = json.loads(json.dumps(asked))
     for name in names:
@@ -106,27 +112,44 @@ def test_any_setting_that_was_not_there_had_its_default(names, inner):
     assert config_differences(stored, asked) == ""
 
 
-@pytest.mark.parametrize("recipe", [GridRecipe(margin=1.1), PointsRecipe(128)])
-def test_recipes_of_before_grids_were_staggered_are_the_same(recipe):
-    asked = {"settings": TrainingSettings().to_dict(), "grid": recipe.to_dict(), "data": "x"}
+@pytest.mark.parametrize("input_spec", [GridSpec(margin=1.1), PointsSpec(128)])
+def test_stored_input_specs_without_dithering_are_the_same(input_spec):
+    asked = {"settings": TrainingSettings().to_dict(), "grid": input_spec.to_dict(), "data": "x"}
     asked = json.loads(json.dumps(asked))
     stored = json.loads(json.dumps(asked))
-    stored["grid"].pop("staggered", None)
+    stored["grid"].pop("dithered", None)
     assert config_differences(stored, asked) == ""
 
 
-def test_differences_are_told_in_one_short_line():
+def test_config_with_the_earlier_name_of_dithered_is_the_same():
+    input_spec = GridSpec(azimuth_views=8, margin=1.1, dithered=True)
+    asked = {"settings": TrainingSettings().to_dict(), "grid": input_spec.to_dict(), "data": "x"}
+    stored = json.loads(json.dumps(asked))
+    stored["grid"]["staggered"] = stored["grid"].pop("dithered")
+    assert config_differences(stored, json.loads(json.dumps(asked))) == ""
+
+
+def test_differences_are_listed_in_one_short_line():
     assert config_differences({"data": "a" * 64}, {"data": "b" * 64}) == "data"
     assert config_differences({"gone": 1, "one": {"x": 1}}, {"one": {}}) == "one, gone, one.x"
-    many = {str(number): number for number in range(MOST + 3)}
-    told = config_differences(many, dict.fromkeys(many, -1))
-    assert told.startswith("0 (0, not -1), 1 (1")
-    assert told.endswith("), 3 more")
+    many = {str(number): number for number in range(MAX_DIFFERENCES + 3)}
+    reported = config_differences(many, dict.fromkeys(many, -1))
+    assert reported.startswith("0 (0, not -1), 1 (1")
+    assert reported.endswith("), 3 more")
+
+
+def test_only_the_writing_process_makes_the_folder_and_all_check_it(folder, tmp_path):
+    """The first process would take temporary files of another for abandoned ones."""
+    config = run_config(QUICK, net_spec(QUICK.net).input_spec, two_kinds().digest)
+    claim_folder(tmp_path / "new", config, writes=False)
+    assert not (tmp_path / "new").exists()
+    with pytest.raises(InputError, match="other settings"):
+        claim_folder(folder, {**config, "settings": {}}, writes=False)
 
 
 @pytest.mark.parametrize("sign", ["made_of.json", BEST])
-def test_a_finished_run_without_its_state_is_not_begun_anew(folder, sign):
-    """As `reproduce` leaves it, and as one who frees space does."""
+def test_a_finished_run_without_its_state_does_not_restart(folder, sign):
+    """As `reproduce` leaves it, or a user who frees space."""
     run(folder)
     (folder / STATE).unlink()
     if sign == "made_of.json":
@@ -135,22 +158,22 @@ def test_a_finished_run_without_its_state_is_not_begun_anew(folder, sign):
     assert_refused(
         folder,
         InputError,
-        "holds a run's network without the state to go on from; choose another --out",
+        "holds a run's network without a state to resume from; choose another --out",
     )
     assert_refused(
-        folder, InputError, "without the state to go on from", settings=replace(QUICK, epochs=1)
+        folder, InputError, "without a state to resume from", settings=replace(QUICK, epochs=1)
     )
 
 
 @pytest.mark.parametrize("name", [STATE, BEST, "made_of.json", "epochs.csv"])
-def test_what_only_has_the_name_of_a_result_is_not_replaced(tmp_path, name):
+def test_a_foreign_file_with_the_name_of_a_result_is_not_replaced(tmp_path, name):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / name).write_text("mine")
     assert_refused(tmp_path / "run", OutputError, f"{name}: is of no such run and would be")
 
 
 @pytest.mark.parametrize("text", ["{", "[]", "3", "{}", '{"settings": {}}', '{"object": "chair"}'])
-def test_the_config_of_something_else_is_not_replaced(tmp_path, text):
+def test_a_foreign_config_is_not_replaced(tmp_path, text):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / CONFIG).write_text(text)
     assert_refused(tmp_path / "run", OutputError, r"config\.json: is of no training and would be")
@@ -163,7 +186,7 @@ class Killer(Silent):
         raise KeyboardInterrupt
 
 
-def test_a_run_that_has_nothing_to_lose_is_begun_anew_with_other_settings(tmp_path):
+def test_a_run_without_results_restarts_with_other_settings(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         run(tmp_path / "run", observer=Killer())
     assert (tmp_path / "run" / CONFIG).exists()
@@ -171,7 +194,7 @@ def test_a_run_that_has_nothing_to_lose_is_begun_anew_with_other_settings(tmp_pa
     assert run(tmp_path / "run", other, stop_after=1).training["settings"]["seed"] == 2
 
 
-def test_a_run_that_ended_before_its_first_state_was_there_is_begun_anew(tmp_path, monkeypatch):
+def test_a_run_that_ended_before_its_first_state_restarts(tmp_path, monkeypatch):
     """Its network is there already, and the same command must go on."""
     module = sys.modules[run.__globals__["train"].__module__]
 
@@ -186,7 +209,7 @@ def test_a_run_that_ended_before_its_first_state_was_there_is_begun_anew(tmp_pat
     assert_refused(
         tmp_path / "run",
         InputError,
-        "without the state to go on from",
+        "without a state to resume from",
         settings=replace(QUICK, seed=2),
     )
     assert run(tmp_path / "run").training["reached"]["epoch"] == 3
@@ -213,16 +236,16 @@ FULL_DISK = """
 import resource, signal, sys
 from pathlib import Path
 import torch
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.errors import OutputError
 from circumspect.nets import Checkpoint, build_net
 from circumspect.training.resume import save_state
 
-net = build_net("planes", 2, GridRecipe())
+net = build_net("planes", 2, GridSpec())
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 folder = Path(sys.argv[1])
-best = Checkpoint("planes", ("a", "b"), GridRecipe(), net.state_dict())
+best = Checkpoint("planes", ("a", "b"), GridSpec(), net.state_dict())
 state = lambda path: save_state(path, {"net": net}, torch.optim.SGD(net.parameters()), {})
 for name, save in (("best", best.save), ("state", state)):
     try:
@@ -232,15 +255,15 @@ for name, save in (("best", best.save), ("state", state)):
 """
 
 
-def test_a_full_disk_is_told_and_leaves_the_old_files(tmp_path):
+def test_a_full_disk_is_reported_and_leaves_the_old_files(tmp_path):
     paths = [tmp_path / BEST, tmp_path / STATE]
     for path in paths:
         path.write_text("old")
     words = [sys.executable, "-c", FULL_DISK, str(tmp_path)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr[-2000:]
-    told = done.stdout.splitlines()
-    assert told == [
+    reported = done.stdout.splitlines()
+    assert reported == [
         f"{path}: can not be written (file too large); free space or choose another place"
         for path in paths
     ]

@@ -1,4 +1,4 @@
-"""A training whose loss or weights are no numbers any more."""
+"""Training whose loss or weights are no longer finite."""
 
 from dataclasses import replace
 from importlib import import_module
@@ -10,7 +10,7 @@ from circumspect.errors import InputError
 from circumspect.training.draws import learning_rate_at
 
 
-def test_a_training_that_diverges_says_so_and_keeps_no_weights(tmp_path):
+def test_a_diverging_training_is_reported_and_keeps_no_weights(tmp_path):
     settings = replace(QUICK, optimizer="sgd", learning_rate=1e30, gradient_norm=1e30)
     with pytest.raises(InputError, match=r"the loss is (nan|inf) in epoch 1: .*--learning-rate"):
         run(tmp_path / "run", settings)
@@ -27,9 +27,9 @@ def test_a_last_step_that_breaks_the_weights_keeps_the_epoch_before(
     files = ("best.safetensors", "state.safetensors", "epochs.csv")
     before = {name: (folder / name).read_bytes() for name in files}
 
-    def broken(step, steps, *how):
+    def broken(step, steps, *arguments):
         ends_epoch_2 = step + 1 == 2 * steps // settings.epochs
-        return float("nan") if ends_epoch_2 else learning_rate_at(step, steps, *how)
+        return float("nan") if ends_epoch_2 else learning_rate_at(step, steps, *arguments)
 
     monkeypatch.setattr(import_module("circumspect.training.train"), "learning_rate_at", broken)
     with pytest.raises(InputError, match=r"is no longer finite after epoch 2: .*--learning-rate"):

@@ -13,18 +13,16 @@ from hypothesis import strategies as st
 from quick_run import QUICK, Silent, as_meant, run
 from two_kinds import BEAMS_AND_BOARDS, two_kinds
 
-from circumspect.classification import GridRecipe, PointsRecipe
+from circumspect.classification import GridSpec, PointsSpec
 from circumspect.datasets import Augmentation, GridCache
-from circumspect.datasets.augmented_clouds import TRIANGLES, AugmentedClouds
-from circumspect.datasets.augmented_grids import AugmentedGrids
+from circumspect.datasets.augmented_clouds import TRIANGLES, AugmentedClouds, AugmentedGrids
 from circumspect.datasets.grid_cache import FORMAT
 from circumspect.errors import InputError
 from circumspect.grid import hits_batch
 from circumspect.nets.registry import NETS, net_spec, require_turnable
 from circumspect.training import TrainingSettings
-from circumspect.training.config_differences import config_differences
-from circumspect.training.examiner import YAWS, YAWS_AROUND, examined_yaws
-from circumspect.training.run_config import CONFIG
+from circumspect.training.run_config import CONFIG, config_differences
+from circumspect.training.training_data import YAWS, YAWS_AROUND, examined_yaws
 
 TURNED = replace(QUICK, random_yaw=True)
 
@@ -43,12 +41,12 @@ def angle_between(still, turned):
 
 
 @given(seed=st.integers(0, 2**20), index=st.integers(0, 5), replica=st.integers(0, 30))
-def test_every_variant_is_the_one_without_it_turned_as_a_whole(seed, index, replica):
+def test_each_variant_is_a_rotation_of_the_one_without_random_yaw(seed, index, replica):
     still, turned = (variants(on, seed=seed).samples(index, replica) for on in (False, True))
     angle_between(still.astype(np.float64), turned.astype(np.float64))
 
 
-def test_every_variant_has_an_angle_of_its_own_from_all_the_turn():
+def test_each_variant_has_its_own_angle_of_the_whole_circle():
     still, turned = variants(False, Augmentation.none()), variants(True, Augmentation.none())
     angles = np.array(
         [
@@ -63,33 +61,33 @@ def test_every_variant_has_an_angle_of_its_own_from_all_the_turn():
 
 
 def test_points_are_turned_before_they_are_gridded(tmp_path):
-    clouds, recipe = variants(True), GridRecipe("rectangular", margin=1.1)
-    made = AugmentedGrids(clouds, recipe, 2, GridCache(tmp_path))
+    clouds, input_spec = variants(True), GridSpec("rectangular", margin=1.1)
+    made = AugmentedGrids(clouds, input_spec, 2, GridCache(tmp_path))
     for replica in range(2):
         grid = made.batch(np.array([3]), np.array([replica]))[0, 0]
         samples = clouds.samples(3, replica)
-        np.testing.assert_array_equal(grid, hits_batch([recipe.unit_bounds], [samples])[0])
+        np.testing.assert_array_equal(grid, hits_batch([input_spec.unit_bounds], [samples])[0])
 
 
 def test_the_cache_names_a_random_yaw_only_where_there_is_one(tmp_path):
-    """The key of grids that are not turned is the one of before there was the setting."""
-    clouds, recipe = variants(False), GridRecipe()
+    """Without random yaw the cache key is that of versions without the setting."""
+    clouds, input_spec = variants(False), GridSpec()
     changes = asdict(clouds.augmentation)
     del changes["damage"]
-    filling = recipe.to_dict()
-    del filling["margin"], filling["staggered"]
+    filling = input_spec.to_dict()
+    del filling["margin"], filling["dithered"]
     key = {
-        "format": FORMAT, "count": 6, "shape": recipe.shape, "objects": clouds.objects.digest,
+        "format": FORMAT, "count": 6, "shape": input_spec.shape, "objects": clouds.objects.digest,
         "recipe": filling, "augmentation": changes, "triangles": TRIANGLES, "seed": 0, "replica": 0,
     }  # fmt: skip
     name = hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:40]
-    AugmentedGrids(clouds, recipe, 1, GridCache(tmp_path))
+    AugmentedGrids(clouds, input_spec, 1, GridCache(tmp_path))
     assert [path.stem for path in tmp_path.iterdir()] == [name]
-    AugmentedGrids(variants(True), recipe, 1, GridCache(tmp_path))
+    AugmentedGrids(variants(True), input_spec, 1, GridCache(tmp_path))
     assert len(list(tmp_path.iterdir())) == 2
 
 
-def test_settings_of_before_there_was_a_random_yaw_had_none():
+def test_older_settings_have_no_random_yaw():
     asked = json.loads(json.dumps({"settings": TURNED.to_dict(), "data": "x"}))
     stored = json.loads(json.dumps({"settings": QUICK.to_dict(), "data": "x"}))
     del stored["settings"]["random_yaw"]
@@ -98,8 +96,8 @@ def test_settings_of_before_there_was_a_random_yaw_had_none():
     assert config_differences(stored, asked) == ""
 
 
-def test_points_that_were_stored_in_no_order_are_the_same_recipe():
-    asked = {"settings": QUICK.to_dict(), "grid": PointsRecipe(128).to_dict(), "data": "x"}
+def test_points_that_were_stored_in_no_order_are_the_same_input_spec():
+    asked = {"settings": QUICK.to_dict(), "grid": PointsSpec(128).to_dict(), "data": "x"}
     asked = json.loads(json.dumps(asked))
     stored = json.loads(json.dumps(asked))
     del stored["grid"]["farthest_first"]
@@ -108,7 +106,7 @@ def test_points_that_were_stored_in_no_order_are_the_same_recipe():
     assert config_differences(stored, asked) == "grid.farthest_first (false, not true)"
 
 
-def test_a_run_of_before_the_setting_goes_on_and_not_at_random_yaw(tmp_path):
+def test_an_older_run_resumes_without_random_yaw(tmp_path):
     folder = tmp_path / "run"
     run(folder, stop_after=1)
     config = json.loads((folder / CONFIG).read_text())
@@ -119,15 +117,15 @@ def test_a_run_of_before_the_setting_goes_on_and_not_at_random_yaw(tmp_path):
     assert run(folder).training["settings"]["random_yaw"] is False
 
 
-def test_a_run_at_random_yaw_says_so_and_learns(tmp_path):
+def test_a_run_at_random_yaw_records_it_and_learns(tmp_path):
     objects = two_kinds(96, classes=("beam", "board"), sizes=BEAMS_AND_BOARDS)
     settings = as_meant("pointnet", epochs=8, replicas=8, random_yaw=True)
-    checkpoint = run(tmp_path / "run", settings, objects, recipe=PointsRecipe(128))
+    checkpoint = run(tmp_path / "run", settings, objects, input_spec=PointsSpec(128))
     assert checkpoint.training["settings"]["random_yaw"] is True
     assert checkpoint.training["reached"]["validation_accuracy"] == 1.0
 
 
-def test_held_back_objects_are_shown_all_around_only_to_what_is_turned():
+def test_validation_uses_all_yaws_only_with_random_yaw():
     assert examined_yaws(random_yaw=False) == YAWS
     assert examined_yaws(random_yaw=True) == YAWS_AROUND
     assert len(YAWS) == len(YAWS_AROUND)
@@ -151,7 +149,7 @@ def test_one_variant_of_each_object_is_too_few_for_a_random_yaw():
         TrainingSettings(replicas=1, random_yaw=True)
 
 
-def test_no_network_is_meant_to_be_trained_at_random_yaw():
+def test_no_default_settings_use_random_yaw():
     assert not TrainingSettings().random_yaw
     assert not any("random_yaw" in net_spec(name).training for name in NETS)
 

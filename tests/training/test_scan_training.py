@@ -6,20 +6,21 @@ import numpy as np
 import pytest
 from quick_run import Silent
 
-from circumspect.classification import Classifier, GridRecipe
+from circumspect.classification import Classifier, GridSpec
 from circumspect.classification.context import SCALE_KNOWN, VISIBILITY_KNOWN
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.farthest_points import evenly_sampled
 from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.datasets.scan_sources import procedural
 from circumspect.errors import InputError
-from circumspect.export import export_onnx, fidelity
-from circumspect.export.shown import Shown
+from circumspect.export import export_onnx, onnx_export
+from circumspect.export.conversion import NetworkInputs
 from circumspect.furniture import make_furniture
-from circumspect.grid.occupancy_grid import FREE
+from circumspect.grid.grid import FREE
 from circumspect.nets import Checkpoint
-from circumspect.training import TrainingSettings, train
-from circumspect.training.scan_samples import ScanSamples
+from circumspect.training import TrainingSettings
+from circumspect.training.scan_data import ScanSamples
+from circumspect.training.train import train
 
 CLASSES = ("chair", "dresser")
 SETTINGS = TrainingSettings(
@@ -55,10 +56,10 @@ def only_of_classes(objects):
 def test_a_checkpoint_has_a_class_of_other_things_and_states_its_input(trained):
     folder, checkpoint = trained
     assert checkpoint.classes == (*CLASSES, OTHER)
-    assert checkpoint.recipe.visibility
-    assert checkpoint.recipe.metric
+    assert checkpoint.input_spec.visibility
+    assert checkpoint.input_spec.metric
     again = Checkpoint.load(folder / "run" / "best.safetensors")
-    assert again.recipe == checkpoint.recipe
+    assert again.input_spec == checkpoint.input_spec
     assert {"chair_0000", "dresser_0001"} <= set(again.training["objects"])
 
 
@@ -90,7 +91,7 @@ def test_other_catalogues_are_another_run(trained):
 @pytest.fixture(scope="module")
 def exported(trained):
     folder, checkpoint = trained
-    export_onnx([checkpoint], folder / "net.onnx", 2, staggered=True)
+    export_onnx([checkpoint], folder / "net.onnx", 2, dithered=True)
     return folder / "net.onnx"
 
 
@@ -100,7 +101,7 @@ def test_the_exported_classifier_answers_with_and_without_size(
 ):
     _, checkpoint = trained
     rng = np.random.default_rng(0)
-    calibration = Shown(
+    calibration = NetworkInputs(
         (rng.random((16, 1, 32, 32, 32)) < 0.05).astype(np.uint8) * np.uint8(2),
         rng.normal(size=(16, 6)).astype(np.float32),
     )
@@ -108,8 +109,8 @@ def test_the_exported_classifier_answers_with_and_without_size(
     if eight_bits:
         path = tmp_path / "fast.onnx"
         with pytest.MonkeyPatch.context() as patch:
-            # Two epochs make answers that eight bits may turn over.
-            patch.setattr(fidelity, "AGREEMENT", 0.0)
+            # After two epochs quantisation may change answers.
+            patch.setattr(onnx_export, "AGREEMENT", 0.0)
             export_onnx([checkpoint], path, 2, 1.0, calibration, True)
     classifier = Classifier.load(path, 1)
     assert classifier.classes == CLASSES
@@ -130,10 +131,10 @@ def test_a_metric_object_of_implausible_size_is_refused(exported):
     classifier.classify(points * 100.0)
 
 
-def test_a_grid_with_rays_is_answered_otherwise_than_one_without(exported):
+def test_traced_rays_change_the_answer(exported):
     classifier = Classifier.load(exported, 1)
     cloud = make_furniture("chair", 7).sampled(3000)
-    bounds = classifier.recipe.bounds(cloud)
+    bounds = classifier.input_spec.bounds(cloud)
     hits = bounds.hits(cloud)
     rays = hits.merged(bounds.trace([3.0, 0.0, 1.5], cloud.points_xyz, np.zeros(3000, bool)))
     assert (rays.states == FREE).any()
@@ -144,14 +145,14 @@ def test_a_grid_with_rays_is_answered_otherwise_than_one_without(exported):
 class Fixed:
     """Scans of one cell each."""
 
-    recipe = GridRecipe(shape=(2, 4, 2), visibility=True, metric=True)
+    input_spec = GridSpec(shape=(2, 4, 2), visibility=True, metric=True)
     scans = 2
 
     def __init__(self, count):
         self.context = np.ones((count, self.scans, 6), np.float32)
 
     def inputs(self, objects, scans):
-        states = np.ones((len(objects), 1, *self.recipe.shape), np.uint8)
+        states = np.ones((len(objects), 1, *self.input_spec.shape), np.uint8)
         states[:, 0, 0, 0] = 2
         return states
 
@@ -173,7 +174,7 @@ def test_other_things_are_drawn_as_often_as_the_settings_say():
 
 
 @pytest.mark.parametrize("hidden", [0.0, 1.0])
-def test_hiding_leaves_no_trace_of_what_is_hidden(hidden):
+def test_hidden_context_leaves_no_trace(hidden):
     drawn = samples(hide_visibility=hidden, hide_scale=hidden)
     states, contexts = drawn.inputs(np.arange(5), np.arange(5), np.random.default_rng(0))
     assert states.shape == (5, 1, 2, 4, 2)
@@ -198,4 +199,4 @@ def test_networks_without_a_context_are_trained_on_the_same_scans(tmp_path, net)
         catalogues=[only_of_classes(procedural(1, 1, held_back=True))],
     )  # fmt: skip
     assert checkpoint.classes == (*CLASSES, OTHER)
-    assert not checkpoint.recipe.takes_context
+    assert not checkpoint.input_spec.takes_context

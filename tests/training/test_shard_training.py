@@ -20,11 +20,11 @@ from quick_run import QUICK, Silent
 from safetensors.torch import load_file
 from sharded_kinds import SETTINGS, sharded_kinds
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.cli.main import main
 from circumspect.errors import InputError
-from circumspect.training import train
 from circumspect.training.sharded_training import ShardedTraining, class_weights
+from circumspect.training.train import train
 
 pytest.importorskip("pyarrow", reason="pyarrow is not installed")
 LOOP = sys.modules[train.__module__]
@@ -39,7 +39,9 @@ def shards(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(shards, folder, settings=QUICK, observer=None, **options):
     data = ShardedTraining.read(shards)
     try:
-        return train(data, settings, folder, observer or Silent(), recipe=data.recipe, **options)
+        return train(
+            data, settings, folder, observer or Silent(), input_spec=data.input_spec, **options
+        )
     finally:
         data.close()
 
@@ -70,7 +72,7 @@ class StopsAt(Silent):
 def test_a_network_learns_from_shards(shards, tmp_path):
     checkpoint = run(shards, tmp_path / "run", replace(QUICK, epochs=6))
     assert checkpoint.classes == ("plate", "post")
-    assert checkpoint.recipe == SETTINGS.recipe
+    assert checkpoint.input_spec == SETTINGS.input_spec
     assert checkpoint.training["reached"]["validation_accuracy"] == 1.0
 
 
@@ -117,10 +119,10 @@ def losses(folder):
         return np.array([float(row["loss"]) for row in csv.DictReader(stream)])
 
 
-def test_two_processes_lose_as_one_does_and_survive_a_killed_one(shards, tmp_path):
+def test_two_processes_have_the_loss_of_one_and_resume_after_a_kill(shards, tmp_path):
     job = torchrun(shards, tmp_path / "two")
-    said, _ = job.communicate(timeout=300)
-    assert job.returncode == 0, said
+    output, _ = job.communicate(timeout=300)
+    assert job.returncode == 0, output
     run(shards, tmp_path / "one", TWO)
     both = losses(tmp_path / "two"), losses(tmp_path / "one")
     np.testing.assert_allclose(*both, rtol=0.25)
@@ -132,11 +134,11 @@ def test_two_processes_lose_as_one_does_and_survive_a_killed_one(shards, tmp_pat
         ["pgrep", "-P", str(job.pid)], capture_output=True, text=True, check=True
     )
     os.kill(int(children.stdout.split()[-1]), signal.SIGKILL)
-    said, _ = job.communicate(timeout=300)
-    assert job.returncode != 0, said
+    output, _ = job.communicate(timeout=300)
+    assert job.returncode != 0, output
     job = torchrun(shards, tmp_path / "killed")
-    said, _ = job.communicate(timeout=300)
-    assert job.returncode == 0, said
+    output, _ = job.communicate(timeout=300)
+    assert job.returncode == 0, output
     assert_same_state(tmp_path / "two", tmp_path / "killed")
 
 
@@ -156,7 +158,7 @@ def test_balanced_classes_weigh_the_same_in_all(counts, balance):
         np.testing.assert_allclose(weights, 1)
 
 
-def test_what_can_not_be_trained_is_named(shards, tmp_path):
+def test_sets_that_can_not_be_trained_are_named(shards, tmp_path):
     few = sharded_kinds(tmp_path, 4, replace(SETTINGS, replicas=1))
     with pytest.raises(InputError, match=r"in 1 row groups: too few for a batch of 8 in 1"):
         run(few, tmp_path / "run")
@@ -168,13 +170,13 @@ def test_what_can_not_be_trained_is_named(shards, tmp_path):
 
 
 def test_splits_of_two_sets_do_not_train(shards, tmp_path):
-    other = replace(SETTINGS, recipe=GridRecipe(azimuth_views=2))
+    other = replace(SETTINGS, input_spec=GridSpec(azimuth_views=2))
     mixed = sharded_kinds(tmp_path, 24, other)
     for shard in (mixed / "validation").iterdir():
         shard.unlink()
     for shard in (shards / "validation").iterdir():
         (mixed / "validation" / shard.name).write_bytes(shard.read_bytes())
-    with pytest.raises(InputError, match="its splits have other recipe; convert the set again"):
+    with pytest.raises(InputError, match="its splits differ in input_spec; convert the set again"):
         ShardedTraining.read(mixed)
 
 
@@ -187,10 +189,10 @@ def test_the_command_trains_from_shards(shards, tmp_path, capsys):
     assert main([*flags, "--net", "pointnet"]) == 2
     assert "pointnet takes points" in capsys.readouterr().err
     cut = next((shards / "train").iterdir())
-    whole = cut.read_bytes()
+    content = cut.read_bytes()
     try:
-        cut.write_bytes(whole[: len(whole) // 2])
+        cut.write_bytes(content[: len(content) // 2])
         assert main(flags) == 2
         assert f"{cut.name}: is no whole shard" in capsys.readouterr().err
     finally:
-        cut.write_bytes(whole)
+        cut.write_bytes(content)

@@ -16,25 +16,23 @@ from quick_run import QUICK, Silent, as_meant, run
 from safetensors.torch import load_file
 from two_kinds import two_kinds
 
-from circumspect.classification import GridRecipe, PointsRecipe
+from circumspect.classification import GridSpec, PointsSpec
 from circumspect.datasets import Augmentation, GridCache, ObjectSet
-from circumspect.datasets.augmented_clouds import AugmentedClouds
-from circumspect.datasets.augmented_grids import AugmentedGrids
-from circumspect.datasets.augmented_points import AugmentedPoints
+from circumspect.datasets.augmented_clouds import AugmentedClouds, AugmentedGrids, AugmentedPoints
 from circumspect.errors import CircumspectError, InputError
 from circumspect.grid import hits_batch
 from circumspect.nets import build_net
-from circumspect.training import TrainingSettings, train
+from circumspect.training import TrainingSettings
 from circumspect.training.draws import (
-    FEWEST_DRAWS,
+    MIN_DRAWS,
     class_chances,
     draw_epoch,
     learning_rate_at,
     passes_for,
 )
-from circumspect.training.examiner import ObjectExaminer
 from circumspect.training.samples import TrainingSamples
-from circumspect.training.train import _is_best
+from circumspect.training.train import _is_best, train
+from circumspect.training.training_data import ObjectExaminer
 
 
 def test_learns_and_logs(tmp_path):
@@ -60,7 +58,7 @@ def assert_same_state(one, other):
         torch.testing.assert_close(states[1][name], value, rtol=0, atol=0)
 
 
-def test_of_epochs_that_are_equally_right_the_surest_is_kept():
+def test_smallest_loss_breaks_ties_between_epochs():
     def row(accuracy, loss):
         return {"validation_accuracy": accuracy, "validation_loss": loss}
 
@@ -73,14 +71,14 @@ def test_of_epochs_that_are_equally_right_the_surest_is_kept():
 
 @pytest.mark.parametrize(("fewest", "kept"), [(1, 1), (1000, 3)])
 def test_a_few_held_back_objects_do_not_choose_the_epoch(tmp_path, monkeypatch, fewest, kept):
-    """The first epoch looks best; a handful of objects that say so may be mistaken."""
-    told = iter([0.9, 0.5, 0.6])
+    """The first epoch looks best, but a handful of objects is too few to decide."""
+    reported = iter([0.9, 0.5, 0.6])
     module = sys.modules[train.__module__]
-    monkeypatch.setattr(module, "FEWEST_TO_CHOOSE", fewest)
+    monkeypatch.setattr(module, "MIN_VALIDATION_OBJECTS", fewest)
     monkeypatch.setattr(
         ObjectExaminer,
         "examine",
-        lambda *_: {"validation_accuracy": next(told), "validation_loss": 1.0},
+        lambda *_: {"validation_accuracy": next(reported), "validation_loss": 1.0},
     )
     reached = run(tmp_path / "run").training["reached"]
     assert reached["epoch"] == kept
@@ -95,58 +93,58 @@ def test_resumed_run_equals_an_uninterrupted_one(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("net", "recipe"),
-    [("moon2018", GridRecipe(shape=(14, 14, 14))), ("pointnet", PointsRecipe(128))],
+    ("net", "input_spec"),
+    [("moon2018", GridSpec(shape=(14, 14, 14))), ("pointnet", PointsSpec(128))],
 )
-def test_other_optimizers_and_inputs_resume_as_well(tmp_path, net, recipe):
+def test_other_optimizers_and_inputs_resume_as_well(tmp_path, net, input_spec):
     settings = as_meant(net, epochs=2)
-    run(tmp_path / "whole", settings, recipe=recipe)
-    run(tmp_path / "parts", settings, recipe=recipe, stop_after=1)
-    run(tmp_path / "parts", settings, recipe=recipe)
+    run(tmp_path / "whole", settings, input_spec=input_spec)
+    run(tmp_path / "parts", settings, input_spec=input_spec, stop_after=1)
+    run(tmp_path / "parts", settings, input_spec=input_spec)
     assert_same_state(tmp_path / "whole", tmp_path / "parts")
 
 
 @pytest.mark.parametrize(
-    ("net", "recipe"),
+    ("net", "input_spec"),
     [
-        ("moon2018", GridRecipe(shape=(14, 14, 14))),
-        ("moon2018-max", GridRecipe("rectangular", (14, 14, 14))),
-        ("voxnet", GridRecipe("rectangular", (16, 16, 16))),
-        ("pointnet", PointsRecipe(128)),
-        ("voxelnet", PointsRecipe(512, surface=True)),
-        ("pointmlp", PointsRecipe(192, farthest_first=True)),
+        ("moon2018", GridSpec(shape=(14, 14, 14))),
+        ("moon2018-max", GridSpec("rectangular", (14, 14, 14))),
+        ("voxnet", GridSpec("rectangular", (16, 16, 16))),
+        ("pointnet", PointsSpec(128)),
+        ("voxelnet", PointsSpec(512, surface=True)),
+        ("pointmlp", PointsSpec(192, farthest_first=True)),
     ],
 )
-def test_every_kind_of_network_learns(tmp_path, net, recipe):
+def test_every_kind_of_network_learns(tmp_path, net, input_spec):
     settings = as_meant(net, epochs=8)
-    checkpoint = run(tmp_path / "run", settings, two_kinds(64), recipe=recipe)
-    assert checkpoint.recipe == recipe
+    checkpoint = run(tmp_path / "run", settings, two_kinds(64), input_spec=input_spec)
+    assert checkpoint.input_spec == input_spec
     assert checkpoint.training["reached"]["validation_accuracy"] == 1.0
 
 
 def test_objects_that_are_not_augmented_are_all_the_same(tmp_path):
-    objects, recipe = two_kinds(4), GridRecipe()
+    objects, input_spec = two_kinds(4), GridSpec()
     clouds = AugmentedClouds(objects, Augmentation.none(), 0)
     one, other = (clouds.samples(2, replica)[:300] for replica in range(2))
     np.testing.assert_array_equal(one, other)
-    made = AugmentedGrids(clouds, recipe, 1, GridCache(tmp_path))
+    made = AugmentedGrids(clouds, input_spec, 1, GridCache(tmp_path))
     grid = made.batch(np.array([2]), np.array([0]))[0, 0]
-    vertices = hits_batch([recipe.unit_bounds], [one])[0]
+    vertices = hits_batch([input_spec.unit_bounds], [one])[0]
     assert (grid >= vertices).all()
 
 
-def test_the_margin_of_a_recipe_is_none_of_the_training_grids(tmp_path):
+def test_training_grids_have_no_margin(tmp_path):
     clouds = AugmentedClouds(two_kinds(4), Augmentation(), 0)
     made = []
-    for recipe in (GridRecipe(), GridRecipe(margin=1.3)):
-        AugmentedGrids(clouds, recipe, 1, GridCache(tmp_path))
+    for input_spec in (GridSpec(), GridSpec(margin=1.3)):
+        AugmentedGrids(clouds, input_spec, 1, GridCache(tmp_path))
         made.append(sorted(path for path in tmp_path.rglob("*") if path.is_file()))
     assert made[0]
     assert made[1] == made[0]
 
 
-@pytest.mark.parametrize("recipe", [GridRecipe(margin=1.3), PointsRecipe(128, margin=1.3)])
-def test_objects_as_they_are_are_shown_with_the_recipes_margin(tmp_path, recipe):
+@pytest.mark.parametrize("input_spec", [GridSpec(margin=1.3), PointsSpec(128, margin=1.3)])
+def test_objects_without_augmentation_have_the_margin_of_the_input_spec(tmp_path, input_spec):
     objects, cache = two_kinds(4), GridCache(tmp_path)
     settings = replace(QUICK, augmented=False, replicas=1)
 
@@ -155,11 +153,11 @@ def test_objects_as_they_are_are_shown_with_the_recipes_margin(tmp_path, recipe)
         (inputs,) = samples.inputs(np.arange(4), np.zeros(4, int))
         return inputs
 
-    wide, tight = shown(recipe), shown(replace(recipe, margin=1.0))
-    if isinstance(recipe, GridRecipe):
-        # Cells are as large as the recipe's: at most one more or less of them is reached.
+    wide, tight = shown(input_spec), shown(replace(input_spec, margin=1.0))
+    if isinstance(input_spec, GridSpec):
+        # Cells are as large as the input specification's: at most one more or less of them is reached.
         for index in range(4):
-            asked = recipe.inputs(objects.cloud(index))[0, 0, 0]
+            asked = input_spec.inputs(objects.cloud(index))[0, 0, 0]
             assert np.abs(reach(wide[index, 0]) - reach(asked)).max() <= 1
         assert len(list(tmp_path.iterdir())) == 2
     else:
@@ -181,7 +179,7 @@ def test_a_margin_that_is_not_trained_on_is_refused(tmp_path):
 
 def test_points_of_a_batch_are_those_of_each_object():
     clouds = AugmentedClouds(two_kinds(6), Augmentation(), 3)
-    made = AugmentedPoints(clouds, PointsRecipe(200, surface=True))
+    made = AugmentedPoints(clouds, PointsSpec(200, surface=True))
     chosen, replicas = np.array([4, 1, 4]), np.array([0, 1, 2])
     batch = made.batch(chosen, replicas)
     assert batch.shape == (3, 200, 3)
@@ -202,11 +200,11 @@ def test_the_seed_alone_decides_how_the_weights_begin(tmp_path, monkeypatch):
     torch.rand(7)
     run(tmp_path / "run", stop_after=1)
     torch.manual_seed(QUICK.seed)
-    for key, value in build_net(QUICK.net, 2, GridRecipe()).state_dict().items():
+    for key, value in build_net(QUICK.net, 2, GridSpec()).state_dict().items():
         assert torch.equal(began[0][key], value), key
 
 
-def test_killed_within_an_epoch_it_starts_that_epoch_again(tmp_path):
+def test_a_run_killed_within_an_epoch_restarts_that_epoch(tmp_path):
     class Killer(Silent):
         def stepped(self, epoch, step, steps, loss):
             if epoch == 1 and step == 2:
@@ -242,7 +240,7 @@ def test_a_class_without_objects_is_named(tmp_path):
         run(tmp_path / "run", objects=three)
 
 
-def test_settings_that_can_not_work_are_refused_before_anything_is_written(tmp_path):
+def test_impossible_settings_are_refused_before_anything_is_written(tmp_path):
     for settings, complaint in (
         (TrainingSettings(batch_size=1), "--batch-size 1: batch norm .* give 2 or more"),
         (TrainingSettings(net="plane"), "did you mean planes"),
@@ -251,7 +249,7 @@ def test_settings_that_can_not_work_are_refused_before_anything_is_written(tmp_p
             run(tmp_path / "run", settings)
         assert not (tmp_path / "run" / "state.safetensors").exists()
     with pytest.raises(InputError, match="multiples of 8"):
-        run(tmp_path / "run", recipe=GridRecipe(shape=(20, 32, 20)))
+        run(tmp_path / "run", input_spec=GridSpec(shape=(20, 32, 20)))
     assert not (tmp_path / "grids").exists(), "grids that no network takes were made"
     # The corrected command is not refused.
     run(tmp_path / "run", stop_after=1)
@@ -261,7 +259,7 @@ def test_settings_that_can_not_work_are_refused_before_anything_is_written(tmp_p
     ("validation", "count", "remedy"),
     [(True, 2, "add objects, or hold none back with --no-validation$"), (False, 1, "add objects$")],
 )
-def test_too_few_objects_are_told_with_a_remedy_that_works(tmp_path, validation, count, remedy):
+def test_too_few_objects_are_refused_with_a_remedy_that_works(tmp_path, validation, count, remedy):
     every = two_kinds()
     few = ObjectSet(
         every.points_xyz[:count], every.labels[:count] * 0, every.names[:count], ("plate",)
@@ -301,7 +299,7 @@ def test_two_processes_train_together(tmp_path):
         assert len(list(csv.DictReader(stream))) == 1
 
 
-def test_augmentation_belongs_to_the_cache_key(tmp_path):
+def test_augmentation_is_part_of_the_cache_key(tmp_path):
     run(tmp_path / "a", stop_after=1)
     made = set((tmp_path / "grids").iterdir())
     run(tmp_path / "b", stop_after=1)
@@ -341,8 +339,8 @@ def test_learning_rate_warms_up_peaks_and_decays():
 @given(st.integers(1, 5000))
 def test_few_objects_are_shown_until_an_epoch_is_long_enough(count):
     passes = passes_for(count)
-    assert passes * count >= FEWEST_DRAWS
-    assert passes == 1 or (passes - 1) * count < FEWEST_DRAWS
+    assert passes * count >= MIN_DRAWS
+    assert passes == 1 or (passes - 1) * count < MIN_DRAWS
 
 
 def test_an_epoch_of_several_passes_takes_as_many_steps(tmp_path):
@@ -391,8 +389,8 @@ def test_the_heading_is_learnt_at_zero_degrees_and_found_at_others(tmp_path):
         augmentation=upright,
     )  # fmt: skip
     checkpoint = run(tmp_path / "run", settings, fronted)
-    net, recipe = checkpoint.build(), checkpoint.recipe
-    quarter = recipe.grids(fronted.cloud(0), [0.0, np.pi / 2])[:, 0]
+    net, input_spec = checkpoint.build(), checkpoint.input_spec
+    quarter = input_spec.grids(fronted.cloud(0), [0.0, np.pi / 2])[:, 0]
     with torch.no_grad():
         columns = net.columns(torch.from_numpy(quarter).float().unsqueeze(1))
         ahead = net.facing(columns).squeeze(1).argmax(1).numpy()

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from circumspect.cli.scan import Scan
+from circumspect.cli.commands.scan import Scan
+from circumspect.exploration import ScanSettings
 
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking",
@@ -24,7 +25,12 @@ def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pytest.importorskip("embreex", reason="the simulation is not installed")
     out = tmp_path_factory.mktemp("runs") / "chair"
     scan = Scan(
-        object="chair-3", start=40.0, seed=5, frames=6, frame_interval=2.0, out=out, json=True
+        object="chair-3",
+        start=40.0,
+        seed=5,
+        driving=ScanSettings(frame_interval=2.0, max_frames=6),
+        out=out,
+        json=True,
     )
     assert scan.run() == 0
     return out
@@ -32,7 +38,7 @@ def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def copied_run(finished_run: Path, tmp_path: Path) -> Path:
-    """The same, to be spoilt."""
+    """A copy of the run that a test may damage."""
     return Path(shutil.copytree(finished_run, tmp_path / "run"))
 
 

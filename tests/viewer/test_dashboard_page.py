@@ -1,4 +1,4 @@
-"""The page in a real browser: it loads, plays, is turned and steered, and stays free of errors."""
+"""The page in a real browser: it loads, plays, rotates the object, and stays free of errors."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ FRAME = re.compile(r"frame (\d+),")
 
 @contextmanager
 def command(*words: str) -> Iterator[tuple[subprocess.Popen[str], str, list[str]]]:
-    """A command with a dashboard, its address, and what it said until then; ended by Ctrl-C."""
+    """A command with a dashboard, its address, and its output so far; ended by Ctrl-C."""
     process = subprocess.Popen(
         [sys.executable, "-m", "circumspect", *words, "--viewer-port", "0"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    said: list[str] = []
-    # Who reads what a process says waits for it: one that hangs is ended.
+    output: list[str] = []
+    # Reading the output blocks: a process that hangs is ended.
     watchdog = threading.Timer(240, process.kill)
     watchdog.start()
     try:
         assert process.stderr is not None
         for line in process.stderr:
-            said.append(line)
+            output.append(line)
             if found := re.search(r"http://\S+?(?=;)", line):
-                yield process, found[0], said
+                yield process, found[0], output
                 break
         else:
-            pytest.fail("".join(said))
+            pytest.fail("".join(output))
     finally:
         watchdog.cancel()
         process.send_signal(signal.SIGINT)
@@ -57,10 +57,10 @@ def command(*words: str) -> Iterator[tuple[subprocess.Popen[str], str, list[str]
 
 @contextmanager
 def opened(browser, url: str):
-    """A page, and what went wrong in it or was asked of other machines."""
+    """A page, and its errors and requests to other hosts."""
     page = browser.new_page(viewport={"width": 900, "height": 700})
     faults: list[str] = []
-    page.on("console", lambda told: faults.append(told.text) if told.type == "error" else None)
+    page.on("console", lambda entry: faults.append(entry.text) if entry.type == "error" else None)
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on(
         "request",
@@ -100,9 +100,11 @@ def drawn(page) -> int:
     return len(np.unique(pixels, axis=0))
 
 
-def test_a_finished_run_plays_and_its_answer_stays_when_the_object_is_turned(browser, finished_run):
-    with command("view", str(finished_run)) as (process, url, _), opened(browser, url) as told:
-        page, faults = told
+def test_a_finished_run_plays_and_keeps_its_answer_under_rotation(browser, finished_run):
+    with (
+        command("view", str(finished_run)) as (process, url, _),
+        opened(browser, url) as (page, faults),
+    ):
         page.locator("#circumspect-label").wait_for(timeout=LONG)
         assert page.locator("#circumspect-label").inner_text() == "chair"
 
@@ -116,7 +118,7 @@ def test_a_finished_run_plays_and_its_answer_stays_when_the_object_is_turned(bro
         page.keyboard.press("Home")
         until(page, lambda: frame_shown(page) == 1)
 
-        # Turned, the grid is made anew, and the answer stays.
+        # A rotation makes a new grid, and the answer stays.
         turn = page.get_by_role("slider").nth(1)
         turn.focus()
         for _ in range(7):
@@ -146,7 +148,7 @@ def test_an_exported_run_plays_without_a_network(browser, finished_run, tmp_path
         assert faults == []
 
 
-def test_a_live_run_is_steered_replaced_and_goes_on_when_the_browser_is_closed(
+def test_a_live_run_is_controlled_replaced_and_goes_on_without_a_browser(
     browser, tmp_path, monkeypatch
 ):
     pytest.importorskip("embreex", reason="the simulation is not installed")
@@ -164,7 +166,7 @@ def test_a_live_run_is_steered_replaced_and_goes_on_when_the_browser_is_closed(
             press(page, page.get_by_role("button", name="One frame"))
             until(page, lambda: frame_shown(page) == paused + 1)
 
-            # A covered camera is a fault that is told.
+            # A covered camera is reported.
             page.get_by_role("checkbox").first.focus()
             page.keyboard.press("Space")
             page.wait_for_timeout(300)
@@ -183,7 +185,7 @@ def test_a_live_run_is_steered_replaced_and_goes_on_when_the_browser_is_closed(
             press(page, page.get_by_role("button", name="Pause"))
             page.get_by_role("button", name="Go on").wait_for(timeout=LONG)
             assert faults == []
-        # Nobody is left: the run that was paused goes on.
+        # Without a browser the paused run resumes.
         newest = max((tmp_path / "runs").iterdir(), key=lambda folder: folder.stat().st_ctime)
         lines = frames_logged(newest)
         end = time.monotonic() + LONG / 1e3
@@ -205,9 +207,9 @@ def frames_logged(folder) -> int:
     return len((folder / "log.jsonl").read_text().splitlines())
 
 
-def test_another_address_than_loopback_is_warned_of(finished_run):
+def test_an_address_other_than_loopback_gives_a_warning(finished_run):
     words = ("view", str(finished_run), "--viewer-host", "0.0.0.0")
-    with command(*words) as (process, url, said):
+    with command(*words) as (process, url, output):
         assert url.startswith("http://127.0.0.1:")
-        assert "warning" in "".join(said)
+        assert "warning" in "".join(output)
     assert process.returncode == 0

@@ -40,7 +40,7 @@ def server():
 
 
 def talks(server, **headers) -> bool:
-    """Whether a browser with such headers gets anything."""
+    """Whether the server answers a browser with these headers."""
     try:
         with connected(server, **headers) as channel:
             return bool(channel.recv(timeout=20))
@@ -55,7 +55,7 @@ def connected(server, **headers):
     )  # fmt: skip
 
 
-def test_it_is_bound_to_loopback_and_says_nothing(capsys):
+def test_the_server_binds_to_loopback_and_prints_nothing(capsys):
     server = guarded_server("127.0.0.1", 0)
     try:
         bound = server._websock_server._port
@@ -70,7 +70,7 @@ def test_it_is_bound_to_loopback_and_says_nothing(capsys):
 
 
 @pytest.mark.parametrize("host", ["::1", "::"])
-def test_the_address_of_the_newer_internet_can_be_reached(host):
+def test_ipv6_addresses_can_be_reached(host):
     try:
         socket.create_server(("::1", 0), family=socket.AF_INET6).close()
     except OSError:
@@ -90,11 +90,11 @@ def test_the_address_of_the_newer_internet_can_be_reached(host):
         ("10.0.0.7", "10.0.0.7"), ("::1", "[::1]"), ("::", "[::1]"), ("fd00::2", "[fd00::2]"),
     ],
 )  # fmt: skip
-def test_what_is_told_can_be_typed_into_a_browser(host, shown):
+def test_the_printed_address_opens_in_a_browser(host, shown):
     assert address(SimpleNamespace(get_port=lambda: 80), host) == f"http://{shown}:80"
 
 
-def test_whoever_connects_and_asks_nothing_is_no_news(monkeypatch, caplog):
+def test_empty_and_invalid_connections_are_not_logged(monkeypatch, caplog):
     monkeypatch.setattr(logging.getLogger("websockets.server"), "filters", [])
     server = guarded_server("127.0.0.1", 0)
     try:
@@ -102,7 +102,7 @@ def test_whoever_connects_and_asks_nothing_is_no_news(monkeypatch, caplog):
             with socket.create_connection(("127.0.0.1", server.get_port())) as asker:
                 asker.sendall(words)
                 asker.shutdown(socket.SHUT_WR)
-                while asker.recv(4096):  # Until the server has given up.
+                while asker.recv(4096):  # Until the server closes the connection.
                     pass
         time.sleep(0.2)
     finally:
@@ -110,23 +110,23 @@ def test_whoever_connects_and_asks_nothing_is_no_news(monkeypatch, caplog):
     assert [record for record in caplog.records if record.name.startswith("websockets")] == []
 
 
-def test_a_taken_port_is_told(server):
+def test_a_taken_port_is_refused(server):
     with pytest.raises(InputError, match="another port"):
         guarded_server("127.0.0.1", server.get_port())
 
 
 @pytest.mark.parametrize("port", [-1, 65536])
-def test_a_port_that_is_none_is_told(port):
+def test_an_invalid_port_is_refused(port):
     with pytest.raises(InputError, match="port"):
         guarded_server("127.0.0.1", port)
 
 
-def test_an_address_of_another_machine_is_told():
+def test_an_address_of_another_machine_is_refused():
     with pytest.raises(InputError, match="no dashboard there"):
         guarded_server("192.0.2.1", 0)
 
 
-def test_its_own_page_may_talk_and_a_page_of_another_site_may_not(server):
+def test_connections_of_other_origins_are_rejected(server):
     port = server.get_port()
     assert talks(server, Origin=f"http://127.0.0.1:{port}")
     assert talks(server)
@@ -153,11 +153,11 @@ def test_its_own_page_may_talk_and_a_page_of_another_site_may_not(server):
         ({}, "127.0.0.1", False),
     ],
 )
-def test_whose_page_it_is(headers, host, own):
+def test_own_page_checks_host_and_origin(headers, host, own):
     assert own_page(headers, host, ("allowed.example",)) is own
 
 
-def test_a_page_by_a_name_that_somebody_else_points_here_is_rejected(server):
+def test_dns_rebinding_is_rejected(server):
     request = urllib.request.Request(
         address(server, "127.0.0.1"), headers={"Host": "rebound.example"}
     )
@@ -165,7 +165,7 @@ def test_a_page_by_a_name_that_somebody_else_points_here_is_rejected(server):
         urllib.request.urlopen(request, timeout=20)
 
 
-def test_large_messages_end_the_connection_silently(server, caplog, capsys):
+def test_too_large_messages_close_the_connection_silently(server, caplog, capsys):
     with connected(server) as channel:
         channel.recv(timeout=20)
         channel.send(bytes(LARGEST_MESSAGE + 1))
@@ -184,14 +184,14 @@ def test_connections_are_limited(server, monkeypatch):
             connected(server).__enter__()
 
 
-def test_no_file_can_be_had_by_its_path(server):
+def test_path_traversal_is_rejected(server):
     for path in ("/../../_viser.py", "/%2e%2e/%2e%2e/_viser.py", "/etc/passwd"):
         request = f"{address(server, '127.0.0.1')}{path}"
         with pytest.raises(urllib.error.HTTPError, match="404"):
             urllib.request.urlopen(request, timeout=10)
 
 
-def test_nothing_listens_to_sharing_and_sending_of_files(server):
+def test_share_and_upload_handlers_are_removed(server):
     listening = server._websock_server._incoming_handlers
     for kind in (
         _messages.ShareUrlRequest, _messages.ShareUrlDisconnect,

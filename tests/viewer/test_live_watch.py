@@ -1,4 +1,4 @@
-"""A live run is shown while it goes on, and a page that hangs does not hold it up."""
+"""A live run is shown while it goes on, and a hanging page does not delay it."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ pytest.importorskip("embreex", reason="the simulation is not installed")
 
 from circumspect.classification import Classifier, Prediction
 from circumspect.classification.evidence import cell_evidence
-from circumspect.cli.scan import Scan
+from circumspect.cli.commands.scan import Scan
+from circumspect.exploration import ScanSettings
 from circumspect.furniture import make_furniture
 from circumspect.viewer import Dashboard, LiveWatch
 from circumspect.viewer.why import Why
 
-SHORT = Scan(object="chair-3", start=40.0, seed=5, frames=4, frame_interval=2.0)
+SHORT = Scan(
+    object="chair-3", start=40.0, seed=5, driving=ScanSettings(frame_interval=2.0, max_frames=4)
+)
 
 
 @pytest.fixture(scope="module")
@@ -30,15 +33,15 @@ def dashboard():
 
 
 def run(dashboard):
-    """A short scan with a watch; its result and the moments that were put."""
+    """A short scan with a watch; returns its result and the published moments."""
     parts = SHORT.prepared("scan")
-    put = []
-    dashboard.put = lambda make: (put.append(make), Dashboard.put(dashboard, make))
-    watch = LiveWatch(parts.scan, dashboard, parts.room.scene, parts.witness, "chair")
-    return parts.scan.run((watch,)), put
+    published = []
+    dashboard.put = lambda make: (published.append(make), Dashboard.put(dashboard, make))
+    watch = LiveWatch(parts.scan, dashboard, parts.room.scene, parts.ground_truth, "chair")
+    return parts.scan.run((watch,)), published
 
 
-def test_a_page_that_hangs_does_not_hold_up_a_run(dashboard):
+def test_a_hanging_page_does_not_delay_a_run(dashboard):
     hanging, let_go = threading.Event(), threading.Event()
 
     def hang(shown):
@@ -56,47 +59,47 @@ def test_a_page_that_hangs_does_not_hold_up_a_run(dashboard):
         dashboard.show = show
 
 
-def test_what_is_put_tells_the_run(dashboard):
-    result, put = run(dashboard)
-    assert len(put) == 5  # one a frame, and the end
-    shown = put[-1]()
+def test_the_published_state_describes_the_run(dashboard):
+    result, published = run(dashboard)
+    assert len(published) == 5  # one a frame, and the end
+    shown = published[-1]()
     assert shown.row["label"] == result.prediction.label
     assert shown.count == 4
     np.testing.assert_array_equal(shown.thing.points_xyz, result.last.model.cloud().points_xyz)
     assert shown.thing.frames_seen.max() == 4
-    assert "the run is over" in shown.news
+    assert "the run is over" in shown.message
     assert len(shown.path_xyz) == len(shown.odometry_xyz) == 4
     assert len(shown.surroundings.things) >= 4
-    assert shown.surroundings is put[0]().surroundings
+    assert shown.surroundings is published[0]().surroundings
     assert shown.target is not None or result.last.index < 2
     json.dumps(shown.row)
 
 
-def test_what_a_pause_settles_is_put(dashboard):
-    put = []
+def test_the_answer_of_a_pause_is_published(dashboard):
+    published = []
     parts = SHORT.prepared("scan")
     watch = LiveWatch(parts.scan, dashboard)
-    dashboard.put = lambda make: put.append(make)
+    dashboard.put = lambda make: published.append(make)
     watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7]), coverage=0.4))
-    assert put == []  # no frame has come yet
+    assert published == []  # no frame has come yet
     result = parts.scan.run((watch,))
     watch.settled(Prediction.from_probabilities(("a", "b"), np.array([0.3, 0.7]), coverage=0.4))
-    shown = put[-1]()
+    shown = published[-1]()
     assert (shown.row["label"], shown.row["coverage"], shown.count) == ("b", 0.4, 4)
-    assert put[-2]().rows[-1]["label"] == result.prediction.label
+    assert published[-2]().rows[-1]["label"] == result.prediction.label
 
 
 def wait_until_published(dashboard) -> None:
-    """The publisher's thread shows nothing more."""
+    """Wait until the thread of the publisher has shown all states."""
     end = time.monotonic() + 20
     while dashboard.publisher.slot._new and time.monotonic() < end:
         time.sleep(0.05)
 
 
 def test_the_stage_shows_the_latest_moment(dashboard):
-    _, put = run(dashboard)
+    _, published = run(dashboard)
     wait_until_published(dashboard)
-    shown = put[-1]()
+    shown = published[-1]()
     dashboard.show(shown)
     assert dashboard.publisher.failure is None
     nodes = dashboard.stage._nodes
@@ -107,10 +110,10 @@ def test_the_stage_shows_the_latest_moment(dashboard):
     assert "/room/0" in nodes
 
 
-def test_a_moment_shows_nothing_of_a_later_one(dashboard):
-    _, put = run(dashboard)
+def test_the_stage_removes_what_a_moment_lacks(dashboard):
+    _, published = run(dashboard)
     wait_until_published(dashboard)
-    shown = put[-1]()
+    shown = published[-1]()
     dashboard.show(shown)
     stage = dashboard.stage
     assert {"/camera", "/robot", "/grid/outline", "/target/stand"} <= stage._nodes.keys()
@@ -133,8 +136,8 @@ def explained(dashboard, shown):
 
 
 def test_every_colouring_gives_a_colour_a_point(dashboard):
-    _, put = run(dashboard)
-    shown = put[-1]()
+    _, published = run(dashboard)
+    shown = published[-1]()
     explained(dashboard, shown)
     dashboard.stage.explanation = dashboard.why.found
     pictures = set()
@@ -151,21 +154,21 @@ def test_every_colouring_gives_a_colour_a_point(dashboard):
 
 
 def test_evidence_of_one_run_is_not_shown_in_the_next(dashboard):
-    _, put = run(dashboard)
-    shown = put[-1]()
-    assert put[0]().run is shown.run
+    _, published = run(dashboard)
+    shown = published[-1]()
+    assert published[0]().run is shown.run
     explained(dashboard, shown)
     dashboard.show(shown)
     assert dashboard.stage.explanation is not None
     dashboard.why.wanted = False
-    _, put = run(dashboard)
-    dashboard.show(put[0]())
+    _, published = run(dashboard)
+    dashboard.show(published[0]())
     assert dashboard.stage.explanation is None
     assert "speak for" not in dashboard.why.html()
 
 
-def test_evidence_that_is_found_after_its_run_is_dropped(monkeypatch):
-    asked, go_on, told = threading.Event(), threading.Event(), threading.Event()
+def test_evidence_found_after_its_run_is_dropped(monkeypatch):
+    asked, go_on, changed = threading.Event(), threading.Event(), threading.Event()
 
     def slow(classifier, grid, metric):
         asked.set()
@@ -175,15 +178,15 @@ def test_evidence_that_is_found_after_its_run_is_dropped(monkeypatch):
     monkeypatch.setattr("circumspect.viewer.why.cell_evidence", slow)
     classifier = Classifier.load()
     cloud = make_furniture("chair", 3).sampled(4000, 0)
-    grid = classifier.recipe.bounds(cloud).hits(cloud.points_xyz)
-    why = Why(classifier, told.set)
+    grid = classifier.input_spec.bounds(cloud).hits(cloud.points_xyz)
+    why = Why(classifier, changed.set)
     try:
         why.wanted = True
         why.ask(grid, "first run")
         assert asked.wait(60)
         why.ask(None, "second run")
         go_on.set()
-        assert told.wait(60)
+        assert changed.wait(60)
         assert why.found is None
         assert "asking" in why.html()
     finally:
@@ -191,10 +194,10 @@ def test_evidence_that_is_found_after_its_run_is_dropped(monkeypatch):
         why.close()
 
 
-def test_a_watch_that_lasts_long_forgets_its_older_half(dashboard, monkeypatch):
+def test_a_long_watch_thins_its_older_frames(dashboard, monkeypatch):
     monkeypatch.setattr("circumspect.viewer.live_watch.MOST_FRAMES", 2)
-    _, put = run(dashboard)
-    assert [make().count for make in put[:4]] == [1, 2, 2, 2]
-    first, last = put[0](), put[3]()
+    _, published = run(dashboard)
+    assert [make().count for make in published[:4]] == [1, 2, 2, 2]
+    first, last = published[0](), published[3]()
     assert first.row["frame"] == 0
     assert last.row["frame"] == 3

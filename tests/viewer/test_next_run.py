@@ -1,4 +1,4 @@
-"""What a browser asks for is looked up or clipped."""
+"""Requests of a browser are validated or clipped."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ pytest.importorskip("viser", reason="viser is not installed")
 
 from circumspect.classification import Classifier
 from circumspect.viewer import Dashboard
-from circumspect.viewer.clipped import clipped
+from circumspect.viewer.guarded_server import clipped
 from circumspect.viewer.next_run import NextRun, RunRequest
 from circumspect.viewer.run_controls import RunControls
 
@@ -21,15 +21,15 @@ def tab():
         yield NextRun(dashboard, RunControls(dashboard), ("chair", "sofa"), FIRST)
 
 
-def test_the_first_run_is_offered_too(tab):
+def test_the_first_run_is_among_the_choices(tab):
     assert tab.wanted() == RunRequest("own.obj", 10.0, "circle")
 
 
-@pytest.mark.parametrize("thing", ["../../etc/passwd", "", "__import__('os')", None, 7])
-def test_an_object_that_was_not_offered_is_not_taken(tab, thing):
-    tab.thing._impl.value = thing
-    tab.planner._impl.value = thing
-    tab.start._impl.value = thing
+@pytest.mark.parametrize("value", ["../../etc/passwd", "", "__import__('os')", None, 7])
+def test_invalid_choices_fall_back_to_valid_ones(tab, value):
+    tab.thing._impl.value = value
+    tab.planner._impl.value = value
+    tab.start._impl.value = value
     assert tab.wanted().thing == "own.obj"
     assert tab.wanted().planner == "normals"
     assert tab.wanted().start_deg in (0.0, 7.0)

@@ -1,4 +1,4 @@
-"""Recorded frames obey an onlooker, and tell the one that is worked on."""
+"""Recorded frames obey an operator, and give the frame in progress."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ pytest.importorskip("viser", reason="viser is not installed")
 from circumspect.geometry import PinholeCamera
 from circumspect.robot import Operator, RunStopped
 from circumspect.sensing import RgbdFrame
-from circumspect.viewer.operated_frames import OperatedFrames
+from circumspect.viewer.run_controls import OperatedFrames
 
 CAMERA = PinholeCamera(4, 3, 4.0, 4.0, 1.5, 1.0)
 FRAMES = [RgbdFrame(np.ones((3, 4), np.float32), CAMERA, float(stamp)) for stamp in range(200)]
 
 
-def test_the_frame_that_is_worked_on_is_known():
+def test_the_frame_in_progress_is_available():
     frames = OperatedFrames(FRAMES, Operator())
     assert frames.frame is None
     for frame in frames:
@@ -33,7 +33,7 @@ def test_a_covered_camera_sees_nothing():
     assert not any(frame.valid.any() for frame in OperatedFrames(FRAMES[:3], operator))
 
 
-def test_a_share_of_the_frames_is_lost_and_the_same_ones_with_the_same_seed():
+def test_the_same_seed_drops_the_same_frames():
     operator = Operator()
     operator.drop(0.3)
     first, again, other = (
@@ -66,7 +66,7 @@ def test_a_paused_recording_waits_and_goes_on_by_single_frames():
     assert stamps == [0.0, 1.0, 2.0, 3.0, 4.0]
 
 
-def test_an_operator_may_end_it():
+def test_an_operator_may_end_a_recording():
     operator = Operator()
     operator.stop()
     with pytest.raises(RunStopped):

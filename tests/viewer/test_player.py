@@ -1,4 +1,4 @@
-"""The time bar moves by itself, and by hand; by hand wins."""
+"""The time bar moves during playback and by the user; the user takes precedence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from circumspect.viewer import Dashboard, PlayedRun, Player, SavedRun
 
 
 class _Watched(Dashboard):
-    """As if a browser were there; keeps what it is given."""
+    """A dashboard with a viewer that records the shown frames."""
 
     def __init__(self) -> None:
         super().__init__(Classifier.load(), port=0)
@@ -47,13 +47,13 @@ def until(condition) -> None:
         time.sleep(0.01)
 
 
-def test_it_plays_every_frame_to_the_end_and_then_waits(player, dashboard):
+def test_playback_shows_every_frame_and_stops_at_the_end(player, dashboard):
     until(lambda: player.button.label == "Play")
     assert dashboard.made == [1, 2, 3, 4, 5, 6]
     assert player.bar.value == 6
 
 
-def test_moved_by_hand_it_stays_there(player, dashboard):
+def test_a_moved_time_bar_stays(player, dashboard):
     until(lambda: player.button.label == "Play")
     for place in (2, 5):
         player.bar.value = place
@@ -62,7 +62,7 @@ def test_moved_by_hand_it_stays_there(player, dashboard):
         assert (player.bar.value, dashboard.made[-1]) == (place, place)
 
 
-def test_moved_by_hand_while_it_plays_it_stays_there_too(player, dashboard):
+def test_moving_the_time_bar_stops_playback(player, dashboard):
     until(lambda: len(dashboard.made) >= 2)
     player.bar.value = 1
     assert player.button.label == "Play"
@@ -72,7 +72,7 @@ def test_moved_by_hand_while_it_plays_it_stays_there_too(player, dashboard):
 
 
 @pytest.mark.parametrize(("sent", "frame"), [(-3, 1), (99, 1), ("x", 1)])
-def test_a_place_that_is_none_is_the_first(player, dashboard, sent, frame):
+def test_an_invalid_frame_shows_the_first(player, dashboard, sent, frame):
     until(lambda: player.button.label == "Play")
     player.bar._impl.value = sent
     player._heed_bar()

@@ -1,4 +1,4 @@
-"""The newest state is shown by a thread of its own; who puts it never waits."""
+"""A thread shows the newest state; `put` never waits."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import time
 
 import pytest
 
-from circumspect.viewer.newest_slot import NewestSlot
-from circumspect.viewer.publisher import Publisher
+from circumspect.viewer.publisher import NewestSlot, Publisher
 
 LONG = 20.0
 
@@ -28,7 +27,7 @@ def test_only_the_newest_value_is_taken_and_only_once():
     assert slot.take(0) is None
 
 
-def test_the_latest_value_can_be_had_again():
+def test_again_returns_the_latest_value():
     slot = NewestSlot()
     slot.again()
     assert slot.take(0) is None
@@ -38,7 +37,7 @@ def test_the_latest_value_can_be_had_again():
     assert slot.take(0) == "a"
 
 
-def test_a_closed_slot_lets_those_who_wait_go():
+def test_closing_a_slot_releases_waiting_threads():
     slot, taken = NewestSlot(), []
     waiting = threading.Thread(target=lambda: taken.append(slot.take()), daemon=True)
     waiting.start()
@@ -47,7 +46,7 @@ def test_a_closed_slot_lets_those_who_wait_go():
     assert taken == [None]
 
 
-def test_a_page_that_hangs_does_not_hold_up_who_puts():
+def test_a_hanging_page_does_not_delay_put():
     hanging, let_go = threading.Event(), threading.Event()
 
     def hang(state):
@@ -67,31 +66,31 @@ def test_a_page_that_hangs_does_not_hold_up_who_puts():
 
 
 def test_a_slow_page_skips_to_the_newest():
-    seen = []
-    publisher = Publisher(lambda state: (seen.append(state), time.sleep(0.05)))
+    shown = []
+    publisher = Publisher(lambda state: (shown.append(state), time.sleep(0.05)))
     for state in range(100):
         publisher.slot.put(state)
         time.sleep(0.001)
-    until(lambda: seen and seen[-1] == 99)
-    assert len(seen) < 50
-    assert seen == sorted(seen)
+    until(lambda: shown and shown[-1] == 99)
+    assert len(shown) < 50
+    assert shown == sorted(shown)
     publisher.close()
 
 
-def test_a_page_that_fails_is_told_once_and_tried_again_with_the_next_state(caplog):
-    seen = []
+def test_a_failing_page_is_reported_once_and_retried_with_the_next_state(caplog):
+    shown = []
 
     def fail_first(state):
         if state < 2:
             raise RuntimeError("the page is gone")
-        seen.append(state)
+        shown.append(state)
 
     publisher = Publisher(fail_first)
     publisher.slot.put(0)
     until(lambda: publisher.failure is not None)
     publisher.slot.put(1)
     publisher.slot.put(2)
-    until(lambda: seen == [2])
+    until(lambda: shown == [2])
     assert "gone" in str(publisher.failure)
     assert [record.getMessage() for record in caplog.records] == [
         "the page can not be shown: the page is gone"
@@ -99,21 +98,21 @@ def test_a_page_that_fails_is_told_once_and_tried_again_with_the_next_state(capl
     publisher.close()
 
 
-def test_nothing_is_shown_while_nobody_looks_and_the_newest_once_somebody_does():
-    seen, watched = [], threading.Event()
-    publisher = Publisher(seen.append, watched.is_set)
+def test_nothing_is_shown_without_viewers_and_the_newest_state_with_one():
+    shown, watched = [], threading.Event()
+    publisher = Publisher(shown.append, watched.is_set)
     publisher.slot.put(1)
     publisher.slot.put(2)
     time.sleep(0.1)
-    assert seen == []
+    assert shown == []
     watched.set()
     publisher.slot.again()
-    until(lambda: seen == [2])
+    until(lambda: shown == [2])
     publisher.close()
 
 
 @pytest.mark.parametrize("most_often", [10.0, 40.0])
-def test_it_shows_no_more_often_than_told(most_often):
+def test_the_rate_of_updates_is_limited(most_often):
     publisher = Publisher(lambda state: None, most_often=most_often)
     until_time = time.monotonic() + 0.5
     while time.monotonic() < until_time:

@@ -1,4 +1,4 @@
-"""What was set holds for the next run; a run goes on when the last browser is closed."""
+"""Settings hold for the next run; a run resumes when the last browser is closed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def controls(shown):
     shown.cover.value, shown.lose.value = False, "none"
 
 
-def test_what_was_set_before_a_run_begins_holds_for_it(controls):
+def test_settings_made_before_a_run_apply_to_it(controls):
     controls.cover.value, controls.lose.value = True, "30 %"
     operator = Operator()
     controls.take(operator)
@@ -38,7 +38,7 @@ def test_what_was_set_before_a_run_begins_holds_for_it(controls):
     assert operator.dropped == LOST_SHARES["30 %"]
 
 
-def test_a_paused_run_goes_on_when_nobody_is_left(controls):
+def test_a_paused_run_resumes_when_the_last_browser_is_closed(controls):
     operator = Operator()
     controls.take(operator)
     operator.pause()
@@ -50,7 +50,7 @@ def test_a_paused_run_goes_on_when_nobody_is_left(controls):
     controls.let_go()
 
 
-def test_without_a_run_there_is_nothing_to_pause(controls):
+def test_pause_is_disabled_without_a_run(controls):
     with Dashboard(Classifier.load(), port=0) as fresh:
         before = RunControls(fresh)
         assert before.pause.disabled

@@ -1,4 +1,4 @@
-"""Run folders: whole, old, interrupted, broken, and from strangers."""
+"""Run folders: complete, old, interrupted, broken, and untrusted."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def test_a_finished_run_can_be_shown_at_every_frame(finished_run):
     ended = json.loads((finished_run / "result.json").read_text())
     for frame in range(6):
         shown = played.shown(frame)
-        told = ended if frame == 5 else rows[frame]
-        assert shown.row["label"] == told["label"]
-        assert shown.row["probabilities"] == told["probabilities"]
+        row = ended if frame == 5 else rows[frame]
+        assert shown.row["label"] == row["label"]
+        assert shown.row["probabilities"] == row["probabilities"]
         assert shown.images.frame == frame
         assert shown.images.depth.shape == (120, 160)
         assert shown.T_map_camera is not None
@@ -44,14 +44,14 @@ def test_a_finished_run_can_be_shown_at_every_frame(finished_run):
     assert shown.thing.frames_seen.max() > 1
 
 
-def test_the_object_grows(finished_run):
+def test_the_shown_object_grows(finished_run):
     played = PlayedRun(SavedRun.load(finished_run))
     counts = [len(played.shown(frame).thing.points_xyz) for frame in range(6)]
     assert counts[0] > 100
     assert counts[-1] > counts[0]
 
 
-def test_a_run_of_an_older_version_is_shown_without_moments_and_says_so(copied_run):
+def test_a_run_without_playback_is_shown_with_a_note(copied_run):
     shutil.rmtree(copied_run / "playback")
     run = SavedRun.load(copied_run)
     assert len(run.missing) == 1
@@ -59,11 +59,11 @@ def test_a_run_of_an_older_version_is_shown_without_moments_and_says_so(copied_r
     shown = PlayedRun(run).shown(5)
     assert shown.images is None
     assert len(shown.thing.points_xyz) > 100
-    assert "kept no moments" in shown.news
+    assert "kept no moments" in shown.message
     assert len(PlayedRun(run).shown(0).thing.points_xyz) == 0
 
 
-def test_a_killed_run_is_shown_as_far_as_it_came(copied_run):
+def test_a_killed_run_is_shown_up_to_its_last_frame(copied_run):
     """No end was written, and the last line is cut."""
     for name in ("result.json", "trajectory.txt", "model.ply", "grid.npz", "picture.png"):
         (copied_run / name).unlink()
@@ -79,7 +79,7 @@ def test_a_killed_run_is_shown_as_far_as_it_came(copied_run):
 
 
 @pytest.mark.parametrize("name", ["000000.npz", "surroundings.npz", "odometry.npz"])
-def test_a_broken_file_of_the_playback_costs_that_alone(copied_run, name):
+def test_a_broken_playback_file_is_skipped(copied_run, name):
     (copied_run / "playback" / name).write_bytes(b"PK\x03\x04 broken")
     run = SavedRun.load(copied_run)
     shown = PlayedRun(run).shown(5)
@@ -101,7 +101,7 @@ def test_a_broken_file_of_the_playback_costs_that_alone(copied_run, name):
         ("log.jsonl", f'{{"frame": 0, "stamp": {10**400}}}\n', "line 1 is broken"),
     ],
 )
-def test_a_folder_of_a_stranger_costs_one_line(copied_run, name, text, words, capsys):
+def test_an_invalid_run_folder_gives_one_line(copied_run, name, text, words, capsys):
     (copied_run / name).write_text(text)
     with pytest.raises(InputError, match=words):
         SavedRun.load(copied_run)
@@ -109,7 +109,7 @@ def test_a_folder_of_a_stranger_costs_one_line(copied_run, name, text, words, ca
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_odd_entries_of_the_log_are_left_out(copied_run):
+def test_invalid_entries_of_the_log_are_skipped(copied_run):
     row = {
         "frame": 0, "stamp": 1.0, "probabilities": {"a": "b", "c": float("nan"), "d": 0.5},
         "coverage": "much", "points": None, "milliseconds": [1], "camera_xyz": [1, 2],
@@ -118,15 +118,15 @@ def test_odd_entries_of_the_log_are_left_out(copied_run):
     }  # fmt: skip
     (copied_run / "log.jsonl").write_text(json.dumps(row) + "\n")
     (copied_run / "result.json").unlink()
-    (told,) = SavedRun.load(copied_run).rows
-    assert told["probabilities"] == {"d": 0.5}
-    assert set(told) == {"frame", "stamp", "probabilities", "label"}
-    assert len(told["label"]) <= 300
+    (read,) = SavedRun.load(copied_run).rows
+    assert read["probabilities"] == {"d": 0.5}
+    assert set(read) == {"frame", "stamp", "probabilities", "label"}
+    assert len(read["label"]) <= 300
 
 
 @pytest.mark.parametrize("share", ["coverage", "seen"])
 @pytest.mark.parametrize("number", ["Infinity", "1e308", "1" * 400])
-def test_numbers_that_can_not_be_counted_with_are_left_out(copied_run, number, share):
+def test_infinite_and_huge_numbers_are_skipped(copied_run, number, share):
     row = (
         f'{{"frame": 0, "stamp": 1.0, "label": "a", "conclusive": false, "points": {number}, '
         f'"probability": {number}, "{share}": {number}, "camera_xyz": [0, {number}, 0], '
@@ -134,9 +134,9 @@ def test_numbers_that_can_not_be_counted_with_are_left_out(copied_run, number, s
     )
     (copied_run / "log.jsonl").write_text(row + "\n")
     (copied_run / "result.json").unlink()
-    (told,) = SavedRun.load(copied_run).rows
-    assert isinstance(told.pop("reason", ""), str)
-    assert told == {
+    (read,) = SavedRun.load(copied_run).rows
+    assert isinstance(read.pop("reason", ""), str)
+    assert read == {
         "label": "a", "frame": 0, "stamp": 1.0, "confident": False, "probabilities": {}, "milliseconds": {},
     }  # fmt: skip
 
@@ -152,7 +152,7 @@ def with_answer(run: Path, answer: dict[str, Any], drop: tuple[str, ...] = ()) -
 
 
 @pytest.mark.parametrize(
-    ("answer", "told"),
+    ("answer", "text"),
     [
         ({"confident": True, "reason": ""}, None),
         (
@@ -165,11 +165,11 @@ def with_answer(run: Path, answer: dict[str, Any], drop: tuple[str, ...] = ()) -
         ),
     ],
 )
-def test_the_playback_shows_why_an_answer_is_not_confident(copied_run, answer, told):
+def test_the_playback_shows_why_an_answer_is_not_confident(copied_run, answer, text):
     with_answer(copied_run, answer)
     shown = answer_html(PlayedRun(SavedRun.load(copied_run)).shown(5).row)
-    assert told is None or told in shown
-    assert ("not confident" in shown) == (told is not None)
+    assert text is None or text in shown
+    assert ("not confident" in shown) == (text is not None)
     assert ("unknown object" in shown) == ("in_distribution" in answer)
 
 
@@ -230,7 +230,7 @@ def test_pose_keys_of_older_versions_are_read_as_those_of_today(copied_run, gate
     assert (reason or "no fault, all poses reliable") in shown
 
 
-def test_what_is_no_run_is_told_with_the_remedy(tmp_path, capsys):
+def test_a_folder_without_a_run_is_refused_with_the_remedy(tmp_path, capsys):
     assert main(["view", str(tmp_path / "none")]) == 2
     assert "no such folder" in capsys.readouterr().err
     assert main(["view", str(tmp_path)]) == 2
@@ -241,7 +241,7 @@ def test_what_is_no_run_is_told_with_the_remedy(tmp_path, capsys):
     assert "no frames" in capsys.readouterr().err
 
 
-def test_a_missing_viser_is_told(finished_run, monkeypatch, capsys):
+def test_a_missing_viser_names_the_extra(finished_run, monkeypatch, capsys):
     monkeypatch.setitem(__import__("sys").modules, "viser", None)
     assert main(["view", str(finished_run)]) == 2
     assert 'pip install "circumspect[viewer]"' in capsys.readouterr().err

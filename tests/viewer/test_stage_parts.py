@@ -13,9 +13,27 @@ from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
 from circumspect.viewer import colouring
 from circumspect.viewer.occupied_cells import cell_boxes, outline
-from circumspect.viewer.panel_html import answer_html, bars_html, faults_html, times_html
-from circumspect.viewer.probability_picture import FAULT, HEIGHT, WIDTH, probability_picture
+from circumspect.viewer.panel_html import (
+    answer_html,
+    bars_html,
+    faults_html,
+    legend_html,
+    times_html,
+)
+from circumspect.viewer.probability_picture import (
+    FAULT,
+    FOOT,
+    HEIGHT,
+    LEFT,
+    MOST_TICKS,
+    TOP,
+    WIDTH,
+    frame_ticks,
+    probability_bars,
+    probability_picture,
+)
 from circumspect.viewer.shown import ShownObject
+from circumspect.viewer.stage import FIELD_OF_VIEW, OBJECT_SHARE, lookout
 from circumspect.viewer.turned_object import turned_object
 
 BOUNDS = (
@@ -95,53 +113,59 @@ def classifier():
 
 
 @pytest.fixture(scope="module")
-def thing(classifier):
+def shown_object(classifier):
     cloud = make_furniture("toilet", 7).sampled(30_000, 0)
-    grid = classifier.recipe.bounds(cloud).hits(cloud.points_xyz)
+    grid = classifier.input_spec.bounds(cloud).hits(cloud.points_xyz)
     zeros = np.zeros((len(cloud), 3))
     return ShownObject(cloud.points_xyz, zeros, np.ones(len(cloud), int), grid)
 
 
 class TestTurned:
-    def test_unturned_it_is_the_same_answer(self, thing, classifier):
-        turned = turned_object(thing, 0.0, classifier)
-        np.testing.assert_array_equal(turned.grid.states, thing.grid.states)
-        assert turned.prediction.label == classifier.classify_grid(thing.grid).label
+    def test_a_rotation_by_zero_keeps_the_answer(self, shown_object, classifier):
+        turned = turned_object(shown_object, 0.0, classifier)
+        np.testing.assert_array_equal(turned.grid.states, shown_object.grid.states)
+        assert turned.prediction.label == classifier.classify_grid(shown_object.grid).label
 
     @pytest.mark.parametrize("yaw_deg", [13.0, 90.0, 217.3])
-    def test_turned_the_grid_is_another_and_the_answer_stays(self, thing, classifier, yaw_deg):
-        turned = turned_object(thing, np.radians(yaw_deg), classifier)
-        assert (turned.grid.states != thing.grid.states).any()
-        assert turned.grid.grid == thing.grid.grid
+    def test_a_rotation_changes_the_grid_and_keeps_the_answer(
+        self, shown_object, classifier, yaw_deg
+    ):
+        turned = turned_object(shown_object, np.radians(yaw_deg), classifier)
+        assert (turned.grid.states != shown_object.grid.states).any()
+        assert turned.grid.grid == shown_object.grid.grid
         assert turned.prediction.label == "toilet"
 
-    def test_without_a_grid_nothing_is_turned(self, classifier):
+    def test_an_object_without_a_grid_is_not_rotated(self, classifier):
         assert turned_object(ShownObject(), 1.0, classifier) is None
 
-    def test_a_classifier_of_other_grids_is_shown_the_cloud(self, thing, classifier):
-        coarse = CylindricalGrid.fit(PointCloud(thing.points_xyz), (8, 8, 8)).hits(thing.points_xyz)
-        other = ShownObject(thing.points_xyz, thing.normals_xyz, thing.frames_seen, coarse)
+    def test_a_classifier_of_other_grids_classifies_the_cloud(self, shown_object, classifier):
+        coarse = CylindricalGrid.fit(PointCloud(shown_object.points_xyz), (8, 8, 8)).hits(
+            shown_object.points_xyz
+        )
+        other = ShownObject(
+            shown_object.points_xyz, shown_object.normals_xyz, shown_object.frames_seen, coarse
+        )
         assert turned_object(other, 0.5, classifier).prediction.label == "toilet"
 
 
 def row(**changes):
-    told = {
+    values = {
         "frame": 4, "stamp": 2.0, "outcome": "classified", "label": "chair", "probability": 0.9,
         "probabilities": {"chair": 0.9, "sofa": 0.1}, "coverage": 0.5, "points": 1234, "pose_reason": "",
         "milliseconds": {"register": 10.0, "fuse": 5.0},
     }  # fmt: skip
-    return told | changes
+    return values | changes
 
 
 class TestPanel:
-    def test_it_says_label_truth_and_share(self):
+    def test_the_answer_shows_label_truth_and_coverage(self):
         text = answer_html(row(), truth="sofa")
         assert "chair" in text
         assert "incorrect: the true class is sofa" in text
         assert "50 % coverage" in text
         assert "no answer yet" in answer_html({})
 
-    def test_an_answer_that_is_not_confident_says_why(self):
+    def test_an_answer_that_is_not_confident_shows_the_reason(self):
         few = row(confident=False, reason="at least 75 % coverage is needed")
         assert "not confident: at least 75 % coverage is needed" in answer_html(few)
         assert "not confident" not in answer_html(row(confident=True, reason=""))
@@ -173,14 +197,14 @@ class TestPanel:
         assert "no stage" in times_html({})
 
     @pytest.mark.parametrize("bad", ["<script>alert(1)</script>", "<img src=x onerror=alert(1)>"])
-    def test_what_comes_from_files_is_text(self, bad):
-        told = row(
+    def test_text_of_files_is_escaped(self, bad):
+        entry = row(
             label=bad, outcome=bad, pose_reason=bad, probabilities={bad: 1.0}, milliseconds={bad: 1.0},
             confident=False, reason=bad, alternatives={bad: 0.5, "b": 0.4},
         )  # fmt: skip
         for text in (
-            answer_html(told, truth=bad, news=bad), bars_html(told["probabilities"]),
-            times_html(told), faults_html([told], 1),
+            answer_html(entry, truth=bad, message=bad), bars_html(entry["probabilities"]),
+            times_html(entry), faults_html([entry], 1),
         ):  # fmt: skip
             assert "<script" not in text
             assert "<img" not in text
@@ -188,7 +212,7 @@ class TestPanel:
 
     def test_history_is_a_column_a_frame(self):
         rows = [row() for _ in range(30)] + [row(outcome="no depth in the frame", pose_reason=None)]
-        picture = probability_picture(rows, 31)
+        picture = probability_bars(rows, 31, 31)
         assert picture.shape[1] == WIDTH
         assert tuple(picture[-1, -1]) == FAULT
         assert tuple(picture[-1, 0]) != FAULT
@@ -198,3 +222,45 @@ class TestPanel:
     def test_a_long_history_still_fits(self):
         rows = [row() for _ in range(5000)]
         assert probability_picture(rows, 5000).shape == probability_picture(rows, 0).shape
+
+    def test_history_has_axes_around_its_bars(self):
+        rows = [row() for _ in range(30)]
+        picture = probability_picture(rows, 30)
+        bars = picture[TOP : TOP + HEIGHT + FOOT, LEFT : LEFT + WIDTH]
+        np.testing.assert_array_equal(bars, probability_bars(rows, 30, 30))
+        for axis in (picture[:, :LEFT], picture[TOP + HEIGHT + FOOT :]):
+            assert (axis < 128).all(axis=2).sum() > 30, "nothing is written there"
+
+    @pytest.mark.parametrize(("frames", "ticks"), [(20, [5, 10, 15, 20]), (149, [50, 100])])
+    def test_frames_are_counted_in_round_numbers(self, frames, ticks):
+        assert frame_ticks(frames) == ticks
+
+    @given(frames=st.integers(1, 10**7))
+    def test_axis_has_few_ticks(self, frames):
+        assert len(frame_ticks(frames)) <= MOST_TICKS
+
+    def test_legend_explains_lines_and_frustum_in_their_colours(self):
+        legend = legend_html()
+        for words in ("path of the camera", "odometry", "camera, what it sees", "next view"):
+            assert words in legend
+        for colour in (colouring.PATH, colouring.ODOMETRY, colouring.TARGET):
+            assert f"rgb({','.join(map(str, colour))})" in legend
+
+
+@given(
+    reach=st.floats(0.05, 5.0), azimuth=st.floats(-3.1, 3.1), x=st.floats(-9.0, 9.0),
+    wide=st.floats(1.2, 2.4),
+)  # fmt: skip
+def test_object_fills_the_view_beside_the_panel(reach, azimuth, x, wide):
+    middle = np.array([x, 1.0, 0.5])
+    level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    eye, look_at = lookout(middle, reach, level)
+    forward = (look_at - eye) / np.linalg.norm(look_at - eye)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    half = np.linalg.norm(look_at - eye) * np.tan(FIELD_OF_VIEW / 2)
+    assert reach / half == pytest.approx(OBJECT_SHARE)
+    assert np.dot(forward, level) < 0, "the view is from the wrong side"
+    across = np.dot(middle - eye, right) / half
+    assert across < 0, "the panel on the right would hide it"
+    assert across - OBJECT_SHARE > -wide, "it leaves the view on the left"

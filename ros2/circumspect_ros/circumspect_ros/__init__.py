@@ -1,1 +1,1 @@
-"""The circumspect node for those who have ROS 2 installed: rclpy carries its messages."""
+"""The circumspect node for ROS 2 installations, on rclpy."""

@@ -18,12 +18,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM.
 
     Args:
-        arguments: Those of ROS; None means those of the process.
+        arguments: Arguments of ROS; None for those of the process.
 
     Returns:
-        Exit code: 0, or 2 after a known fault.
+        Exit code: 0, or 2 after a known error.
     """
-    # The last answer is told after Ctrl-C, so rclpy must not shut down by itself.
+    # The last answer is published after Ctrl-C, so rclpy must not shut down by itself.
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     try:
         return _run()

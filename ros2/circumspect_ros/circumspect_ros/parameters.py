@@ -1,4 +1,4 @@
-"""The node's parameters, declared with rclpy."""
+"""Parameters of the node, declared with rclpy."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from rcl_interfaces.msg import ParameterDescriptor
 
 from circumspect.ros.node_settings import NodeSettings
 
-OF_ROS = ("use_sim_time", "start_type_description_service")
-"""Parameters that rclpy declares for itself; those that begin with qos_overrides are its, too."""
+DECLARED_BY_ROS = ("use_sim_time", "start_type_description_service")
+"""Parameters that rclpy declares itself, in addition to qos_overrides."""
 
 
 def read_settings(node: Any) -> NodeSettings:
-    """The settings that a node's parameters say.
+    """Create the settings from the parameters of a node.
 
     Args:
-        node: A `rclpy.node.Node` that declares its overrides by itself, so that a misspelt name
-            is seen.
+        node: A `rclpy.node.Node` that declares its overrides automatically, so that a misspelt name
+            is detected.
 
     Raises:
-        InputError: A name is not known, or a value makes no sense.
+        InputError: A name is unknown, or a value is invalid.
     """
     given = {
         name: _plain(parameter.value)
         for name, parameter in node.get_parameters_by_prefix("").items()
-        if name not in OF_ROS and not name.startswith("qos_overrides")
+        if name not in DECLARED_BY_ROS and not name.startswith("qos_overrides")
     }
     for name in ("name", "namespace"):
         given.pop(name, None)  # ROS has its own way to name nodes
@@ -37,14 +37,16 @@ def read_settings(node: Any) -> NodeSettings:
 
 
 def _declare_rest(node: Any, settings: NodeSettings) -> None:
-    """Let others see the parameters that nobody set."""
+    """Declare the parameters that were not set."""
     for field in fields(settings):
         if field.name in ("name", "namespace") or node.has_parameter(field.name):
             continue
         value = getattr(settings, field.name)
-        told = list(value) if isinstance(value, tuple) else value
+        default = list(value) if isinstance(value, tuple) else value
         # An empty list has no type in ROS.
-        node.declare_parameter(field.name, told, ParameterDescriptor(dynamic_typing=told == []))
+        node.declare_parameter(
+            field.name, default, ParameterDescriptor(dynamic_typing=default == [])
+        )
 
 
 def _plain(value: Any) -> Any:

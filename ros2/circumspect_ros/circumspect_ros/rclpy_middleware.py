@@ -1,4 +1,4 @@
-"""Messages over rclpy instead of over DDS directly; they stay packed on the way."""
+"""Transport of serialized messages over rclpy instead of DDS."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ try:
 except ImportError:  # Humble
     from rclpy.qos_event import SubscriptionEventCallbacks
 
-from circumspect.ros.middleware import Heard, Middleware, Quality
+from circumspect.ros.middleware import MessageCallback, Middleware, Quality
 
 
 class RclpyMiddleware(Middleware):
     """Subscriptions and publishers of one rclpy node, and the thread that serves them."""
 
     def __init__(self, node: Any) -> None:
-        """Begin to serve a node.
+        """Start to serve a node.
 
         Args:
-            node: A `rclpy.node.Node`; is destroyed by `close`.
+            node: A `rclpy.node.Node`; `close` destroys it.
         """
         self._node = node
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
         self._incompatible: dict[str, list[str]] = {}
-        """Topic to the policy that does not match, of each subscription; "" where all do."""
-        self._going = True
+        """Topic to the incompatible policy of each subscription; "" if compatible."""
+        self._is_open = True
         self._thread = threading.Thread(target=self._serve, name="rclpy", daemon=True)
         self._thread.start()
 
-    def subscribe(self, topic: str, kind: str, quality: Quality, heard: Heard) -> None:
+    def subscribe(self, topic: str, kind: str, quality: Quality, callback: MessageCallback) -> None:
         """See `Middleware.subscribe`."""
         policies = self._incompatible.setdefault(topic, [])
         number = len(policies)
@@ -54,7 +54,7 @@ class RclpyMiddleware(Middleware):
             policies[number] = str(name).removesuffix("_QOS_POLICY").lower()
 
         self._node.create_subscription(
-            get_message(kind), topic, heard, profile(quality), raw=True,
+            get_message(kind), topic, callback, profile(quality), raw=True,
             event_callbacks=SubscriptionEventCallbacks(incompatible_qos=on_incompatible),
         )  # fmt: skip
 
@@ -63,8 +63,8 @@ class RclpyMiddleware(Middleware):
         publisher = self._node.create_publisher(get_message(kind), topic, profile(quality))
 
         def publish(data: bytes) -> None:
-            if self._going:
-                publisher.publish(data)  # rclpy takes packed messages as bytes
+            if self._is_open:
+                publisher.publish(data)  # rclpy accepts serialized messages as bytes
 
         return publish
 
@@ -79,14 +79,14 @@ class RclpyMiddleware(Middleware):
 
     @property
     def lost(self) -> int:
-        """Always 0: not every middleware below rclpy tells it."""
+        """Always 0: not every middleware below rclpy reports it."""
         return 0
 
     def close(self) -> None:
         """See `Middleware.close`."""
-        if not self._going:
+        if not self._is_open:
             return
-        self._going = False
+        self._is_open = False
         self._executor.shutdown()
         self._thread.join()
         self._node.destroy_node()
@@ -97,7 +97,7 @@ class RclpyMiddleware(Middleware):
 
 
 def profile(quality: Quality) -> QoSProfile:
-    """A quality of service in rclpy's words."""
+    """The rclpy profile of a quality of service."""
     reliable, latched = quality.reliable, quality.latched
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,

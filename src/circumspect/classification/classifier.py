@@ -1,4 +1,4 @@
-"""The interface of everything that names an object."""
+"""The interface of classifiers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from circumspect.classification.input_recipe import InputRecipe
+from circumspect.classification.input_spec import InputSpec
 from circumspect.classification.prediction import Prediction
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 
 class Classifier(ABC):
-    """Names an object, whatever its yaw."""
+    """Classify objects; the result does not depend on their yaw."""
 
     @property
     @abstractmethod
     def classes(self) -> tuple[str, ...]:
-        """The class names it knows, in the order of its outputs."""
+        """Class names in the order of the outputs."""
 
     @property
     @abstractmethod
-    def recipe(self) -> InputRecipe:
-        """How it wants to be shown clouds."""
+    def input_spec(self) -> InputSpec:
+        """How clouds become the classifier's inputs."""
 
     @abstractmethod
     def classify(
@@ -38,12 +38,12 @@ class Classifier(ABC):
         metric: bool = False,
         coverage: float | None = None,
     ) -> Prediction:
-        """Name the object that a cloud shows.
+        """Classify the object in a cloud.
 
         Args:
-            cloud: The object's surface, z up, any place; only the object. An (n, 3) array will do.
-                A cloud of fewer than 128 distinct points, or one that still holds the floor, is
-                never `in_distribution` to a classifier that recognises unknown objects.
+            cloud: The object's surface, z up, in any place, without other things; a `PointCloud` or
+                an (n, 3) array. A classifier that recognises unknown objects never reports
+                `in_distribution` for fewer than 128 distinct points or for a cloud with a floor.
             metric: The points are in metres; without it their scale counts as unknown.
             coverage: Share of the azimuth from which it was seen, 0 … 1; None where unknown.
 
@@ -57,11 +57,11 @@ class Classifier(ABC):
     def classify_grid(
         self, *views: OccupancyGrid, metric: bool = False, coverage: float | None = None
     ) -> Prediction:
-        """Name the object that grids show.
+        """Classify the object in grids.
 
         Args:
-            views: One grid of the object, or one for each of `recipe.all_bounds`. With a single
-                one the answer is a little less steady between whole azimuth cells.
+            views: One grid of the object, or one for each of `input_spec.all_bounds`. The answer
+                from a single grid varies slightly more between whole azimuth cells.
             metric: Their bounds are in metres; without it the scale counts as unknown.
             coverage: Share of the azimuth from which the object was seen, 0 … 1; None where
                 unknown.

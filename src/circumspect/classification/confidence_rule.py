@@ -13,15 +13,15 @@ from circumspect.errors import InputError
 
 @dataclass(frozen=True)
 class ConfidenceRule:
-    """The least probability of a confident answer, as a step function of the coverage.
+    """The smallest probability of a confident answer, as a step function of the coverage.
 
-    The default asks for three quarters of the azimuth and a probability of 0.9. A classifier's file
-    may hold bounds of its own, fitted to objects that were held back (`circumspect calibrate`).
+    The default is 75 % coverage and a probability of 0.9. A classifier's file may hold its own
+    bounds, fitted to held-back objects (`circumspect calibrate`).
 
     Attributes:
-        coverage: Ascending shares of the azimuth, 0 … 1, from which on each bound holds.
-        probability: The bound from each of these on; above 1 no answer is confident.
-        without_coverage: The bound where nobody knows how much was seen, as of a file.
+        coverage: Ascending fractions of the azimuth, 0 … 1, at which each bound begins.
+        probability: The bound from each coverage on; above 1 no answer is confident.
+        without_coverage: The bound where the coverage is unknown, as for a file.
 
     Raises:
         InputError: Bounds that are not numbers, not ascending in coverage, or not as many.
@@ -41,7 +41,7 @@ class ConfidenceRule:
             raise InputError(f"coverages must ascend: {self.coverage!r:.80}")
 
     def bound(self, coverage: float | None) -> float | None:
-        """The least probability of a confident answer.
+        """The smallest probability of a confident answer.
 
         Args:
             coverage: Share of the azimuth seen, 0 … 1; None where that is unknown.
@@ -55,7 +55,7 @@ class ConfidenceRule:
         return held[-1] if held else None
 
     def reason(self, probability: float, coverage: float | None) -> str:
-        """Why an answer is not confident; empty where it is."""
+        """Reason why an answer is not confident; empty if it is."""
         bound = self.bound(coverage)
         if bound is None:
             return f"at least {percent(self.coverage[0])} coverage is needed"
@@ -66,7 +66,7 @@ class ConfidenceRule:
         return f"a probability of at least {_just_above(bound, probability)} is needed"
 
     def to_dict(self) -> dict[str, Any]:
-        """The rule as JSON types; `from_dict` reads it back."""
+        """The rule as JSON types; `from_dict` reads it."""
         return {
             "coverage": list(self.coverage),
             "probability": list(self.probability),
@@ -75,7 +75,7 @@ class ConfidenceRule:
 
     @classmethod
     def from_dict(cls, document: Any) -> ConfidenceRule:
-        """Read back what `to_dict` made; None stands for the default.
+        """Read what `to_dict` returned; None stands for the default.
 
         Raises:
             InputError: Not such a document.
@@ -85,20 +85,20 @@ class ConfidenceRule:
         if not isinstance(document, Mapping) or set(document) != set(cls().to_dict()):
             raise InputError(f"the rule of confidence must be an object, not {document!r:.60}")
         rows = document["coverage"], document["probability"]
-        if not all(isinstance(row, list) and len(row) <= MOST_BOUNDS for row in rows):
+        if not all(isinstance(row, list) and len(row) <= MAX_BOUNDS for row in rows):
             raise InputError("the rule of confidence needs two lists of numbers")
         return cls(tuple(rows[0]), tuple(rows[1]), document["without_coverage"])
 
 
 def _just_above(bound: float, probability: float) -> str:
-    """The bound; with the probability below it where both would look the same."""
+    """The bound; with the probability below it if both would be printed alike."""
     if percent(bound) != percent(probability):
         return percent(bound)
     # Rounded apart, so that they differ however near they are.
     return f"{ceil(1e4 * bound) / 100:.2f} % instead of {floor(1e4 * probability) / 100:.2f} %"
 
 
-MOST_BOUNDS = 100
+MAX_BOUNDS = 100
 
 
 def _is_share(value: Any, most: float) -> bool:

@@ -1,4 +1,4 @@
-"""What a network is shown beside the cells of a grid: the object's size, and what is known.
+"""Inputs beside the cells of a grid: the object's size, and whether visibility is known.
 
 A grid forgets the size of its object. The context states it in metres, from the occupied cells and
 the bounds of the grid, so that it is the same for a cloud, a scan and a saved grid.
@@ -61,34 +61,34 @@ def grid_context(
 
 
 class TakesContext(Protocol):
-    """What says whether a network takes contexts, see `InputRecipe`."""
+    """Anything that says whether a network takes contexts, see `InputSpec`."""
 
     @property
     def takes_context(self) -> bool:
-        """See `InputRecipe.takes_context`."""
+        """See `InputSpec.takes_context`."""
         ...
 
     def context(self, inputs: NDArray[Any]) -> NDArray[np.float32] | None:
-        """See `InputRecipe.context`."""
+        """See `InputSpec.context`."""
         ...
 
 
 def contexts_of(
-    recipe: TakesContext, inputs: NDArray[Any], contexts: NDArray[np.float32] | None
+    input_spec: TakesContext, inputs: NDArray[Any], contexts: NDArray[np.float32] | None
 ) -> NDArray[np.float32] | None:
-    """The contexts of many objects: those given, or those of an unknown scale.
+    """The contexts of many objects: the given ones, or those of an unknown scale.
 
     Args:
-        recipe: How objects are shown.
+        input_spec: How objects are shown.
         inputs: (n, views, *input_shape).
         contexts: (n, 6), or None.
 
     Returns:
         (n, 6) float32, or None where the network takes none.
     """
-    if not recipe.takes_context:
+    if not input_spec.takes_context:
         return None
     if contexts is not None:
         return contexts.astype(np.float32, copy=False)
-    made = [recipe.context(one) for one in inputs]
+    made = [input_spec.context(one) for one in inputs]
     return np.array([one for one in made if one is not None], np.float32).reshape(-1, WIDTH)

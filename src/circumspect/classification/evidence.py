@@ -1,34 +1,109 @@
-"""Which cells carry a decision: cells are emptied, and the answer is asked anew."""
+"""Evidence of cells for a class: blocks of cells are emptied, and the grid is classified again."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from circumspect.classification.grid_recipe import GridRecipe
-from circumspect.classification.occlusion_blocks import Block, occupied_blocks
+from circumspect.classification.grid_spec import GridSpec
 from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.classification.prediction import Prediction
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
 from circumspect.geometry.frozen_array import ReadOnlyArrays
-from circumspect.grid import OccupancyGrid
-from circumspect.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN
+from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
+from circumspect.grid.grid import FREE, OCCUPIED, UNKNOWN
+from circumspect.storage import atomic_open
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EDGES = (0.5, 0.25)
-"""Of the blocks [grid radii]: parts of an object, and parts of those."""
+"""Edges of the blocks [grid radii]: the size of parts of an object and of their details."""
 BATCH = 32
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of cells: rows along each axis and all cells in which they meet.
+
+    Attributes:
+        rows: Indices along each of the three axes.
+    """
+
+    rows: tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]
+
+    @property
+    def cells(self) -> tuple[NDArray[np.intp], ...]:
+        """Index of the block in an array of the grid's shape."""
+        return np.ix_(*self.rows)
+
+
+def occupied_blocks(grid: OccupancyGrid, edge: float) -> list[Block]:
+    """The blocks of a grid that hold something.
+
+    In a cylinder there is a block at every azimuth cell, wrapped, so that turning the object by
+    whole cells turns its blocks. Near the axis, where sectors are narrow, blocks span more of them.
+
+    Args:
+        grid: Occupied or not.
+        edge: Of a block, as a share of the grid's radius or half width: above 0, at most 2.
+
+    Raises:
+        InputError: An edge out of range.
+    """
+    if not 0.0 < edge <= 2.0:
+        raise InputError(f"the edge of a block must lie in 0 … 2 grid radii, not {edge!r}")
+    occupied = grid.occupied
+    bounds = grid.grid
+    if isinstance(bounds, CylindricalGrid):
+        blocks = _in_cylinder(bounds, edge)
+    elif isinstance(bounds, RectangularGrid):
+        blocks = _in_box(bounds, edge)
+    else:
+        raise InputError(f"no blocks are known for a grid of type {type(bounds).__name__}")
+    return [block for block in blocks if occupied[block.cells].any()]
+
+
+def _in_cylinder(bounds: CylindricalGrid, edge: float) -> Iterator[Block]:
+    radii, azimuths, heights = bounds.shape
+    deep = _cells(edge * radii)
+    high = _cells(edge * bounds.radius * heights / (2.0 * bounds.half_height))
+    for rings in _parts(radii, deep):
+        middle = (rings[0] + rings[-1] + 1) / (2.0 * radii)
+        wide = min(azimuths, _cells(edge * azimuths / (2.0 * np.pi * middle)))
+        for layers in _parts(heights, high):
+            for first in range(azimuths if wide < azimuths else 1):
+                yield Block((rings, (first + np.arange(wide)) % azimuths, layers))
+
+
+def _in_box(bounds: RectangularGrid, edge: float) -> Iterator[Block]:
+    across, along, up = (_parts(count, _cells(edge * count / 2.0)) for count in bounds.shape)
+    for x in across:
+        for y in along:
+            for z in up:
+                yield Block((x, y, z))
+
+
+def _cells(length: float) -> int:
+    return max(1, round(length))
+
+
+def _parts(count: int, size: int) -> list[NDArray[np.intp]]:
+    return [np.arange(first, min(first + size, count)) for first in range(0, count, size)]
 
 
 @dataclass(frozen=True, eq=False)
 class CellEvidence(ReadOnlyArrays):
-    """What each occupied cell of a grid says for a class.
+    """How much each occupied cell supports a class.
 
     Attributes:
-        grid: What was shown.
+        grid: The input.
         prediction: The answer to it.
         label: The class that the evidence is for or against.
         log_odds: ln(p / (1 - p)) of that class, all cells in place.
@@ -61,6 +136,66 @@ class CellEvidence(ReadOnlyArrays):
         found = self.cells[tuple(indices.T)]
         return np.where(indices[:, 0] >= 0, found, np.float32(0))
 
+    @property
+    def half_share(self) -> float:
+        """The smallest share of the occupied cells with half of what speaks for the class."""
+        positive = np.sort(self.cells[self.cells > 0])[::-1].astype(np.float64)
+        if not positive.size:
+            return 0.0
+        held = np.cumsum(positive)
+        needed = int(np.searchsorted(held, held[-1] / 2)) + 1
+        return needed / int(self.grid.occupied.sum())
+
+    def to_dict(self) -> dict[str, Any]:
+        """The strongest evidence, and how many cells hold half of it, in JSON types."""
+        return {
+            "most": round(float(self.cells.max()), 4),
+            "least": round(float(self.cells.min()), 4),
+            "half_of_it_in": round(self.half_share, 4),
+            "grids_asked": self.asked,
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write as npz: `evidence` and `states` of the cells, the grid's bounds, the answer.
+
+        Raises:
+            OutputError: The file cannot be written.
+        """
+        bounds: dict[str, Any] = {
+            name: np.asarray(value)
+            for name, value in vars(self.grid.grid).items()
+            if name != "shape"
+        }
+        answer = self.prediction.probabilities
+        with atomic_open(path, "wb") as stream:
+            np.savez_compressed(
+                stream,
+                evidence=self.cells,
+                states=self.grid.states,
+                label=np.array([self.label]),
+                log_odds=np.array([self.log_odds]),
+                classes=np.array(list(answer)),
+                probabilities=np.array(list(answer.values())),
+                **bounds,
+            )
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw the grid unrolled: red cells speak for the class, blue ones against it.
+
+        Args:
+            axes: Where to draw; None for a new figure.
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+        """
+        from circumspect.classification.evidence_plot import draw_evidence_grid
+        from circumspect.figure_canvas import axes_or_new
+
+        axes = axes_or_new(axes)
+        draw_evidence_grid(axes, self.cells, self.grid)
+        axes.set_title(f"red: for {self.label.replace('_', ' ')}, blue: against it")
+        return axes
+
 
 def cell_evidence(
     classifier: OnnxClassifier,
@@ -71,14 +206,14 @@ def cell_evidence(
     *,
     metric: bool = False,
 ) -> CellEvidence:
-    """Ask a classifier again and again, each time with another block of cells emptied.
+    """Classify a grid repeatedly, each time with another block of cells emptied.
 
     The evidence of a cell is the mean fall of the log-odds over the blocks that hold it, then the
     mean over the sizes of blocks.
 
     Args:
         classifier: Of grids.
-        grid: An object as the classifier's recipe grids it.
+        grid: An object as the classifier's input specification grids it.
         label: The class to ask about; None means the one that the classifier names.
         edges: Sizes of the blocks, as shares of the grid's radius or half width.
         progress: Called with (done, all) grids.
@@ -150,7 +285,7 @@ def _distinct(
 
 @dataclass(frozen=True, eq=False)
 class _ShownGrid:
-    """Shows a classifier a grid of which some cells were emptied.
+    """Classifies variants of a grid with emptied cells.
 
     Attributes:
         classifier: Of grids.
@@ -166,18 +301,20 @@ class _ShownGrid:
 
     @classmethod
     def of(cls, classifier: OnnxClassifier, grid: OccupancyGrid, metric: bool) -> _ShownGrid:
-        recipe = classifier.recipe
-        assert isinstance(recipe, GridRecipe)  # Others accept no grid.
+        input_spec = classifier.input_spec
+        assert isinstance(input_spec, GridSpec)  # Others accept no grid.
         emptied, filled = np.zeros(grid.states.shape, np.uint8), 1
-        if recipe.visibility:
-            # What was seen by rays is seen to be empty; of a mere cloud nobody knows.
+        if input_spec.visibility:
+            # Emptied cells that rays crossed are free; in a cloud without rays they are unknown.
             nothing = FREE if grid.free.any() else UNKNOWN
             emptied, filled = np.where(grid.occupied, np.uint8(nothing), grid.states), OCCUPIED
         bounds = grid.grid if metric else None
-        return cls(classifier, emptied, filled, recipe.context(recipe.input_of(grid)[None], bounds))
+        return cls(
+            classifier, emptied, filled, input_spec.context(input_spec.input_of(grid)[None], bounds)
+        )
 
     def log_odds(self, occupied: NDArray[np.bool_] | NDArray[np.uint8]) -> NDArray[np.float64]:
-        """(n, c) of (n, *shape) grids of which these cells are left."""
+        """(n, c) log-odds for (n, *shape) grids with only these cells."""
         inputs = np.where(occupied, np.uint8(self.filled), self.emptied)[:, None, None]
         contexts = None
         if self.context is not None:
@@ -207,7 +344,7 @@ def _asked(
 def _mean_fall(
     occupied: NDArray[np.bool_], blocks: Sequence[Block], falls: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Of the blocks of one size that hold a cell; 0 where nothing is."""
+    """(shape) mean fall over the blocks of one size that hold each cell; 0 for empty cells."""
     total, count = np.zeros(occupied.shape), np.zeros(occupied.shape)
     for block, fall in zip(blocks, falls, strict=True):
         total[block.cells] += fall

@@ -1,4 +1,4 @@
-"""The objects that a network was trained on, as its last layer sees them."""
+"""A table of the training objects with their features of the network's last layer."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.classification.shipped import SHIPPED, shipped_path
 from circumspect.errors import InputError, WeightsError
 from circumspect.geometry import PointCloud
-from circumspect.geometry.npy_stream import read_arrays
+from circumspect.geometry.formats.npy_stream import read_arrays
 from circumspect.grid import OccupancyGrid
 from circumspect.storage import atomic_open
 
 SUFFIX = ".examples.npz"
-MOST_BYTES = 512 << 20
+MAX_BYTES = 512 << 20
 _KINDS = {"features_u8": "u", "low": "f", "step": "f", "labels": "iu", "names": "U",
           "classes": "U", "network": "U"}  # fmt: skip
 
@@ -34,10 +34,10 @@ class NearExample:
     """A training object near another one.
 
     Attributes:
-        name: As in the data set, such as chair_0123.
+        name: Name in the data set, such as chair_0123.
         label: Its class.
-        distance: 1 - cos of the angle between the two objects' features: 0 the same to the
-            network, 1 nothing in common.
+        distance: 1 - cos of the angle between the two objects' features: 0 for equal features, 1
+            for orthogonal ones.
     """
 
     name: str
@@ -54,7 +54,7 @@ class ExampleTable:
         labels: (n,) int64 indices into `classes`.
         names: (n,) text.
         classes: The class names.
-        network: Which network's features they are, see `network_of`.
+        network: Identifies the network of the features, see `network_of`.
 
     Raises:
         InputError: The arrays do not belong together.
@@ -86,11 +86,11 @@ class ExampleTable:
         return _directions(self.features)
 
     def nearest(self, features: NDArray[np.floating], count: int = 5) -> tuple[NearExample, ...]:
-        """The examples in the direction nearest to some features.
+        """The examples whose features have the smallest angle to given features.
 
         Args:
             features: (f,).
-            count: How many.
+            count: Number of examples.
 
         Returns:
             The nearest first.
@@ -117,7 +117,7 @@ class ExampleTable:
         """Write as npz; each feature is rounded to a 255th of its range.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         low, high = self.features.min(axis=0), self.features.max(axis=0)
         step = np.maximum((high - low) / np.float32(255), np.finfo(np.float32).tiny)
@@ -141,11 +141,11 @@ class ExampleTable:
             InputError: Missing, broken, or no table of examples.
         """
         file = Path(path)
-        stored = read_arrays(file, _KINDS, MOST_BYTES)
+        stored = read_arrays(file, _KINDS, MAX_BYTES)
         try:
             return _unpacked(stored)
         except InputError as error:
-            raise InputError(f"{file}: {error}; make it anew: export --examples") from error
+            raise InputError(f"{file}: {error}; make it again: export --examples") from error
 
 
 def nearest_examples(
@@ -156,20 +156,20 @@ def nearest_examples(
     *,
     metric: bool = False,
 ) -> tuple[NearExample, ...]:
-    """The training objects that look most alike to the network's last layer.
+    """The training objects most similar to an object in the network's last layer.
 
     Args:
-        classifier: Whose features are compared.
-        shown: An object, as `classify` or `classify_grid` takes it.
-        count: How many.
-        examples: What was trained on; None means the table that ships with the classifier.
+        classifier: Computes the features.
+        shown: An object, as for `classify` or `classify_grid`.
+        count: Number of training objects.
+        examples: The training objects; None means the table that ships with the classifier.
         metric: The object is in metres; without it its scale counts as unknown.
 
     Returns:
         The nearest first.
 
     Raises:
-        InputError: A grid or a count that can not be used.
+        InputError: A grid or a count that cannot be used.
         GeometryError: A cloud that spans no shape.
         WeightsError: The weights give no features, or the table is of another network.
     """
@@ -179,21 +179,21 @@ def nearest_examples(
             "the table of training objects is of other weights; make one of these: "
             "circumspect export --examples"
         )
-    recipe = classifier.recipe
+    input_spec = classifier.input_spec
     if isinstance(shown, OccupancyGrid):
-        inputs, bounds = recipe.input_of(shown)[None, None], shown.grid
+        inputs, bounds = input_spec.input_of(shown)[None, None], shown.grid
     else:
-        inputs, bounds = recipe.inputs(shown), recipe.bounds(shown)
-    context = recipe.context(inputs[0], bounds if metric else None)
+        inputs, bounds = input_spec.inputs(shown), input_spec.bounds(shown)
+    context = input_spec.context(inputs[0], bounds if metric else None)
     contexts = None if context is None else context[None]
     return table.nearest(classifier.features(inputs, contexts)[0], count)
 
 
 def network_of(classifier: OnnxClassifier) -> str:
-    """A hash of how a network came about: its name, classes and training.
+    """A hash that identifies a network: of its name, classes and training.
 
-    Temperature, threshold, the arithmetic of its file and over how many grids it averages do not
-    count, nor whether it names the objects that it was fitted to, which follow from the rest.
+    Temperature, threshold, arithmetic, the number of grids and the names of the training objects do
+    not change it.
     """
     described = {key: classifier.description.get(key) for key in ("name", "classes")}
     training = classifier.training
@@ -202,13 +202,13 @@ def network_of(classifier: OnnxClassifier) -> str:
 
 
 def examples_path(weights: Path) -> Path:
-    """Where the table of a classifier's file lies: beside it."""
+    """The file of a classifier's table, beside the classifier's file."""
     return weights.with_name(f"{weights.stem}{SUFFIX}")
 
 
 @cache
 def shipped_examples(name: str) -> ExampleTable:
-    """Those of a shipped classifier.
+    """The table of a shipped classifier.
 
     Raises:
         WeightsError: No classifier has this name.
@@ -218,7 +218,7 @@ def shipped_examples(name: str) -> ExampleTable:
 
 
 def _table_of(classifier: OnnxClassifier) -> ExampleTable | None:
-    """The table that ships with a classifier, or with the one that it is a copy of."""
+    """The table that ships with a classifier or its original."""
     network = network_of(classifier)
     shipped = (
         shipped_examples(name) for name in SHIPPED if examples_path(shipped_path(name)).is_file()
@@ -244,6 +244,6 @@ def _unpacked(stored: Mapping[str, NDArray[Any]]) -> ExampleTable:
 
 
 def _directions(features: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Of length 1 along the last axis; zeros stay."""
+    """Vectors of length 1 along the last axis; zeros stay."""
     lengths = np.linalg.norm(features, axis=-1, keepdims=True)
     return features / np.maximum(lengths, np.finfo(np.float32).tiny)

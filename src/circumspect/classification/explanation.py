@@ -5,20 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
-
-import numpy as np
 
 from circumspect.classification.evidence import CellEvidence, cell_evidence
-from circumspect.classification.evidence_colours import evidence_colours, evidence_span
-from circumspect.classification.grid_recipe import GridRecipe
+from circumspect.classification.evidence_plot import evidence_colours, evidence_span
+from circumspect.classification.grid_spec import GridSpec
 from circumspect.classification.onnx_classifier import OnnxClassifier
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
-from circumspect.geometry.coloured_ply import write_coloured_ply
+from circumspect.geometry.formats.ply_file import write_coloured_ply
 from circumspect.grid import OccupancyGrid
 from circumspect.grid.cell_centres import occupied_centres
-from circumspect.storage import atomic_open
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +25,7 @@ class Explanation:
         evidence: Of each cell.
         surface: Points in the frame of the grid: those of a cloud without holes, or the centres
             of a grid's occupied cells.
-        shown: What was asked about.
+        shown: The object.
     """
 
     evidence: CellEvidence
@@ -40,36 +36,11 @@ class Explanation:
         """Write the surface in the colours of its evidence, with the property `evidence`.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         values = self.evidence.at(self.surface)
         colours = evidence_colours(values, evidence_span(self.evidence.cells))
         write_coloured_ply(path, self.surface, colours, values, "evidence")
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write as npz: `evidence` and `states` of the cells, the grid's bounds, the answer.
-
-        Raises:
-            OutputError: The file can not be written.
-        """
-        explained = self.evidence
-        bounds: dict[str, Any] = {
-            name: np.asarray(value)
-            for name, value in vars(explained.grid.grid).items()
-            if name != "shape"
-        }
-        answer = explained.prediction.probabilities
-        with atomic_open(path, "wb") as stream:
-            np.savez_compressed(
-                stream,
-                evidence=explained.cells,
-                states=explained.grid.states,
-                label=np.array([explained.label]),
-                log_odds=np.array([explained.log_odds]),
-                classes=np.array(list(answer)),
-                probabilities=np.array(list(answer.values())),
-                **bounds,
-            )
 
 
 def explain_cloud(
@@ -80,10 +51,9 @@ def explain_cloud(
     *,
     metric: bool = False,
 ) -> Explanation:
-    """Explain what a classifier says of a cloud.
+    """Compute the evidence for the class of a cloud.
 
-    The answer is that of `classify`, over all views of the recipe; the evidence is asked for on
-    the first of its grids.
+    The answer is that of `classify`, over all views. The evidence is that of the first grid.
 
     Args:
         classifier: Of grids.
@@ -97,12 +67,12 @@ def explain_cloud(
             in metres.
         GeometryError: The points span no shape.
     """
-    recipe = classifier.recipe
-    if not isinstance(recipe, GridRecipe):
+    input_spec = classifier.input_spec
+    if not isinstance(input_spec, GridSpec):
         raise InputError("these weights take points; only those that take grids are explained")
     prediction = classifier.classify(cloud, metric=metric)
-    surface = recipe.surface(cloud)
-    grid = recipe.bounds(cloud).hits(surface.points_xyz)
+    surface = input_spec.surface(cloud)
+    grid = input_spec.bounds(cloud).hits(surface.points_xyz)
     found = cell_evidence(
         classifier, grid, label or prediction.label, progress=progress, metric=metric
     )
@@ -124,13 +94,3 @@ def explain_grid(
     """
     found = cell_evidence(classifier, grid, label, progress=progress, metric=metric)
     return Explanation(found, PointCloud(occupied_centres(grid)), grid)
-
-
-def half_share(explained: CellEvidence) -> float:
-    """The smallest share of the occupied cells that holds half of what speaks for the class."""
-    positive = np.sort(explained.cells[explained.cells > 0])[::-1].astype(np.float64)
-    if not positive.size:
-        return 0.0
-    held = np.cumsum(positive)
-    needed = int(np.searchsorted(held, held[-1] / 2)) + 1
-    return needed / int(explained.grid.occupied.sum())

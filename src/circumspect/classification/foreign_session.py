@@ -27,11 +27,11 @@ TYPES: Mapping[str, DTypeLike] = MappingProxyType(
 )
 FLOATS = ("tensor(float)", "tensor(float16)", "tensor(double)")
 TOLERANCE = 1e-2
-"""By which probabilities may miss a sum of 1; those of eight-bit networks do."""
+"""Largest difference of summed probabilities from 1; eight-bit networks need it."""
 
 
 class Value(NamedTuple):
-    """An input or output, as ONNX Runtime describes one."""
+    """An input or output as ONNX Runtime describes it."""
 
     name: str
     type: str
@@ -60,16 +60,16 @@ class ForeignSession:
             names = ", ".join(repr(value.name) for value in session.get_inputs())
             raise WeightsError(f"takes the inputs {names}; networks with one input can be run")
         self._given = _chosen(session.get_outputs(), spec.output_name, "output")
-        axes = AXES[spec.recipe.kind]
+        axes = AXES[spec.input_spec.kind]
         self._axes = [axes.index(axis) for axis in spec.layout]
         self._single = self._check_input()
         self._check_output()
-        zeros = np.zeros((1, *spec.recipe.input_shape), np.float32)
+        zeros = np.zeros((1, *spec.input_spec.input_shape), np.float32)
         self.run([SCORES], {self._taken.name: zeros})
 
     def get_inputs(self) -> list[Value]:
         """One, in the order of axes of this package."""
-        return [Value(self._taken.name, "", [None, *self._spec.recipe.input_shape])]
+        return [Value(self._taken.name, "", [None, *self._spec.input_spec.input_shape])]
 
     def get_outputs(self) -> list[Value]:
         """One: logits."""
@@ -97,7 +97,7 @@ class ForeignSession:
             found = [
                 self._session.run([self._given.name], {self._taken.name: part})[0] for part in parts
             ]
-        # ONNX Runtime's faults share no base class of their own.
+        # ONNX Runtime's errors share no base class.
         except Exception as error:
             raise WeightsError(
                 f"can not be run on inputs of shape {list(parts[0].shape)}; compare input.shape "
@@ -146,8 +146,8 @@ class ForeignSession:
                 f"the input '{name}' has {len(actual)} axes {actual}, but input.layout {layout} "
                 f"has {len(layout)}"
             )
-        shape = (None, *self._spec.recipe.input_shape)
-        lengths = dict(zip(AXES[self._spec.recipe.kind], shape, strict=True))
+        shape = (None, *self._spec.input_spec.input_shape)
+        lengths = dict(zip(AXES[self._spec.input_spec.kind], shape, strict=True))
         for axis, length in zip(layout, actual, strict=True):
             if axis != "N" and isinstance(length, int) and length != lengths[axis]:
                 raise WeightsError(

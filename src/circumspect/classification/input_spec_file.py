@@ -1,30 +1,29 @@
-"""What a file says about a network of another program: classes, input and output."""
+"""The file beside an ONNX network of another program: its classes, input and output."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from circumspect.classification.input_recipe import InputRecipe
+from circumspect.classification.input_spec import InputSpec
+from circumspect.classification.input_spec_dict import input_spec_from_dict
 from circumspect.classification.model_description import (
     ModelDescription,
     checked_temperature,
 )
-from circumspect.classification.recipes import recipe_from_dict
 from circumspect.errors import CircumspectError, InputError, WeightsError, printable, reason_of
 
 SUFFIXES = (".input.toml", ".input.json")
-"""Of the file beside NETWORK.onnx."""
+"""Suffixes of the file beside NETWORK.onnx."""
 MAX_BYTES = 1 << 20
 AXES = {"cylindrical": "NCRAH", "rectangular": "NCXYZ", "points": "NPC"}
-"""Kind of input to the axes in the order of the arrays here: N inputs, C channels or coordinates,
-R radius, A azimuth, H height, P points."""
+"""Kind of input to the axes in the order of the arrays here: N inputs, C channels or coordinates, R
+radius, A azimuth, H height, P points."""
 _TABLES = {
     "": ("classes", "other", "input", "output"),
     "output": ("name", "values", "temperature"),
@@ -34,13 +33,13 @@ Values = Literal["logits", "probabilities"]
 
 @dataclass(frozen=True)
 class InputSpecFile:
-    """An input specification.
+    """The content of an input specification file.
 
     Attributes:
         path: The file, for messages.
         classes: Class names in the order of the outputs.
         other: The class of other things, which is never a label; None without one.
-        recipe: How clouds become inputs.
+        input_spec: How clouds become inputs.
         layout: The axes of the network's input: `AXES` in any order, of grids also without C.
         input_name: Of the network's input; None where it has one only.
         output_name: Of the network's output; None where it has one only.
@@ -52,7 +51,7 @@ class InputSpecFile:
     path: Path
     classes: tuple[str, ...]
     other: str | None
-    recipe: InputRecipe
+    input_spec: InputSpec
     layout: str
     input_name: str | None
     output_name: str | None
@@ -91,7 +90,7 @@ class InputSpecFile:
         described = {
             "name": name,
             "classes": list(self.classes),
-            "grid": self.recipe.to_dict(),
+            "grid": self.input_spec.to_dict(),
             "temperature": self.temperature,
             "input_spec_sha256": self.sha256,
         }
@@ -118,12 +117,19 @@ def _parsed(file: Path, content: bytes) -> Mapping[str, Any]:
     kind = "JSON" if file.suffix.lower() == ".json" else "TOML"
     try:
         text = content.decode()
-        document = json.loads(text) if kind == "JSON" else tomllib.loads(text)
+        document = json.loads(text) if kind == "JSON" else _parsed_toml(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"not {kind} ({error})") from error
     if not isinstance(document, dict):
         raise InputError("an input specification is an object with classes and input")
     return document
+
+
+def _parsed_toml(text: str) -> dict[str, Any]:
+    # Few runs have such a file, and all would wait for the import.
+    import tomllib
+
+    return tomllib.loads(text)
 
 
 def _checked(file: Path, document: Mapping[str, Any], sha256: str) -> InputSpecFile:
@@ -134,7 +140,7 @@ def _checked(file: Path, document: Mapping[str, Any], sha256: str) -> InputSpecF
     shown, given = _table(document, "input"), _table(document, "output")
     _require_known("output", given)
     settings = {key: shown[key] for key in shown if key not in ("name", "layout")}
-    recipe = _recipe(settings)
+    input_spec = _input_spec(settings)
     values = given.get("values", "logits")
     if values not in ("logits", "probabilities"):
         raise InputError(f"output.values must be logits or probabilities, not {values!r:.40}")
@@ -143,15 +149,15 @@ def _checked(file: Path, document: Mapping[str, Any], sha256: str) -> InputSpecF
     # The same checks as of the description in a file of `circumspect export`.
     described = {key: document[key] for key in ("classes", "other") if key in document}
     try:
-        ModelDescription.from_dict({**described, "grid": recipe.to_dict()})
+        ModelDescription.from_dict({**described, "grid": input_spec.to_dict()})
     except WeightsError as error:
         raise InputError(str(error).removeprefix("its ")) from error
     return InputSpecFile(
         file,
         tuple(document["classes"]),
         document.get("other"),
-        recipe,
-        _layout(shown.get("layout"), recipe),
+        input_spec,
+        _layout(shown.get("layout"), input_spec),
         _name(shown, "input"),
         _name(given, "output"),
         values,
@@ -160,29 +166,29 @@ def _checked(file: Path, document: Mapping[str, Any], sha256: str) -> InputSpecF
     )
 
 
-def _recipe(settings: Mapping[str, Any]) -> InputRecipe:
+def _input_spec(settings: Mapping[str, Any]) -> InputSpec:
     try:
         if "kind" not in settings:
             raise InputError(f"'kind' is missing; one of {', '.join(AXES)}")
-        recipe = recipe_from_dict(settings)
+        input_spec = input_spec_from_dict(settings)
     except InputError as error:
         raise InputError(f"input: {error}") from error
-    if recipe.takes_context:
+    if input_spec.takes_context:
         raise InputError(
             "input: visibility and metric are for networks of circumspect; leave them out"
         )
-    return recipe
+    return input_spec
 
 
-def _layout(given: Any, recipe: InputRecipe) -> str:
-    axes = AXES[recipe.kind]
+def _layout(given: Any, input_spec: InputSpec) -> str:
+    axes = AXES[input_spec.kind]
     if given is None:
         return axes
-    channels = {1} if recipe.kind == "points" else {0, 1}
+    channels = {1} if input_spec.kind == "points" else {0, 1}
     letters = sorted(given) if isinstance(given, str) else []
     fits = [sorted(axes.replace("C", "C" * count)) for count in sorted(channels)]
     if letters not in fits:
-        optional = "" if recipe.kind == "points" else "; C may be left out"
+        optional = "" if input_spec.kind == "points" else "; C may be left out"
         raise InputError(
             f"input.layout must hold each of {', '.join(axes)} once{optional}, not {given!r:.40}"
         )

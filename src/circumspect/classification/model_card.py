@@ -30,8 +30,8 @@ class CardFigure:
         measure: What was measured, such as "accuracy, mean over 64 yaws".
         value: The figure.
         unit: "share" of a fraction of 1, else a unit such as "ms"; "" of a plain number.
-        data: On what, such as "ModelNet10 test, 908 objects".
-        command: What measures it again.
+        data: Its data, such as "ModelNet10 test, 908 objects".
+        command: The command that measures it again.
         source: The file of the repository that holds the result; "" for none.
         headline: Whether `circumspect models` shows it in its table.
 
@@ -68,7 +68,7 @@ class CardFigure:
 
 @dataclass(frozen=True)
 class ModelCard:
-    """What was measured of a classifier.
+    """The measured figures of a classifier.
 
     Attributes:
         sha256: Of the ONNX file that was measured.
@@ -80,7 +80,7 @@ class ModelCard:
 
     @property
     def network_time(self) -> CardFigure | None:
-        """How long the network takes for one object; None where nobody measured it."""
+        """How long the network takes for one object; None if not measured."""
         return next((one for one in self.figures if one.measure == NETWORK_TIME), None)
 
     @property
@@ -92,7 +92,7 @@ class ModelCard:
         """Write as JSON.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         figures = [asdict(figure) for figure in self.figures]
         write_json(Path(path), {"format": FORMAT, "sha256": self.sha256, "figures": figures})
@@ -112,7 +112,7 @@ class ModelCard:
 
 
 def card_path(weights: Path) -> Path:
-    """Where the card of a classifier's file lies: beside it."""
+    """The file of a classifier's card, beside the classifier's file."""
     return weights.with_name(f"{weights.stem}{SUFFIX}")
 
 

@@ -9,21 +9,22 @@ from typing import Any
 import numpy as np
 
 from circumspect.classification.confidence_rule import ConfidenceRule
-from circumspect.classification.input_recipe import InputRecipe
+from circumspect.classification.input_spec import InputSpec
+from circumspect.classification.input_spec_dict import input_spec_from_dict, with_current_names
 from circumspect.classification.open_set import OpenSetRule
-from circumspect.classification.recipes import recipe_from_dict
 from circumspect.errors import InputError, WeightsError
 
 METADATA_KEY = "circumspect"
 """Key of the description in the metadata of an ONNX file; the value is JSON."""
-FORMAT = 2
-"""Version of the description. Version 2 added visibility, metric size, open set and confidence."""
+FORMAT = 3
+"""Version of the description. Version 2 added visibility, metric size, open set and confidence;
+version 3 renamed "staggered" to "dithered"."""
 OBJECTS = "objects"
 """Key of the names of the training objects in a network's record of its training."""
 
 
 class LaterFormatError(WeightsError):
-    """A file of a later version: nothing is wrong with it."""
+    """An intact file of a later version."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +32,9 @@ class ModelDescription:
     """Classes, input, calibration and confidence of a classifier's network.
 
     Attributes:
-        outputs: What the columns of the logits stand for.
+        outputs: The classes of the columns of the logits.
         other: The column of other things, which is never a label; None without one.
-        recipe: The input of the network.
+        input_spec: The input of the network.
         temperature: Divides the logits.
         unknown_beyond: Distance from the nearest training object beyond which an object is out of
             distribution; infinite where the file has none.
@@ -43,7 +44,7 @@ class ModelDescription:
 
     outputs: tuple[str, ...]
     other: int | None
-    recipe: InputRecipe
+    input_spec: InputSpec
     temperature: float
     unknown_beyond: float
     open_set: OpenSetRule | None
@@ -59,14 +60,14 @@ class ModelDescription:
             InputError: A value is out of range.
             KeyError: An entry is missing.
         """
-        _require_known_format(description)
-        outputs = _checked_classes(description)
+        description = current_description(description)
+        outputs = checked_classes(description["classes"])
         require_training_record(description.get("training") or {})
         beyond, open_set = description.get("unknown_beyond"), description.get("open_set")
         return cls(
             outputs,
             _other_column(description, outputs),
-            recipe_from_dict(description["grid"]),
+            input_spec_from_dict(description["grid"]),
             checked_temperature(description.get("temperature", 1.0)),
             np.inf if beyond is None else checked_distance(beyond),
             None if open_set is None else OpenSetRule.from_dict(open_set),
@@ -84,19 +85,36 @@ class ModelDescription:
         return self.open_set is not None or bool(np.isfinite(self.unknown_beyond))
 
 
-def _require_known_format(description: Any) -> None:
-    """Refuse files of a later version than this program."""
-    number = description.get("format", 1) if isinstance(description, dict) else 1
+def current_description(description: Any) -> dict[str, Any]:
+    """Convert the description of an earlier version.
+
+    Args:
+        description: JSON value from the metadata of an ONNX file.
+
+    Returns:
+        The description in version `FORMAT`.
+
+    Raises:
+        LaterFormatError: The file is of a later version.
+        WeightsError: The description is no object, or its version is no number.
+        InputError: The input specification holds an entry under two names.
+    """
+    if not isinstance(description, dict):
+        raise WeightsError("its description is no object")
+    number = description.get("format", 1)
     if isinstance(number, bool) or not isinstance(number, int) or number < 1:
         raise WeightsError(f"its input format is {number!r:.20}, not 1 to {FORMAT}")
     if number > FORMAT:
         raise LaterFormatError(
             f"input format {number}; this version reads up to {FORMAT}; update circumspect"
         )
+    if number == FORMAT or not isinstance(grid := description.get("grid"), dict):
+        return description
+    return {**description, "format": FORMAT, "grid": with_current_names(grid)}
 
 
 def _other_column(description: Mapping[str, Any], classes: tuple[str, ...]) -> int | None:
-    """The output that stands for other things."""
+    """The column of the class of other things."""
     other = description.get("other")
     if other is None:
         return None
@@ -106,11 +124,11 @@ def _other_column(description: Mapping[str, Any], classes: tuple[str, ...]) -> i
 
 
 def require_training_record(training: Any) -> None:
-    """Check what a file says of its training.
+    """Check the training record of a file.
 
     Raises:
-        WeightsError: It is no object, its settings or what was reached are none, or the training
-            objects are not names.
+        WeightsError: It, its settings or its figures are no object, or the training objects are not
+            names.
     """
     if not isinstance(training, dict):
         raise WeightsError("its record of the training is no object")
@@ -122,14 +140,8 @@ def require_training_record(training: Any) -> None:
         raise WeightsError("the training objects in its record of the training are not names")
 
 
-def _checked_classes(description: Any) -> tuple[str, ...]:
-    if not isinstance(description, dict):
-        raise WeightsError("its description is no object")
-    return checked_classes(description["classes"])
-
-
 def checked_classes(classes: Any) -> tuple[str, ...]:
-    """Names of classes as a file has them.
+    """Check the class names of a file.
 
     Raises:
         WeightsError: Not a list of distinct names.
@@ -143,7 +155,7 @@ def checked_classes(classes: Any) -> tuple[str, ...]:
 
 
 def checked_temperature(value: Any) -> float:
-    """A divisor of logits.
+    """Check a divisor of logits.
 
     Raises:
         InputError: Not a positive finite number.
@@ -154,7 +166,7 @@ def checked_temperature(value: Any) -> float:
 
 
 def checked_distance(value: Any) -> float:
-    """A distance from the nearest training object beyond which an object is called unknown.
+    """Check a distance from the nearest training object beyond which an object is unknown.
 
     Raises:
         InputError: Not within 0 … 2.

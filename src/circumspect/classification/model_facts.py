@@ -1,4 +1,4 @@
-"""All that is known of a classifier: what its file says, and what was measured of it."""
+"""Everything known of a classifier: the content of its file, and its measured figures."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class ModelFacts:
 
     @property
     def training_data(self) -> str | None:
-        """What it was trained on and taught, in words; None where nobody knows."""
+        """Training data and taught classes in words; None where unknown."""
         if self.shipped is not None:
             return self.shipped.training_data
         taught = self.classifier.taught
@@ -104,7 +104,7 @@ class ModelFacts:
             "summary": None if shipped is None else shipped.summary,
             "training_data": self.training_data,
             "classes": list(self.classifier.classes),
-            "input": self.classifier.recipe.to_dict(),
+            "input": self.classifier.input_spec.to_dict(),
             "network": self.classifier.description.get("name"),
             "temperature": self.classifier.temperature,
             **self.open_set,

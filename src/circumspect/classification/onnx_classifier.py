@@ -13,37 +13,41 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.classification.classifier import Classifier
+from circumspect.classification.cloud_checks import is_one_object, require_plausible_size
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.context import contexts_of
 from circumspect.classification.foreign_session import ForeignSession
-from circumspect.classification.grid_recipe import GridRecipe
-from circumspect.classification.input_recipe import InputRecipe
+from circumspect.classification.grid_spec import GridSpec
+from circumspect.classification.input_spec import InputSpec
 from circumspect.classification.input_spec_file import InputSpecFile, spec_paths
-from circumspect.classification.model_description import LaterFormatError, ModelDescription
-from circumspect.classification.one_object import is_one_object
-from circumspect.classification.onnx_file import (
+from circumspect.classification.model_description import (
+    LaterFormatError,
+    ModelDescription,
+    current_description,
+)
+from circumspect.classification.onnx_session import (
     broken_description,
+    check_shapes,
     description_in,
     foreign_network,
     open_session,
+    run_in_parts,
     shipped_network,
 )
-from circumspect.classification.onnx_session import check_shapes, run_in_parts
 from circumspect.classification.open_set import OpenSetRule
-from circumspect.classification.plausible_size import require_plausible_size
 from circumspect.classification.prediction import Prediction
 from circumspect.classification.shipped import SHIPPED, model_path, shipped_name
 from circumspect.classification.taught_classes import TaughtClass, TaughtClasses
 from circumspect.classification.taught_file import SUFFIX, TaughtFile
 from circumspect.errors import CircumspectError, InputError, WeightsError
 from circumspect.geometry import PointCloud
-from circumspect.geometry.given_cloud import as_cloud
+from circumspect.geometry.given_shapes import as_cloud
 from circumspect.grid import OccupancyGrid
 
 FEATURES = "features"
-"""Name of the output that tells what the last layer sees …"""
+"""Name of the output with the features of the last layer."""
 DISTANCE = "distance"
-"""… and of the one that tells how far that is from what it saw of any training object."""
+"""Name of the output with the distance from the features of the nearest training object."""
 
 
 class OnnxClassifier(Classifier):
@@ -53,10 +57,10 @@ class OnnxClassifier(Classifier):
         self, session: Any, description: dict[str, Any], taught: TaughtClasses | None = None
     ) -> None:
         self._session, self._taught = session, taught
-        self.description = description
-        """What the file says of itself: name, classes, grid, temperature, training and, with its
+        self.description = current_description(description)
+        """Description in the file: name, classes, grid, temperature, training and, with the
         training objects, unknown_beyond."""
-        self._described = ModelDescription.from_dict(description)
+        self._described = ModelDescription.from_dict(self.description)
         self._outputs = [output.name for output in session.get_outputs()]
         self._loaded_with: tuple[str, int, str | None] | None = None
 
@@ -85,13 +89,13 @@ class OnnxClassifier(Classifier):
             own = _taught(file, threads)
         else:
             own = _own(file, foreign_network(model or ""), threads, input_spec)
-        # Absolute: never a shipped name, and the same file wherever it is loaded again.
+        # Absolute: never a shipped name, and the same file in every process.
         spec = None if input_spec is None else str(Path(input_spec).absolute())
         own._loaded_with = (str(file.absolute()), threads, spec)
         return own
 
     def with_taught(self, classes: Sequence[TaughtClass]) -> OnnxClassifier:
-        """The same classifier with classes that it was taught, in the place of earlier ones.
+        """The same classifier with taught classes in place of earlier ones.
 
         Args:
             classes: In the order of the outputs, after those of the network.
@@ -119,7 +123,7 @@ class OnnxClassifier(Classifier):
 
     @property
     def taught(self) -> tuple[TaughtClass, ...]:
-        """The classes that it was taught."""
+        """The taught classes."""
         return () if self._taught is None else tuple(self._taught.classes)
 
     def __reduce__(self) -> tuple[Callable[..., OnnxClassifier], tuple[str, int, str | None]]:
@@ -136,12 +140,14 @@ class OnnxClassifier(Classifier):
         return OnnxClassifier.load, self._loaded_with
 
     def __repr__(self) -> str:
-        recipe = self.recipe
-        shape = "x".join(map(str, recipe.input_shape)).removeprefix("1x")  # Of its only channel.
-        views = f"{recipe.azimuth_views} view{'' if recipe.azimuth_views == 1 else 's'}"
-        if isinstance(recipe, GridRecipe) and recipe.staggered:
-            views = f"{recipe.azimuth_views} staggered views"
-        return f"OnnxClassifier({len(self.classes)} classes, {recipe.kind} {shape}, {views})"
+        input_spec = self.input_spec
+        shape = "x".join(map(str, input_spec.input_shape)).removeprefix(
+            "1x"
+        )  # Of its only channel.
+        views = f"{input_spec.azimuth_views} view{'' if input_spec.azimuth_views == 1 else 's'}"
+        if isinstance(input_spec, GridSpec) and input_spec.dithered:
+            views = f"{input_spec.azimuth_views} dithered views"
+        return f"OnnxClassifier({len(self.classes)} classes, {input_spec.kind} {shape}, {views})"
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -149,20 +155,20 @@ class OnnxClassifier(Classifier):
         return self._described.classes
 
     @property
-    def recipe(self) -> InputRecipe:
-        """See `Classifier.recipe`."""
-        return self._described.recipe
+    def input_spec(self) -> InputSpec:
+        """See `Classifier.input_spec`."""
+        return self._described.input_spec
 
     @property
     def temperature(self) -> float:
-        """What the logits are divided by."""
+        """Divisor of the logits."""
         return self._described.temperature
 
     @property
     def training(self) -> Mapping[str, Any]:
-        """How it was trained; empty where the file does not say."""
-        told = self.description.get("training")
-        return told if isinstance(told, dict) else {}
+        """Training record; empty if the file has none."""
+        training = self.description.get("training")
+        return training if isinstance(training, dict) else {}
 
     def classify(
         self,
@@ -175,9 +181,9 @@ class OnnxClassifier(Classifier):
         start, cloud = time.perf_counter(), as_cloud(cloud)
         if metric:
             require_plausible_size(cloud)
-        inputs = self.recipe.inputs(cloud)
-        bounds = self.recipe.bounds(cloud) if metric and self.recipe.metric else None
-        context = self.recipe.context(inputs[0], bounds)
+        inputs = self.input_spec.inputs(cloud)
+        bounds = self.input_spec.bounds(cloud) if metric and self.input_spec.metric else None
+        context = self.input_spec.context(inputs[0], bounds)
         times = {"grid": 1e3 * (time.perf_counter() - start)}
         prediction = self._prediction(inputs, context, times, coverage)
         if self._described.has_open_set and not is_one_object(cloud.points_xyz):
@@ -196,10 +202,10 @@ class OnnxClassifier(Classifier):
                     f"a view is an OccupancyGrid, not a {type(grid).__name__}; of several: "
                     "classify_grid(*views), of bounds: classify_grid(bounds.hits(points))"
                 )
-            self.recipe.accepts(grid)
-        recipe = self.recipe
-        inputs = np.stack([recipe.input_of(grid) for grid in views])
-        context = recipe.context(inputs, views[0].grid if metric else None)
+            self.input_spec.accepts(grid)
+        input_spec = self.input_spec
+        inputs = np.stack([input_spec.input_of(grid) for grid in views])
+        context = input_spec.context(inputs, views[0].grid if metric else None)
         return self._prediction(inputs[None], context, {}, coverage)
 
     def _prediction(
@@ -209,7 +215,7 @@ class OnnxClassifier(Classifier):
         milliseconds: Mapping[str, float],
         coverage: float | None,
     ) -> Prediction:
-        """Of one object."""
+        """The answer for one object."""
         if coverage is not None and not 0.0 <= coverage <= 1.0:
             raise InputError(f"the coverage must lie in 0 … 1, not {coverage!r}")
         start, distance = time.perf_counter(), None
@@ -238,11 +244,11 @@ class OnnxClassifier(Classifier):
         context: NDArray[np.float32] | None = None,
         coverage: float | None = None,
     ) -> Prediction:
-        """Name one object as it is shown to the network.
+        """Classify one object from its inputs.
 
         Args:
-            inputs: (1, views, *input_shape) as `recipe.inputs` makes them.
-            context: (6,) as `recipe.context` makes it; None means an unknown scale.
+            inputs: (1, views, *input_shape) as `input_spec.inputs` makes them.
+            context: (6,) as `input_spec.context` makes it; None means an unknown scale.
             coverage: See `classify`.
 
         Raises:
@@ -256,9 +262,9 @@ class OnnxClassifier(Classifier):
         """Class probabilities of many objects.
 
         Args:
-            inputs: (n, views, *input_shape) as `recipe.inputs` makes them; logits are averaged
+            inputs: (n, views, *input_shape) as `input_spec.inputs` makes them; logits are averaged
                 over views.
-            contexts: (n, 6) as `recipe.context` makes them; None means an unknown scale.
+            contexts: (n, 6) as `input_spec.context` makes them; None means an unknown scale.
 
         Returns:
             (n, c) that sum to 1 along each row.
@@ -277,7 +283,7 @@ class OnnxClassifier(Classifier):
         if other is None:
             return shares, np.zeros(len(shares))
         named = np.delete(powers, other, axis=1)
-        # A row of nothing but "other" still has a nearest class.
+        # A row of nothing but "other" also has a nearest class.
         named = np.maximum(named, np.finfo(np.float64).tiny)
         return named / named.sum(axis=1, keepdims=True), shares[:, other]
 
@@ -287,8 +293,8 @@ class OnnxClassifier(Classifier):
         """Logits of many objects, divided by the temperature: their softmax is the probabilities.
 
         Args:
-            inputs: (n, views, *input_shape) as `recipe.inputs` makes them.
-            contexts: (n, 6) as `recipe.context` makes them; None means an unknown scale.
+            inputs: (n, views, *input_shape) as `input_spec.inputs` makes them.
+            contexts: (n, 6) as `input_spec.context` makes them; None means an unknown scale.
 
         Returns:
             (n, c), averaged over views.
@@ -300,7 +306,7 @@ class OnnxClassifier(Classifier):
     def open_set_signs(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-        """What `OpenSetRule` joins.
+        """The two signs that `OpenSetRule` combines.
 
         Args:
             inputs: (n, views, *input_shape).
@@ -326,7 +332,7 @@ class OnnxClassifier(Classifier):
 
     @property
     def open_set(self) -> OpenSetRule | None:
-        """How objects of other kinds are recognised; None for files without such a model."""
+        """Model for objects of other kinds; None if the file has none."""
         return self._described.open_set
 
     @property
@@ -338,11 +344,11 @@ class OnnxClassifier(Classifier):
     def features(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
     ) -> NDArray[np.float64]:
-        """What the network's last layer sees of many objects: near where they look alike to it.
+        """Features of the last layer for many objects; similar objects have similar features.
 
         Args:
-            inputs: (n, views, *input_shape) as `recipe.inputs` makes them.
-            contexts: (n, 6) as `recipe.context` makes them; None means an unknown scale.
+            inputs: (n, views, *input_shape) as `input_spec.inputs` makes them.
+            contexts: (n, 6) as `input_spec.context` makes them; None means an unknown scale.
 
         Returns:
             (n, f), averaged over views.
@@ -358,11 +364,11 @@ class OnnxClassifier(Classifier):
     def distances(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
     ) -> NDArray[np.float64]:
-        """How far many objects are from the training objects nearest to them, see `NearExample`.
+        """Distances of many objects from the nearest training objects, see `NearExample`.
 
         Args:
-            inputs: (n, views, *input_shape) as `recipe.inputs` makes them.
-            contexts: (n, 6) as `recipe.context` makes them; None means an unknown scale.
+            inputs: (n, views, *input_shape) as `input_spec.inputs` makes them.
+            contexts: (n, 6) as `input_spec.context` makes them; None means an unknown scale.
 
         Returns:
             (n,), averaged over views.
@@ -388,7 +394,7 @@ class OnnxClassifier(Classifier):
     def _means_over_views(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None, *outputs: str
     ) -> list[NDArray[np.float64]]:
-        """The outputs of the network, completed by the classes that it was taught."""
+        """The outputs of the network, extended by the taught classes."""
         if self._taught is None or not {self._outputs[0], DISTANCE} & set(outputs):
             return self._network_means(inputs, contexts, *outputs)
         wanted = (self._outputs[0], FEATURES, *((DISTANCE,) if self.gives_distances else ()))
@@ -404,8 +410,8 @@ class OnnxClassifier(Classifier):
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None, *outputs: str
     ) -> list[NDArray[np.float64]]:
         count, views = inputs.shape[:2]
-        flat = inputs.reshape(count * views, *self.recipe.input_shape)
-        contexts = contexts_of(self.recipe, inputs, contexts)
+        flat = inputs.reshape(count * views, *self.input_spec.input_shape)
+        contexts = contexts_of(self.input_spec, inputs, contexts)
         repeated = None if contexts is None else np.repeat(contexts, views, axis=0)
         found = run_in_parts(self._session, flat, outputs, repeated)
         return [one.reshape(count, views, -1).mean(axis=1, dtype=np.float64) for one in found]
@@ -420,7 +426,7 @@ def _single(distances: NDArray[np.float64]) -> NDArray[np.float64]:
 def _own(
     file: Path, content: bytes, threads: int, input_spec: str | os.PathLike[str] | None
 ) -> OnnxClassifier:
-    """The classifier in a user's file: of `circumspect export`, or of another program."""
+    """The classifier in a user's file, from `circumspect export` or another program."""
     session, title = open_session(content, str(file), threads, foreign=True), str(file)
     description = description_in(session, title)
     if description is not None:
@@ -446,7 +452,7 @@ def _own(
 
 
 def _taught(file: Path, threads: int) -> OnnxClassifier:
-    """A classifier that was taught, with the one that it was taught to."""
+    """A classifier with taught classes, together with its base."""
     taught = TaughtFile.load(file)
     path = taught.require_base(file)
     base = OnnxClassifier.load(taught.base if taught.base in SHIPPED else path, threads)
@@ -457,7 +463,7 @@ def _taught(file: Path, threads: int) -> OnnxClassifier:
 
 
 def _checked(session: Any, description: Any, name: str) -> OnnxClassifier:
-    """The classifier, if the network takes and gives what is described."""
+    """The classifier, if the network fits its description."""
     try:
         classifier = OnnxClassifier(session, description)
     except LaterFormatError as error:
@@ -466,10 +472,10 @@ def _checked(session: Any, description: Any, name: str) -> OnnxClassifier:
         raise broken_description(name, error) from error
     try:
         check_shapes(
-            session, classifier.recipe.input_shape,
+            session, classifier.input_spec.input_shape,
             len(classifier.classes) + (classifier.other is not None),
-            classifier.recipe.takes_context,
+            classifier.input_spec.takes_context,
         )  # fmt: skip
     except WeightsError as error:
-        raise WeightsError(f"{name}: {error}; export it anew") from error
+        raise WeightsError(f"{name}: {error}; export it again") from error
     return classifier

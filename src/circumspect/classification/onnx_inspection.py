@@ -1,8 +1,8 @@
-"""What a stranger's ONNX file asks for, before it is given to ONNX Runtime.
+"""Check an untrusted ONNX file before ONNX Runtime loads it.
 
-A network is a list of plain arithmetic with its weights inside. Whatever reaches beyond that is
-refused: weights in other files, loops and branches, operators of other libraries. The file's own
-encoding (protocol buffers) is walked through here, since the package onnx is not on the robot.
+A network is a list of plain arithmetic with its weights inside. Everything else is refused: weights
+in other files, loops and branches, operators of other libraries. The file's encoding (protocol
+buffers) is decoded here, since the package onnx is not on the robot.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from functools import cache
 
 from circumspect.errors import WeightsError
 
-LARGEST_FILE = 512 << 20
-"""Bytes."""
-MOST_NODES = 20_000
-MOST_MEMORY = 2 << 30
-"""Bytes that networks of strangers may take while they run, all together."""
+MAX_FILE_BYTES = 512 << 20
+"""Largest size of a file [bytes]."""
+MAX_NODES = 20_000
+MAX_MEMORY_BYTES = 2 << 30
+"""Memory of all untrusted networks together while they run [bytes]."""
 PLAIN_DOMAINS = (b"", b"ai.onnx")
 
 # Field numbers of onnx.proto3 (github.com/onnx/onnx, ONNX IR version 3 to 13).
@@ -32,10 +32,10 @@ def require_plain_network(content: bytes) -> None:
     """Check a file as a whole.
 
     Raises:
-        WeightsError: It is broken or asks for more than arithmetic on its own weights.
+        WeightsError: It is broken or contains more than arithmetic on its own weights.
     """
-    if len(content) > LARGEST_FILE:
-        raise WeightsError(f"larger than {LARGEST_FILE >> 20} MiB; no network here is")
+    if len(content) > MAX_FILE_BYTES:
+        raise WeightsError(f"larger than {MAX_FILE_BYTES >> 20} MiB; no network here is")
     whole = memoryview(content)
     graphs = 0
     for number, value in _fields(whole):
@@ -58,7 +58,7 @@ def _require_plain_graph(graph: memoryview) -> None:
             _require_own_data(_message(value))
         elif number == _GRAPH_SPARSE:
             raise WeightsError("it has sparse weights, which unpack to any size")
-    if nodes > MOST_NODES:
+    if nodes > MAX_NODES:
         raise WeightsError(f"it has {nodes} operators; no network here has")
 
 
@@ -136,8 +136,8 @@ def _number(part: memoryview, place: int) -> tuple[int, int]:
 
 @cache
 def bound_memory() -> None:
-    """Make an arena of bounded size for the networks of strangers; ask for it with
-    `session.use_env_allocators`. The shipped network takes its memory as ever.
+    """Make an arena of bounded size for untrusted networks; select it with
+    `session.use_env_allocators`. The shipped networks do not use it.
     """
     import onnxruntime
 
@@ -146,7 +146,7 @@ def bound_memory() -> None:
     )
     arena = onnxruntime.OrtArenaCfg(
         {
-            "max_mem": MOST_MEMORY,
+            "max_mem": MAX_MEMORY_BYTES,
             "arena_extend_strategy": 1,  # As much as is asked for, not the next power of two.
             "initial_chunk_size_bytes": -1,
             "max_dead_bytes_per_chunk": -1,

@@ -1,27 +1,38 @@
-"""What a network in ONNX Runtime takes and gives, and how many inputs it is given at once."""
+"""Inputs and outputs of a network in ONNX Runtime, and its execution in batches."""
 
 from __future__ import annotations
 
+import json
 import math
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification.context import WIDTH
-from circumspect.errors import WeightsError
+from circumspect.classification.model_description import METADATA_KEY
+from circumspect.classification.onnx_inspection import (
+    MAX_FILE_BYTES,
+    bound_memory,
+    require_plain_network,
+)
+from circumspect.classification.shipped import shipped_path, unknown_model
+from circumspect.errors import InputError, WeightsError, reason_of
 
-MOST_INPUTS = 32
-"""At once: what a network remembers of each input takes many times the room of the input."""
-MOST_NUMBERS = 32 << 15
-"""At once, over all inputs: those of so many grids of 32³ cells."""
+MAX_BATCH_INPUTS = 32
+"""Inputs per batch: a network's memory per input is many times the input's size."""
+MAX_BATCH_NUMBERS = 32 << 15
+"""Numbers per batch: those of 32 grids of 32³ cells."""
+MAX_THREADS = 1024
 
 
 def check_shapes(
     session: Any, input_shape: Sequence[int], classes: int, takes_context: bool = False
 ) -> None:
-    """That a network takes one kind of input and gives a score of each class for each.
+    """Check that a network takes one kind of input and returns one score per class.
 
     Args:
         session: The network.
@@ -70,7 +81,7 @@ def run_in_parts(
     Raises:
         WeightsError: The network fails, or gives something else.
     """
-    size = max(1, min(MOST_INPUTS, MOST_NUMBERS // math.prod(inputs.shape[1:])))
+    size = max(1, min(MAX_BATCH_INPUTS, MAX_BATCH_NUMBERS // math.prod(inputs.shape[1:])))
     starts = range(0, len(inputs), size)
     given = [inputs] if contexts is None else [inputs, contexts]
     parts = [
@@ -88,7 +99,7 @@ def _run(
     names = [taken.name for taken in session.get_inputs()]
     try:
         found = session.run(list(outputs), dict(zip(names, given, strict=True)))
-    # ONNX Runtime's faults share no base class of their own.
+    # ONNX Runtime's errors share no base class.
     except Exception as error:
         raise WeightsError(
             "these weights can not be run: the network is broken, or takes too much memory"
@@ -98,3 +109,120 @@ def _run(
         if len(shape) != 2 or len(output) != len(given[0]) or output.dtype != np.float32:
             raise WeightsError(f"these weights give {shape} numbers for {len(given[0])} inputs")
     return found
+
+
+def shipped_network(name: str) -> bytes:
+    """The content of a shipped classifier's file.
+
+    Raises:
+        WeightsError: It is missing.
+    """
+    try:
+        return shipped_path(name).read_bytes()
+    except OSError as error:
+        raise WeightsError(
+            f"the shipped classifier '{name}' is missing; install circumspect again"
+        ) from error
+
+
+def foreign_network(model: str | os.PathLike[str]) -> bytes:
+    """The content of a user's file that was checked to be a plain network.
+
+    Raises:
+        WeightsError: No such file or shipped classifier, or one that cannot be run.
+    """
+    content = _read(model)
+    try:
+        require_plain_network(content)
+    except WeightsError as error:
+        raise WeightsError(
+            f"{model}: not an ONNX network that can be run ({error}); make one with "
+            "circumspect export"
+        ) from error
+    return content
+
+
+def _read(model: str | os.PathLike[str]) -> bytes:
+    path = Path(model)
+    try:
+        if not os.fspath(model):
+            raise FileNotFoundError
+        if path.is_dir():
+            raise WeightsError(
+                f"{path}: is a folder; where a network was trained in it, circumspect export "
+                "makes the ONNX file that is needed here"
+            )
+        if path.exists() and not path.is_file():
+            raise WeightsError(f"{path}: can not be read (not a regular file)")
+        if path.is_file() and path.stat().st_size > MAX_FILE_BYTES:
+            raise WeightsError(
+                f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB; no network here is"
+            )
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        raise unknown_model(model) from error
+    except OSError as error:
+        raise WeightsError(f"{path}: can not be read ({reason_of(error)})") from error
+
+
+def open_session(content: bytes, name: str, threads: int, foreign: bool = False) -> Any:
+    """An inference session.
+
+    Args:
+        content: Of the file.
+        name: Of the file, for messages.
+        threads: For one answer; 0 means all cores.
+        foreign: The memory that it may take is bounded.
+
+    Raises:
+        InputError: Threads out of range.
+        WeightsError: Not a network.
+    """
+    import onnxruntime
+
+    if not 0 <= threads <= MAX_THREADS:
+        raise InputError(f"threads must be 0 (all cores) to {MAX_THREADS}, not {threads}")
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    # Spinning threads would block the cores for the stages before and after.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    options.log_severity_level = 4
+    if foreign:
+        bound_memory()
+        options.add_session_config_entry("session.use_env_allocators", "1")
+    try:
+        # The fallback is the same; a message would appear on standard output.
+        session = onnxruntime.InferenceSession(
+            content, options, ["CPUExecutionProvider"], enable_fallback=0
+        )
+    # ONNX Runtime's errors share no base class.
+    except Exception as error:
+        raise WeightsError(
+            f"{name}: not an ONNX network; make one with circumspect export"
+        ) from error
+    return session
+
+
+def description_in(session: Any, name: str) -> dict[str, Any] | None:
+    """The description in a file; None for a file of another program.
+
+    Args:
+        session: Of the file.
+        name: Of the file, for messages.
+
+    Raises:
+        WeightsError: Its description is broken.
+    """
+    try:
+        text = session.get_modelmeta().custom_metadata_map.get(METADATA_KEY)
+    except UnicodeDecodeError as error:
+        raise WeightsError(f"{name}: its description is no text; export it again") from error
+    try:
+        return None if text is None else json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise broken_description(name, error) from error
+
+
+def broken_description(name: str, error: Exception) -> WeightsError:
+    """The error of a file whose description cannot be used."""
+    return WeightsError(f"{name}: its description is broken ({error}); export it again")

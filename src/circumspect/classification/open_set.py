@@ -1,8 +1,8 @@
-"""Whether an object resembles the trained classes at all: one decision from two signs.
+"""Whether an object is in distribution: one decision from two signs.
 
-A network that was trained with a class of other things gives that class a probability, and the
-features of an object have a distance to those of the nearest training object. A logistic model
-joins the two; it was fitted to objects that were held back.
+A network with a class of other things returns a probability of that class. The features of an
+object have a distance to those of the nearest training object. A logistic model, fitted to
+held-back objects, combines both.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import InputError
 
-SMALLEST = 1e-6
-"""Probabilities and distances are kept this far from 0 and 1, so that logarithms exist."""
+MIN_VALUE = 1e-6
+"""Probabilities and distances are clipped to this distance from 0 and 1 before the logarithm."""
 _FIELDS = ("bias", "other", "distance", "threshold")
 
 
 @dataclass(frozen=True)
 class OpenSetRule:
-    """Probability of an object being of one of the classes.
+    """Probability that an object belongs to one of the classes.
 
     Attributes:
         bias: Log-odds where both signs are neutral.
         other: Weight of the log-odds of "other".
         distance: Weight of the logarithm of the distance to the nearest training object.
-        threshold: From this probability on an object is `in_distribution`.
+        threshold: An object of at least this probability is `in_distribution`.
 
     Raises:
         InputError: Numbers that are not finite, or a threshold outside 0 … 1.
@@ -53,7 +53,7 @@ class OpenSetRule:
     def probability(
         self, other: ArrayLike, distance: ArrayLike | None = None
     ) -> NDArray[np.float64]:
-        """Probability of being of one of the classes.
+        """Probability of belonging to one of the classes.
 
         Args:
             other: (n,) probability of "other", 0 … 1.
@@ -62,20 +62,20 @@ class OpenSetRule:
         Returns:
             (n,) 0 … 1.
         """
-        p = np.clip(np.asarray(other, np.float64), SMALLEST, 1.0 - SMALLEST)
+        p = np.clip(np.asarray(other, np.float64), MIN_VALUE, 1.0 - MIN_VALUE)
         score = self.bias + self.other * np.log(p / (1.0 - p))
         if distance is not None:
-            near = np.maximum(np.asarray(distance, np.float64), SMALLEST)
+            near = np.maximum(np.asarray(distance, np.float64), MIN_VALUE)
             score = score + self.distance * np.log(near)
         return 1.0 / (1.0 + np.exp(-np.clip(score, -50.0, 50.0)))
 
     def to_dict(self) -> dict[str, Any]:
-        """The rule as JSON types; `from_dict` reads it back."""
+        """The rule as JSON types; `from_dict` reads it."""
         return {name: getattr(self, name) for name in _FIELDS}
 
     @classmethod
     def from_dict(cls, document: Any) -> OpenSetRule:
-        """Read back what `to_dict` made.
+        """Read what `to_dict` returned.
 
         Raises:
             InputError: Not such a document.

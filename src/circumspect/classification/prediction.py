@@ -1,25 +1,56 @@
-"""What a classifier says of one object."""
+"""The answer of a classifier to one object."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification.answer_text import answer_text
 from circumspect.classification.confidence_rule import ConfidenceRule
-from circumspect.classification.read_only_table import ReadOnlyTable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 INSEPARABLE = 0.9
-"""Classes that together have this probability, but not the first alone, are alternatives …"""
-MOST_ALTERNATIVES = 3
-"""… if they are no more than this …"""
-LEAST_SHARE = 0.1
-"""… and each has at least this probability."""
+"""Probability of the alternatives together; the first class alone has less."""
+MAX_ALTERNATIVES = 3
+"""Largest number of alternatives."""
+MIN_ALTERNATIVE_PROBABILITY = 0.1
+"""Smallest probability of each alternative."""
 UNKNOWN_OBJECT = "the object is unlike the trained classes"
+
+
+def _refused(*_: Any, **__: Any) -> NoReturn:
+    raise TypeError("the numbers of a prediction are read-only; write to dict(…) of them")
+
+
+class ReadOnlyTable(dict[str, float]):
+    """A dict that refuses to be written to and can be hashed.
+
+    A `MappingProxyType` would do, but neither pickle nor `copy.deepcopy`, `json.dumps` or
+    `dataclasses.asdict` take one.
+    """
+
+    __setitem__: Any = _refused
+    __delitem__: Any = _refused
+    __ior__: Any = _refused
+    clear: Any = _refused
+    pop: Any = _refused
+    popitem: Any = _refused
+    setdefault: Any = _refused
+    update: Any = _refused
+
+    def __hash__(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[type[ReadOnlyTable], tuple[dict[str, float]]]:
+        # A dict is unpickled item by item otherwise, which is refused.
+        return ReadOnlyTable, (dict(self),)
 
 
 @dataclass(frozen=True)
@@ -75,7 +106,7 @@ class Prediction:
 
     @property
     def reason(self) -> str:
-        """Why the answer is not confident; empty where it is."""
+        """Why the answer is not confident; empty if it is."""
         if not self.in_distribution:
             return UNKNOWN_OBJECT
         return self.rule.reason(self.probability, self.coverage) or self.ambiguity
@@ -85,15 +116,17 @@ class Prediction:
         """Classes that shape and size do not separate, such as table and desk, most likely first.
 
         They include the label. Empty where the label alone has `INSEPARABLE` probability, where
-        more than `MOST_ALTERNATIVES` classes would be needed, or for an unknown object. Classes of
-        less than `LEAST_SHARE` are left out.
+        more than `MAX_ALTERNATIVES` classes would be needed, or for an unknown object. Classes of
+        less than `MIN_ALTERNATIVE_PROBABILITY` are left out.
         """
         ranked = sorted(self.probabilities.items(), key=lambda item: -item[1])
         held = np.cumsum([share for _, share in ranked])
         count = int(np.searchsorted(held, INSEPARABLE)) + 1
-        if not self.in_distribution or not 1 < count <= MOST_ALTERNATIVES:
+        if not self.in_distribution or not 1 < count <= MAX_ALTERNATIVES:
             return ReadOnlyTable({})
-        likely = {name: share for name, share in ranked[:count] if share >= LEAST_SHARE}
+        likely = {
+            name: share for name, share in ranked[:count] if share >= MIN_ALTERNATIVE_PROBABILITY
+        }
         return ReadOnlyTable(likely if len(likely) > 1 else {})
 
     def to_dict(self) -> dict[str, Any]:
@@ -111,6 +144,36 @@ class Prediction:
             "alternatives": {name: float(p) for name, p in self.alternatives.items()},
             "milliseconds": {name: round(float(ms), 3) for name, ms in self.milliseconds.items()},
         }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write `to_dict` as JSON.
+
+        Raises:
+            OutputError: The file cannot be written.
+        """
+        from circumspect.storage import write_json
+
+        write_json(path, self.to_dict())
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw the probabilities as bars, with the bound of a confident answer.
+
+        Args:
+            axes: Where to draw; None for a new figure.
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+        """
+        from circumspect.classification.prediction_plot import draw_probabilities
+        from circumspect.figure_canvas import axes_or_new
+
+        axes = axes_or_new(axes)
+        state = "confident" if self.confident else f"not confident: {self.reason}"
+        bound = self.rule.bound(self.coverage)
+        draw_probabilities(
+            axes, self.probabilities, bound, f"{self.text}\n{state}".replace("_", " ")
+        )
+        return axes
 
     @classmethod
     def from_probabilities(

@@ -1,14 +1,14 @@
-"""The classifiers that come with the package, by name."""
+"""The shipped classifiers by name."""
 
 from __future__ import annotations
 
 import difflib
 import os
+import re
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from circumspect.classification.own_models import own_model, own_model_names
 from circumspect.errors import WeightsError
 
 WEIGHTS = "weights"
@@ -16,7 +16,8 @@ WEIGHTS = "weights"
 ROBOT = "robot"
 MODELNET10 = "modelnet10"
 DEFAULT = ROBOT
-"""The classifier that is loaded where none is named."""
+"""The default classifier."""
+OWN_NAME = re.compile(r"[A-Za-z0-9][\w-]{0,63}")
 
 
 @dataclass(frozen=True)
@@ -24,9 +25,9 @@ class ShippedClassifier:
     """A classifier that comes with the package.
 
     Attributes:
-        name: What `Classifier.load` and the flag `--model` call it.
-        summary: What it is for, in one line.
-        training_data: What it was trained on, in words.
+        name: Its name for `Classifier.load` and the flag `--model`.
+        summary: Its purpose, in one line.
+        training_data: Its training data, in words.
     """
 
     name: str
@@ -55,20 +56,20 @@ SHIPPED = {
         ),
     )
 }
-"""All of them by name; the default comes first."""
+"""The shipped classifiers by name; the default comes first."""
 
 
 def shipped_name(model: str | os.PathLike[str] | None) -> str | None:
-    """The shipped classifier that somebody asks for.
+    """The shipped classifier for a model argument.
 
-    A name goes before a file of the same name in the current folder: `./robot` is the file. A path
-    object is always a file.
+    A name takes precedence over a file of the same name in the current folder: `./robot` is the
+    file. A path object is always a file.
 
     Args:
         model: A name, a file, or None for the default.
 
     Returns:
-        Its name; None where a file is asked for.
+        Its name; None for a file.
     """
     if model is None:
         return DEFAULT
@@ -87,7 +88,7 @@ def shipped_path(name: str) -> Path:
 
 
 def model_path(model: str | os.PathLike[str] | None) -> Path:
-    """The file of a shipped classifier or of one's own; it need not exist.
+    """The file of a shipped or an own classifier; it need not exist.
 
     Args:
         model: As `Classifier.load` takes it.
@@ -99,7 +100,7 @@ def model_path(model: str | os.PathLike[str] | None) -> Path:
 
 
 def unknown_model(model: str | os.PathLike[str]) -> WeightsError:
-    """The error for what is neither a shipped classifier nor a file."""
+    """The error for an argument that is no shipped classifier and no file."""
     text = os.fspath(model)
     bare = os.sep not in text
     names = (*SHIPPED, *own_model_names())
@@ -111,3 +112,34 @@ def unknown_model(model: str | os.PathLike[str]) -> WeightsError:
     if isinstance(model, str) and bare and not Path(text).suffix:
         return WeightsError(f"no classifier '{text[:80]}'; {known}; or give an ONNX file")
     return WeightsError(f"{text}: no such file; {known}")
+
+
+def own_models_folder() -> Path:
+    """`$CIRCUMSPECT_MODELS`, or a folder among the user's application data."""
+    if (given := os.environ.get("CIRCUMSPECT_MODELS")) is not None:
+        return Path(given)
+    home = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+    return Path(home) / "circumspect" / "models"
+
+
+def own_model_path(name: str) -> Path:
+    """The file of a name; it need not exist."""
+    return own_models_folder() / f"{name}.json"
+
+
+def own_model_names() -> tuple[str, ...]:
+    """The names of all, in alphabetical order."""
+    files = own_models_folder().glob("*.json")
+    return tuple(sorted(file.stem for file in files if OWN_NAME.fullmatch(file.stem)))
+
+
+def own_model(model: str | os.PathLike[str] | None) -> Path | None:
+    """The file of an own classifier by its name; None for anything else.
+
+    Args:
+        model: As `Classifier.load` takes it. A path object is always a file.
+    """
+    if not isinstance(model, str) or not OWN_NAME.fullmatch(model):
+        return None
+    file = own_model_path(model)
+    return file if file.is_file() else None

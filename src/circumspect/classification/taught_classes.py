@@ -1,8 +1,8 @@
-"""Classes that a classifier was taught from a few examples, by the features of its network.
+"""Classes that a classifier learns from a few examples, by the features of its network.
 
-An object is of a taught class where its features are nearer to an example of it than to those of
-any training object, and within the radius of the class. Otherwise the network's answer stays as it
-is. See `evaluation.teaching`, which chooses radius and slope.
+An object is of a taught class if its features are nearer to an example of it than to those of any
+training object, and within the radius of the class. Otherwise the network's answer stays.
+`evaluation.teaching` chooses radius and slope.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 
-SMALLEST_DISTANCE = 1e-6
-"""Distances are kept this far from 0, so that logarithms exist."""
+MIN_DISTANCE = 1e-6
+"""Distances are clipped to this before the logarithm."""
 NOT_OF_IT = -60.0
-"""Log-odds of a taught class where an object is not of it: the network's answer stays."""
+"""Log-odds of a taught class for other objects: the network's answer stays."""
 MAX_SLOPE = 20.0
 MAX_EXAMPLES = 1000
-"""Of a class."""
+"""Largest number of examples of a class."""
 
 
 @dataclass(frozen=True, eq=False)
 class TaughtClass:
-    """A class by its examples.
+    """A class defined by examples.
 
     Attributes:
         name: Of the class.
-        features: (n, f) float32 of the examples.
+        features: (n, f) float32 features of the examples.
         radius: Distance from the nearest example within which objects are of the class, 0 … 2.
         slope: Of the log-odds over the logarithm of the distance.
 
@@ -60,7 +60,7 @@ class TaughtClass:
             )
 
     def require_width(self, width: Any) -> None:
-        """Check that a network gives the features that the class was taught by.
+        """Check that a network's features have the width of the class's features.
 
         Args:
             width: Of the features; no number where the network does not say.
@@ -81,15 +81,15 @@ class TaughtClass:
             features: (m, f).
 
         Returns:
-            (m,) 1 - cos of the angle, as `NearExample` has it.
+            (m,) 1 - cos of the angle, as in `NearExample`.
         """
         cosines = directions(features) @ directions(self.features).T
-        return np.maximum(1.0 - cosines.max(axis=1), SMALLEST_DISTANCE)
+        return np.maximum(1.0 - cosines.max(axis=1), MIN_DISTANCE)
 
     def log_odds(
         self, distances: NDArray[np.float64], nearest_other: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Log-odds of being of the class.
+        """Log-odds of belonging to the class.
 
         Args:
             distances: (m,) to the nearest example.
@@ -99,12 +99,12 @@ class TaughtClass:
             (m,): slope · log(min(radius, nearest other) / distance), which is positive for objects
             of the class; `NOT_OF_IT` for others.
         """
-        bound = np.minimum(self.radius, np.maximum(nearest_other, SMALLEST_DISTANCE))
+        bound = np.minimum(self.radius, np.maximum(nearest_other, MIN_DISTANCE))
         nearness = np.log(bound / distances)
         return np.where(nearness > 0, self.slope * nearness, NOT_OF_IT)
 
     def to_dict(self) -> dict[str, Any]:
-        """The class as JSON types; `from_dict` reads it back."""
+        """The class as JSON types; `from_dict` reads it."""
         features = [[float(f"{value:.6g}") for value in row] for row in self.features.tolist()]
         return {
             "name": self.name, "radius": self.radius, "slope": self.slope, "features": features,
@@ -112,7 +112,7 @@ class TaughtClass:
 
     @classmethod
     def from_dict(cls, document: Any) -> TaughtClass:
-        """Read back what `to_dict` made.
+        """Read what `to_dict` returned.
 
         Raises:
             InputError: Not such a document.
@@ -123,7 +123,7 @@ class TaughtClass:
             features = np.array(document.get("features"), np.float32)
         except (ValueError, TypeError) as error:
             raise InputError("features of a taught class must be rows of numbers") from error
-        # Checked as all values are, and None is no number.
+        # Validated as all values are; None is no number.
         radius: Any = document.get("radius")
         slope: Any = document.get("slope")
         return cls(document["name"], features, radius, slope)
@@ -131,7 +131,7 @@ class TaughtClass:
 
 @dataclass(frozen=True, eq=False)
 class TaughtClasses:
-    """All classes that a classifier was taught, in the order of its outputs.
+    """All taught classes of a classifier, in the order of its outputs.
 
     Attributes:
         classes: The classes.
@@ -147,7 +147,7 @@ class TaughtClasses:
         features: NDArray[np.float64],
         nearest: NDArray[np.float64] | None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-        """The answers of the network, completed by the taught classes.
+        """Extend the answers of the network by the taught classes.
 
         Args:
             logits: (m, c) of the network.

@@ -1,4 +1,4 @@
-"""A taught classifier on disk: its classes, and which classifier they were taught."""
+"""The file of a classifier with taught classes: the classes and the base classifier."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from circumspect.classification.onnx_inspection import LARGEST_FILE
+from circumspect.classification.onnx_inspection import MAX_FILE_BYTES
 from circumspect.classification.shipped import SHIPPED, shipped_path
 from circumspect.classification.taught_classes import TaughtClass
 from circumspect.errors import InputError, WeightsError, reason_of
@@ -24,13 +24,13 @@ MAX_CLASSES = 100
 
 @dataclass(frozen=True, eq=False)
 class TaughtFile:
-    """What a taught classifier is made of.
+    """The content of the file.
 
     Attributes:
         base: A shipped classifier's name, or the name of an ONNX file beside this file.
         sha256: Of the base's ONNX file when it was taught.
         classes: In the order in which they were taught.
-        examples: Name of a class to the SHA-256 hashes of what it was taught from.
+        examples: Name of a class to the SHA-256 hashes of its examples.
     """
 
     base: str
@@ -39,22 +39,22 @@ class TaughtFile:
     examples: Mapping[str, tuple[str, ...]]
 
     def base_path(self, file: Path) -> Path:
-        """Where the base's ONNX file lies.
+        """The file of the base's ONNX network.
 
         Args:
-            file: Where this one lies.
+            file: The taught classifier's file.
         """
         return shipped_path(self.base) if self.base in SHIPPED else file.parent / self.base
 
     def require_base(self, file: Path) -> Path:
-        """The base's ONNX file, which is the one that was taught.
+        """Check that the base's ONNX file is the one that was taught.
 
         Raises:
-            WeightsError: It is missing, or another one by now.
+            WeightsError: It is missing or has changed.
         """
         path = self.base_path(file)
         try:
-            if not path.is_file() or path.stat().st_size > LARGEST_FILE:
+            if not path.is_file() or path.stat().st_size > MAX_FILE_BYTES:
                 raise OSError("it is no ONNX file")
             found = hashlib.sha256(path.read_bytes()).hexdigest()
         except OSError as error:
@@ -73,7 +73,7 @@ class TaughtFile:
         """Write as JSON.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         write_json(
             path,

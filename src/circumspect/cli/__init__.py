@@ -1,1 +1,1 @@
-"""The command line: one file a subcommand; heavy imports happen after parsing."""
+"""The command line: commands in `commands`, their shared parts in this package."""

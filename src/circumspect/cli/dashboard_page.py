@@ -1,4 +1,4 @@
-"""How commands open the dashboard and wait with it."""
+"""Opening the dashboard from a command, and waiting for Ctrl-C."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PageFlags:
-    """Part of every command that has a dashboard."""
+    """Flags of commands with a dashboard."""
 
     viewer_port: int = 8080
-    """The dashboard's port; 0 for any that is free."""
+    """Port of the dashboard; 0 means any free port."""
     viewer_host: str = "127.0.0.1"
-    """The dashboard's address; another than this lets others see and steer the robot."""
+    """Address of the dashboard. With any other address, others can see and control the robot."""
     viewer_names: tuple[str, ...] = ()
-    """Host names by which browsers may reach the dashboard at another address, beside this
-    machine's own name and addresses in numbers; others are rejected."""
+    """Further host names that browsers may use for a dashboard at another address. This machine's
+    own name and numeric addresses are always allowed; all others are rejected."""
 
     @contextmanager
     def opened(self, classifier: Classifier) -> Iterator[Dashboard]:
-        """A dashboard whose address is told on standard error.
+        """Open a dashboard and print its address on standard error.
 
         Raises:
             InputError: The port is taken.

@@ -1,4 +1,4 @@
-"""A file that several steps make."""
+"""A file that is written in several steps."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from circumspect.storage import atomic_path
 
 @contextmanager
 def draft_of(path: Path) -> Iterator[Path]:
-    """Yield a file beside `path` that takes its place when all steps ended well; see `atomic_path`.
+    """Yield a file that replaces `path` if all steps succeed; see `atomic_path`.
 
-    What a step finds wrong with the draft is told of `path`: nobody knows the draft's name.
+    Error messages about the draft name `path` instead, which users know.
 
     Raises:
         OutputError: The file can not be written.

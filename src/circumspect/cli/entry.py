@@ -1,14 +1,13 @@
-"""The process of the command line: Ctrl-C at any moment ends it with one line, no traceback."""
+"""Entry point of the process: Ctrl-C at any time prints one line and no traceback."""
 
 from __future__ import annotations
 
-import _thread
-import os
-import signal
 import sys
-import threading
-from types import FrameType, TracebackType
-from typing import Any
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from types import FrameType, TracebackType
+    from typing import Any
 
 _shown = sys.excepthook
 
@@ -16,16 +15,22 @@ _shown = sys.excepthook
 def _excepthook(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
-    """Python's own, but silent about Ctrl-C: of the moments before `entry` has its handler."""
+    """Python's hook without a traceback for Ctrl-C before `entry` sets its handler."""
     if not issubclass(kind, KeyboardInterrupt):
         _shown(kind, error, trace)
 
 
-# This module is imported by the process of the command line alone.
+# Only the process of the command line imports this module. All further imports follow this line,
+# because Ctrl-C may be pressed while they load.
 sys.excepthook = _excepthook
 
+import _thread  # noqa: E402
+import os  # noqa: E402
+import signal  # noqa: E402
+import threading  # noqa: E402
+
 INTERRUPTED = 128 + signal.SIGINT
-"""As a shell reports a program that Ctrl-C ended."""
+"""Exit code of a program ended by Ctrl-C, as in shells."""
 
 
 class _CtrlC:
@@ -43,7 +48,7 @@ class _CtrlC:
         raise KeyboardInterrupt
 
     def unraisable(self, found: sys.UnraisableHookArgs) -> None:
-        """Where Python can raise nothing (a finalizer, a callback of C), it is raised later."""
+        """Raise Ctrl-C later if Python can not raise it now (finalizer, callback of C)."""
         if found.exc_type is not None and issubclass(found.exc_type, KeyboardInterrupt):
             later = threading.Timer(0.01, _thread.interrupt_main)
             later.daemon = True
@@ -53,13 +58,13 @@ class _CtrlC:
 
 
 def entry() -> int:
-    """Run the command that the process was started with.
+    """Run the command of the process.
 
     Returns:
-        Exit code, see `main`.
+        The exit code, see `main`.
     """
     ctrl_c = _CtrlC()
-    # A job in the background (`&` of a script) is started with SIGINT ignored, and stays so.
+    # A background job of a script (`&`) starts with SIGINT ignored; this is kept.
     ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if ours:
         signal.signal(signal.SIGINT, ctrl_c)
@@ -67,13 +72,13 @@ def entry() -> int:
     try:
         code = _run()
     except BaseException as error:
-        # Compiled packages turn it into errors of their own while they load.
+        # Compiled packages convert Ctrl-C into their own errors while they load.
         if not ctrl_c.came or isinstance(error, SystemExit):
             raise
         code = _end_interrupted()
     finally:
         if ours:
-            # What is left is Python's own end: a further Ctrl-C ends it at once.
+            # During Python's shutdown a further Ctrl-C ends the process at once.
             signal.signal(signal.SIGINT, signal.SIG_DFL)
     return code
 

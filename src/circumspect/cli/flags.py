@@ -1,14 +1,14 @@
-"""How a command's data class becomes flags: parsed by tyro, explained in plain words."""
+"""Parsing of a command's data class with tyro, and its help."""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import inspect
 import types
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Union, get_args, get_type_hints
+from typing import Annotated, Any, Union, get_args, get_origin
 
-import docstring_parser
 import tyro
 from tyro.constructors import (
     ConstructorRegistry,
@@ -19,34 +19,42 @@ from tyro.constructors import (
     StructTypeInfo,
 )
 
+from circumspect.cli.flag_table import REQUIRED, built, flags_of
+from circumspect.cli.given_flags import culprit_named
 
-def parse(command: Any, program: str, words: Sequence[str], preset: Any = None) -> Any:
-    """A command with its flags.
+Values = Mapping[Any, Mapping[str, Any]]
+"""Class of a command to values of its flags, by name."""
+
+
+def parse(command: Any, program: str, words: Sequence[str], values: Values | None = None) -> Any:
+    """Parse the flags of a command.
 
     Args:
-        command: A data class.
-        program: What the help calls it.
+        command: Data class of the command.
+        program: Name of the program in the help.
         words: The flags.
-        preset: A command whose values stand where no flag is given; None for its defaults.
+        values: Class of a command to values of flags that are not given, by name; other flags have
+            their defaults.
 
     Raises:
-        SystemExit: The flags are wrong (2), or ask for help (0); it has been told.
+        SystemExit: The flags are wrong (2), or request help (0); the message is printed.
+        InputError: A value is invalid.
     """
-    return _cli(command, program, words, described(command), preset=preset)
+    return _cli(command, program, words, described(command), values=values)
 
 
 def described(command: Any) -> str:
-    """A command's docstring, its lines to copy below a heading."""
-    # tyro sets a line that begins with no letter off by a line of its own.
+    """A command's docstring, with a heading above its examples."""
+    # tyro starts a new line before a line that does not begin with a letter.
     return inspect.cleandoc(command.__doc__ or "").replace("\n\n$ ", "\n\nto copy:\n$ ", 1)
 
 
 def parse_any(commands: Mapping[str, tuple[Any, str]], program: str, words: Sequence[str]) -> Any:
-    """The same where the first word says which of several commands.
+    """Parse the flags of the command that is named by the first word.
 
     Args:
         commands: Name to data class and summary.
-        program: What the help calls it.
+        program: Name of the program in the help.
         words: The command and its flags.
 
     Raises:
@@ -66,63 +74,77 @@ def _cli(
     words: Sequence[str],
     description: str | None,
     *markers: Any,
-    preset: Any = None,
+    values: Values | None = None,
 ) -> Any:
     registry = ConstructorRegistry()
-    registry.struct_rule(_explained)
+    registry.struct_rule(functools.partial(_flat_struct, values or {}))
     registry.primitive_rule(_optional)
+    # A flag that a file switches on can be switched off: both flags exist.
+    pairs = () if any((values or {}).values()) else (tyro.conf.FlagCreatePairsOff,)
     return tyro.cli(
         command,
         prog=program,
         args=list(words),
-        default=tyro.MISSING_NONPROP if preset is None else preset,
+        default=tyro.MISSING_NONPROP,
         description=description,
-        config=(tyro.conf.FlagCreatePairsOff, *markers),
+        config=(*pairs, *markers),
         registry=registry,
     )
 
 
-def _explained(info: StructTypeInfo) -> StructConstructorSpec | None:
-    """Fields as they are, with their docstrings as flowing text and no word on empty defaults."""
-    # A union of commands comes wrapped in a data class of tyro's own.
+def _flat_struct(values: Values, info: StructTypeInfo) -> StructConstructorSpec | None:
+    """The flags of a command for tyro, as one flat class without nested settings.
+
+    Help texts are docstrings as flowing text, without empty defaults.
+    """
+    # tyro wraps a union of commands in a data class of its own.
     wrapper = getattr(info.type, "__module__", "").startswith("tyro.")
     if wrapper or not dataclasses.is_dataclass(info.type):
         return None
-    hints = get_type_hints(info.type, include_extras=True)
-    told = {
-        entry.arg_name: " ".join((entry.description or "").split())
-        for entry in docstring_parser.parse_from_object(info.type).params
-    }
-    hinted = tyro.conf.arg(help_behavior_hint=_hint)
-    kinds: dict[str, Any] = {name: Annotated[hint, hinted] for name, hint in hints.items()}
-    fields = []
-    for field in dataclasses.fields(info.type):
-        name, default = field.name, _default(field, info.default)
-        text = _helptext(field, default, told.get(name))
-        fields.append(StructFieldSpec(name=name, type=kinds[name], default=default, helptext=text))
-    return StructConstructorSpec(instantiate=info.type, fields=tuple(fields))
+    flags, hinted = flags_of(info.type), tyro.conf.arg(help_behavior_hint=_shown_default)
+    fields, given = [], values.get(info.type, {})
+    for name, flag in flags.items():
+        kind: Any = Annotated[_light_hint(flag.hint), hinted]
+        default = given.get(name, tyro.MISSING if flag.default is REQUIRED else flag.default)
+        # With values of a file, both --NAME and --no-NAME exist.
+        text = flag.off if default is True and not any(values.values()) else None
+        text = text or flag.help
+        fields.append(StructFieldSpec(name=name, type=kind, default=default, helptext=text))
+
+    def instantiate(**parsed: Any) -> Any:
+        settings = [flag for flag in flags.values() if len(flag.path) > 1]
+        with culprit_named(settings, parsed):
+            return built(info.type, parsed)
+
+    return StructConstructorSpec(instantiate=instantiate, fields=tuple(fields))
 
 
-def _helptext(field: dataclasses.Field[Any], default: Any, told: str | None) -> str | None:
-    """What its docstring says, or of a flag --no-NAME what the field's metadata says of that."""
-    return field.metadata.get("off", told) if default is True else told
+def _light_hint(hint: Any) -> Any:
+    """An equivalent type hint whose defaults tyro checks without typeguard.
+
+    Importing typeguard takes as long as importing NumPy. tyro itself checks `typing.Union` and
+    plain classes.
+    """
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return Annotated[(_light_hint(inner[0]), *inner[1:])]  # pyright: ignore
+    if origin in (Union, types.UnionType):
+        return Union[tuple(map(_light_hint, inner))]  # noqa: UP007 - put together at run time
+    if origin is tuple:
+        spec = ConstructorRegistry.get_primitive_spec(PrimitiveTypeInfo.make(hint, set()))
+        if isinstance(spec, PrimitiveConstructorSpec):
+            # tyro would replace a plain tuple by a tuple of the types of its default.
+            return Annotated[object, spec]
+    return hint
 
 
-def _default(field: dataclasses.Field[Any], preset: Any) -> Any:
-    if dataclasses.is_dataclass(preset):
-        return getattr(preset, field.name)
-    if field.default_factory is not dataclasses.MISSING:
-        return field.default_factory()
-    return tyro.MISSING if field.default is dataclasses.MISSING else field.default
-
-
-def _hint(default: str) -> str:
-    """What the help says of a default; the text tells what happens without a flag."""
+def _shown_default(default: str) -> str:
+    """The default in the help; empty if the help text describes it."""
     return "" if default in ("", "''", "None", "False", "True") else f"(default: {default})"
 
 
 def _optional(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
-    """`float | None` is asked for as a float: nobody types None."""
+    """Show and parse `float | None` as a float."""
     kinds = get_args(info.type)
     if info.type_origin not in (Union, types.UnionType) or types.NoneType not in kinds:
         return None
@@ -131,9 +153,9 @@ def _optional(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     spec = ConstructorRegistry.get_primitive_spec(PrimitiveTypeInfo.make(inner, info.markers))
     if not isinstance(spec, PrimitiveConstructorSpec):
         return None
-    told = spec.str_from_instance
+    as_words = spec.str_from_instance
     return dataclasses.replace(
         spec,
         is_instance=lambda value: value is None or spec.is_instance(value),
-        str_from_instance=lambda value: [] if value is None else told(value),
+        str_from_instance=lambda value: [] if value is None else as_words(value),
     )

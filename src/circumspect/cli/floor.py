@@ -1,8 +1,9 @@
-"""Floors in the files of objects: cut off on request, reported otherwise."""
+"""Floors in files of objects: removed on request, reported otherwise."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,17 +17,42 @@ if TYPE_CHECKING:
 HINT = "seems to hold the floor, too; cut it off: --cut-floor"
 
 
-def floor_cut_of(file: Path, cloud: PointCloud, any_way_up: bool) -> FloorCut | None:
-    """Cut the floor off, and say what was removed.
+@dataclass(frozen=True, eq=False)
+class ObjectToName:
+    """The object of a file, prepared for classification.
+
+    Attributes:
+        cloud: Its points, levelled if a floor was removed.
+        up_unknown: Whether the upward direction is unknown.
+        record: Entries added to the answer of `--json`.
+    """
+
+    cloud: PointCloud
+    up_unknown: bool
+    record: dict[str, Any] = field(default_factory=dict)
+
+
+def object_to_name(file: Path, cloud: PointCloud, up: str | None, cut_floor: bool) -> ObjectToName:
+    """Remove the floor if requested; its normal also gives the upward direction.
 
     Args:
-        file: For the message.
-        cloud: What it holds.
-        any_way_up: The floor may have any direction; one beneath is tried first.
-
-    Returns:
-        The object; None where no floor is found, which is said, too.
+        file: File for messages.
+        cloud: Content of the file.
+        up: Value of `--up`.
+        cut_floor: Whether `--cut-floor` was given.
     """
+    auto = up == "auto"
+    cut = _floor_cut_of(file, cloud, auto) if cut_floor else None
+    if cut is None:
+        return ObjectToName(cloud, auto)
+    record: dict[str, Any] = {"floor": _floor_record(cut)}
+    if auto:
+        record["up_xyz"] = cut.plane.normal_xyz.round(4).tolist()
+    return ObjectToName(cut.levelled(), False, record)
+
+
+def _floor_cut_of(file: Path, cloud: PointCloud, any_way_up: bool) -> FloorCut | None:
+    """Find the object and the floor; None without a floor. Either result is printed."""
     from circumspect.geometry.floor_cut import cut_floor
 
     cut = cut_floor(cloud)
@@ -44,8 +70,7 @@ def floor_cut_of(file: Path, cloud: PointCloud, any_way_up: bool) -> FloorCut | 
     return cut
 
 
-def floor_record(cut: FloorCut) -> dict[str, Any]:
-    """What `--json` prints of a floor that was cut off."""
+def _floor_record(cut: FloorCut) -> dict[str, Any]:
     return {
         "floor_points": cut.floor_points,
         "other_points": cut.other_points,
@@ -56,12 +81,12 @@ def floor_record(cut: FloorCut) -> dict[str, Any]:
 
 
 def say_of_floor(file: Path, cloud: PointCloud, any_way_up: bool, prediction: Prediction) -> None:
-    """Hint at the flag where a cloud seems to hold the floor.
+    """Print a hint to `--cut-floor` if a cloud seems to contain the floor.
 
-    The quick test looks for a level floor beneath. The thorough one, for floors that lean, are
-    noisy or lie elsewhere, is made where the answer is not confident anyway.
+    The quick test finds a level floor below the object. The thorough test, for tilted or noisy
+    floors and floors elsewhere, runs only if the answer is not confident.
     """
-    from circumspect.classification.floor_left import holds_floor
+    from circumspect.classification.cloud_checks import holds_floor
 
     found = not any_way_up and holds_floor(cloud.points_xyz)
     if not found and not prediction.confident:

@@ -1,24 +1,23 @@
-"""Memory that a process freed stays with it."""
+"""Setting of the C library to keep freed memory in the process."""
 
 from __future__ import annotations
 
 import ctypes
 import platform
 
-# Of malloc.h.
+# Constants of malloc.h.
 _TRIM_THRESHOLD, _MMAP_MAX = -1, -4
 _NEVER = 2**31 - 1
 
 
 def keep_freed_memory() -> bool:
-    """Have the C library keep what is freed for what comes next.
+    """Make the C library keep freed memory for later allocations.
 
-    Else glibc maps every array beyond 32 MB by itself and gives it back when it is freed: while a
-    network is trained on a CPU the system spends its time on clearing the same gigabytes of pages
-    again and again.
+    By default glibc maps every array above 32 MB separately and returns it to the system when it is
+    freed. During training on a CPU the system then clears the same gigabytes of pages repeatedly.
 
     Returns:
-        Whether the C library could be told so; others than glibc can not.
+        Whether the C library has this setting; only glibc has it.
     """
     if platform.libc_ver()[0] != "glibc":
         return False

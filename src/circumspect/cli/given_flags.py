@@ -1,59 +1,90 @@
-"""Which flags a user gave."""
+"""Flags that a user gave, and flags in error messages."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import fields
 from typing import Any
 
+from circumspect.cli.flag_table import Flag, flags_of
 from circumspect.errors import InputError
 
 _NUMBER = re.compile(r"-?(?:\d+(?:\.\d*)?(?:e[+-]?\d+)?|nan|inf)")
 
 
 def given_flags(command: Any, *names: str) -> list[str]:
-    """Those of a command's fields that say something, as they are typed.
-
-    A value that is the default is as good as none.
+    """The flags of a command whose values differ from their defaults, as they are typed.
 
     Args:
-        command: A dataclass, parsed.
-        names: Of its fields; none means all.
+        command: Parsed data class.
+        names: Names of flags, or of settings for all their flags; none means all flags.
     """
-    usual = {field.name: field.default for field in fields(command)}
-    said = [name for name in names or usual if getattr(command, name) != usual[name]]
-    return [f"--{name.strip('_').replace('_', '-')}" for name in said]
+    flags = flags_of(type(command)).values()
+    selected = [flag for name in names for flag in flags if name in (flag.name, flag.path[0])]
+    given = [flag.typed for flag in selected or flags if flag.value(command) != flag.default]
+    return list(dict.fromkeys(given))
 
 
 @contextmanager
 def flags_named(command: Any, *names: str) -> Iterator[None]:
-    """Name the flag in a fault that tells but its value: "slip is …, not 0.9".
+    """Add the flag to an error message that has only its value: "slip is …, not 0.9".
 
-    What checks a value is used without a command line, too, and knows nothing of flags. Where
-    several flags have the value none is named.
+    The library that checks a value does not know the flags. If several flags have the value, none
+    is added.
 
     Args:
-        command: A dataclass, parsed.
-        names: Of its fields whose values are checked.
+        command: Parsed data class.
+        names: Names of the flags whose values are checked.
 
     Raises:
-        InputError: In the place of the one that was raised.
+        InputError: With the flag, instead of the original error.
+    """
+    flags = [flags_of(type(command))[name] for name in names]
+    with culprit_named(flags, {flag.name: flag.value(command) for flag in flags}):
+        yield
+
+
+@contextmanager
+def culprit_named(flags: Iterable[Flag], values: Mapping[str, Any]) -> Iterator[None]:
+    """Like `flags_named`, for a command that is not built yet.
+
+    Args:
+        flags: Flags whose values are checked.
+        values: Their values, by name.
+
+    Raises:
+        InputError: With the flag, instead of the original error.
     """
     try:
         yield
     except InputError as error:
         _, found, refused = str(error).rpartition(", not ")
         numbers = [f"{float(number):g}" for number in _NUMBER.findall(refused)]
-        refusals = [name for name in names if _numbers(getattr(command, name)) == numbers]
-        culprits = given_flags(command, *refusals) if refusals else []
+        culprits = [
+            flag.typed
+            for flag in flags
+            if _numbers(values[flag.name]) == numbers and values[flag.name] != flag.default
+        ]
         if not (found and numbers) or len(culprits) != 1:
             raise
         raise InputError(f"{culprits[0]}: {error}") from error
 
 
 def _numbers(value: Any) -> list[str]:
-    """As a message may tell it."""
+    """The numbers of a value as error messages quote them."""
     values = value if isinstance(value, tuple) else (value,)
     return [f"{number:g}" for number in values if isinstance(number, int | float)]
+
+
+def drawn_seed(given: int | None) -> int:
+    """The given seed, or a new random one.
+
+    Raises:
+        InputError: The seed is negative.
+    """
+    import numpy as np
+
+    if given is not None and given < 0:
+        raise InputError(f"--seed {given}: give a whole number of at least 0")
+    return int(np.random.default_rng().integers(2**31)) if given is None else given

@@ -1,4 +1,4 @@
-"""Where long jobs are done: `--workers` and `--cluster`."""
+"""Pool of processes for long jobs: `--workers` and `--cluster`."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 @contextmanager
 def opened_pool(workers: int | None, cluster: str | None) -> Iterator[JobPool]:
-    """Processes of this machine, or those of a Ray cluster while a block runs.
+    """Open processes of this machine, or of a Ray cluster, for a block.
 
     Args:
-        workers: Processes of this machine; None means one a core.
+        workers: Number of processes of this machine; None means one per core.
         cluster: "auto" or the address of a cluster; None means this machine.
 
     Raises:
-        InputError: Both are given, there is no cluster, or no process.
+        InputError: Both are given, there is no cluster, or there is no process.
         MissingExtraError: Ray is not installed.
     """
     from circumspect.gathering import LocalPool
@@ -40,12 +40,12 @@ def opened_pool(workers: int | None, cluster: str | None) -> Iterator[JobPool]:
 
 
 def seen_from(cluster: str | None, place: str) -> str:
-    """A path or URL as processes elsewhere are given it.
+    """A path or URL for worker processes; absolute for a cluster.
 
     Processes of a cluster have another working directory.
 
     Args:
-        cluster: As for `opened_pool`.
+        cluster: See `opened_pool`.
         place: A path or URL.
     """
     return place if cluster is None or "://" in place else str(Path(place).resolve())

@@ -1,49 +1,55 @@
-"""What `locate track` and `locate simulate` leave in a run's folder."""
+"""Files that `locate track` and `locate simulate` write to a run's folder."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from numpy.typing import NDArray
 
 from circumspect.errors import MissingExtraError
-from circumspect.folder_lock import lock_folder
+from circumspect.folder_lock import FolderLock, lock_folder
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.localization import Calibration, SpaceTrack, TagMount
 from circumspect.runs.run_folder import LOG
-from circumspect.storage import require_no_strangers, require_writable, write_json
+from circumspect.storage import require_no_foreign_files, require_writable, write_json
 
 FIXES = "space.jsonl"
-"""What makes a folder that of such a run, unless a scan's log is beside it."""
+"""File that identifies the folder of such a run, unless the log of a scan is beside it."""
 RESULTS = (FIXES, "trajectory.txt", "space.png", "result.json")
-"""Those of an earlier run are removed when one is written down."""
+"""Files of a run; those of an earlier run are removed before new ones are written."""
 
 
 class LocatedRun:
-    """The folder of such a run; nothing is written before the run is over.
+    """Folder of such a run, locked within `with`; files are written only after the run.
 
     Attributes:
         path: The folder.
     """
 
     def __init__(self, path: Path, more: Sequence[str] = ()) -> None:
-        """Find out before long work whether its results can be written.
+        """Check before long work that the results can be written.
 
         Args:
-            path: Made where missing. Files of an earlier run in it will be replaced, others are
-                left alone.
-            more: Names of files that are written beside `RESULTS`.
+            path: Made if missing. Files of an earlier run in it will be replaced, others are kept.
+            more: Names of files that are written in addition to `RESULTS`.
 
         Raises:
-            OutputError: It can not be written, or holds a file that is of no such run and would
-                be replaced.
+            OutputError: It can not be written, or a file of another kind of run in it would be
+                replaced.
         """
         self.path = path
-        require_no_strangers(path, (*RESULTS, *more), (FIXES, *more), foreign=(LOG,))
-        self._lock = lock_folder(path)
+        require_no_foreign_files(path, (*RESULTS, *more), (FIXES, *more), foreign=(LOG,))
+        self._lock: FolderLock | None = lock_folder(path)
         require_writable(path)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        # A stack frame that is kept alive, as by a first import of MuJoCo, would keep the lock.
+        self._lock = None
 
     def save(
         self,
@@ -59,22 +65,22 @@ class LocatedRun:
         """Write trajectory.txt, space.jsonl, result.json and space.png.
 
         Args:
-            track: What the intelligent space said.
-            calibration: Of its cameras.
+            track: Poses and rejections of the intelligent space.
+            calibration: Calibration of its cameras.
             mount: The tag.
             paths: Other paths for the picture.
-            record: What is told of the run.
-            truth: For the picture.
-            walls_xy: For the picture.
-            object_xy: For the picture.
+            record: Content of result.json.
+            truth: True path for the picture.
+            walls_xy: Outlines of walls for the picture.
+            object_xy: Points of the object for the picture.
 
         Returns:
-            The record with "run", the folder, and "picture_missing" where there is none.
+            The record with "run", the folder, and "picture_missing" if there is no picture.
 
         Raises:
             OutputError: A file can not be written.
         """
-        told: dict[str, Any] = {**record, "run": str(self.path)}
+        document: dict[str, Any] = {**record, "run": str(self.path)}
         for name in RESULTS:
             (self.path / name).unlink(missing_ok=True)
         if (trajectory := track.trajectory()) is not None:
@@ -88,6 +94,6 @@ class LocatedRun:
                 walls_xy, object_xy,
             )  # fmt: skip
         except MissingExtraError as error:
-            told["picture_missing"] = str(error)
-        write_json(self.path / "result.json", told)
-        return told
+            document["picture_missing"] = str(error)
+        write_json(self.path / "result.json", document)
+        return document

@@ -1,104 +1,139 @@
-"""Entry point: find the command, parse its flags, run it, turn known faults into one line."""
+"""Entry point: find the command, parse its flags, run it, print known errors as one line."""
 
 from __future__ import annotations
 
 import difflib
 import io
 import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from circumspect import __version__
 from circumspect.cli.say import say
-from circumspect.cli.termination import EXIT_CODE, Terminated, ends_as_ctrl_c_does
 from circumspect.cli.visible_controls import visible_controls
 from circumspect.errors import CircumspectError, MissingExtraError, reason_of
 
+EXPERIMENTS = "circumspect_experiments"
+"""Package of the experiments; a robot does not need it."""
 COMMANDS = {
-    "demo": ("demo:Demo", "a simulated robot drives round an object and names it"),
+    "demo": ("demo:Demo", "let a simulated robot drive round an object and classify it"),
     "scan": ("scan:Scan", "the same for an object of your choice"),
-    "classify": ("classify:Classify", "class and probabilities of meshes, clouds and grids"),
-    "explain": ("explain:Explain", "why: the cells that carry the answer, what it resembles"),
-    "models": ("models:Models", "the classifiers at hand, with their figures"),
+    "classify": ("classify:Classify", "classify meshes, point clouds and grids in files"),
+    "explain": ("explain:Explain", "show the cells and training objects behind an answer"),
+    "models": ("models:Models", "list classifiers with their measured accuracy"),
     "teach": ("teach:Teach", "add a class to a classifier from a few examples"),
-    "grid": ("grid:Grid", "the occupancy grid of a file, as npz and picture"),
-    "replay": ("replay:Replay", "a recording through the pipeline"),
-    "watch": ("watch:Watch", "a camera without ROS, live"),
-    "gather": ("gather:Gather", "a labelled set: many objects, several starts each"),
-    "view": ("view:View", "the dashboard for a finished run, in the browser"),
-    "record": ("record:Record", "what a recording holds"),
-    "ros2": ("ros2:Ros2", "a ROS 2 node that names what a robot's camera sees"),
-    "locate": ("locate:Locate", "the intelligent space: ceiling cameras see the robot"),
+    "grid": ("grid:Grid", "compute the occupancy grid of a file, as npz and picture"),
+    "replay": ("replay:Replay", "run the pipeline on a recording"),
+    "watch": ("watch:Watch", "run the pipeline live on a camera, without ROS"),
+    "gather": ("gather:Gather", "make a labelled set of scans, simulated or recorded"),
+    "view": ("view:View", "play a finished run in the browser"),
+    "record": ("record:Record", "show the contents of a recording"),
+    "ros2": ("ros2:Ros2", "run a ROS 2 node that classifies objects seen by a robot"),
+    "locate": ("locate:Locate", "locate the robot by ceiling cameras (intelligent space)"),
     "train": ("train:Train", "train a network"),
-    "evaluate": ("evaluate:Evaluate", "accuracy at many yaws, with figures"),
-    "calibrate": ("calibrate:Calibrate", "fit when a classifier's answers may be relied on"),
-    "export": ("export:Export", "turn a trained network into one ONNX file"),
-    "reproduce": ("reproduce:Reproduce", "the paper's table and comparisons, from data to figures"),
-    "data": ("data:Data", "fetch, verify and import data sets"),
-    "nets": ("nets:Nets", "every network, with its size and work"),
-    "doctor": ("doctor:Doctor", "what is installed and what is missing"),
-    "completion": ("completion:Completion", "the Tab key completes commands and flags"),
+    "evaluate": ("evaluate:Evaluate", "measure the accuracy at many yaws, with figures"),
+    "calibrate": ("calibrate:Calibrate", "fit temperature and confidence bounds of a classifier"),
+    "export": ("export:Export", "export trained networks as one ONNX file"),
+    "reproduce": (
+        "circumspect_experiments.reproduce_command:Reproduce",
+        "reproduce the paper's table and comparisons with others",
+    ),
+    "data": ("data:Data", "fetch, verify, import and convert data sets"),
+    "nets": ("nets:Nets", "list all networks with parameters and multiply-adds"),
+    "doctor": ("doctor:Doctor", "check the installation and list missing extras"),
+    "completion": ("completion:Completion", "print a completion script for your shell"),
 }
 PRESETS = {"ros2": "ros2:preset"}
-"""Commands whose flags may name a file with values in the place of the defaults."""
+"""Commands with a flag for another kind of file with values of flags than `--config`."""
 
 HELP = """circumspect: name an object from any side
 
   circumspect demo                    a simulated robot drives round an object
-  circumspect demo --viewer           the same, shown and steered in the browser
+  circumspect demo --viewer           the same, with a dashboard in the browser
   circumspect scan chair.obj          the same for your own mesh
-  circumspect classify chair.ply      name the object in a file
-  circumspect COMMAND --help          everything about one command
-  circumspect doctor                  what is there, what is missing
+  circumspect classify chair.ply      classify the object in a file
+  circumspect COMMAND --help          help and examples of a command
+  circumspect doctor                  check the installation
 
 commands:
 {commands}
 """
+EXIT_CODE = 128 + signal.SIGTERM
+"""Exit code of a program ended by the signal, as in shells."""
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM was received: results so far are saved, a driving robot is stopped."""
+
+
+@contextmanager
+def ends_as_ctrl_c_does() -> Iterator[None]:
+    """Raise `Terminated` in the main thread on SIGTERM, if the signal has its default action.
+
+    Another handler is kept, and an ignored signal stays ignored.
+    """
+    ours = threading.current_thread() is threading.main_thread()
+    if not ours or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, _raise)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _raise(*_: object) -> NoReturn:
+    raise Terminated
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Args:
-        arguments: The words after the program's name; None means those of the process.
+        arguments: The words after the name of the program; None means those of the process.
 
     Returns:
-        Exit code: 0 all done, 1 done and not as it should be (a run without an answer, a check
-        that failed), 2 a known fault (already told on standard error), or an answer that could not
-        be told, 130 interrupted by Ctrl-C, 143 by SIGTERM.
+        Exit code: 0 done; 1 done, but a run has no answer or a check failed; 2 a known error
+        (already printed on standard error), or an answer that can not be printed; 130 interrupted
+        by Ctrl-C; 143 by SIGTERM.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
-    # NumPy's matrices are small here: what waits for larger ones takes a core from the network.
+    # NumPy's matrices are small here: idle threads of OpenBLAS take a core from the network.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    _open_closed_streams()
-    _escape_what_output_lacks()
+    _replace_closed_streams()
+    _escape_unencodable_characters()
     try:
         with ends_as_ctrl_c_does():
             code = _dispatch(words)
             sys.stdout.flush()
             if code == 0 and isinstance(sys.stdout, _ClosedOutput) and sys.stdout.lost:
-                raise CircumspectError("standard output is closed, so that nothing could be told")
+                raise CircumspectError("standard output is closed; nothing could be printed")
     except (CircumspectError, KeyboardInterrupt) as error:
-        if (interrupt := _interrupt(error)) is not None:
-            # A run that was drawn by chance says how it is drawn again.
+        if (interrupt := _interrupt_behind(error)) is not None:
+            # A run with random values adds a note how to repeat it.
             notes = getattr(interrupt, "__notes__", ("the same command starts or goes on again",))
             say(f"interrupted; {'; '.join(notes)}")
             return EXIT_CODE if isinstance(interrupt, Terminated) else 130
         say(str(error))
         return 2
     except BrokenPipeError:
-        # The reader of our output went away (`| head`); nothing is left to tell it.
+        # The reader of standard output has closed the pipe (`| head`).
         _close_output()
         return 0
     except MemoryError as error:
-        # NumPy tells how much was asked for; Python's own error tells nothing.
+        # Only NumPy's errors state the requested size.
         say(f"not enough memory ({str(error) or 'nothing is left'}); ask for less at once")
         return 2
     except OSError as error:
-        # A path that the system refuses, or a full disk behind standard output.
+        # The system rejects a path, or the disk behind standard output is full.
         if error.filename is None:
             _close_output()
         say(f"{error.filename or 'standard output'}: {reason_of(error)}")
@@ -106,9 +141,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _interrupt(error: BaseException) -> KeyboardInterrupt | None:
-    """What led to it, if that was Ctrl-C: a compiled package that it hits while loading fails to
-    import.
+def _interrupt_behind(error: BaseException) -> KeyboardInterrupt | None:
+    """The `KeyboardInterrupt` that caused an error, if any.
+
+    A compiled package that is interrupted while it loads fails to import.
     """
     cause: BaseException | None = error
     if isinstance(error, MissingExtraError) and error.__cause__ is not None:
@@ -117,9 +153,9 @@ def _interrupt(error: BaseException) -> KeyboardInterrupt | None:
 
 
 class _ClosedOutput(io.TextIOWrapper):
-    """In the place of a closed standard output: remembers whether something was to be told.
+    """Replaces a closed standard output; `lost` is set if something is printed.
 
-    Work goes on meanwhile, for its files may be all that is wanted.
+    The command continues, because its files may be sufficient.
     """
 
     lost = False
@@ -129,8 +165,8 @@ class _ClosedOutput(io.TextIOWrapper):
         return super().write(s)
 
 
-def _open_closed_streams() -> None:
-    """A job may be started without them (`>&-`); no file of ours shall get their numbers."""
+def _replace_closed_streams() -> None:
+    """Replace closed streams (`>&-`), so that no opened file gets their descriptors."""
     for name, mode in (("stdin", "rb"), ("stdout", "wb"), ("stderr", "wb")):
         if getattr(sys, name) is None:
             nowhere = Path(os.devnull).open(mode)  # noqa: SIM115
@@ -138,15 +174,15 @@ def _open_closed_streams() -> None:
             setattr(sys, name, kind(nowhere, encoding="utf-8"))
 
 
-def _escape_what_output_lacks() -> None:
-    """Files may have names, and we signs, that the terminal's encoding can not show."""
+def _escape_unencodable_characters() -> None:
+    """Escape characters that the encoding of the terminal lacks, as in names of files."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 
 
 def _close_output() -> None:
-    """Let what is still buffered go nowhere when the interpreter ends."""
+    """Discard buffered output when the interpreter ends."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
@@ -159,28 +195,36 @@ def _dispatch(words: list[str]) -> int:
     if words[0] in ("--version", "-V"):
         sys.stdout.write(f"circumspect {__version__}\n")
         return 0
-    # What is parsed and its help are the user's own and ours; the run prints text of files.
+    # Parsing prints only trusted text; the run prints text of files.
     command = parsed(words[0], words[1:])
     with visible_controls():
         return command.run()
 
 
 def parsed(name: str, flags: Sequence[str]) -> Any:
-    """A command with its flags, ready to run.
+    """Parse the flags of a command.
 
     Args:
         name: One of `COMMANDS`.
         flags: The words after it.
 
     Raises:
-        CircumspectError: There is no such command.
-        SystemExit: The flags are wrong, or ask for help; it has been told.
+        CircumspectError: There is no such command, or a file with values of flags is wrong.
+        SystemExit: The flags are wrong, or request help; the message is printed.
     """
     from circumspect.cli.flags import parse
 
     kind = command(name)
-    preset = _named(PRESETS[name])(flags) if name in PRESETS else None
-    return parse(kind, f"circumspect {name}", flags, preset)
+    # The first word selects the subcommand of a command that has some.
+    target = getattr(kind, "COMMANDS", {}).get(flags[0] if flags else None, kind)
+    values: dict[str, Any] = {}
+    if any(word.startswith("--config") for word in flags):
+        from circumspect.cli.config_file import values_of_files
+
+        values = values_of_files(target, flags)
+    if name in PRESETS:
+        values = _imported(PRESETS[name])(flags, values)
+    return parse(kind, f"circumspect {name}", flags, {target: values})
 
 
 def command(name: str) -> Any:
@@ -193,18 +237,38 @@ def command(name: str) -> Any:
         raise CircumspectError(f"flags come after the command: circumspect COMMAND {name}")
     if name not in COMMANDS:
         near = difflib.get_close_matches(name, COMMANDS, 1)
-        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(COMMANDS)}"
+        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(installed_commands())}"
         raise CircumspectError(f"no command '{name}'; {hint}")
-    return _named(COMMANDS[name][0])
+    return _imported(COMMANDS[name][0])
 
 
-def _named(place: str) -> Any:
-    """What MODULE:NAME tells of this package."""
+def installed_commands() -> dict[str, str]:
+    """Name and summary of every command whose package is installed."""
+    return {
+        name: summary
+        for name, (place, summary) in COMMANDS.items()
+        if not place.startswith(EXPERIMENTS) or find_spec(EXPERIMENTS) is not None
+    }
+
+
+def _imported(place: str) -> Any:
+    """The object MODULE:NAME of `circumspect.cli.commands`, or of the experiments.
+
+    Raises:
+        CircumspectError: The package of the experiments is not installed.
+    """
     module, name = place.split(":")
-    return getattr(import_module(f"circumspect.cli.{module}"), name)
+    if not module.startswith(EXPERIMENTS):
+        return getattr(import_module(f"circumspect.cli.commands.{module}"), name)
+    if find_spec(EXPERIMENTS) is None:
+        raise CircumspectError(
+            "this command is in the package circumspect-experiments, which is not installed; "
+            "in the repository: pip install ./experiments"
+        )
+    return getattr(import_module(module), name)
 
 
 def help_text() -> str:
-    """What `circumspect --help` prints."""
-    lines = (f"  {name:10} {summary}" for name, (_, summary) in COMMANDS.items())
+    """The text of `circumspect --help`."""
+    lines = (f"  {name:10} {summary}" for name, summary in installed_commands().items())
     return HELP.format(commands="\n".join(lines))

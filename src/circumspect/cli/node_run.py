@@ -1,4 +1,4 @@
-"""A ROS 2 node from its first message to its last answer, whatever carries the messages."""
+"""Runs a ROS 2 node on any middleware."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from circumspect.ros.node_settings import NodeSettings
 from circumspect.ros.recognition_node import RecognitionNode
 
 if TYPE_CHECKING:
-    from circumspect.cli.watched_node import NodeWatch
+    from circumspect.cli.watched_replay import NodeWatch
 
 
 def run_node(
@@ -22,18 +22,18 @@ def run_node(
     seconds: float | None = None,
     watch: NodeWatch | None = None,
 ) -> None:
-    """Work until Ctrl-C, SIGTERM or the end of the time; the middleware is closed in any case.
+    """Run a node until Ctrl-C, SIGTERM or the end of the time, then close the middleware.
 
     Args:
-        middleware: Carries the messages.
-        settings: Of the node.
-        where: How others are reached, in words.
-        as_json: Answers are JSON lines.
-        seconds: The time [s]; None for no end.
-        watch: Shows the node in the browser, where wanted.
+        middleware: Transport of the messages.
+        settings: Settings of the node.
+        where: Description of the network, for the terminal.
+        as_json: Print answers as JSON lines.
+        seconds: The time [s]; None means no limit.
+        watch: Shows the node in the browser; None means no dashboard.
 
     Raises:
-        InputError: A parameter makes no sense.
+        InputError: A parameter is invalid.
         WeightsError: The classifier can not be loaded.
     """
     screen = NodeScreen(as_json)
@@ -52,7 +52,7 @@ def run_node(
         with going_on(seconds) as goes_on:
             node.spin(goes_on)
     except KeyboardInterrupt:
-        pass  # the usual end of a node
+        pass  # The usual end of a node.
     finally:
         node.close()
         screen.end()

@@ -1,4 +1,4 @@
-"""What `circumspect ros2` shows."""
+"""Terminal output of `circumspect ros2` and `watch`."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from circumspect.ros.log_throttle import LogThrottle
 
 if TYPE_CHECKING:
     from circumspect.classification import Prediction
-    from circumspect.recognition import RecognitionStep
+    from circumspect.recognition import RecognitionResult, RecognitionStep
     from circumspect.ros.health import Status
     from circumspect.ros.node_settings import NodeSettings
 
 CHANGE = 0.05
-"""The probability is told again when it changed by this."""
+"""Smallest change of the probability that is printed."""
 LOGGER = "circumspect"
 
 
 class NodeScreen:
-    """One line at each change: answers on standard output, states on standard error.
+    """Prints one line at each change: answers on standard output, states on standard error.
 
     A `NodeObserver`.
     """
 
     def __init__(self, as_json: bool) -> None:
-        """Show nothing yet.
+        """Attach the log to standard error.
 
         Args:
-            as_json: Answers are JSON lines.
+            as_json: Print answers as JSON lines.
         """
         self._json = as_json
         self._answer: tuple[str, bool, float] | None = None
@@ -48,54 +48,56 @@ class NodeScreen:
         logging.getLogger(LOGGER).addHandler(self._handler)
 
     def begin(self, settings: NodeSettings, where: str) -> None:
-        """Say what is listened to.
+        """Print the subscribed topics.
 
         Args:
-            settings: Of the node.
-            where: How others are reached, in words.
+            settings: Settings of the node.
+            where: Description of the network.
         """
         odometry = settings.odometry_topic or f"transforms {settings.odom_frame} to the base"
         say(f"{settings.node} listens to {settings.depth_topic}")
         say(f"and {odometry}, {where}; Ctrl-C ends it")
 
     def end(self) -> None:
-        """Give the log back."""
+        """Detach the log."""
         logging.getLogger(LOGGER).removeHandler(self._handler)
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Tell the answer where it changed."""
-        told = step.prediction
-        if told is None:
-            self._tell_none(step)
+        """Print the answer if it changed."""
+        prediction = step.prediction
+        if prediction is None:
+            self._print_none(step)
             return
-        before, now = self._answer, (told.label, step.confident, told.probability)
+        before, now = self._answer, (prediction.label, step.confident, prediction.probability)
         if before is not None and before[:2] == now[:2] and abs(before[2] - now[2]) < CHANGE:
             return
         self._answer = now
         if self._json:
             self._print(json.dumps(step.summary()))
             return
-        self._print(f"{told.text}  coverage {percent(step.coverage)}{_not_confident(told)}")
+        self._print(
+            f"{prediction.text}  coverage {percent(step.coverage)}{_not_confident(prediction)}"
+        )
 
-    def _tell_none(self, step: RecognitionStep) -> None:
-        """Tell once that there is no answer any more."""
+    def _print_none(self, step: RecognitionStep) -> None:
+        """Print once that there is no longer an answer."""
         if self._answer is None:
             return
         self._answer = None
         self._print(json.dumps(step.summary()) if self._json else f"no answer: {step.outcome}")
 
-    def on_settled(self, prediction: Prediction) -> None:
-        """Tell the last answer."""
+    def on_finalised(self, prediction: Prediction) -> None:
+        """Print the last answer."""
         say(f"the answer: {prediction.text}{_not_confident(prediction)}")
 
     def on_status(self, status: Status) -> None:
-        """Tell the state where it changed."""
+        """Print the state if it changed."""
         if status.text != self._state:
             self._state = status.text
             say(status.text)
 
     def on_command(self, command: str) -> None:
-        """Tell that the node was told something."""
+        """Print a command that the node received."""
         if command == "reset":
             self._answer = None
         say(command)
@@ -105,16 +107,23 @@ class NodeScreen:
         print(line, flush=True)  # noqa: T201
 
 
+class WatchScreen(NodeScreen):
+    """Prints one line at each change of the answer; a `PipelineObserver`."""
+
+    def on_end(self, result: RecognitionResult) -> None:
+        """Do nothing; the command prints the result."""
+
+
 def _not_confident(prediction: Prediction) -> str:
     return f", not confident: {prediction.reason}" if prediction.reason else ""
 
 
 @contextmanager
 def going_on(seconds: float | None) -> Iterator[Callable[[], bool]]:
-    """Gives a function that says whether to go on: until the time is over, or SIGTERM.
+    """Yield a function that returns False after the end of the time or SIGTERM.
 
     Args:
-        seconds: The time [s]; None for no end.
+        seconds: The time [s]; None means no limit.
     """
     ended, until = threading.Event(), None if seconds is None else time.monotonic() + seconds
 

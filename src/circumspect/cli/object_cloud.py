@@ -1,4 +1,4 @@
-"""The cloud of an object's file, as the commands that name or draw it read it."""
+"""Reading the point cloud of an object's file with its unit, for several commands."""
 
 from __future__ import annotations
 
@@ -6,32 +6,35 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from circumspect.cli.say import say
-from circumspect.cli.unit import cloud_in_metres
 
 if TYPE_CHECKING:
     from circumspect.geometry import PointCloud
+    from circumspect.grid import OccupancyGrid
+
+Unit = Literal["m", "cm", "mm", "in", "unknown"]
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 
 
 def object_cloud(
     file: Path, up: str | None, samples: int, unit_m: float | None, reader: str | None = None
 ) -> PointCloud:
-    """Read a file, leave out stray points, and say what was ignored.
+    """Read a file without stray points, and print warnings of the library.
 
     Args:
-        file: A mesh or a cloud.
-        up: The axis that points up in it; None and "auto" take the convention of its format.
-        samples: Points drawn from a mesh.
-        unit_m: Length of a unit of the file [m]; None where its scale is unknown.
-        reader: As for `read_cloud`.
+        file: A mesh or a point cloud.
+        up: Axis that points up in it; None and "auto" mean the convention of its format.
+        samples: Number of points sampled on a mesh.
+        unit_m: Length of a unit of the file [m]; None if the scale is unknown.
+        reader: See `read_cloud`.
 
     Raises:
         InputError: The file can not be read.
     """
     from circumspect.geometry import read_cloud
-    from circumspect.geometry.stray_points import without_stray_points
+    from circumspect.geometry.clusters import without_stray_points
 
     with said_warnings(file):
         cloud = read_cloud(file, up=None if up == "auto" else up, samples=samples, reader=reader)
@@ -40,8 +43,8 @@ def object_cloud(
 
 @contextmanager
 def said_warnings(file: Path) -> Iterator[None]:
-    """Print what the library logs as a warning in lines that name the file."""
-    log, handler = logging.getLogger("circumspect"), _Sayer(file)
+    """Print warnings that the library logs, each on a line with the file."""
+    log, handler = logging.getLogger("circumspect"), _WarningPrinter(file)
     log.addHandler(handler)
     try:
         yield
@@ -49,10 +52,65 @@ def said_warnings(file: Path) -> Iterator[None]:
         log.removeHandler(handler)
 
 
-class _Sayer(logging.Handler):
+class _WarningPrinter(logging.Handler):
     def __init__(self, file: Path) -> None:
         super().__init__(logging.WARNING)
         self._file = file
 
     def emit(self, record: logging.LogRecord) -> None:
         say(f"{self._file}: {record.getMessage()}")
+
+
+def metres_per_unit(file: Path, unit: Unit | None) -> float | None:
+    """Length of one unit of a file [m]; None if the scale is unknown.
+
+    Args:
+        file: Its suffix determines the format.
+        unit: Value of `--unit`; None means the unit of the format, if it has one.
+    """
+    if unit is None:
+        from circumspect.geometry.formats.cloud_files import METRIC_SUFFIXES
+
+        unit = "m" if file.suffix.lower() in METRIC_SUFFIXES else "unknown"
+    return METRES.get(unit)
+
+
+def unit_shown(unit_m: float | None) -> str:
+    """The unit of the result of `cloud_in_metres`, for the axes of pictures."""
+    return "file units" if unit_m is None else "m"
+
+
+def cloud_in_metres(cloud: PointCloud, unit_m: float | None) -> PointCloud:
+    """A cloud in metres; unchanged if the scale is unknown.
+
+    Args:
+        cloud: Points in the unit of the file.
+        unit_m: See `metres_per_unit`.
+    """
+    if unit_m in (None, 1.0):
+        return cloud
+    import numpy as np
+
+    return cloud.moved(np.diag([unit_m, unit_m, unit_m, 1.0]))
+
+
+def grid_in_metres(grid: OccupancyGrid, unit_m: float | None) -> OccupancyGrid:
+    """A grid with bounds in metres; unchanged if the scale is unknown.
+
+    Args:
+        grid: Grid with bounds in the unit of the file.
+        unit_m: See `metres_per_unit`.
+
+    Raises:
+        InputError: The size of the object is implausible for a room.
+    """
+    if unit_m is None or not grid.occupied.any():
+        return grid
+    from circumspect.classification.cloud_checks import require_plausible_size
+    from circumspect.geometry import PointCloud
+    from circumspect.grid import OccupancyGrid
+    from circumspect.grid.cell_centres import occupied_centres
+
+    scaled = OccupancyGrid(grid.grid.scaled(unit_m), grid.states)
+    require_plausible_size(PointCloud(occupied_centres(scaled)))
+    return scaled

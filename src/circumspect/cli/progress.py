@@ -1,4 +1,4 @@
-"""Progress on standard error, with an estimate of the time left."""
+"""Progress on standard error with the estimated remaining time."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from rich.progress import (
 from circumspect.cli.console import OutputConsole
 from circumspect.cli.say import say
 
-TELL_EVERY = 60.0
+PRINT_EVERY_S = 60.0
 """Time between two lines of a log [s]."""
 
 
 @contextmanager
 def progress_bar(what: str, of_bytes: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar while the block runs, or a line now and then where nobody watches.
+    """Show a bar while the block runs, or print lines at intervals without a terminal.
 
     Args:
-        what: What is being done.
-        of_bytes: What is counted are bytes, and told as MB.
+        what: Description of the work.
+        of_bytes: Whether counts are bytes; they are printed in MB.
 
     Yields:
         A function to call with (done, all).
@@ -38,50 +38,50 @@ def progress_bar(what: str, of_bytes: bool = False) -> Iterator[Callable[[int, i
         if shown.disable:
             yield _Lines(what, of_bytes) if speaks() else _silent
             return
-        # What turns out to be there already shows no bar at all.
+        # The bar stays hidden if the work is already done.
         task = shown.add_task(what, total=None, note="", visible=False)
         yield lambda done, total: shown.update(task, completed=done, total=total, visible=True)
 
 
 class _Lines:
-    """Lines for a log."""
+    """Prints lines of progress for a log."""
 
     def __init__(self, what: str, of_bytes: bool) -> None:
         self._what, self._of_bytes = what, of_bytes
         self._begin: tuple[float, int] | None = None
-        self._told = 0.0
+        self._printed = 0.0
 
     def __call__(self, done: int, total: int) -> None:
         now = time.monotonic()
         if self._begin is None:
-            self._begin, self._told = (now, done), now
+            self._begin, self._printed = (now, done), now
         begin, before = self._begin
-        if now - self._told < TELL_EVERY or done == before:
+        if now - self._printed < PRINT_EVERY_S or done == before:
             return
-        self._told = now
+        self._printed = now
         left = (now - begin) * (total - done) / (done - before)
         count = (
             f"{done / 1e6:.0f} of {total / 1e6:.0f} MB" if self._of_bytes else f"{done} of {total}"
         )
-        say(f"{self._what}: {count}, {_told(left)} left")
+        say(f"{self._what}: {count}, {_duration(left)} left")
 
 
-def _told(seconds: float) -> str:
+def _duration(seconds: float) -> str:
     minutes = round(seconds / 60)
     return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min"
 
 
 def _silent(done: int, total: int) -> None:
-    """Another process tells."""
+    """Print nothing; another process prints the progress."""
 
 
 def speaks() -> bool:
-    """Whether this process tells the user: of those that torchrun starts, the first alone."""
+    """Whether this process prints; with torchrun only the first one does."""
     return os.environ.get("RANK", "0") == "0"
 
 
 def bars(of_bytes: bool = False) -> Progress:
-    """Bars with a count and the time left; they vanish where nobody watches.
+    """Bars with a count and the remaining time, disabled without a terminal.
 
     Args:
         of_bytes: See `progress_bar`.

@@ -1,4 +1,4 @@
-"""Flags that say how a recording is to be read."""
+"""Flags that define how to read a recording."""
 
 from __future__ import annotations
 
@@ -20,75 +20,74 @@ if TYPE_CHECKING:
 
 Box = tuple[float, float, float, float, float, float]
 View = tuple[float, float, float, float, float]
-"""Place [m], pan and tilt [degrees]."""
-
-
+"""Position [m], pan and tilt [degrees]."""
 DEPTH_SCALES = 1e-6, 0.1
-"""Least and most of a unit of depth [m]."""
+"""Minimum and maximum of a unit of depth [m]."""
+HIGHEST = 10.0
+"""Maximum height of a camera above the floor [m]; larger values are probably millimetres."""
 
 
 @dataclass(frozen=True)
 class RecordingFlags:
-    """Part of every command that takes a recording through the pipeline."""
+    """Flags of commands that run the pipeline on a recording."""
 
     box: Annotated[Box | None, tyro.conf.arg(metavar="X Y Z X Y Z")] = None
-    """Two opposite corners of an upright box round the object [m]. Without it the object is what
-    stands on the floor nearest to where the camera looks, which needs a bag's robot or
+    """Two opposite corners of an upright box round the object [m]. Without this flag, the object
+    is the thing on the floor nearest to the viewing direction, which requires a bag with a robot or
     --first-pose."""
     box_frame: Literal["world", "map"] = "world"
-    """Frame of the corners: world, that of the recorded poses, or map, the same turned so that z
-    is up. The edges of the box are along the map's axes in both cases."""
+    """Frame of the corners: world (that of the recorded poses) or map (the same frame turned so
+    that z points up). In both cases the edges of the box are parallel to the axes of the map."""
     poses: Literal["given", "hidden"] | None = None
-    """given: the recorded poses are taken as true (the default for folders). hidden: only the
-    first one is; the others are found by registration, from the odometry where there is any, and
-    `replay` compares them with the recorded ones at the end. Of a bag, without this flag, none is
+    """given: use the recorded poses as true (default for folders). hidden: use only the first pose;
+    the others are estimated by registration, starting from odometry if there is any, and `replay`
+    compares them with the recorded poses at the end. By default, no recorded pose of a bag is
     used."""
     first_pose: Annotated[View | None, tyro.conf.arg(metavar="X Y Z PAN TILT")] = None
-    """Of a folder without poses: where the camera was at the first frame, with the floor at Z = 0
-    [m], and where it looked: counter-clockwise from x, and down [degrees]. All other poses are
-    found by registration. Without --box the object is what stands on the floor nearest to where
-    the camera looks; corners of a box are in this frame."""
+    """Folders without poses: position of the camera at the first frame, with the floor at Z = 0
+    [m], pan (counter-clockwise from x) and tilt (down) [degrees]. All other poses are estimated by
+    registration. Without --box, the object is the thing on the floor nearest to the viewing
+    direction; the corners of --box are in this frame."""
     every: int = 1
-    """Take each n-th frame of the recording only."""
+    """Use only every n-th frame of the recording."""
     depth_range: Annotated[tuple[float, float], tyro.conf.arg(metavar="NEAR FAR")] = (0.8, 3.5)
-    """The nearest and the farthest depth that the camera measures [m]: without --box, what
-    stands beyond is no object."""
+    """Minimum and maximum depth that the camera measures [m]; without --box, the object is searched
+    within this range."""
     depth_scale: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
-    """Metres a unit of the depth images: 0.001 for millimetres, 0.00025 for quarters of them. By
-    default that of the layout (TUM RGB-D: 0.0002) or of the encoding."""
+    """Metres per unit of the depth images, such as 0.001 for millimetres or 0.00025 for quarters of
+    a millimetre. By default that of the layout (TUM RGB-D: 0.0002) or of the encoding."""
     depth_topic: str | None = None
-    """Of a bag: the depth images; without it the only likely topic."""
+    """Bags only: topic of the depth images; by default the only plausible one."""
     info_topic: str | None = None
-    """Of a bag: the depth camera's CameraInfo; without it that beside the images."""
+    """Bags only: topic of the depth camera's CameraInfo; by default the one beside the images."""
     colour_topic: str | None = None
-    """Of a bag: colour images that lie on the depth images."""
+    """Bags only: topic of colour images that are registered to the depth images."""
     odometry_topic: str | None = None
-    """Of a bag: the wheels' odometry; "" for none."""
+    """Bags only: topic of the wheel odometry; "" for none."""
     map_frame: str = "map"
-    """Of a bag: the frame in which its transforms tell the recorded poses."""
+    """Bags only: frame of the recorded poses in the transforms."""
     intrinsics: Annotated[
         tuple[float, float, float, float] | None, tyro.conf.arg(metavar="FX FY CX CY")
     ] = None
-    """Of a bag without CameraInfo, with --size: focal lengths and principal point [px]."""
+    """Bags without CameraInfo, with --size: focal lengths and principal point [px]."""
     size: Annotated[tuple[int, int], tyro.conf.arg(metavar="WIDTH HEIGHT")] = (640, 480)
-    """Of the depth images that --intrinsics describe [px]."""
+    """Size of the depth images, with --intrinsics [px]."""
     mount: Annotated[View | None, tyro.conf.arg(metavar="X Y Z PAN TILT")] = None
-    """Of a bag whose transforms do not tell it: where the camera stands on the robot [m], and
-    where it looks: counter-clockwise from straight on, and down [degrees]."""
+    """Bags without a transform to the camera: its position on the robot [m], pan (counter-clockwise
+    from straight ahead) and tilt (down) [degrees]."""
 
     def opened(self, path: Path) -> OpenedRecording:
         """Open a recording.
 
         Args:
-            path: A bag or a folder.
+            path: Bag or folder.
 
         Raises:
-            InputError: It is none, does not hold what the flags say, or they do not fit it.
-            MissingExtraError: It is a bag, and what reads bags is not installed.
+            InputError: It is neither, lacks data that the flags name, or does not fit the flags.
+            MissingExtraError: It is a bag, and the extra that reads bags is not installed.
         """
         from circumspect.cli.opened_recording import OpenedRecording
-        from circumspect.recording import BagRecording, is_bag, open_recording
-        from circumspect.recording.frame_folder import FrameFolder
+        from circumspect.recording import is_bag, open_recording
         from circumspect.sensing import DepthNoise
 
         with flags_named(self, "depth_range"):
@@ -98,32 +97,32 @@ class RecordingFlags:
         self._require_folder_for_its_flags(path)
         registered = is_bag(path) or self.first_pose is not None
         hidden = self.poses == "hidden" or (self.poses is None and registered)
-        # What a bag's transforms tell may be another pipeline's guess: asked for, or not used.
+        # Transforms of a bag may be estimates of another pipeline; they are used only on request.
         wanted = not (hidden and self.poses is None)
         settings = self._bag_settings()
         frames = open_recording(path, self.every, wanted, settings, self.depth_scale)
-        if isinstance(frames, FrameFolder) and not frames.has_poses:
+        if not frames.has_poses:
             if not registered:
                 raise InputError(
-                    f"{path}: holds no poses; tell where the camera was at the first frame, and "
+                    f"{path}: contains no poses; say where the camera was at the first frame, and "
                     "registration finds the others: --first-pose X Y Z PAN TILT"
                 )
             frames.poses = False
-        if isinstance(frames, BagRecording) and frames.systematic_disparity is not None:
+        if frames.systematic_disparity is not None:
             noise = replace(noise, systematic_disparity=frames.systematic_disparity)
         first = None if self.first_pose is None else view_pose(self.first_pose)
         return OpenedRecording(frames, self._boxed(frames, noise), hidden, first, noise)
 
     @property
     def corners_frame(self) -> Literal["world", "map"]:
-        """Frame of the box; a first pose that was given is one in the map."""
+        """Frame of the box; map if a first pose is given."""
         return self.box_frame if self.first_pose is None else "map"
 
-    def told(self) -> dict[str, Any]:
-        """The values that are not the usual ones, JSON types."""
+    def changed(self) -> dict[str, Any]:
+        """The values that differ from their defaults, in JSON types."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         usual = RecordingFlags()
-        return {name: told for name, told in values.items() if told != getattr(usual, name)}
+        return {name: value for name, value in values.items() if value != getattr(usual, name)}
 
     def _require_depth_scale(self) -> None:
         scale, (low, high) = self.depth_scale, DEPTH_SCALES
@@ -144,7 +143,7 @@ class RecordingFlags:
         )  # fmt: skip
         if given:
             raise InputError(
-                f"{path}: is no bag; only bags take {', '.join(given)}; a folder tells of its "
+                f"{path}: is no bag; only bags take {', '.join(given)}; a folder describes its "
                 "camera in camera-intrinsics.txt"
             )
 
@@ -156,13 +155,11 @@ class RecordingFlags:
         if is_bag(path):
             raise InputError(
                 f"{path}: is a bag, whose map begins under its robot; --first-pose is for folders; "
-                "give --mount where its transforms do not tell it"
+                "give --mount where its transforms do not contain it"
             )
         if self.poses == "given":
             raise InputError("--first-pose takes the place of the poses of --poses given: give one")
         if self.box is None:
-            from circumspect.cli.first_pose import require_above_floor
-
             require_above_floor(self.first_pose[2])
 
     def _bag_settings(self) -> BagSettings:
@@ -170,7 +167,7 @@ class RecordingFlags:
         from circumspect.recording import BagSettings, TopicNames
 
         if self.intrinsics is None and given_flags(self, "size"):
-            raise InputError("--size tells of the images that --intrinsics describe: give both")
+            raise InputError("--size is of the images that --intrinsics describe: give both")
         topics = TopicNames(
             self.depth_topic, self.info_topic, self.colour_topic, self.odometry_topic
         )
@@ -195,7 +192,7 @@ def view_pose(view: View) -> RigidTransform:
     """The pose of an upright camera, optical frame.
 
     Raises:
-        InputError: It is none.
+        InputError: A value is invalid.
     """
     import numpy as np
 
@@ -203,3 +200,19 @@ def view_pose(view: View) -> RigidTransform:
 
     pan, tilt = np.radians(view[3:])
     return looking(view[:3], float(pan), float(tilt))
+
+
+def require_above_floor(z: float) -> None:
+    """Check the height of a camera above the floor.
+
+    Args:
+        z: Height above the floor [m].
+
+    Raises:
+        InputError: The height is not positive, or too large.
+    """
+    if not 0 < z <= HIGHEST:
+        raise InputError(
+            f"--first-pose: a camera {z:g} m above the floor; give Z in metres, above 0 and at "
+            f"most {HIGHEST:g}, or the object's --box"
+        )

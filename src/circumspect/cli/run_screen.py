@@ -1,4 +1,4 @@
-"""What `scan`, `demo` and `replay` show while they run and when they end."""
+"""Progress and results of `scan`, `demo` and `replay` in the terminal."""
 
 from __future__ import annotations
 
@@ -24,35 +24,35 @@ if TYPE_CHECKING:
     from circumspect.runs import RunFolder
 
 NO_ANSWER = 1
-"""Exit code of a run that went well but names nothing."""
-TELL_EVERY = 6
-"""Frames between two lines where standard error is no terminal."""
+"""Exit code of a run without errors and without an answer."""
+PRINT_EVERY_FRAMES = 6
+"""Frames between two lines if standard error is no terminal."""
 
 
 def new_run_folder(command: str) -> Path:
-    """Make a folder for a run alone: runs/COMMAND-DATE-TIME in the current folder.
+    """Make a new folder for a run: runs/COMMAND-DATE-TIME in the current folder.
 
     Args:
-        command: What it is named after; runs that begin in the same second are numbered.
+        command: First part of its name; runs that begin in the same second are numbered.
 
     Raises:
-        OutputError: It can not be made.
+        OutputError: The folder can not be made.
     """
     return make_new_folder(Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}")
 
 
 class RunScreen:
-    """Live progress on standard error; a `PipelineObserver` and a context manager."""
+    """Shows progress on standard error; a `PipelineObserver` and a context manager."""
 
     def __init__(
         self, what: str, total: float, done: Callable[[RecognitionStep], float] | None = None
     ) -> None:
-        """Show nothing yet.
+        """Prepare the progress bar.
 
         Args:
-            what: What is being done, in few words.
-            total: When it is all done.
-            done: How much is done after a step; None counts frames.
+            what: Short description of the work.
+            total: Total amount of work.
+            done: Returns the amount of work done after a step; None counts frames.
         """
         self._progress = bars()
         self._live = self._progress.console.is_terminal
@@ -60,7 +60,7 @@ class RunScreen:
         self._total = total
         self._done = done
         self.label: str | None = None
-        """What the object was called after the latest frame; None before that."""
+        """Label after the latest frame; None before the first answer."""
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -75,7 +75,7 @@ class RunScreen:
         self._progress.stop()
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Show progress, coverage, the answer so far, and what is wrong with the pose."""
+        """Show progress, coverage, the current answer, and whether the pose is reliable."""
         answer = step.outcome
         if step.prediction is not None:
             self.label = step.prediction.label
@@ -87,7 +87,7 @@ class RunScreen:
         live = note if is_reliable else f"{note}  pose not reliable"
         self._progress.update(self._task, completed=done, note=live)
         last = self._done is None and count == self._total
-        if not self._live and (step.index % TELL_EVERY == 0 or last):
+        if not self._live and (step.index % PRINT_EVERY_FRAMES == 0 or last):
             if step.pose is not None and not is_reliable:
                 note += f"  pose not reliable: {step.pose.reason}"
             where = f"/{self._total}" if self._done is None else f"  {done:3.0f}/{self._total}"
@@ -96,28 +96,28 @@ class RunScreen:
     def say(self, text: str) -> None:
         """Print a line on standard error above the progress."""
         line = f"circumspect: {printable(text)}"
-        # A terminal wraps by words; a file gets one line for one thing that is said.
+        # A terminal wraps by words; a file gets one line per message.
         self._progress.console.print(line, highlight=False, markup=False, soft_wrap=not self._live)
 
     def on_end(self, result: RecognitionResult) -> None:
-        """Nothing: the command tells the end."""
+        """Do nothing; the command prints the result."""
 
 
-def tell_result(
+def print_result(
     result: RecognitionResult,
     folder: RunFolder,
     as_json: bool,
     head: Any,
     on_the_way: str | None = None,
 ) -> None:
-    """Print how a run ended.
+    """Print the result of a run.
 
     Args:
-        result: The run.
-        folder: Where it was written.
-        as_json: One JSON line instead of sentences.
-        head: The first entries of the JSON line.
-        on_the_way: What the object was called after the last frame.
+        result: Result of the run.
+        folder: Folder of the run.
+        as_json: Print one JSON line instead of sentences.
+        head: First entries of the JSON line.
+        on_the_way: Label after the last frame.
     """
     if as_json:
         document = {**head, **folder.document(result), "run": str(folder.path)}
@@ -125,25 +125,25 @@ def tell_result(
         return
     for sentence in answer_sentences(result, folder.config.get("truth"), on_the_way):
         print(wrapped(sentence))  # noqa: T201
-    tell_where(folder)
+    print_folder(folder)
 
 
 def answer_sentences(
     result: RecognitionResult, truth: str | None, on_the_way: str | None = None
 ) -> list[str]:
-    """The answer, and what there is to know about it.
+    """The answer of a run and notes about it, in sentences.
 
     Args:
-        result: The run.
-        truth: What the object is, where that is known.
-        on_the_way: What it was called after the last frame.
+        result: Result of the run.
+        truth: True label, if known.
+        on_the_way: Label after the last frame.
     """
-    told = verdict(result, truth), renamed(result, on_the_way), unused(result)
-    return [sentence for sentence in told if sentence]
+    sentences = verdict(result, truth), renamed(result, on_the_way), unused(result)
+    return [sentence for sentence in sentences if sentence]
 
 
-def tell_where(folder: RunFolder) -> None:
-    """Print where the run was written, and with what to start."""
+def print_folder(folder: RunFolder) -> None:
+    """Print the folder of the run and the file to open first."""
     hint = "; begin with picture.png there"
     if folder.picture_missing:
         hint = f" (no picture: {folder.picture_missing})"
@@ -151,21 +151,21 @@ def tell_where(folder: RunFolder) -> None:
 
 
 def verdict(result: RecognitionResult, truth: str | None) -> str:
-    """The answer in sentences, compared with the ground truth where that is known."""
+    """The answer in sentences, compared with the true label if known."""
     prediction, last = result.prediction, result.last
     if prediction is None or last is None:
         reasons = sorted({step.outcome for step in result.steps})
         return f"No answer after {_frames(result)}: {', '.join(reasons) or 'no frames'}."
-    told = f"Result: {prediction.text}, {_frames(result)}, {percent(last.coverage)} coverage."
-    told += f" Not confident: {prediction.reason}." if prediction.reason else " Confident."
+    text = f"Result: {prediction.text}, {_frames(result)}, {percent(last.coverage)} coverage."
+    text += f" Not confident: {prediction.reason}." if prediction.reason else " Confident."
     if truth is not None:
         judged = truth_text(prediction.label, prediction.in_distribution, truth)
-        told += f" {judged[0].upper()}{judged[1:]}."
-    return told
+        text += f" {judged[0].upper()}{judged[1:]}."
+    return text
 
 
 def renamed(result: RecognitionResult, on_the_way: str | None) -> str:
-    """Why the answer is not that of the last frame told, in a sentence; empty where it is."""
+    """A sentence about an answer that differs from the last printed one; empty otherwise."""
     prediction = result.prediction
     if prediction is None or on_the_way in (None, prediction.label):
         return ""
@@ -176,7 +176,7 @@ def renamed(result: RecognitionResult, on_the_way: str | None) -> str:
 
 
 def unused(result: RecognitionResult) -> str:
-    """Which frames are not part of the answer, in a sentence; empty where all are."""
+    """A sentence about frames that were not used for the answer; empty if all were used."""
     from circumspect.recognition import FrameOutcome
 
     if result.prediction is None:
@@ -187,8 +187,8 @@ def unused(result: RecognitionResult) -> str:
     reasons = Counter(step.outcome for step in result.steps if step.outcome not in used)
     if not reasons:
         return ""
-    told = ", ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
-    return f"Frames that are not part of it: {told}."
+    counts = ", ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
+    return f"Frames that are not part of it: {counts}."
 
 
 def _frames(result: RecognitionResult) -> str:
@@ -197,6 +197,6 @@ def _frames(result: RecognitionResult) -> str:
 
 
 def wrapped(sentence: str) -> str:
-    """As wide as the terminal; a number and its unit stay together."""
+    """Wrap a sentence to the terminal; a number and its unit stay together."""
     joined = re.sub(r"(?<=\d) (?=m?m\b|%)", "\u00a0", sentence)
     return fill(joined, shutil.get_terminal_size().columns).replace("\u00a0", " ")

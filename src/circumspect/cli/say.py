@@ -1,4 +1,4 @@
-"""What the command tells beside its results."""
+"""Messages of a command on standard error, separate from its results."""
 
 from __future__ import annotations
 

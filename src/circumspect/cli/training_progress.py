@@ -1,4 +1,4 @@
-"""The training run on screen: two bars and a line an epoch."""
+"""Progress of a training in the terminal: two bars, and one line per epoch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class TrainingProgress:
     """Observes `circumspect.training.train`; a context manager.
 
     Args:
-        epochs: Of the run.
+        epochs: Number of epochs.
     """
 
     def __init__(self, epochs: int) -> None:
@@ -33,11 +33,11 @@ class TrainingProgress:
         self._bars.stop()
 
     def preparing(self, done: int, total: int) -> None:
-        """Grids are being made."""
+        """Show the number of prepared grids."""
         self._bars.update(self._grids, completed=done, total=total, visible=done < total)
 
     def stepped(self, epoch: int, step: int, steps: int, loss: float) -> None:
-        """A step was taken."""
+        """Show a training step."""
         self._bars.update(
             self._run,
             completed=epoch * steps + step,
@@ -47,7 +47,7 @@ class TrainingProgress:
         )
 
     def finished_epoch(self, row: dict[str, float]) -> None:
-        """Print what the epoch reached."""
+        """Print the results of an epoch."""
         text = (
             f"epoch {row['epoch']:.0f}/{self._epochs}  loss {row['loss']:.3f}"
             f"  training {row['training_accuracy']:.3f}"

@@ -1,4 +1,4 @@
-"""Control characters in what a command prints are made visible: text of files reaches it."""
+"""Escapes control characters in printed text, which may come from files."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from typing import IO, Any, cast
 from circumspect.errors import printable
 
 KEPT = "\n\t"
-"""These lay text out."""
+"""Control characters that are kept."""
 
 
 def visible(text: str) -> str:
-    """The text with its control characters as escapes; line ends and tabs stay."""
+    """The text with escaped control characters, except line ends and tabs."""
     if text.isprintable():
         return text
     return "".join(sign if sign in KEPT else printable(sign) for sign in text)
 
 
 class VisibleStream:
-    """A text stream that makes control characters visible; all else is the stream's own."""
+    """Wraps a text stream and escapes control characters in written text."""
 
     def __init__(self, stream: IO[str]) -> None:
         self.stream = stream
 
     def write(self, text: str) -> int:
-        """Write the text with its control characters as escapes."""
+        """Write the text with escaped control characters."""
         self.stream.write(visible(text))
         return len(text)
 
@@ -42,7 +42,7 @@ class VisibleStream:
 
 @contextmanager
 def visible_controls() -> Iterator[None]:
-    """Let standard output and standard error make control characters visible."""
+    """Escape control characters on standard output and standard error within the block."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = map(cast("Callable[[IO[str]], Any]", VisibleStream), before)
     try:
@@ -52,5 +52,5 @@ def visible_controls() -> Iterator[None]:
 
 
 def terminal_stream(stream: IO[str]) -> IO[str]:
-    """The stream itself, for whoever writes a terminal's commands and makes all else visible."""
+    """The wrapped stream, for callers that write control sequences and escape other text."""
     return stream.stream if isinstance(stream, VisibleStream) else stream

@@ -1,4 +1,4 @@
-"""Catalogues of meshes with real sizes, as objects to scan."""
+"""Catalogues of meshes with real sizes, for simulated scans."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def read_catalogue(path: Path) -> LabelledSurfaces:
     """Read a pack of meshes: the objects of its classes, and those of other kinds.
 
     Raises:
-        InputError: The file is missing or broken, or holds no object to train with.
+        InputError: The file is missing or broken, or contains no training object.
     """
     pack = read_mesh_pack(path)
     objects = (*pack.labelled, *pack.others)

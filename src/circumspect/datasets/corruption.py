@@ -1,10 +1,9 @@
-"""What goes wrong with clouds between an object and a classifier, in five severities each.
+"""Corruptions of clouds in five severities.
 
-Jitter, dropping, adding and scaling are those of ModelNet-C (Ren, Pan and Liu, "Benchmarking and
-Analyzing Point Cloud Classification under Corruptions", ICML 2022); the others are what a robot
-meets: something stands before the object, the way round was not completed, the axis leans or lies
-beside the centre, views were registered wrongly, the floor was not cut off. ModelNet40-C (Sun et
-al. 2022) has occlusion and rotation too, by other means.
+Jitter, dropping, adding and scaling follow ModelNet-C (Ren, Pan and Liu, "Benchmarking and
+Analyzing Point Cloud Classification under Corruptions", ICML 2022). The others are errors of a
+robot: occlusion, an incomplete orbit, a leaning or displaced axis, misregistered views, remaining
+floor. ModelNet40-C (Sun et al. 2022) has other kinds of occlusion and rotation.
 """
 
 from __future__ import annotations
@@ -24,23 +23,23 @@ Areas = NDArray[np.float64]
 Corruption = Callable[[Points, int, np.random.Generator], Points | tuple[Points, Areas]]
 SEVERITIES = (1, 2, 3, 4, 5)
 CLUSTER_SPREAD = (0.075, 0.125)
-"""Standard deviation of points that are added to one place, in units of the object's radius."""
+"""Standard deviation of a cluster of added points [object radii]."""
 
 
 def corrupted(cloud: PointCloud, kind: str, severity: int, rng: np.random.Generator) -> PointCloud:
-    """A cloud after something went wrong.
+    """Corrupt a cloud.
 
     Args:
         cloud: (n, 3) points, z up.
         kind: One of `CORRUPTIONS`.
         severity: 1 to 5.
-        rng: Source of all chance.
+        rng: Random generator.
 
     Returns:
-        A new cloud; of "shift" the areas are such that the weighted centre lies elsewhere.
+        A new cloud; "shift" changes the areas, so that the weighted centre moves.
 
     Raises:
-        InputError: No such corruption or severity.
+        InputError: The corruption or severity does not exist.
     """
     if kind not in CORRUPTIONS:
         raise InputError(f"no corruption {kind!r}; known: {', '.join(CORRUPTIONS)}")
@@ -56,18 +55,18 @@ def corrupted(cloud: PointCloud, kind: str, severity: int, rng: np.random.Genera
 
 
 def _jitter(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """Noise of 0.01 … 0.05 on every coordinate."""
+    """Add noise of 0.01 … 0.05 to every coordinate."""
     return points + rng.normal(0, 0.01 * severity, points.shape)
 
 
 def _drop_global(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """A quarter … three quarters of the points are missing."""
+    """Remove a quarter … three quarters of the points."""
     kept = round(len(points) * (1 - (0.125 + 0.125 * severity)))
     return points[rng.permutation(len(points))[: max(kept, 3)]]
 
 
 def _drop_local(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """A tenth … half of the points are missing, in up to seven holes."""
+    """Remove a tenth … half of the points, in up to seven holes."""
     for size in _cluster_sizes(len(points), severity, rng):
         away = np.linalg.norm(points - points[rng.integers(len(points))], axis=1)
         points = points[np.argsort(away)[size:]]
@@ -75,7 +74,7 @@ def _drop_local(points: Points, severity: int, rng: np.random.Generator) -> Poin
 
 
 def _add_global(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """One … five in a hundred points float in the ball around the object."""
+    """Add 1 % … 5 % stray points in the ball around the object."""
     count = round(0.01 * severity * len(points))
     directions = rng.normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -83,7 +82,7 @@ def _add_global(points: Points, severity: int, rng: np.random.Generator) -> Poin
 
 
 def _add_local(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """A tenth … half as many points again, in up to seven clouds on the surface."""
+    """Add a tenth … half as many points in up to seven clusters on the surface."""
     added = []
     for size in _cluster_sizes(len(points), severity, rng):
         spread = rng.uniform(*CLUSTER_SPREAD)
@@ -93,20 +92,20 @@ def _add_local(points: Points, severity: int, rng: np.random.Generator) -> Point
 
 
 def _scale(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """Each axis is stretched or shrunk by up to 1.6 … 2.0."""
+    """Stretch or shrink each axis by up to 1.6 … 2.0."""
     most = 1.5 + 0.1 * severity
     return points * rng.uniform(1 / most, most, 3)
 
 
 def _occlusion(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """Something stands before a tenth … half of the object."""
+    """Occlude a tenth … half of the object."""
     angle = rng.uniform(0, 2 * np.pi)
     along = points[:, :2] @ [np.cos(angle), np.sin(angle)]
     return points[along <= np.quantile(along, 1 - 0.1 * severity)]
 
 
 def _arc(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """A sector of 30° … 180° about the axis was never seen."""
+    """Remove a sector of 30° … 180° about the axis."""
     missing = np.deg2rad(30 + 37.5 * (severity - 1))
     azimuth = np.arctan2(points[:, 1], points[:, 0])
     kept = (azimuth - rng.uniform(0, 2 * np.pi)) % (2 * np.pi) >= missing
@@ -114,14 +113,14 @@ def _arc(points: Points, severity: int, rng: np.random.Generator) -> Points:
 
 
 def _tilt(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """The axis leans by 2° … 10°."""
+    """Tilt the axis by 2° … 10°."""
     angle = rng.uniform(0, 2 * np.pi)
     axis = np.array([np.cos(angle), np.sin(angle), 0.0])
     return Rotation.from_rotvec(axis * np.deg2rad(2.0 * severity)).apply(points)
 
 
 def _registration(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """Four views, each turned by about 1° … 5° and shifted by about 0.01 … 0.05."""
+    """Rotate each of four views by about 1° … 5° and shift it by about 0.01 … 0.05."""
     azimuth = np.arctan2(points[:, 1], points[:, 0]) + rng.uniform(0, 2 * np.pi)
     views = np.floor((azimuth % (2 * np.pi)) / (np.pi / 2)).astype(int)
     moved = points.copy()
@@ -133,7 +132,7 @@ def _registration(points: Points, severity: int, rng: np.random.Generator) -> Po
 
 
 def _floor(points: Points, severity: int, rng: np.random.Generator) -> Points:
-    """Under the object a disc of floor that reaches 4 % … 20 % beyond it."""
+    """Add a disc of floor that extends 4 % … 20 % beyond the object."""
     reach = np.hypot(points[:, 0], points[:, 1]).max() * (1 + 0.04 * severity)
     count = round(len(points) * 0.06 * severity)
     angle, away = rng.uniform(0, 2 * np.pi, count), reach * np.sqrt(rng.random(count))
@@ -144,7 +143,7 @@ def _floor(points: Points, severity: int, rng: np.random.Generator) -> Points:
 
 
 def _shift(points: Points, severity: int, rng: np.random.Generator) -> tuple[Points, Areas]:
-    """Areas by which the weighted centre is 0.03 … 0.15 beside the true one, or nearly."""
+    """Set areas that shift the weighted centre by about 0.03 … 0.15."""
     angle = rng.uniform(0, 2 * np.pi)
     wanted = 0.03 * severity * np.array([np.cos(angle), np.sin(angle)])
     about = points[:, :2] - points[:, :2].mean(axis=0)
@@ -175,5 +174,5 @@ CORRUPTIONS: Mapping[str, Corruption] = MappingProxyType(
         "floor": _floor,
     }
 )
-"""All kinds, by name; "shift" gives areas beside the points. Lengths are in units of the largest
-distance from the mean point."""
+"""All kinds by name; "shift" also returns areas. The unit of length is the largest distance from
+the mean point."""

@@ -13,11 +13,11 @@ CANDIDATES = 8 * POINTS
 
 
 def evenly_sampled(mesh: TriangleMesh, seed: int = 0) -> NDArray[np.float32]:
-    """Spread points over a mesh so that none lie close together, much as a Poisson disk does.
+    """Spread points evenly over a mesh, similar to Poisson disk sampling.
 
     Args:
         mesh: The surface.
-        seed: Of the candidates.
+        seed: Seed of the candidates.
 
     Returns:
         (1024, 3) points about their mean, in units of the longest side.
@@ -29,11 +29,11 @@ def evenly_sampled(mesh: TriangleMesh, seed: int = 0) -> NDArray[np.float32]:
 
 
 def evenly_thinned(cloud: PointCloud, seed: int = 0) -> NDArray[np.float32]:
-    """The same of a cloud: some of its points, filled between near neighbours where they are few.
+    """Spread points evenly over a cloud; sparse clouds are filled between near neighbours.
 
     Args:
         cloud: Points on the surface, which span a shape.
-        seed: Of the candidates.
+        seed: Seed of the candidates.
 
     Returns:
         (1024, 3) points about their mean, in units of the longest side.
@@ -45,7 +45,7 @@ def evenly_thinned(cloud: PointCloud, seed: int = 0) -> NDArray[np.float32]:
 
 
 def _spread(candidates: NDArray[np.float64]) -> NDArray[np.float32]:
-    """(1024, 3) of (m, 3) points."""
+    """(1024, 3) evenly spread points out of (m, 3) candidates."""
     candidates = candidates - candidates.mean(axis=0)
     candidates /= np.ptp(candidates, axis=0).max()
     return candidates[farthest_points(candidates, POINTS)].astype(np.float32)

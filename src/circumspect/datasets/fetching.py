@@ -1,4 +1,4 @@
-"""ModelNet10 from the public archive, as a folder of OFF files."""
+"""Download of ModelNet10 from the public archive, as a folder of OFF files."""
 
 from __future__ import annotations
 
@@ -17,13 +17,16 @@ from circumspect.datasets.resumed_download import ResumedDownload
 from circumspect.errors import CircumspectError, InputError, MissingExtraError, printable, reason_of
 
 URL = "http://3dvision.princeton.edu/projects/2014/3DShapeNets/ModelNet10.zip"
+URL_SHA256 = "9d8679435fc07d1d26f13009878db164a7aa8ea5e7ea3c8880e42794b7307d51"
+"""SHA-256 of the archive at `URL`. Princeton publishes none; CompressAI (compressai/datasets) and
+Flux3D.jl (src/datasets/modelnet/base.jl) verify this one independently of each other."""
 ARCHIVE = "ModelNet10.zip"
 MEMBER = re.compile(r"ModelNet10/(\w+)/(train|test)/(\w+)\.off")
-"""What is unpacked; archives hold notes of the machine that made them as well."""
+"""Files that are unpacked; archives also contain system files of the machine that made them."""
 SHA256 = re.compile(r"[0-9a-fA-F]{64}")
 UNSOUND = (BadZipFile, zlib.error, lzma.LZMAError, EOFError, RuntimeError, UnicodeDecodeError)
-"""What broken archives raise, encrypted ones, those that are packed in an unknown way, and those
-with names that are no text."""
+"""Exceptions for archives that are broken, encrypted, packed in an unknown way, or whose file names
+are not text."""
 
 
 def fetch_modelnet10(
@@ -33,28 +36,32 @@ def fetch_modelnet10(
     downloader: ResumedDownload | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
-    """Download and unpack; what is there is left as it is, and an archive is not fetched again.
+    """Download and unpack the archive.
 
-    An empty folder counts as not there. An interrupted download goes on where it was. The archive
-    has no published checksum; each file in it has one, and is checked when it is unpacked.
+    Existing files are kept, and a complete archive is not fetched again. An empty folder counts as
+    missing. An interrupted download resumes. The checksum of each file in the archive is verified
+    as well.
 
     Args:
-        folder: Gets the folder `ModelNet10`; the archive is not kept.
-        url: Of the archive.
-        sha256: What the archive must hash to, where it is known.
-        downloader: Fetches; None means one beside the folder.
-        progress: Called with (bytes there, bytes in all).
+        folder: Parent of the folder `ModelNet10`; the archive is not kept.
+        url: URL of the archive.
+        sha256: Expected hash of the archive. Default: `URL_SHA256` for `URL`, no check for other
+            URLs.
+        downloader: Downloads the archive; None means a downloader that stores beside the folder.
+        progress: Called with (received bytes, all bytes).
 
     Returns:
         The folder of OFF files.
 
     Raises:
-        InputError: The checksum is none.
+        InputError: `sha256` is not a checksum.
         MissingExtraError: pooch is not installed.
         CircumspectError: The server, the archive or the disk fails; the message says which.
     """
     if sha256 is not None and not SHA256.fullmatch(sha256):
         raise InputError(f"sha256 '{printable(sha256)}': is no checksum; give its 64 hex digits")
+    if sha256 is None and url == URL:
+        sha256 = URL_SHA256
     target, archive = folder / "ModelNet10", folder / ARCHIVE
     if target.exists() and not _is_empty(target):
         return target
@@ -68,7 +75,7 @@ def fetch_modelnet10(
     except UNSOUND as error:
         raise _refused(archive, url, error) from error
     except OSError as error:
-        # Packed by bzip2 they are broken without a number of the system's.
+        # Archives packed by bzip2 are broken without an errno.
         if error.errno is None:
             raise _refused(archive, url, error) from error
         raise CircumspectError(
@@ -80,13 +87,13 @@ def fetch_modelnet10(
 
 
 def _is_empty(target: Path) -> bool:
-    """A folder that was made in advance; the one that is unpacked takes its place."""
-    # No folder can be renamed to a link's place.
+    """Remove an existing empty folder; the unpacked one replaces it."""
+    # A folder cannot be renamed to the path of a link.
     return target.is_dir() and not target.is_symlink() and not any(target.iterdir())
 
 
 def _refused(archive: Path, url: str, error: Exception) -> CircumspectError:
-    """Nobody needs it any more."""
+    """Delete a broken archive and return the error to raise."""
     archive.unlink(missing_ok=True)
     return CircumspectError(
         f"{url}: what came is no sound archive ({error}); fetch it again, or from elsewhere"
@@ -94,7 +101,7 @@ def _refused(archive: Path, url: str, error: Exception) -> CircumspectError:
 
 
 def _require_sum(archive: Path, sha256: str) -> None:
-    """Of an archive that an earlier attempt left."""
+    """Check the archive of an earlier attempt."""
     try:
         with archive.open("rb") as stream:
             found = hashlib.file_digest(stream, "sha256").hexdigest()
@@ -103,7 +110,7 @@ def _require_sum(archive: Path, sha256: str) -> None:
     if found != sha256.lower():
         raise CircumspectError(
             f"{archive}: is there already, but does not have the checksum {sha256}; remove it to "
-            "fetch it anew"
+            "fetch it again"
         )
 
 
@@ -113,7 +120,7 @@ def _download(url: str, archive: Path, sha256: str | None, downloader: ResumedDo
     except ImportError as error:
         raise MissingExtraError("pooch", "data") from error
     pooch.get_logger().setLevel("ERROR")
-    fetches: Any = downloader  # pooch names the same arguments otherwise
+    fetches: Any = downloader  # pooch has other names for the same arguments
     known = None if sha256 is None else f"sha256:{sha256.lower()}"
     try:
         pooch.retrieve(url, known, archive.name, archive.parent, downloader=fetches)
@@ -130,7 +137,7 @@ def _download(url: str, archive: Path, sha256: str | None, downloader: ResumedDo
 
 
 def _unpack(archive: Path, target: Path) -> None:
-    """Beside the target first, so that it is whole when it appears."""
+    """Unpack beside the target first, so that the target is complete when it appears."""
     with ZipFile(archive) as members:
         wanted = [entry for entry in members.infolist() if MEMBER.fullmatch(entry.filename)]
         if not wanted:
@@ -141,7 +148,7 @@ def _unpack(archive: Path, target: Path) -> None:
                 f"{target.parent}: {room / 1e6:,.0f} MB are to be unpacked, but there is room for "
                 f"{free / 1e6:,.0f} MB; the archive stays for the next attempt"
             )
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".unpacking") as aside:
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".unpacking") as temporary:
             for entry in wanted:
-                members.extract(entry, aside)
-            (Path(aside) / "ModelNet10").replace(target)
+                members.extract(entry, temporary)
+            (Path(temporary) / "ModelNet10").replace(target)

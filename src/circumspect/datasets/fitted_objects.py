@@ -1,4 +1,4 @@
-"""Which objects a network was fitted to."""
+"""Identification of the objects that a network was trained on."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from circumspect.datasets.validation_split import validation_split
 
 
 def fitted_objects(training: Mapping[str, Any], objects: ObjectSet) -> NDArray[np.bool_]:
-    """Mark the objects that a network knows from its training, by their names.
+    """Mark the objects that a network was trained on, by their names.
 
-    Another copy of a set (its meshes sampled anew, a part of it, a few objects more) holds the same
-    objects under the same names; other scans of an object show the same object. Records of older
-    versions name none; they tell of their own set alone.
+    Another copy of a set (sampled again, a part of it, or with more objects) has the same objects
+    under the same names. Other scans of an object show the same object. Records of older versions
+    have no names and apply only to their own set.
 
     Args:
-        training: How the network was trained; see `Checkpoint`.
+        training: Record of the training; see `Checkpoint`.
         objects: Any set.
 
     Returns:
-        (n,) True where it was fitted to the object, or to another scan of it.
+        (n,) whether the network was trained on the object or on another scan of it.
 
     Raises:
         InputError: An object spans no shape.
@@ -48,7 +48,7 @@ def _named(names: NDArray[np.str_], known: Collection[str | None]) -> NDArray[np
 
 
 def _scanned(objects: ObjectSet, known: Collection[str]) -> NDArray[np.bool_]:
-    """(n,) those of which there is a scan among the known."""
+    """(n,) objects with a scan among the known names."""
     if objects.scan_of is None:
         return np.zeros(len(objects), bool)
     return _named(objects.scan_of, {scanned_name(name) for name in known})

@@ -23,15 +23,15 @@ VERSION = 1
 def furniture_set(
     each: int, progress: Callable[[int, int], None] | None = None, first_seed: int = 1_000_000
 ) -> ObjectSet:
-    """Make equally many objects of all ten categories; the result is cached.
+    """Create equally many objects of each of the ten categories; the result is cached.
 
     Args:
-        each: Objects a category.
+        each: Number of objects per category.
         progress: Called with (done, all).
-        first_seed: The seeds run on from here; those of the demo lie below.
+        first_seed: First of the consecutive seeds; the seeds of the demo are lower.
 
     Raises:
-        OutputError: The cache can not be written.
+        OutputError: The cache cannot be written.
     """
     cached = cache_folder("packs") / f"furniture-{VERSION}-{each}-{first_seed}.npz"
     with suppress(InputError):

@@ -1,13 +1,13 @@
-"""A set that robots gathered: scans of labelled objects from several starts.
+"""Gathered sets: robot scans of labelled objects from several starts.
 
-| file | what it holds |
+| file | content |
 |---|---|
-| settings.json | what was gathered, and how |
-| manifest.jsonl | one line a scan: object, label, split, start, quality, names of its files |
+| settings.json | settings of the gathering |
+| manifest.jsonl | one line per scan: object, label, split, start, quality, names of its files |
 | clouds/SCAN.npz | points_xyz (n, 3) float32 [m], areas (n,) float32 [m²], in the robot's map |
 | grids/SCAN.npz | the occupancy grid, by ray tracing |
-| poses/SCAN.txt | the camera as it was found, TUM format |
-| odometry/SCAN.txt | the camera by the wheels alone, TUM format |
+| poses/SCAN.txt | estimated path of the camera, TUM format |
+| odometry/SCAN.txt | path of the camera by odometry alone, TUM format |
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from numpy.typing import NDArray
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.errors import InputError
 from circumspect.geometry import PointCloud
-from circumspect.geometry.npy_stream import read_arrays
+from circumspect.geometry.formats.npy_stream import read_arrays
 from circumspect.storage import atomic_open
 
 MANIFEST, SETTINGS = "manifest.jsonl", "settings.json"
 ASKED = "scans"
-"""Of the settings: the names of all scans that were asked for."""
+"""Key of the settings with the names of all requested scans."""
 FOLDERS = {"cloud": "clouds", "grid": "grids", "poses": "poses", "odometry": "odometry"}
-"""Kinds of files to their folders."""
+"""Folders by kind of file."""
 POINTS = 4096
-"""Each cloud is given with so many points, drawn by area."""
-MOST_BYTES = 512 << 20
-"""Of one cloud."""
-LARGEST_LINE = 1_000_000
-"""Lines of a manifest are shorter [bytes]."""
+"""Points per cloud, drawn by area."""
+MAX_BYTES = 512 << 20
+"""Maximum size of a cloud's file [bytes]."""
+MAX_LINE_BYTES = 1_000_000
+"""Largest length of a line in a manifest [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,14 @@ class GatheredScan:
     """A line of the manifest.
 
     Attributes:
-        scan: Its name, such as chair-200003@045.
-        object: The object's name; scans of one object are all of one split.
-        label: Its class.
-        split: train or test.
-        start_deg: Azimuth of the start [degrees]; None where nobody knows it.
-        files: Kind to path inside the folder, of what there is.
-        quality: What is known of how good the scan is, JSON types.
-        source: Where the object comes from, such as "furniture"; empty where that is not known.
+        scan: Name of the scan, such as chair-200003@045.
+        object: Name of the object; all scans of an object are in one split.
+        label: Class of the object.
+        split: "train" or "test".
+        start_deg: Azimuth of the start [degrees]; None if unknown.
+        files: Paths of existing files inside the folder, by kind.
+        quality: Quality measures of the scan, JSON types.
+        source: Source of the object, such as "furniture"; empty if unknown.
     """
 
     scan: str
@@ -67,7 +67,7 @@ class GatheredScan:
     source: str = ""
 
     def line(self) -> str:
-        """As the manifest has it."""
+        """The line in the manifest."""
         return json.dumps(asdict(self)) + "\n"
 
 
@@ -77,10 +77,10 @@ def is_gathered(path: Path) -> bool:
 
 
 def read_manifest(path: Path) -> list[GatheredScan]:
-    """All scans of a folder; the last line, where an interruption cut it, is left out.
+    """Read all scans of a folder; a truncated last line is skipped.
 
     Raises:
-        InputError: It can not be read, or a line is broken.
+        InputError: The manifest cannot be read, or a line is broken.
     """
     file = path / MANIFEST
     try:
@@ -97,10 +97,10 @@ def read_manifest(path: Path) -> list[GatheredScan]:
 
 
 def read_settings(path: Path) -> dict[str, Any]:
-    """How a set was gathered.
+    """Read the settings of a set.
 
     Raises:
-        InputError: It can not be read.
+        InputError: They cannot be read.
     """
     file = path / SETTINGS
     try:
@@ -116,14 +116,14 @@ def scan_of_line(line: str, place: str) -> GatheredScan:
     """Read a line of a manifest.
 
     Args:
-        line: What `GatheredScan.line` gave.
-        place: Where it stands, for people.
+        line: A line from `GatheredScan.line`.
+        place: Position of the line, for messages.
 
     Raises:
-        InputError: It is broken.
+        InputError: The line is broken.
     """
     try:
-        if len(line) > LARGEST_LINE:
+        if len(line) > MAX_LINE_BYTES:
             raise ValueError(f"{len(line)} bytes")
         scan = GatheredScan(**json.loads(line))
         texts = (scan.scan, scan.object, scan.label, scan.source)
@@ -147,7 +147,7 @@ def write_cloud(path: Path, cloud: PointCloud) -> None:
     """Write a cloud with its areas.
 
     Raises:
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     areas = np.ones(len(cloud)) if cloud.areas is None else cloud.areas
     with atomic_open(path, "wb") as stream:
@@ -157,12 +157,12 @@ def write_cloud(path: Path, cloud: PointCloud) -> None:
 
 
 def read_points(path: Path, name: str, count: int = POINTS) -> NDArray[np.float32]:
-    """Points of a cloud, drawn by area; the same for the same name.
+    """Draw points of a cloud by area; the same points for the same name.
 
     Args:
-        path: What `write_cloud` wrote.
-        name: Of the scan.
-        count: How many.
+        path: A file from `write_cloud`.
+        name: Name of the scan.
+        count: Number of points.
 
     Returns:
         (count, 3) float32 [m].
@@ -170,7 +170,7 @@ def read_points(path: Path, name: str, count: int = POINTS) -> NDArray[np.float3
     Raises:
         InputError: The file is missing or broken.
     """
-    held = read_arrays(path, {"points_xyz": "f", "areas": "f"}, MOST_BYTES)
+    held = read_arrays(path, {"points_xyz": "f", "areas": "f"}, MAX_BYTES)
     try:
         points, areas = held["points_xyz"], held["areas"].astype(np.float64)
         if points.ndim != 2 or points.shape[1:] != (3,) or areas.shape != (len(points),):
@@ -189,18 +189,18 @@ def read_points(path: Path, name: str, count: int = POINTS) -> NDArray[np.float3
 def read_gathered(
     path: Path, split: Literal["train", "test"], starts_deg: Collection[float] | None = None
 ) -> ObjectSet:
-    """The scans of a split as labelled clouds, each in the frame of its own robot.
+    """Read the scans of a split as labelled clouds, each in the frame of its own robot.
 
     Args:
         path: The folder.
-        split: train or test.
-        starts_deg: Scans from these starts only; None for all.
+        split: "train" or "test".
+        starts_deg: Use only scans from these starts; None for all.
 
     Returns:
-        Named like the scans, with all classes of the folder.
+        Clouds named like the scans, with all classes of the folder.
 
     Raises:
-        InputError: The folder is broken, or holds no such scan.
+        InputError: The folder is broken, or has no such scan.
     """
     scans = read_manifest(path)
     chosen = [
@@ -213,20 +213,20 @@ def read_gathered(
 
 
 def read_training(path: Path) -> ObjectSet:
-    """The scans that train: of each object those from its first start, as in the paper.
+    """Read the training scans: those from the first start of each object, as in the paper.
 
-    Recordings whose start nobody measured train, too.
+    Recordings with an unknown start are used as well.
 
     Returns:
-        As from `read_gathered`.
+        Clouds as from `read_gathered`.
 
     Raises:
-        InputError: The folder is broken, or holds no such scan.
+        InputError: The folder is broken, or has no such scan.
     """
     scans = read_manifest(path)
     first: dict[str, float] = {}
     for scan in scans:
-        # One that never saw its object teaches nothing; the next one does.
+        # A scan without its object is useless; the next one is used.
         if scan.start_deg is not None and "cloud" in scan.files:
             first[scan.object] = min(scan.start_deg, first.get(scan.object, math.inf))
     chosen = [
@@ -240,7 +240,7 @@ def read_training(path: Path) -> ObjectSet:
 def _clouds_of(
     path: Path, chosen: Iterable[GatheredScan], scans: Iterable[GatheredScan], what: str
 ) -> ObjectSet:
-    """Those of the chosen scans that saw their object, under all classes of the set."""
+    """The clouds of the chosen scans that have one, with all classes of the set."""
     chosen = [scan for scan in chosen if "cloud" in scan.files]
     if not chosen:
         raise InputError(f"{path}: holds no scan {what}")
@@ -260,9 +260,9 @@ def simulated_name(thing: str, start_deg: float) -> str:
 
 
 def scanned_name(scan: str) -> str | None:
-    """The name of the object that a scan, simulated or recorded, is named after.
+    """The name of the object in the name of a simulated or recorded scan.
 
-    Names of objects hold no @, those of recordings may. None where the name is that of no scan.
+    Names of objects contain no @, names of recordings may. None if it is not the name of a scan.
     """
     thing, at, _ = scan.partition("@")
     return thing if at else None

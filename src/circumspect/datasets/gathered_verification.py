@@ -1,4 +1,4 @@
-"""Whether a gathered set is complete and sound."""
+"""Verification that a gathered set is complete and readable."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from circumspect.grid import OccupancyGrid
 
 @dataclass(frozen=True)
 class GatheredVerification:
-    """What a gathered set holds.
+    """The content of a gathered set.
 
     Attributes:
-        counts: Split and class to scans with a cloud.
-        missing: "object from start" of scans that were asked for, or that other objects of the
-            split have.
-        without_cloud: Scans that never saw their object.
-        foreign: Files that the manifest does not name.
-        broken: Path and fault of what can not be read.
+        counts: Number of scans with a cloud, by split and class.
+        missing: "object from start" of missing scans: requested ones, and starts that other objects
+            of the split have.
+        without_cloud: Scans without their object.
+        foreign: Files that are not in the manifest.
+        broken: Path and error of unreadable files.
     """
 
     counts: dict[tuple[str, str], int]
@@ -44,25 +44,25 @@ class GatheredVerification:
 
     @property
     def complete(self) -> bool:
-        """Everything is there and can be read."""
+        """Whether nothing is missing or unreadable."""
         return not self.missing and not self.broken and any(self.counts.values())
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON types."""
+        """The content in JSON types."""
         return {
             "complete": self.complete,
             "counts": {f"{split}/{name}": n for (split, name), n in sorted(self.counts.items())},
             "missing": list(self.missing),
             "without_cloud": list(self.without_cloud),
             "foreign": list(self.foreign),
-            "broken": [{"file": file, "fault": fault} for file, fault in self.broken],
+            "broken": [{"file": file, "error": error} for file, error in self.broken],
         }
 
 
 def verify_gathered(
     path: Path, progress: Callable[[int, int], None] | None = None
 ) -> GatheredVerification:
-    """Read all of a set and see whether anything is missing.
+    """Read a whole set and report what is missing.
 
     Args:
         path: The folder.
@@ -74,23 +74,23 @@ def verify_gathered(
     scans = read_manifest(path)
     broken: list[tuple[str, str]] = []
     for done, scan in enumerate(scans, start=1):
-        broken += _faults(path, scan)
+        broken += _errors(path, scan)
         if progress:
             progress(done, len(scans))
-    broken += [("manifest.jsonl", fault) for fault in _split_objects(scans)]
+    broken += [("manifest.jsonl", error) for error in _split_objects(scans)]
     named = {path / name for scan in scans for name in scan.files.values()}
     there = {file for folder in FOLDERS.values() for file in (path / folder).glob("*")}
     with_cloud = [scan for scan in scans if "cloud" in scan.files]
     return GatheredVerification(
         dict(Counter((scan.split, scan.label) for scan in with_cloud)),
-        tuple(sorted({*_missing(scans), *_not_made(path, scans)})),
+        tuple(sorted({*_missing(scans), *_missing_requested(path, scans)})),
         tuple(scan.scan for scan in scans if "cloud" not in scan.files),
         tuple(sorted(str(file.relative_to(path)) for file in there - named)),
         tuple(broken),
     )
 
 
-def _faults(path: Path, scan: GatheredScan) -> list[tuple[str, str]]:
+def _errors(path: Path, scan: GatheredScan) -> list[tuple[str, str]]:
     found = []
     for kind, name in scan.files.items():
         try:
@@ -106,33 +106,33 @@ def _faults(path: Path, scan: GatheredScan) -> list[tuple[str, str]]:
 
 
 def _split_objects(scans: list[GatheredScan]) -> list[str]:
-    """Objects that are of two splits or of two classes."""
+    """Objects with two splits or two classes."""
     known: dict[str, tuple[str, str]] = {}
-    faults = []
+    errors = []
     for scan in scans:
         if known.setdefault(scan.object, (scan.split, scan.label)) != (scan.split, scan.label):
-            faults.append(f"{scan.object} is of two splits or classes")
-    return sorted(set(faults))
+            errors.append(f"{scan.object} is of two splits or classes")
+    return sorted(set(errors))
 
 
-def _not_made(path: Path, scans: list[GatheredScan]) -> list[str]:
-    """Asked for and not there."""
+def _missing_requested(path: Path, scans: list[GatheredScan]) -> list[str]:
+    """Requested scans that are missing."""
     asked = read_settings(path).get(ASKED) if (path / SETTINGS).is_file() else None
     if not isinstance(asked, list):
         return []
     there = {scan.scan for scan in scans}
     parts = [str(name).partition("@") for name in asked if name not in there]
-    return [f"{thing} from {_as_read(start)}°" for thing, _, start in parts]
+    return [f"{thing} from {_normalised_start(start)}°" for thing, _, start in parts]
 
 
-def _as_read(start: str) -> str:
-    """A start as names have it, without the zeros before it; whatever stands there."""
+def _normalised_start(start: str) -> str:
+    """A start in names, without leading zeros; other texts are unchanged."""
     digits = start.lstrip("0")
     return digits if digits[:1].isdigit() else f"0{digits}"
 
 
 def _missing(scans: list[GatheredScan]) -> list[str]:
-    """Simulated from some of the starts only; a recording has the start that it has."""
+    """Objects that were simulated from some of the starts only; recordings have one start."""
     starts: dict[str, set[float]] = {}
     objects: dict[str, dict[str, set[float]]] = {}
     for scan in scans:

@@ -1,4 +1,4 @@
-"""Grids of whole sets, made once: packed bits under a key of everything that made them."""
+"""Cache of the grids of whole sets, as packed bits under a key of everything that defines them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class GridCache:
     """A folder of arrays of packed bits.
 
     Args:
-        folder: Where to keep them; None means the user's cache folder.
+        folder: Folder of the cache; None means the user's cache folder.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -34,16 +34,16 @@ class GridCache:
         shape: tuple[int, ...],
         make: Callable[[], Iterable[NDArray[np.uint8]]],
     ) -> PackedGrids:
-        """The grids under a key, made where missing.
+        """The grids of a key, created if missing.
 
         Args:
-            key: All that determines the grids, as JSON types.
-            count: How many there are.
-            shape: Of one grid (further leading axes, such as views, belong to it).
+            key: Everything that defines the grids, as JSON types.
+            count: Number of grids.
+            shape: Shape of one grid, including leading axes such as views.
             make: Yields the grids one by one, uint8, 1 where occupied.
 
         Raises:
-            OutputError: The cache can not be written.
+            OutputError: The cache cannot be written.
         """
         described = {"format": FORMAT, "count": count, "shape": shape, **key}
         text = json.dumps(described, sort_keys=True)
@@ -63,7 +63,7 @@ class PackedGrids:
 
     Args:
         packed: (n, bits / 8) uint8.
-        shape: Of one grid.
+        shape: Shape of one grid.
     """
 
     def __init__(self, packed: NDArray[np.uint8], shape: tuple[int, ...]) -> None:
@@ -74,7 +74,7 @@ class PackedGrids:
         return len(self._packed)
 
     def __getitem__(self, chosen: slice | NDArray[np.int64]) -> NDArray[np.uint8]:
-        """(k, *shape) uint8 of the chosen rows."""
+        """(k, *shape) uint8 grids of the chosen rows."""
         rows = np.asarray(self._packed[chosen])
         flat = np.unpackbits(rows, axis=1, count=int(np.prod(self.shape)))
         return flat.reshape(len(rows), *self.shape)

@@ -14,7 +14,7 @@ _CONTROLS = {"t": "\t", "n": "\n", "r": "\r", "f": "\f"}
 
 
 def parse_properties(data: bytes) -> dict[str, str]:
-    r"""Read keys and values; of a key that stands twice, the last value.
+    r"""Read keys and values; the last value of a repeated key counts.
 
     Args:
         data: The file, in ISO-8859-1; other characters are written as \uXXXX.
@@ -31,7 +31,7 @@ def parse_properties(data: bytes) -> dict[str, str]:
 
 
 def _logical_lines(text: str) -> Iterator[str]:
-    """Without comments and blank lines; lines that end in a backslash are joined to the next."""
+    """Logical lines without comments and blank lines; a backslash at the end joins two lines."""
     begun = None
     for line in re.split(r"\r\n|\n|\r", text):
         stripped = line.lstrip(BLANK)
@@ -50,12 +50,12 @@ def _logical_lines(text: str) -> Iterator[str]:
 def _unescaped(text: str) -> str:
     if "\\" not in text:
         return text
-    plain = _ESCAPE.sub(_meant, text)
+    plain = _ESCAPE.sub(_character, text)
     # Characters beyond 16 bits are written as two escapes.
     return plain.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
 
 
-def _meant(escape: re.Match[str]) -> str:
+def _character(escape: re.Match[str]) -> str:
     sign = escape[1]
     if sign[0] != "u":
         return _CONTROLS.get(sign, sign)

@@ -1,4 +1,4 @@
-"""What the label of a real object means to a classifier: one of its classes, or another kind."""
+"""Meaning of a real object's label to a classifier: one of its classes, or another kind."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SYNONYMS: Mapping[str, str] = MappingProxyType(
         "writing_desk": "desk",
     }
 )
-"""Labels of data sets that are another word for a class."""
+"""Labels of data sets that are synonyms of a class."""
 AMBIGUOUS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "armchair": ("chair", "sofa"),
@@ -49,32 +49,32 @@ AMBIGUOUS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "workbench": ("desk", "table"),
     }
 )
-"""Labels that may stand for a class or for two: no answer to them is clearly right or wrong.
+"""Labels that may mean several classes: no answer to them is clearly correct or incorrect.
 
-What ModelNet40 gives a class of its own (bench, stool, wardrobe, bookshelf, tv_stand, laptop, …) is
-another kind.
+Labels with a class of their own in ModelNet40 (bench, stool, wardrobe, bookshelf, tv_stand, laptop,
+…) are another kind.
 """
 UNLABELLED = frozenset({"unannotated", "unknown", "unlabeled", "unlabelled", "void"})
-"""Labels that say nothing of the object."""
+"""Labels without information about the object."""
 
 
 class LabelUse(StrEnum):
-    """What an object with some label can be used for."""
+    """The use of an object in an evaluation."""
 
     KNOWN_CLASS = "known_class"
-    """It is of a class of the classifier: it counts for the accuracy and for the open set."""
+    """An object of a class of the classifier; counts for the accuracy and for the open set."""
     OTHER_KIND = "other_kind"
-    """It is of no class: it counts for the open set alone."""
+    """An object of no class; counts only for the open set."""
     LEFT_OUT = "left_out"
-    """Nobody can say which; it counts for neither."""
+    """An ambiguous object; counts for neither."""
 
 
 @dataclass(frozen=True)
 class LabelMeaning:
-    """What a label means to a classifier.
+    """Meaning of a label to a classifier.
 
     Attributes:
-        use: What the object can be used for.
+        use: Use of the object in an evaluation.
         true_class: The class; empty unless `use` is `KNOWN_CLASS`.
     """
 
@@ -83,14 +83,14 @@ class LabelMeaning:
 
 
 def meaning_of(label: str, classes: Iterable[str]) -> LabelMeaning:
-    """What a label means to a classifier.
+    """Interpret a label for a classifier.
 
     A label equals a class regardless of case, spaces and hyphens. `SYNONYMS` and `AMBIGUOUS` apply
-    where the classifier has a class that they name; a class of that name goes first.
+    if the classifier has a class that they name; a class of the label's own name takes precedence.
 
     Args:
-        label: As a data set has it.
-        classes: Of the classifier.
+        label: Label of the data set.
+        classes: Classes of the classifier.
     """
     plain = {plain_label(name): name for name in reversed(list(classes))}
     word = plain_label(label)

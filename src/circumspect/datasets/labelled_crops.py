@@ -1,9 +1,11 @@
-"""Labelled real objects: the point clouds of objects that were cut out of real scenes."""
+"""Labelled crops: point clouds of real objects, cut out of real scenes."""
 
 from __future__ import annotations
 
 import hashlib
 import zipfile
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,13 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.datasets.label_meaning import LabelUse, meaning_of
 from circumspect.errors import InputError, printable
 from circumspect.geometry import PointCloud
+from circumspect.geometry.formats.npy_stream import NPZ_ERRORS, read_arrays
 from circumspect.geometry.frozen_array import ReadOnlyArrays
-from circumspect.geometry.npy_stream import NPZ_FAULTS, read_arrays
 
 KINDS = {"points": "f", "offsets": "iu", "label": "U", "scene": "U", "name": "U"}
-"""Arrays of a file to NumPy's letters for what they hold."""
+"""NumPy kinds of the arrays of a file."""
 OPTIONAL = ("name",)
 WANTED = {
     "points": "fractions in metres; save points.astype('float32')",
@@ -27,9 +30,9 @@ WANTED = {
     "scene": "text; save numpy.array(scene, dtype=str)",
     "name": "text; save numpy.array(name, dtype=str)",
 }
-"""What is said of an array that holds something else."""
-LONGEST_TEXT = 200
-"""Of a label, a scene or a name."""
+"""Error message for an array of another type."""
+MAX_TEXT_LENGTH = 200
+"""Maximum length of a label, scene or name [characters]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,16 +40,15 @@ class LabelledCrops(ReadOnlyArrays):
     """Real objects, cut out of their scenes, with labels; arrays are read-only.
 
     Attributes:
-        points_xyz: (n, 3) float [m], z up, any heading: the points of all objects, one object after
-            the other.
-        offsets: (k + 1,) int64: the points of object i are `offsets[i]` to `offsets[i + 1]`.
-        labels: (k,) text: what each object is; not necessarily a class of a classifier.
-        scenes: (k,) text: the room in which each object stands; a split into parts is by scene.
-        names: (k,) text: what tells objects apart in reports.
+        points_xyz: (n, 3) float [m], z up, any heading: points of all objects, concatenated.
+        offsets: (k + 1,) int64; the points of object i are `offsets[i]` to `offsets[i + 1]`.
+        labels: (k,) text, label of each object; not necessarily a class of a classifier.
+        scenes: (k,) text, room of each object; splits are by scene.
+        names: (k,) text, names of the objects in reports.
 
     Raises:
-        InputError: The arrays do not belong together, or an object has no points, no label or
-            coordinates that are not finite.
+        InputError: The arrays do not match, or an object has no points, no label or coordinates
+            that are not finite.
     """
 
     points_xyz: NDArray[np.floating]
@@ -97,16 +99,14 @@ class LabelledCrops(ReadOnlyArrays):
     def _check_texts(self) -> None:
         for key, texts in (("label", self.labels), ("scene", self.scenes), ("name", self.names)):
             for index, text in enumerate(texts.tolist()):
-                if len(text) > LONGEST_TEXT:
+                if len(text) > MAX_TEXT_LENGTH:
                     raise InputError(
                         f"{key} of object {index} has {len(text)} characters; at most "
-                        f"{LONGEST_TEXT} are read"
+                        f"{MAX_TEXT_LENGTH} are read"
                     )
         blank = [index for index, label in enumerate(self.labels.tolist()) if not label.strip()]
         if blank:
-            raise InputError(
-                f"object {blank[0]} has no label; write 'unknown' where nobody knows what it is"
-            )
+            raise InputError(f"object {blank[0]} has no label; write 'unknown' if it is not known")
 
     def _check_coordinates(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.points_xyz).all(axis=1))
@@ -121,7 +121,7 @@ class LabelledCrops(ReadOnlyArrays):
         return len(self.labels)
 
     def title(self, index: int) -> str:
-        """An object in a message: its number, label and scene."""
+        """Description of an object in messages: number, label and scene."""
         label, scene = printable(str(self.labels[index])), printable(str(self.scenes[index]))
         return f"object {index} ({label}{' in ' * bool(scene)}{scene})"
 
@@ -132,7 +132,7 @@ class LabelledCrops(ReadOnlyArrays):
 
     @cached_property
     def digest(self) -> str:
-        """A hash of all that determines an evaluation: points, labels, scenes and names."""
+        """A hash of everything that determines an evaluation: points, labels, scenes and names."""
         state = hashlib.sha256()
         for texts in (self.labels, self.scenes, self.names):
             joined = "\n".join(texts.tolist()).encode(errors="surrogatepass")
@@ -145,24 +145,24 @@ class LabelledCrops(ReadOnlyArrays):
 def is_labelled_crops(path: Path) -> bool:
     """Whether a file looks like labelled crops, complete or not: an NPZ with one of their keys.
 
-    Point packs, whose points are quantised, are no such files.
+    Point packs, which have quantised points, do not count.
     """
     if not path.is_file() or not zipfile.is_zipfile(path):
         return False
     try:
         with zipfile.ZipFile(path) as archive:
             keys = {name.removesuffix(".npy") for name in archive.namelist()}
-    except (OSError, *NPZ_FAULTS):
+    except (OSError, *NPZ_ERRORS):
         return False
     return "points_u16" not in keys and not keys.isdisjoint({"offsets", "label", "scene"})
 
 
 def read_labelled_crops(path: Path) -> LabelledCrops:
-    """Read labelled crops from an NPZ file; keys beside those of `KINDS` are ignored.
+    """Read labelled crops from an NPZ file; keys that are not in `KINDS` are ignored.
 
     Raises:
-        InputError: The file is missing, truncated or pickled, lacks a key, one holds another type
-            of values, or see `LabelledCrops`.
+        InputError: The file is missing, truncated or pickled, lacks a key, or an array has another
+            type; or see `LabelledCrops`.
     """
     found = read_arrays(path, KINDS, optional=OPTIONAL, wanted=WANTED)
     try:
@@ -170,8 +170,8 @@ def read_labelled_crops(path: Path) -> LabelledCrops:
         count = len(labels) if labels.ndim == 1 else 0
         numbers = np.array([f"{index:04d}" for index in range(count)], np.str_)
         return LabelledCrops(
-            _of_double_precision_at_most(found["points"]),
-            _whole_numbers(found["offsets"]),
+            _native_floats(found["points"]),
+            _as_int64(found["offsets"]),
             labels,
             found["scene"].astype(np.str_),
             found["name"].astype(np.str_) if "name" in found else numbers,
@@ -180,13 +180,69 @@ def read_labelled_crops(path: Path) -> LabelledCrops:
         raise InputError(f"{path}: {error}") from error
 
 
-def _of_double_precision_at_most(points: NDArray[Any]) -> NDArray[np.floating]:
-    """A copy in the machine's byte order: what was read may be big-endian or of 16 bytes."""
+def _native_floats(points: NDArray[Any]) -> NDArray[np.floating]:
+    """A copy in native byte order; arrays in files may be big-endian or have 16 bytes per value."""
     return points.astype(np.float64 if points.dtype.itemsize >= 8 else np.float32)
 
 
-def _whole_numbers(offsets: NDArray[Any]) -> NDArray[np.int64]:
+def _as_int64(offsets: NDArray[Any]) -> NDArray[np.int64]:
     largest = np.iinfo(np.int64).max
     if offsets.size and int(offsets.max()) > largest:
         raise InputError(f"offsets hold {int(offsets.max())}, more than any file has points")
     return offsets.astype(np.int64)
+
+
+def read_crop_sources(paths: Sequence[Path]) -> dict[str, LabelledCrops]:
+    """Read files of labelled crops.
+
+    The name of a source is its file's, `kitchen` for `kitchen.npz`, with the folders if several
+    files have the same name.
+
+    Args:
+        paths: At least one file.
+
+    Returns:
+        Objects by name of their source, in the order of `paths`.
+
+    Raises:
+        InputError: See `read_labelled_crops`; or a file is given twice, or none is given.
+    """
+    if not paths:
+        raise InputError("no file of labelled objects is given; name one at least")
+    counts = Counter(path.resolve() for path in paths)
+    if twice := [path for path in paths if counts[path.resolve()] > 1]:
+        raise InputError(f"{twice[0]}: is given more than once")
+    return {
+        name: read_labelled_crops(path)
+        for name, path in zip(_short_names(paths), paths, strict=True)
+    }
+
+
+def require_usable_labels(files: Iterable[LabelledCrops], classes: Sequence[str]) -> None:
+    """Check that at least one object has a label with a correct answer.
+
+    Args:
+        files: Labelled crops.
+        classes: Classes of the classifier.
+
+    Raises:
+        InputError: All labels are ambiguous or without information.
+    """
+    labels = {label for crops in files for label in crops.labels.tolist()}
+    if all(meaning_of(label, classes).use is LabelUse.LEFT_OUT for label in labels):
+        some = ", ".join(printable(label) for label in sorted(labels)[:3])
+        raise InputError(
+            f"no label of the real objects says what the answer should be ({some}); "
+            "docs/real-objects.md lists ambiguous labels"
+        )
+
+
+def _short_names(paths: Sequence[Path]) -> list[str]:
+    """The shortest last parts of each path that are unique."""
+    whole = [path.resolve().with_suffix("").parts for path in paths]
+    depth = 1
+    while len({parts[-depth:] for parts in whole}) < len(whole) and depth < max(map(len, whole)):
+        depth += 1
+    names = ["/".join(parts[-depth:]) for parts in whole]
+    # Files that differ only in their suffix.
+    return names if len(set(names)) == len(names) else [path.name for path in paths]

@@ -1,4 +1,4 @@
-"""Objects that simulated scans are made of: labelled surfaces with a size."""
+"""Labelled surfaces with a size, for simulated scans."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from circumspect.geometry import TriangleMesh
 
 OTHER = "other"
-"""Label of what is of none of the classes."""
+"""Label of objects that belong to no class."""
 HELD_BACK = 6
-"""Of catalogues without near duplicates one object in so many is held back."""
+"""One in this many objects of a catalogue without near duplicates is held back."""
 
 
 class MeshSource(Protocol):
-    """Makes the surfaces of a set, one at a time."""
+    """Source of the surfaces of a set, one at a time."""
 
     def mesh(self, index: int) -> TriangleMesh:
         """The surface of one object [m], z up, standing on z = 0."""
@@ -31,13 +31,13 @@ class LabelledSurfaces:
     """Objects of known class with sizes in metres.
 
     Attributes:
-        source: Makes their surfaces.
-        indices: (n,) which of the source's objects they are.
-        labels: (n,) text, the class of each; "other" for what is of no class.
-        names: (n,) text.
-        digest: A hash of all that determines the surfaces.
-        factors: (n, 2) by how much each may shrink and grow, for objects whose unit is unknown;
-            None where sizes are known.
+        source: Source of the surfaces.
+        indices: (n,) indices of the objects in the source.
+        labels: (n,) text, class of each object; "other" for objects of no class.
+        names: (n,) text, names of the objects.
+        digest: Hash of everything that defines the surfaces.
+        factors: (n, 2) smallest and largest scale of each object of unknown unit; None if all sizes
+            are known.
     """
 
     source: MeshSource
@@ -55,14 +55,14 @@ class LabelledSurfaces:
         return self.source.mesh(int(self.indices[index]))
 
     def size_factors(self, index: int) -> tuple[float, float]:
-        """By how much an object may shrink and grow; 1 and 1 where its size is known."""
+        """Smallest and largest scale of an object; 1 and 1 if its size is known."""
         if self.factors is None:
             return 1.0, 1.0
         low, high = self.factors[index]
         return float(low), float(high)
 
     def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> LabelledSurfaces:
-        """The objects that a mask or an index array names, in its order."""
+        """The objects of a mask or an index array, in its order."""
         names = self.names[chosen]
         return LabelledSurfaces(
             self.source, self.indices[chosen], self.labels[chosen], names,
@@ -71,11 +71,11 @@ class LabelledSurfaces:
         )  # fmt: skip
 
     def held_back(self, salt: str = "") -> NDArray[np.bool_]:
-        """(n,) one object in `HELD_BACK`, chosen by a hash of its name."""
+        """(n,) whether each object is held back, by a hash of its name."""
         return np.array([found % HELD_BACK == 0 for found in self.hashes(salt)], bool)
 
     def hashes(self, salt: str = "") -> list[int]:
-        """A hash of the name of each object."""
+        """Hashes of the objects' names."""
         return [
             int.from_bytes(hashlib.sha256((salt + name).encode(errors="surrogatepass")).digest())
             for name in self.names.tolist()
@@ -83,5 +83,5 @@ class LabelledSurfaces:
 
 
 def digest_of(parts: Sequence[str]) -> str:
-    """A hash of texts."""
+    """Hash of texts."""
     return hashlib.sha256("\n".join(parts).encode(errors="surrogatepass")).hexdigest()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from circumspect.datasets.mesh_set import AMBIGUOUS, OTHER, MeshEntry, MeshObject, MeshSet
 from circumspect.errors import InputError
-from circumspect.geometry.npy_stream import read_arrays
+from circumspect.geometry.formats.npy_stream import read_arrays
 from circumspect.storage import atomic_open
 
 __all__ = [
@@ -25,13 +25,13 @@ __all__ = [
 ]
 
 TEXTS = ("name", "category", "catalogue", "licence", "creator", "mid")
-"""Arrays of one text a mesh, in the order of `MeshSet`'s."""
+"""Arrays with one text per mesh, in the order of `MeshSet`."""
 KINDS = {
     "verts_u16": "u", "offset": "f", "scale": "f", "faces": "iu", "voff": "iu", "foff": "iu",
     **dict.fromkeys(TEXTS, "U"),
     "dims": "f", "class10": "i", "furniture_size": "b", "classes": "U",
 }  # fmt: skip
-"""Arrays of a pack to NumPy's letters for what they hold."""
+"""NumPy kinds of the arrays of a pack."""
 WANTED = {
     "verts_u16": "uint16; scale the coordinates to 0 … 65535 and save them as that",
     "class10": "signed whole numbers (-1 other, -2 ambiguous)",
@@ -44,7 +44,7 @@ def read_mesh_pack(path: Path) -> MeshSet:
 
     Raises:
         InputError: The file is missing, broken or truncated, lacks a key, or its arrays have a
-            wrong type, do not fit together or name vertices that do not exist.
+            wrong type, do not match or refer to vertices that do not exist.
     """
     pack = read_arrays(path, KINDS, wanted=WANTED)
     try:
@@ -70,11 +70,11 @@ def write_mesh_pack(path: Path, entries: Sequence[MeshEntry], classes: Sequence[
     Args:
         path: The file, an npz.
         entries: The meshes with their records, at least one.
-        classes: What the labels count.
+        classes: Class names in the order of the labels.
 
     Raises:
-        InputError: No entries, or a label that no class has.
-        OutputError: The file can not be written.
+        InputError: There are no entries, or a label has no class.
+        OutputError: The file cannot be written.
     """
     if not entries:
         raise InputError(f"{path}: a mesh pack holds at least one mesh; none were given")

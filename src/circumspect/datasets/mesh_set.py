@@ -18,8 +18,8 @@ OTHER = -1
 AMBIGUOUS = -2
 """Label of an object that may belong to a class; left out of training."""
 OTHER_LABEL = "other"
-LARGEST_METRES = 1e6
-"""Of sizes, scales and offsets; larger ones are a wrong unit."""
+MAX_LENGTH_M = 1e6
+"""Maximum size, scale and offset [m]; larger ones are in a wrong unit."""
 
 _TEXTS = ("names", "categories", "catalogues", "licences", "creators", "model paths")
 
@@ -33,11 +33,11 @@ class MeshEntry:
         label: Index into the pack's classes, `OTHER` or `AMBIGUOUS`.
         metres: Width, depth and height [m].
         furniture_size: Whether it has the size of furniture.
-        title: What the catalogue calls it, such as "Armchair"; not unique.
-        category: The catalogue's category, such as "Living room".
+        title: Title in the catalogue, such as "Armchair"; not unique.
+        category: Category in the catalogue, such as "Living room".
         catalogue: Name of the catalogue.
-        licence: Under which it may be used.
-        creator: Whom to attribute it to.
+        licence: Licence of the model.
+        creator: Creator to attribute.
         model_id: Path of the model within the catalogue.
     """
 
@@ -55,12 +55,12 @@ class MeshEntry:
 
 @dataclass(frozen=True)
 class MeshObject:
-    """An object to train with.
+    """A training object.
 
     Attributes:
-        name: Unique within its pack.
+        name: Name, unique within the pack.
         label: Name of its class, or "other".
-        packed: Its mesh, packed.
+        packed: The packed mesh.
     """
 
     name: str
@@ -75,28 +75,28 @@ class MeshObject:
 
 @dataclass(frozen=True, eq=False)
 class MeshSet(ReadOnlyArrays):
-    """Labelled meshes with real sizes; they stay packed until they are asked for.
+    """Labelled meshes with real sizes, unpacked on access.
 
     Attributes:
-        vertices_u16: (v, 3) uint16, of all meshes.
+        vertices_u16: (v, 3) uint16 vertices of all meshes.
         faces: (f, 3) indices into the vertices of their own mesh.
-        vertex_starts: (n + 1,) mesh i has the vertices from `vertex_starts[i]` on.
-        face_starts: (n + 1,) the same for faces.
-        offset: (n, 3) [m], the lowest x, y and z.
-        scale: (n,) [m], the longest side.
+        vertex_starts: (n + 1,) index of the first vertex of each mesh.
+        face_starts: (n + 1,) index of the first face of each mesh.
+        offset: (n, 3) [m] lowest x, y and z.
+        scale: (n,) [m] longest side.
         labels: (n,) index into `classes`, `OTHER` or `AMBIGUOUS`.
         metres: (n, 3) width, depth and height [m].
-        furniture_size: (n,) whether it has the size of furniture.
-        titles: (n,) what the catalogue calls it; not unique.
-        categories: (n,) of the catalogue.
+        furniture_size: (n,) whether each mesh has the size of furniture.
+        titles: (n,) titles in the catalogues; not unique.
+        categories: (n,) categories in the catalogues.
         catalogues: (n,) names of the catalogues.
-        licences: (n,) under which each may be used.
-        creators: (n,) whom to attribute each to.
-        model_ids: (n,) path of each within its catalogue.
+        licences: (n,) licences of the models.
+        creators: (n,) creators to attribute.
+        model_ids: (n,) paths within the catalogues.
         classes: Names of the classes.
 
     Raises:
-        InputError: Arrays that do not fit together, or indices out of range.
+        InputError: The arrays do not match, or an index is out of range.
     """
 
     vertices_u16: NDArray[np.uint16]
@@ -128,7 +128,7 @@ class MeshSet(ReadOnlyArrays):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """A unique name for each: catalogue and path, numbered where several share them."""
+        """Unique names: catalogue and path, with a number if several meshes share them."""
         given = [f"{a}/{b}" for a, b in zip(self.catalogues, self.model_ids, strict=True)]
         return _unique(given)
 
@@ -155,7 +155,7 @@ class MeshSet(ReadOnlyArrays):
         return self.packed(index).mesh()
 
     def packed(self, index: int) -> PackedMesh:
-        """One mesh as it is packed; its arrays are views.
+        """One packed mesh; its arrays are views.
 
         Raises:
             IndexError: There is no such mesh.
@@ -198,7 +198,7 @@ class MeshSet(ReadOnlyArrays):
 
 
 def _unique(names: list[str]) -> tuple[str, ...]:
-    """The names, with a number after all but the first of those that are alike."""
+    """The names, with numbers for repeated ones."""
     taken = set(names)
     next_number: dict[str, int] = {}
     unique = []
@@ -240,7 +240,7 @@ def _require_shapes(meshes: MeshSet) -> None:
 
 
 def _require_starts(starts: NDArray[np.integer], count: int, what: str) -> None:
-    """They begin at 0, end with the last, and grow."""
+    """Check that the starts begin at 0, end with the last index and increase."""
     if starts[0] != 0 or starts[-1] != count:
         raise InputError(
             f"the offsets of {what} run from {starts[0]} to {starts[-1]}, not from 0 to {count}"
@@ -265,9 +265,9 @@ def _require_faces(meshes: MeshSet) -> None:
 
 def _require_numbers(meshes: MeshSet) -> None:
     sound = {
-        "scale": (meshes.scale > 0) & (meshes.scale <= LARGEST_METRES),
-        "offset": (np.abs(meshes.offset) <= LARGEST_METRES).all(axis=1),
-        "sizes": ((meshes.metres >= 0) & (meshes.metres <= LARGEST_METRES)).all(axis=1),
+        "scale": (meshes.scale > 0) & (meshes.scale <= MAX_LENGTH_M),
+        "offset": (np.abs(meshes.offset) <= MAX_LENGTH_M).all(axis=1),
+        "sizes": ((meshes.metres >= 0) & (meshes.metres <= MAX_LENGTH_M)).all(axis=1),
         "the label": (meshes.labels >= AMBIGUOUS) & (meshes.labels < len(meshes.classes)),
     }
     for key, fine in sound.items():

@@ -1,4 +1,4 @@
-"""A file of a set as an object's surface."""
+"""Surfaces from the object files of a set."""
 
 from __future__ import annotations
 
@@ -11,22 +11,27 @@ from numpy.typing import NDArray
 from circumspect.datasets.farthest_points import evenly_sampled, evenly_thinned
 from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import PointCloud, TriangleMesh, read_mesh, require_extent
-from circumspect.geometry.cloud_files import METRIC_SUFFIXES, READER_REGISTRY, READERS, read_surface
+from circumspect.geometry.formats.cloud_files import (
+    METRIC_SUFFIXES,
+    READER_REGISTRY,
+    READERS,
+    read_surface,
+)
 
 OFF_SUFFIXES = (".off", ".OFF")
-"""Of the files that ModelNet10 is made of."""
+"""Suffix of ModelNet10's files."""
 COMPANIONS = (".mtl", ".bin", ".png", ".jpg", ".jpeg", ".webp", ".ktx2")
-"""Of files that belong to a mesh beside them: materials, textures, buffers."""
+"""Suffixes of files that belong to a mesh: materials, textures, buffers."""
 
 
 @dataclass(frozen=True, eq=False)
 class ObjectSample:
-    """What a set keeps of an object.
+    """Points and size of an object in a set.
 
     Attributes:
         points_xyz: (1024, 3) float32, evenly spread, in units of the longest side.
-        side: The longest side in the unit of the file.
-        metric: That unit is the metre.
+        side: Longest side in the unit of the file.
+        metric: Whether that unit is the metre.
     """
 
     points_xyz: NDArray[np.float32]
@@ -35,16 +40,16 @@ class ObjectSample:
 
 
 def is_object_file(file: Path) -> bool:
-    """Whether a reader knows the suffix, in small letters or capitals; nothing is read."""
+    """Whether there is a reader for the suffix, in lower or upper case; the file is not read."""
     suffix = file.suffix.lower()
     return suffix in READERS or suffix.removeprefix(".") in READER_REGISTRY.names()
 
 
 def read_object_mesh(file: Path) -> TriangleMesh:
-    """Read a mesh on which points can be drawn.
+    """Read a mesh with an area.
 
     Raises:
-        InputError: It can not be read, or has no area; the message names the file.
+        InputError: It cannot be read, or has no area; the message names the file.
     """
     mesh = read_mesh(file)
     _require_area(mesh, file)
@@ -55,7 +60,7 @@ def require_object(file: Path) -> None:
     """Check that a file holds an object: a mesh with an area, or points that span a shape.
 
     Raises:
-        InputError: It can not be read, or holds none; the message names the file.
+        InputError: The file cannot be read, or contains no object; the message names it.
     """
     _surface(file)
 
@@ -64,7 +69,8 @@ def sample_object(file: Path) -> ObjectSample:
     """Spread points over the mesh in a file, or thin its points.
 
     Raises:
-        InputError: It can not be read, has no area, or spans no shape; the message names the file.
+        InputError: The file cannot be read, or its object has no area or spans no shape; the
+            message names it.
     """
     surface = _surface(file)
     metric = file.suffix.lower() in METRIC_SUFFIXES

@@ -15,21 +15,21 @@ from circumspect.geometry import PointCloud, require_extent
 
 @dataclass(frozen=True, eq=False)
 class ObjectSet:
-    """Objects of known class, one cloud each.
+    """Labelled objects with one cloud each.
 
     Attributes:
-        points_xyz: (n, p, 3) float32: p points on the surface of each object, z up, any unit.
+        points_xyz: (n, p, 3) float32, p points on the surface of each object, z up, any unit.
         labels: (n,) int64 indices into `classes`.
-        names: (n,) names, such as chair_0001; who trains or evaluates tells objects apart by them.
+        names: (n,) unique names, such as chair_0001.
         classes: The class names, in alphabetical order.
-        scan_of: (n,) the name of the object that each cloud is a scan of, where several may be of
-            one; None where each cloud is an object of its own.
-        sides: (n,) longest side of each object in the unit of its file, which the points may have
-            lost; None where that is unknown.
-        metric: (n,) bool, whether the side of each is in metres; None where no unit is known.
+        scan_of: (n,) name of the scanned object of each cloud, if clouds can share an object; else
+            None.
+        sides: (n,) longest side of each object in the unit of its file, before normalisation; None
+            if unknown.
+        metric: (n,) bool, whether each side is in metres; None if no unit is known.
 
     Raises:
-        InputError: The arrays do not belong together.
+        InputError: The arrays do not match.
     """
 
     points_xyz: NDArray[np.float32]
@@ -71,7 +71,7 @@ class ObjectSet:
         """Check that every object spans a shape.
 
         Raises:
-            InputError: One does not; the message names it.
+            InputError: An object does not; the message names it.
         """
         for index, name in enumerate(self.names):
             try:
@@ -80,7 +80,7 @@ class ObjectSet:
                 raise InputError(f"{name}: {error}") from error
 
     def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> ObjectSet:
-        """The objects that a mask or an index array names."""
+        """The objects of a mask or an index array."""
         return ObjectSet(
             self.points_xyz[chosen],
             self.labels[chosen],
@@ -93,14 +93,14 @@ class ObjectSet:
 
     @property
     def shown(self) -> NDArray[np.str_]:
-        """(n,) the name of the object that each cloud shows; clouds of one object share it."""
+        """(n,) name of the object in each cloud; clouds of one object share it."""
         return self.names if self.scan_of is None else self.scan_of
 
     @cached_property
     def digest(self) -> str:
-        """A hash of all that the set holds: names, labels, classes and coordinates."""
+        """Hash of the set: names, labels, classes and coordinates."""
         words = "\n".join([*self.classes, "", *self.names.tolist()])
-        # Names of files need not be text to the system; their surrogates are hashed like signs.
+        # Names of files need not be valid text; surrogates are hashed as characters.
         state = hashlib.sha256(words.encode(errors="surrogatepass"))
         state.update(self.labels.astype("<i8").tobytes())
         state.update(np.ascontiguousarray(self.points_xyz, dtype="<f4").tobytes())

@@ -1,4 +1,4 @@
-"""A folder of objects, `<class>/{train,test}/*`: ModelNet10's, or one of own classes."""
+"""Folders of object files, `<class>/{train,test}/*`: ModelNet10 or own classes."""
 
 from __future__ import annotations
 
@@ -30,40 +30,41 @@ def read_off_folder(
 ) -> ObjectSet:
     """Sample every object of one split; the result is cached as a point pack.
 
-    Files are of any readable format. Sizes are in metres where the format says so.
+    Files may have any readable format. Sizes are in metres if the format specifies the unit.
 
-    What seems to be a copy of ModelNet10 but holds files that are not named after their class is
-    read all the same, and a warning logged.
+    A set that looks like a copy of ModelNet10 but contains files with foreign names is read with a
+    warning.
 
     Args:
-        folder: Holds one folder a class.
+        folder: Folder with one folder per class.
         split: "train" or "test".
         progress: Called with (done, all) after each file.
 
     Raises:
-        InputError: No such split, two files of one name, or a file that can not be read.
+        InputError: The split does not exist, two files have the same name, or a file cannot be
+            read.
     """
     files = object_files(folder, split)
     if not files:
         raise InputError(
             f"{folder}: no <class>/{split}/*.off below it, nor files of another readable format"
         )
-    _warn_of_strangers(folder, split, files)
+    _warn_of_foreign_names(folder, split, files)
     cached = cache_folder("packs") / f"{_fingerprint(files)}.npz"
     with suppress(InputError):
         return read_point_pack(cached)
     objects = _sample(files, progress)
     write_point_pack(cached, objects)
     log.info("%s: %d objects sampled, kept as %s", folder, len(objects), cached)
-    # Quantised like every later read: else what was made of this one would not fit to those.
+    # Quantised like every later read, so that their results agree.
     return read_point_pack(cached)
 
 
 def object_files(folder: Path, split: str) -> list[Path]:
-    """The objects of one split, in order.
+    """The object files of one split, in order.
 
     Raises:
-        InputError: Two differ in their suffix alone, and would be one object.
+        InputError: Two files differ only in their suffix, and would be the same object.
     """
     files = sorted(file for file in folder.glob(f"*/{split}/*") if is_object_file(file))
     named: dict[Path, Path] = {}
@@ -74,20 +75,20 @@ def object_files(folder: Path, split: str) -> list[Path]:
     return files
 
 
-def _warn_of_strangers(folder: Path, split: str, files: list[Path]) -> None:
-    """A sofa among the chairs is one of them to whoever goes by the folders alone.
+def _warn_of_foreign_names(folder: Path, split: str, files: list[Path]) -> None:
+    """Warn of files that are not named after their class folder.
 
-    Folders of other classes may name their files as they like.
+    Folders of other classes may have files of any name.
     """
     if {file.parent.parent.name for file in files} != set(MODELNET10):
         return
-    strangers = [file for file in files if not _is_named_after_its_class(file)]
-    if strangers:
+    foreign = [file for file in files if not _is_named_after_its_class(file)]
+    if foreign:
         log.warning(
             "%s: %d of %d %s files bear names foreign to their class folder, such as %s; "
             "circumspect data verify %s names them",
-            printable(str(folder)), len(strangers), len(files), split,
-            printable(str(strangers[0].relative_to(folder))), printable(str(folder)),
+            printable(str(folder)), len(foreign), len(files), split,
+            printable(str(foreign[0].relative_to(folder))), printable(str(folder)),
         )  # fmt: skip
 
 
@@ -116,11 +117,11 @@ def _sample(files: list[Path], progress: Callable[[int, int], None] | None) -> O
 
 
 def object_name(file: Path) -> str:
-    """What the object in a file is called, unlike any of another class or split.
+    """The name of the object in a file, unique among classes and splits.
 
     chair/train/chair_0001.off is chair_0001; chair/train/0001.off is chair/train/0001, since there
-    may be a table/train/0001.off and a chair/test/0001.off. Where the splits are numbered anew,
-    unlike ModelNet10's, chair/test/chair_0001.off is chair/test/chair_0001.
+    may be a table/train/0001.off and a chair/test/0001.off. If both splits use the same numbers,
+    unlike ModelNet10, chair/test/chair_0001.off is chair/test/chair_0001.
     """
     name_of_class = file.parent.parent.name
     own = file.stem.rpartition("_")[0] == name_of_class and not _is_of_both_splits(file)
@@ -128,9 +129,9 @@ def object_name(file: Path) -> str:
 
 
 def _is_of_both_splits(file: Path) -> bool:
-    """Whether a test file is named like a training file of its class.
+    """Whether a test file has the name of a training file of its class.
 
-    What trains keeps its name whatever tests come later: networks remember it.
+    Training objects keep their names if test files are added, because networks store the names.
     """
     if file.parent.name != "test":
         return False
@@ -140,7 +141,7 @@ def _is_of_both_splits(file: Path) -> bool:
 
 @lru_cache(maxsize=1024)
 def _stems(folder: Path, changed_ns: int) -> frozenset[str]:  # noqa: ARG001 - else it is another folder
-    """Names of the objects in a folder, as it is at a time."""
+    """Hash of the names and states of the files in a folder."""
     return frozenset(file.stem for file in folder.glob("*") if is_object_file(file))
 
 
@@ -150,7 +151,7 @@ def _fingerprint(files: list[Path]) -> str:
         facts = file.stat()
         state.update(os.fsencode(file.resolve()))
         state.update(f" {facts.st_size} {facts.st_mtime_ns}\n".encode())
-        # The only part of a name that the path alone does not tell.
+        # The path determines everything except whether both splits share a name.
         if _is_of_both_splits(file):
             state.update(b"of both splits\n")
     return state.hexdigest()[:32]

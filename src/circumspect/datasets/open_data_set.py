@@ -1,4 +1,4 @@
-"""Open a data set by the path a user gives."""
+"""Opening of data sets by path."""
 
 from __future__ import annotations
 
@@ -27,18 +27,17 @@ def open_data_set(
     """Read one split of a data set.
 
     Args:
-        path: A folder of point packs (`train.npz`, `test.npz`); a folder of objects in files of any
-            readable format, `<class>/{train,test}/*`, such as ModelNet10's; a gathered set (of each
-            object the scans from its first start train, and all test); or one point pack, which
-            then stands for all of its split.
+        path: A folder of point packs (`train.npz`, `test.npz`); a folder of object files of any
+            readable format, `<class>/{train,test}/*`, such as ModelNet10; a gathered set, whose
+            scans from the first start of each object train and all test; or one point pack, which
+            is then the whole split.
         split: "train" is the official training split; "fit" and "validation" are its two
             parts; "test" is for reports only.
         progress: Called with (done, all) while objects are sampled.
-        salt: Of the validation split.
+        salt: Salt of the validation split.
 
     Raises:
-        InputError: Nothing of that kind is there, a file is broken, or two objects of a pack share
-            a name.
+        InputError: There is no data set, a file is broken, or two objects of a pack share a name.
     """
     source = "test" if split == "test" else "train"
     if path.is_file() and split in ("fit", "validation"):
@@ -64,7 +63,7 @@ def _read(path: Path, source: str, progress: Callable[[int, int], None] | None) 
 
 
 def _require_meshes_or_packs(path: Path, source: str) -> None:
-    """That a folder of point packs is not taken for an OFF folder where the other pack lies."""
+    """Refuse a folder that has only the pack of the other split."""
     other = "train" if source == "test" else "test"
     if (path / f"{other}.npz").is_file() and not object_files(path, source):
         raise InputError(
@@ -91,7 +90,7 @@ def _lone_pack(path: Path, source: str) -> ObjectSet:
 
 
 def _pack(path: Path) -> ObjectSet:
-    """Objects that share a name can not be told apart: what was trained on is known by names."""
+    """Read a pack; its names must be unique, since they identify the training objects."""
     objects = read_point_pack(path)
     counts = Counter(objects.names.tolist())
     if twice := sorted(name for name, count in counts.items() if count > 1):

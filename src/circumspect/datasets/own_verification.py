@@ -1,4 +1,4 @@
-"""Whether a set of own classes can be read; what it should hold beside is not known."""
+"""Verification that a set of own classes is readable; its expected content is unknown."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from circumspect.datasets.object_set import ObjectSet
 from circumspect.datasets.point_pack import KINDS, read_point_pack
 from circumspect.datasets.verification import MODELNET10, NAME, SPLITS, expected_names
 from circumspect.errors import CircumspectError, InputError
-from circumspect.geometry.npy_stream import read_arrays
+from circumspect.geometry.formats.npy_stream import read_arrays
 
 
 @dataclass(frozen=True)
 class OwnVerification:
-    """What a set of own classes holds.
+    """The content of a set of own classes.
 
     Attributes:
-        classes: Their names, in alphabetical order.
-        counts: Split and class to objects that can be read.
+        classes: Class names in alphabetical order.
+        counts: Number of readable objects, by split and class.
         foreign: Files that do not belong to the set.
-        broken: Path and fault of what can not be read, or says two things at once.
+        broken: Path and error of files that are unreadable or contradictory.
     """
 
     classes: tuple[str, ...]
@@ -39,11 +39,11 @@ class OwnVerification:
 
     @property
     def complete(self) -> bool:
-        """All that is there can be read, and something is."""
+        """Whether the set is not empty and entirely readable."""
         return not self.broken and any(self.counts.values())
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON types."""
+        """The content in JSON types."""
         return {
             "complete": self.complete,
             "own_classes": True,
@@ -53,16 +53,16 @@ class OwnVerification:
             },
             "missing": [],
             "foreign": list(self.foreign),
-            "broken": [{"file": file, "fault": fault} for file, fault in self.broken],
+            "broken": [{"file": file, "error": error} for file, error in self.broken],
         }
 
 
 def has_own_classes(path: Path) -> bool:
-    """Whether a set is one of own classes, not a copy of ModelNet10.
+    """Whether a set has own classes and is not a copy of ModelNet10.
 
-    A copy may lack classes and have something beside them, but of one class at least it holds half
-    of the models under their names; or its folder is named ModelNet10. Packs of which none can be
-    read are reported as they are, not as a ModelNet10 without anything.
+    A copy of ModelNet10 may lack classes and contain other files, but it has at least half of the
+    models of one class under their names, or its folder is named ModelNet10. If all packs are
+    unreadable, they are reported as such, not as an empty ModelNet10.
     """
     if "modelnet10" in path.absolute().name.lower():
         return False
@@ -77,7 +77,7 @@ def has_own_classes(path: Path) -> bool:
 
 
 def _own_names(packs: dict[str, Path], meshes: list[Path]) -> set[str]:
-    """Names of ModelNet10's models that a set holds, in the folders of their classes."""
+    """Names of ModelNet10's models in a set, in the folders of their classes."""
     models = {name for names in expected_names().values() for name in names}
     if packs:
         return models & set(_names_in_packs(packs))
@@ -86,11 +86,10 @@ def _own_names(packs: dict[str, Path], meshes: list[Path]) -> set[str]:
 
 
 def verify_own(path: Path, progress: Callable[[int, int], None] | None = None) -> OwnVerification:
-    """Read all of a set and count its classes and splits.
+    """Read a whole set and count its classes and splits.
 
     Args:
-        path: A folder of point packs, or of files of any readable format, laid out as
-            <class>/{train,test}/*.
+        path: A folder of point packs, or of files <class>/{train,test}/* of any readable format.
         progress: Called with (done, all) after each file.
     """
     packs = _packs(path)
@@ -98,16 +97,16 @@ def verify_own(path: Path, progress: Callable[[int, int], None] | None = None) -
 
 
 def _packs(path: Path) -> dict[str, Path]:
-    """Split to its pack, of those that are there."""
+    """Existing packs by split."""
     files = {split: path / f"{split}.npz" for split in SPLITS}
     return {split: file for split, file in files.items() if file.is_file()}
 
 
 def _meshes(path: Path) -> Iterator[Path]:
-    """Of <class>/{train,test}/*, seen from the set's folder."""
+    """Files of <class>/{train,test}/*, relative to the set's folder."""
     for file in path.glob("*/*/*"):
         place = file.relative_to(path)
-        # Folders and dangling links of such names as well, which no reader can read.
+        # Includes folders and dangling links with such names, which no reader can read.
         if place.parts[1] in SPLITS and is_object_file(file):
             yield place
 
@@ -117,11 +116,11 @@ def _names_in_packs(packs: dict[str, Path]) -> Iterator[str]:
         try:
             yield from map(str, read_arrays(pack, {"names": KINDS["names"]})["names"].flat)
         except InputError:
-            continue  # Its fault is reported when all of it is read.
+            continue  # Its error is reported when the pack is read.
 
 
-def _twins(meshes: set[Path]) -> dict[Path, Path]:
-    """Files that differ from another one in their suffix alone, to the other one."""
+def _suffix_duplicates(meshes: set[Path]) -> dict[Path, Path]:
+    """Files that differ from another file only in their suffix, with the other file."""
     first: dict[Path, Path] = {}
     for file in sorted(meshes):
         first.setdefault(file.with_suffix(""), file)
@@ -133,7 +132,7 @@ def _classes_of_packs(packs: dict[str, Path]) -> Iterator[str]:
         try:
             yield from map(str, read_arrays(pack, {"classes": KINDS["classes"]})["classes"].flat)
         except InputError:
-            continue  # Its fault is reported when all of it is read.
+            continue  # Its error is reported when the pack is read.
 
 
 def _of_packs(
@@ -148,15 +147,15 @@ def _of_packs(
             broken.append((pack.name, str(error)))
         else:
             counts.update((split, objects.classes[label]) for label in objects.labels)
-            broken += [(pack.name, f"{pack}: {fault}") for fault in _faults(objects)]
+            broken += [(pack.name, f"{pack}: {error}") for error in _errors(objects)]
         if progress:
             progress(done, len(packs))
     classes = {name for _, name in counts} | set(_classes_of_packs(packs))
     return OwnVerification(tuple(sorted(classes)), dict(counts), (), tuple(broken))
 
 
-def _faults(objects: ObjectSet) -> Iterator[str]:
-    """What a pack that can be read says twice, or otherwise the second time."""
+def _errors(objects: ObjectSet) -> Iterator[str]:
+    """Repeated or contradictory entries of a readable pack."""
     counts = Counter(objects.names.tolist())
     if twice := sorted(name for name, count in counts.items() if count > 1):
         yield f"{len(twice)} objects are in it more than once, as {twice[0]} is"
@@ -173,11 +172,11 @@ def _of_files(path: Path, progress: Callable[[int, int], None] | None) -> OwnVer
         {*meshes, *(file.relative_to(path) for file in path.rglob("*") if file.is_file())}
     )
     counts: Counter[tuple[str, str]] = Counter()
-    twins = _twins(meshes)
+    twins = _suffix_duplicates(meshes)
     foreign, broken = [], []
     for done, file in enumerate(files, start=1):
         if file not in meshes:
-            # Materials and textures lie beside their mesh.
+            # Materials and textures are stored beside their mesh.
             if file.suffix.lower() not in COMPANIONS or len(file.parts) < 3:
                 foreign.append(str(file))
         else:

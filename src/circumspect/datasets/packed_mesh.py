@@ -1,4 +1,4 @@
-"""A mesh in few bytes: 16 bits a coordinate, each place and each triangle with an area once."""
+"""A compact mesh: 16 bits per coordinate, without duplicate vertices and degenerate triangles."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from circumspect.geometry import TriangleMesh
 from circumspect.geometry.frozen_array import ReadOnlyArrays
 
 STEPS = 65535
-"""Of a coordinate along the longest side."""
+"""Largest value of a coordinate along the longest side."""
 
 
 @dataclass(frozen=True, eq=False)
 class PackedMesh(ReadOnlyArrays):
-    """Coordinates are `vertices_u16 / 65535 * scale + offset`.
+    """A quantised mesh with the coordinates `vertices_u16 / 65535 * scale + offset`.
 
     Attributes:
-        vertices_u16: (v, 3) uint16.
+        vertices_u16: (v, 3) uint16 vertices.
         faces: (f, 3) indices into the vertices.
-        offset: (3,) float64 [m], the lowest x, y and z.
-        scale: The longest side [m].
+        offset: (3,) float64 [m] lowest x, y and z.
+        scale: Longest side [m].
     """
 
     vertices_u16: NDArray[np.uint16]
@@ -35,8 +35,8 @@ class PackedMesh(ReadOnlyArrays):
     def from_mesh(cls, mesh: TriangleMesh) -> PackedMesh:
         """Round to 1/65535 of the longest side.
 
-        Vertices without a triangle are dropped, those that fall together become one, and
-        triangles that shrink to an edge or a point are dropped.
+        Vertices without a triangle and triangles without an area are dropped; coinciding vertices
+        are merged.
 
         Raises:
             GeometryError: No triangle is left.
@@ -70,7 +70,7 @@ class PackedMesh(ReadOnlyArrays):
 
 
 def _distinct(steps: NDArray[np.uint16]) -> tuple[NDArray[np.uint16], NDArray[np.int64]]:
-    """(p, 3) distinct rows in order, and which of them each row is."""
+    """(p, 3) distinct rows in order, and the index of each row among them."""
     x, y, z = steps.astype(np.uint64).T
     keys, place_of_row = np.unique(x << np.uint64(32) | y << np.uint64(16) | z, return_inverse=True)
     columns = [(keys >> np.uint64(shift)).astype(np.uint16) for shift in (32, 16, 0)]

@@ -1,4 +1,4 @@
-"""Point packs: one npz file a split, with quantised points of all its objects."""
+"""Point packs: one npz file per split, with quantised points of all objects."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 from circumspect.datasets.object_set import ObjectSet
 from circumspect.errors import InputError
-from circumspect.geometry.npy_stream import read_arrays
+from circumspect.geometry.formats.npy_stream import read_arrays
 from circumspect.storage import atomic_open
 
 KINDS = {"points_u16": "iu", "offset": "f", "scale": "f", "labels": "iu", "names": "U",
          "classes": "U", "metric": "b"}  # fmt: skip
-"""Arrays of a pack to NumPy's letters for what they hold."""
+"""NumPy kinds of the arrays of a pack."""
 OPTIONAL = ("metric",)
-"""Whether scales are in metres: packs of earlier versions do not say."""
+"""Key that states whether scales are in metres; packs of earlier versions lack it."""
 WANTED = {
     "points_u16": "uint16; scale the coordinates to 0 … 65535 and save them as that",
     "labels": "whole numbers; they count the classes from 0: save labels.astype('int16')",
@@ -25,18 +25,18 @@ WANTED = {
     "names": "text; save numpy.array(names, dtype=str)",
     "classes": "text; save numpy.array(classes, dtype=str)",
 }
-"""What is told of an array that holds something else."""
+"""Error message for an array of another type."""
 
 
 def read_point_pack(path: Path) -> ObjectSet:
     """Read a pack.
 
-    Coordinates are `points_u16 / 65535 * scale + offset`. The set holds them in units of each
-    object's longest side, since a pack's scale is arbitrary per object; `sides` are these lengths.
+    Coordinates are `points_u16 / 65535 * scale + offset`. The set has them in units of each
+    object's longest side, since the scale is arbitrary per object; `sides` are these lengths.
 
     Raises:
-        InputError: The file is missing, broken, lacks a key, one holds another type of values, or
-            an object spans no shape.
+        InputError: The file is missing, broken or lacks a key, an array has another type, or an
+            object spans no shape.
     """
     pack = read_arrays(path, KINDS, optional=OPTIONAL, wanted=WANTED)
     points, labels = pack["points_u16"], pack["labels"]
@@ -68,14 +68,14 @@ def write_point_pack(path: Path, objects: ObjectSet) -> None:
     """Write a pack; each object is quantised to 1/65535 of its longest side.
 
     Raises:
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     low = objects.points_xyz.min(axis=1).astype(np.float64)
     scale = np.maximum((objects.points_xyz.max(axis=1) - low).max(axis=1), np.finfo(float).tiny)
     unit = (objects.points_xyz - low[:, None]) / scale[:, None, None]
     if objects.sides is not None:
         low, scale = low * (objects.sides / scale)[:, None], objects.sides
-    # Packs of objects without a unit stay as they were.
+    # Objects without a unit have no such key, as in earlier versions.
     metric: dict[str, Any] = {} if objects.metric is None else {"metric": objects.metric}
     with atomic_open(path, "wb") as stream:
         np.savez_compressed(

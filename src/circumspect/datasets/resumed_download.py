@@ -1,4 +1,4 @@
-"""A downloader for pooch that goes on where an earlier attempt broke off."""
+"""A downloader for pooch that resumes interrupted downloads."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
 
 CHUNK = 1 << 16
 TIMEOUT = 30.0
-"""Without a byte for so long [s] an attempt is over."""
+"""Time without a byte after which an attempt ends [s]."""
 PARTIAL, PAST_THE_END = 206, 416
 NUMBER = re.compile(r"[0-9]{1,18}")
 SPAN = re.compile(r"bytes (?P<first>[0-9]{1,18})-[0-9]+/(?P<total>[0-9]{1,18})?")
-"""What a part of a body is called: first, last and all; all may be *."""
+"""Content-Range header: first, last and total; each may be *."""
 
 
 class ResumedDownload:
-    """Keeps what has come beside the target and asks only for the rest.
+    """Downloader that keeps the received bytes and requests only the rest.
 
     Args:
-        part: Where to keep what has come; a second file beside it tells the version of it. Once
-            all has come it is called .whole until it is at the target.
-        attempts: How often to go on after the connection broke without a further byte.
-        pause: Before the second attempt [s]; it doubles from attempt to attempt.
-        progress: Called with (bytes there, bytes in all).
+        part: File of the received bytes; a second file beside it contains their version. A complete
+            download is named .whole until it is moved to the target.
+        attempts: Number of retries after the connection broke without a further byte.
+        pause: Pause before the second attempt [s]; doubled for each further one.
+        progress: Called with (received bytes, all bytes).
     """
 
     def __init__(
@@ -50,39 +50,41 @@ class ResumedDownload:
         """Download; the signature is pooch's.
 
         Raises:
-            InputError: It is no address of a file.
-            CircumspectError: The server can not be reached, refuses, or breaks off too often.
-            OSError: The disk fails; what has come stays for the next attempt.
+            InputError: The URL is not the address of a file.
+            CircumspectError: The server is unreachable, refuses, or closes the connection too
+                often.
+            OSError: The disk fails; the received bytes are kept for the next attempt.
         """
         if not self._whole.exists():
             self._download(url)
             self.part.replace(self._whole)
         self._version.unlink(missing_ok=True)
-        # Renamed on the same disk, so that it needs no room twice.
+        # A rename on the same disk needs no further space.
         shutil.move(self._whole, output_file)
 
     def _download(self, url: str) -> None:
-        """Bring all of it into the part."""
+        """Download everything into the part."""
         failures, most = 0, 0
         while (reason := self._attempt(url)) is not None:
             there = self._there()
-            # What comes again after it was discarded is no progress, or this might never end.
+            # Bytes received again after they were discarded are no progress; this prevents an
+            # endless loop.
             failures = 1 if there > most else failures + 1
             most = max(most, there)
             if failures >= self.attempts:
                 raise CircumspectError(
-                    f"{url}: can not be fetched ({reason}); the same command goes on with the "
+                    f"{url}: can not be fetched ({reason}); the same command resumes with the "
                     f"{there:,} bytes that are there"
                 )
             time.sleep(self.pause * 2 ** (failures - 1))
 
     def _attempt(self, url: str) -> str | None:
-        """Bring what is missing; why it has not all come, None where it has."""
+        """Download the missing bytes; return why some are still missing, or None."""
         import requests
         from requests.exceptions import InvalidSchema, InvalidURL, MissingSchema
 
         try:
-            return self._went_on(url)
+            return self._continued(url)
         except requests.HTTPError as error:
             status = "nothing" if error.response is None else error.response.status_code
             raise CircumspectError(f"{url}: the server answers {status}") from error
@@ -96,15 +98,15 @@ class ResumedDownload:
     def _there(self) -> int:
         return self.part.stat().st_size if self.part.exists() else 0
 
-    def _went_on(self, url: str) -> str | None:
-        """Ask for what is missing; why it has not all come, None where it has."""
+    def _continued(self, url: str) -> str | None:
+        """Request the missing bytes; return why some are still missing, or None."""
         import requests
 
         there, headers = self._there(), {"Accept-Encoding": "identity"}
         if there and self._version.exists():
             headers |= {
                 "Range": f"bytes={there}-",
-                # Otherwise parts of two versions would become one file.
+                # Otherwise parts of two versions could be combined.
                 "If-Range": self._version.read_text(encoding="latin-1"),
             }
         else:
@@ -112,14 +114,14 @@ class ResumedDownload:
         with requests.get(url, headers=headers, stream=True, timeout=TIMEOUT) as answer:
             if answer.status_code == PAST_THE_END or _starts_elsewhere(answer, there):
                 self.part.unlink(missing_ok=True)
-                return "the server does not go on where it broke off"
+                return "the server does not resume where it broke off"
             answer.raise_for_status()
             if answer.status_code != PARTIAL:
                 there = 0
             return self._received(url, answer, there)
 
     def _received(self, url: str, answer: Response, there: int) -> str | None:
-        """Put an answer's body behind the bytes that are there; as `_went_on`."""
+        """Append an answer's body to the part; return as `_continued`."""
         total = _total(answer, there)
         self.part.parent.mkdir(parents=True, exist_ok=True)
         self._require_space(url, 0 if total is None else total - there)
@@ -136,7 +138,7 @@ class ResumedDownload:
         if version is None:
             self._version.unlink(missing_ok=True)
         else:
-            # As headers are; any bytes are some version.
+            # The encoding of headers, which accepts any bytes.
             self._version.write_text(version, encoding="latin-1")
 
     def _require_space(self, url: str, missing: int) -> None:
@@ -149,12 +151,12 @@ class ResumedDownload:
 
 
 def _packed(answer: Response) -> bool:
-    """A body that is unpacked on its way here, though it was asked for as it is."""
+    """Whether a body is compressed in transit, although it was requested uncompressed."""
     return answer.headers.get("Content-Encoding", "identity") != "identity"
 
 
 def _starts_elsewhere(answer: Response, there: int) -> bool:
-    """A part that does not begin behind the bytes that are there, or does not say where."""
+    """Whether a part does not continue the received bytes, or does not state its range."""
     if answer.status_code != PARTIAL:
         return False
     span = SPAN.match(answer.headers.get("Content-Range", ""))
@@ -162,20 +164,20 @@ def _starts_elsewhere(answer: Response, there: int) -> bool:
 
 
 def _total(answer: Response, there: int) -> int | None:
-    """How many bytes there will be in all; None where that is not known."""
+    """Total number of bytes; None if unknown."""
     if answer.status_code == PARTIAL:
-        # A server may send less than was asked for: all is what it says of all.
+        # A server may send less than was requested; its total counts.
         span = SPAN.match(answer.headers.get("Content-Range", ""))
         if span and span["total"]:
             return int(span["total"])
     length = answer.headers.get("Content-Length", "")
-    # Where a server sends other words, the body ends when the connection does.
+    # Without a length, the body ends with the connection.
     return None if _packed(answer) or not NUMBER.fullmatch(length) else there + int(length)
 
 
 def _version(answer: Response) -> str | None:
-    """By what the rest of the same version can be asked for; None where it can not."""
+    """The validator of this version for a range request; None if there is none."""
     version = answer.headers.get("ETag") or answer.headers.get("Last-Modified")
-    # Ranges of a packed body do not count the bytes that are there.
+    # Ranges of a compressed body do not count the received bytes.
     weak = version is None or version.startswith("W/")
     return None if weak or _packed(answer) else version

@@ -1,64 +1,57 @@
-"""What an RGB-D camera on a robot sees of a training object, from one view to a full orbit.
+"""Simulated scans of training objects by an RGB-D camera, from one view to a full orbit.
 
-Depth images of the object and of random surroundings are rendered, made noisy by `DepthNoise`,
-segmented with the errors of a segmentation, and fused with the errors of a registration. Never a
-rotation about the vertical: the object keeps its heading, only the camera goes round it.
+Depth images of the object in random surroundings are rendered, made noisy by `DepthNoise`,
+segmented with segmentation errors, and fused with registration errors. There is no rotation about
+the vertical: the object keeps its heading, and the camera moves around it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from math import pi, radians, tan
+from math import pi
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from circumspect.datasets.neighbour import Neighbour
 from circumspect.datasets.object_caster import ObjectCaster
-from circumspect.datasets.placed_object import PlacedObject
-from circumspect.datasets.segmentation_errors import LEAK_STEP, SegmentationErrors
-from circumspect.datasets.surroundings import NOTHING, Surroundings, Wall
+from circumspect.datasets.placed_object import Neighbour, PlacedObject
+from circumspect.datasets.scan_view import HALF_IMAGE, ScanView
+from circumspect.datasets.segmentation_errors import SegmentationErrors
+from circumspect.datasets.surroundings import RoomSurroundings, Wall
 from circumspect.errors import InputError
-from circumspect.geometry import PinholeCamera
-from circumspect.sensing import DepthNoise
 
 Chance = np.random.Generator
-HALF_IMAGE = (tan(radians(29.0)), tan(radians(22.5)))
-"""Half width and half height of the Xtion's image at 1 m."""
-FOCAL = 570.3
-"""Of the Xtion PRO [px]."""
-ACROSS = 80
-"""Rays across the object; finer than the cells of a grid, coarser than a camera's pixels."""
-AROUND = 1.3
-"""The rendered window is so many times as large as the object."""
 CHANCES = (
     "mirror", "rescale", "complete", "single", "occluded", "beside", "furnished", "merged",
     "cluttered", "walled", "leak", "boxed", "cut", "lowered", "thinned", "strays",
 )  # fmt: skip
 ADDED_LATER = ("rescale", "furnished", "merged", "thinned")
-"""Chances that older documents lack."""
-FEWEST = 60
-"""Voxels; a view that shows less is no scan, and another one is drawn."""
+"""Probabilities that older documents lack."""
+MIN_VOXELS = 60
+"""Minimum number of voxels; a scan with fewer is drawn again."""
 VOXELS = 96.0
-"""Voxels along the longest side of what is seen."""
+"""Voxels along the longest visible side."""
 SAMPLES = 12_000
 """Points on a complete surface."""
-RAYS_A_VIEW = 2500
-"""Rays that are traced for the free space."""
+HIDDEN_BELOW = (0.1, 0.55)
+"""Fraction of the object's height below which it is hidden, like a chair at a table."""
+MERGED_WITHIN = 0.3
+"""Maximum distance from the object's box of furniture that is segmented with it [m]."""
+THINNED = (0.02, 0.6)
+"""Fraction of the points that a thinned scan keeps, drawn log-uniformly."""
 
 
 @dataclass(frozen=True)
-class SimulatedScan:
-    """What a simulated scan holds of an object.
+class TrainingScan:
+    """A simulated scan of an object.
 
     Attributes:
         points_xyz: (n, 3) float32 [m] the segmented surface, thinned to voxels, map frame.
-        origins_xyz: (m, 3) float32 [m] where rays begin.
-        ends_xyz: (m, 3) float32 [m] where they end, on the object or behind it.
-        views_xyz: (v, 3) float32 [m] where the camera was.
+        origins_xyz: (m, 3) float32 [m] origins of rays.
+        ends_xyz: (m, 3) float32 [m] ends of rays, on the object or behind it.
+        views_xyz: (v, 3) float32 [m] positions of the camera.
     """
 
     points_xyz: NDArray[np.float32]
@@ -72,35 +65,35 @@ class ScanAugmentation:
     """Ranges of the random scans.
 
     Attributes:
-        mirror: Chance to swap left and right (x to -x).
+        mirror: Probability of swapping left and right (x to -x).
         stretch: Each axis is scaled by e^u, u uniform in ± this.
-        resize: So is the whole object.
-        rescale: Chance that an object of unknown unit takes another size of its class.
-        complete: Chance that the whole surface is taken, inner faces and all, as a file holds it;
-            no rays then, but noise and holes.
-        single: Chance of a scan of one view; the others have an arc.
-        most_views: Views of a full orbit.
-        heights: Of the camera above the floor [m].
-        distances: Of the camera, in units of the distance at which the object fits the image; below
-            1 the image cuts it off.
-        nearest: The camera is at least so far from the object's middle [m].
-        farthest: And at most so far [m].
-        occluded: Chance of one or two boxes before the object.
-        beside: Chance of a box that stands next to the object.
-        furnished: Chance of another piece of furniture next to the object, under or over it.
-        merged: Chance that a segmentation takes what is near of such a piece for the object.
-        cluttered: Chance of one to three things on the object or against it that a segmentation
-            takes for a part of it.
-        walled: Chance of a wall behind the object.
-        leak: Chance that a segmentation takes in what is next to the object's pixels.
-        boxed: Chance that a segmentation is a box, with everything in it.
-        cut: Chance that a segmentation loses what lies beyond a plane.
-        lowered: Chance that something that stands all round hides the lower part.
-        thinned: Chance that few of the points are left.
-        floor_cut: Range of the height below which nothing is the object [m].
+        resize: The same for the scale of the whole object.
+        rescale: Probability that an object of unknown unit gets another size of its class.
+        complete: Probability of the whole surface, including inner faces, as in a file; without
+            rays, but with noise and holes.
+        single: Probability of a scan of one view; others have an arc.
+        most_views: Number of views of a full orbit.
+        heights: Range of the camera's height above the floor [m].
+        distances: Range of the camera's distance, in units of the distance at which the object fits
+            the image; below 1 the image truncates it.
+        nearest: Minimum distance of the camera from the object's centre [m].
+        farthest: Maximum distance of the camera from the object's centre [m].
+        occluded: Probability of one or two boxes in front of the object.
+        beside: Probability of a box next to the object.
+        furnished: Probability of other furniture next to, under or over the object.
+        merged: Probability that nearby parts of this furniture are segmented with the object.
+        cluttered: Probability of one to three boxes on or against the object that are segmented
+            with it.
+        walled: Probability of a wall behind the object.
+        leak: Probability that pixels next to the object's are segmented with it.
+        boxed: Probability that the segmentation is a box with its whole content.
+        cut: Probability that the segmentation loses everything beyond a plane.
+        lowered: Probability that the lower part is hidden from all sides.
+        thinned: Probability that few of the points remain.
+        floor_cut: Range of the height below which the object is cut off [m].
         registration: Largest standard deviation of a view's pose: [m], and [deg] about the
             vertical in hundredths of that.
-        strays: Chance of stray points.
+        strays: Probability of stray points.
     """
 
     mirror: float = 0.5
@@ -138,12 +131,12 @@ class ScanAugmentation:
 
     @classmethod
     def from_dict(cls, document: Any) -> ScanAugmentation:
-        """Read back what `dataclasses.asdict` made, also after JSON.
+        """Read a document from `dataclasses.asdict`, also after JSON.
 
-        What a document of before does not name was not simulated then.
+        Probabilities that an older document lacks are 0.
 
         Raises:
-            InputError: Not such a document.
+            InputError: It is another document.
         """
         known = {field.name for field in fields(cls)}
         if not isinstance(document, Mapping) or set(document) - known:
@@ -157,24 +150,24 @@ class ScanAugmentation:
 
     def scan(
         self, caster: ObjectCaster, rng: Chance, sizes: tuple[float, float] = (1.0, 1.0)
-    ) -> SimulatedScan:
+    ) -> TrainingScan:
         """Scan an object once.
 
         Args:
             caster: The object [m], z up.
-            rng: Source of all chance.
-            sizes: By how much it may shrink and grow, see `LabelledSurfaces.size_factors`.
+            rng: Random generator.
+            sizes: Range of scales, see `LabelledSurfaces.size_factors`.
 
         Returns:
-            A scan of at least `FEWEST` points, as far as a few tries find one.
+            A scan of at least `MIN_VOXELS` points, if a few attempts find one.
         """
         stretch = self._stretch(rng, sizes)
         if rng.random() < self.complete:
             return _complete(caster, stretch, rng)
         found = None
         for _ in range(8):
-            found = self._once(caster, stretch, rng)
-            if len(found.points_xyz) >= FEWEST:
+            found = self._single_scan(caster, stretch, rng)
+            if len(found.points_xyz) >= MIN_VOXELS:
                 return found
         assert found is not None
         return found
@@ -188,9 +181,9 @@ class ScanAugmentation:
             factors[0] = -factors[0]
         return factors
 
-    def _once(
+    def _single_scan(
         self, caster: ObjectCaster, stretch: NDArray[np.float64], rng: Chance
-    ) -> SimulatedScan:
+    ) -> TrainingScan:
         corners = np.sort(caster.corners_xyz * stretch, axis=0)
         placed = PlacedObject(corners[0], corners[1])
         views_xyz = self._views(placed, rng)
@@ -198,16 +191,16 @@ class ScanAugmentation:
         views_xyz = np.array(
             [v for v in views_xyz if not any(wall.is_behind(v) for wall in around.walls)]
         )
-        segmentation = SegmentationErrors.drawn(self, placed, rng)
+        segmentation = self._segmentation(placed, rng)
         noise_m = abs(rng.normal()) * self.registration
         shown = [
-            _View.taken(caster, stretch, placed, around, view, segmentation, noise_m, rng)
+            ScanView.taken(caster, stretch, placed, around, view, segmentation, noise_m, rng)
             for view in views_xyz
         ]
         points = np.concatenate([one.points_xyz for one in shown])
         if len(points):
             points = segmentation.finished(_voxelised(points), rng)
-        return SimulatedScan(
+        return TrainingScan(
             points.astype(np.float32),
             np.concatenate([one.origins_xyz for one in shown]).astype(np.float32),
             np.concatenate([one.ends_xyz for one in shown]).astype(np.float32),
@@ -215,7 +208,7 @@ class ScanAugmentation:
         )
 
     def _views(self, placed: PlacedObject, rng: Chance) -> NDArray[np.float64]:
-        """(v, 3) [m] places along an arc round the object."""
+        """(v, 3) [m] positions along an arc around the object."""
         fitting = placed.radius / min(HALF_IMAGE) / 0.95
         away = np.clip(
             fitting * rng.uniform(*self.distances), self.nearest + placed.reach, self.farthest
@@ -242,7 +235,7 @@ class ScanAugmentation:
 
     def _surroundings(
         self, placed: PlacedObject, views_xyz: NDArray[np.float64], rng: Chance
-    ) -> Surroundings:
+    ) -> RoomSurroundings:
         first = views_xyz[0] - placed.middle
         bearing = float(np.arctan2(first[1], first[0]))
         walls, boxes = [], []
@@ -263,11 +256,35 @@ class ScanAugmentation:
         if rng.random() < self.furnished:
             piece = Neighbour.drawn(placed.low, placed.high, rng)
             furniture = (piece,) if all(map(piece.is_clear_of, views_xyz)) else ()
-        return Surroundings(tuple(walls), free, furniture)
+        return RoomSurroundings(tuple(walls), free, furniture)
+
+    def _segmentation(self, placed: PlacedObject, rng: Chance) -> SegmentationErrors:
+        """The errors of one scan's segmentation, the same in all views."""
+        floor_cut = float(rng.uniform(*self.floor_cut))
+        if rng.random() < self.lowered:
+            floor_cut = float(placed.high[2] * rng.uniform(*HIDDEN_BELOW))
+        leak, box, plane, merged, kept_share, strays = 0, None, None, None, 1.0, 0
+        if rng.random() < self.leak:
+            leak = int(rng.integers(1, 5))
+        if rng.random() < self.boxed:
+            margin = rng.uniform(0.0, 0.12, 3)
+            box = placed.low - margin, placed.high + margin
+            floor_cut = min(floor_cut, float(rng.uniform(-0.03, 0.05)))
+        if rng.random() < self.cut:
+            normal = rng.normal(size=3) * (1.0, 1.0, 0.5)
+            plane = normal / np.linalg.norm(normal), float(rng.uniform(0.5, 0.95))
+        if rng.random() < self.merged:
+            margin = rng.uniform(0.0, MERGED_WITHIN, 3)
+            merged = placed.low - margin, placed.high + margin
+        if rng.random() < self.thinned:
+            kept_share = float(np.exp(rng.uniform(*np.log(THINNED))))
+        if rng.random() < self.strays:
+            strays = int(rng.integers(1, 25))
+        return SegmentationErrors(floor_cut, leak, box, plane, merged, kept_share, strays)
 
 
-def _complete(caster: ObjectCaster, stretch: NDArray[np.float64], rng: Chance) -> SimulatedScan:
-    """The whole surface with noise, thinned now and then, and with holes."""
+def _complete(caster: ObjectCaster, stretch: NDArray[np.float64], rng: Chance) -> TrainingScan:
+    """The whole surface with noise, sometimes thinned, and with holes."""
     points = caster.mesh.sampled(SAMPLES, rng).points_xyz * stretch
     size = float(np.ptp(points, axis=0).max()) / 2
     points = points + rng.normal(size=points.shape) * rng.uniform(0, 0.01) * size
@@ -280,76 +297,11 @@ def _complete(caster: ObjectCaster, stretch: NDArray[np.float64], rng: Chance) -
             keep &= ((points - centre) ** 2).sum(axis=1) > radius**2
     none = np.empty((0, 3), np.float32)
     kept = points[keep] if keep.any() else points
-    return SimulatedScan(kept.astype(np.float32), none, none, none)
-
-
-@dataclass(frozen=True)
-class _View:
-    """What one depth image adds."""
-
-    points_xyz: NDArray[np.floating]
-    origins_xyz: NDArray[np.floating]
-    ends_xyz: NDArray[np.floating]
-
-    @classmethod
-    def taken(
-        cls, caster: ObjectCaster, stretch: NDArray[np.float64], placed: PlacedObject,
-        around: Surroundings, view_xyz: NDArray[np.float64], segmentation: SegmentationErrors,
-        noise_m: float, rng: Chance,
-    ) -> _View:  # fmt: skip
-        camera, R_map_camera = _window(placed, view_xyz, rng)
-        rays = camera.rays_xyz.reshape(-1, 3).astype(np.float32) @ R_map_camera.T
-        hits = caster.hits(view_xyz, rays, stretch).nearer(around.hits(view_xyz, rays))
-        size = camera.height, camera.width
-        true = np.where(hits.kind == NOTHING, np.float32(np.nan), hits.depth).reshape(size)
-        share = camera.fx / FOCAL  # Noise is stated in pixels of the full image.
-        noise = DepthNoise(
-            nearest=0.4, farthest=6.0, lateral_sigma=0.8 * share, disparity_step=0.125 * share
-        )
-        depth = noise.applied(true, hits.incidence.reshape(size), camera, rng)
-        # Where the camera is believed to have been.
-        turn = Rotation.from_rotvec(rng.normal(0, 1.0, 3) * noise_m * (0.3, 0.3, 1.0))
-        origin = (view_xyz + rng.normal(0, 1.0, 3) * noise_m).astype(np.float32)
-        believed = rays @ turn.as_matrix().T.astype(np.float32)
-        measured = (believed * depth.reshape(-1, 1) + origin).reshape(*size, 3)
-        # A pixel at an edge that measured what is behind belongs to that.
-        with np.errstate(invalid="ignore"):
-            kind = np.where(np.abs(depth - true) < LEAK_STEP, hits.kind.reshape(size), NOTHING)
-        mask = segmentation.mask(kind, depth, measured)
-        valid = np.flatnonzero(np.isfinite(depth))
-        step = max(1, len(valid) // RAYS_A_VIEW)
-        ends = measured.reshape(-1, 3)[valid[rng.integers(step) :: step]]
-        return cls(measured[mask], np.broadcast_to(origin, ends.shape), ends)
-
-
-def _window(
-    placed: PlacedObject, view_xyz: NDArray[np.float64], rng: Chance
-) -> tuple[PinholeCamera, NDArray[np.float32]]:
-    """The part of the camera's image that shows the object, at the resolution that it needs.
-
-    Returns:
-        The camera of that part and `R_map_camera`.
-    """
-    aim = placed.middle + rng.uniform(-0.3, 0.3, 3) * placed.half
-    forward = aim - view_xyz
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= max(float(np.linalg.norm(right)), 1e-6)
-    R_map_camera = np.column_stack([right, np.cross(forward, right), forward]).astype(np.float32)
-    seen = R_map_camera.T @ (placed.middle - view_xyz)
-    spread = AROUND * placed.radius / max(seen[2], 0.1)
-    low = np.maximum(seen[:2] / max(seen[2], 0.1) - spread, -np.array(HALF_IMAGE))
-    high = np.minimum(seen[:2] / max(seen[2], 0.1) + spread, HALF_IMAGE)
-    focal = min(ACROSS / (spread * 2 / AROUND), FOCAL)
-    width, height = np.maximum(np.ceil((high - low) * focal).astype(int), 8)
-    camera = PinholeCamera(
-        int(width), int(height), focal, focal, float(-low[0] * focal), float(-low[1] * focal)
-    )
-    return camera, R_map_camera
+    return TrainingScan(kept.astype(np.float32), none, none, none)
 
 
 def _voxelised(points: NDArray[np.floating]) -> NDArray[np.floating]:
-    """One point in each voxel, so that near surfaces weigh no more than far ones."""
+    """One point per voxel, so that near surfaces do not dominate."""
     side = max(float(np.ptp(points, axis=0).max()) / VOXELS, 1e-4)
     cells = np.floor((points - points.min(axis=0)) / side).astype(np.int64)
     keys = (cells[:, 0] << 40) | (cells[:, 1] << 20) | cells[:, 2]

@@ -1,4 +1,4 @@
-"""Where the files of a large set lie: a folder, or the URL of an object store."""
+"""Storage of a large set's files in a folder or an object store."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from circumspect.storage import atomic_open
 
 
 class SetStore:
-    """Files under a root, by names with slashes.
+    """Files below a root, by names with slashes.
 
     Args:
-        url: A path, or a URL that fsspec knows, such as s3://bucket/set.
+        url: A path, or a URL that fsspec supports, such as s3://bucket/set.
 
     Raises:
-        MissingExtraError: fsspec, or what it needs for such a URL, is not installed.
-        InputError: No such kind of URL is known.
+        MissingExtraError: fsspec, or a package that it needs for the URL, is not installed.
+        InputError: The kind of URL is unknown.
     """
 
     def __init__(self, url: str | os.PathLike[str]) -> None:
@@ -35,20 +35,20 @@ class SetStore:
         self._is_local = "file" in self._files.protocol
 
     def place(self, name: str) -> str:
-        """A file for people: its whole path or URL."""
+        """The full path or URL of a file, for messages."""
         return f"{self.url.rstrip('/')}/{name}"
 
     def names(self, pattern: str) -> list[str]:
         """Names of the files that match, in alphabetical order.
 
         Args:
-            pattern: With * for any name within a folder.
+            pattern: Name with * for any name within a folder.
 
         Raises:
-            InputError: The store can not be reached.
+            InputError: The store cannot be reached.
         """
         try:
-            # An object store may have answered the same before.
+            # An object store may have cached an earlier answer.
             self._files.invalidate_cache()
             found = self._files.glob(f"{self._root}/{pattern}")
         except OSError as error:
@@ -57,10 +57,10 @@ class SetStore:
         return sorted(path[start:] for path in found)
 
     def opened(self, name: str) -> IO[bytes]:
-        """A file to read, which the caller closes.
+        """Open a file for reading; the caller closes it.
 
         Raises:
-            InputError: It is missing or can not be read.
+            InputError: It is missing or cannot be read.
         """
         try:
             return self._files.open(f"{self._root}/{name}", "rb")
@@ -68,10 +68,10 @@ class SetStore:
             raise InputError(f"{self.place(name)}: can not be read ({error})") from error
 
     def read(self, name: str) -> bytes:
-        """All of a file.
+        """Read a whole file.
 
         Raises:
-            InputError: It is missing or can not be read.
+            InputError: It is missing or cannot be read.
         """
         try:
             return self._files.cat_file(f"{self._root}/{name}")
@@ -79,10 +79,10 @@ class SetStore:
             raise InputError(f"{self.place(name)}: can not be read ({error})") from error
 
     def write(self, name: str, content: bytes) -> None:
-        """Write a whole file; no reader sees a part of it.
+        """Write a whole file atomically.
 
         Raises:
-            OutputError: It can not be written.
+            OutputError: It cannot be written.
         """
         path = f"{self._root}/{name}"
         if self._is_local:
@@ -90,7 +90,7 @@ class SetStore:
                 stream.write(content)
             return
         try:
-            # Object stores show an object once all of it is there.
+            # Object stores show an object only when it is complete.
             self._files.pipe_file(path, content)
         except OSError as error:
             raise OutputError(f"{self.place(name)}: can not be written ({error})") from error

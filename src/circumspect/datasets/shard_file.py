@@ -1,13 +1,13 @@
-"""One shard of a set of grids: a Parquet file that describes itself.
+"""Shards of a set of grids: self-describing Parquet files.
 
-| column | what it holds |
+| column | content |
 |---|---|
 | grid | the views of an object as packed bits |
 | label | index into the classes |
-| object | the object's name; variants and scans of one object share it |
-| start_deg | azimuth from which it was scanned [degrees]; null where it was not |
+| object | name of the object, shared by its variants and scans |
+| start_deg | azimuth of the scan's start [degrees]; null without a scan |
 
-The metadata "circumspect" of the schema hold a `ShardHead` as JSON.
+The schema's metadata "circumspect" contain a `ShardHead` as JSON.
 """
 
 from __future__ import annotations
@@ -22,32 +22,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.classification.input_spec_dict import with_current_names
 from circumspect.datasets.set_store import SetStore
 from circumspect.errors import InputError, MissingExtraError
 
-FORMAT = 2
+FORMAT = 3
+"""Version of the head. Version 3 renamed "recipe" to "input_spec"."""
 KEY = b"circumspect"
 GROUP = 512
-"""Grids in a row group, the least that is read at a time."""
+"""Number of grids in a row group, the unit of reading."""
 
 
 @dataclass(frozen=True)
 class ShardHead:
-    """What all grids of a shard have in common; JSON types.
+    """The properties that all grids of a shard share; JSON types.
 
     Attributes:
-        recipe: What made the grids, see `recipe_from_dict`.
-        shape: Views of an object that lie together, and cells along each axis of a grid.
-        classes: What labels count.
-        source: Which objects they are of, and how variants were drawn.
-        split: train, validation or test.
-        number: Of the shard, from 0.
-        count: Of shards in the split.
-        version: Of circumspect.
-        counts: Grids of each class; `write_shard` counts them.
+        input_spec: Specification of the grids, see `input_spec_from_dict`.
+        shape: Number of views of an object, and cells along each axis of a grid.
+        classes: Class names in the order of the labels.
+        source: Source of the objects and settings of the variants.
+        split: "train", "validation" or "test".
+        number: Number of the shard, from 0.
+        count: Number of shards in the split.
+        version: Version of circumspect.
+        counts: Number of grids of each class; `write_shard` counts them.
     """
 
-    recipe: dict[str, Any]
+    input_spec: dict[str, Any]
     shape: tuple[int, ...]
     classes: tuple[str, ...]
     source: dict[str, Any]
@@ -59,49 +61,53 @@ class ShardHead:
 
     @property
     def name(self) -> str:
-        """Of the shard's file inside the set."""
+        """Name of the shard's file inside the set."""
         return f"{self.split}/{self.number:05}-of-{self.count:05}.parquet"
 
     @property
     def grid_bytes(self) -> int:
-        """Of one packed grid."""
+        """Size of one packed grid."""
         return -(-int(np.prod(self.shape)) // 8)
 
     @property
     def digest(self) -> str:
-        """A hash of what the split was made of; the same for all of its shards."""
-        content = json.dumps([self.recipe, self.source, self.split, self.count], sort_keys=True)
+        """Hash of everything that defines the split; the same for all of its shards."""
+        # Sets of format 2 and networks trained on them keep their digests.
+        grids = {"staggered" if k == "dithered" else k: v for k, v in self.input_spec.items()}
+        content = json.dumps([grids, self.source, self.split, self.count], sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()
 
     def to_json(self) -> str:
-        """As the metadata hold it."""
+        """The text in the file's metadata."""
         return json.dumps({"format": FORMAT, **asdict(self)})
 
     @classmethod
     def from_json(cls, text: bytes | None) -> ShardHead:
-        """Read what `to_json` wrote.
+        """Read a text from `to_json`, also of format 2.
 
         Raises:
-            ValueError: It is none, or of another format.
+            ValueError: The text is missing, or of another format.
         """
         if text is None:
             raise ValueError("it has no circumspect metadata")
         found = json.loads(text)
-        if (kind := found.pop("format", None)) != FORMAT:
-            raise ValueError(f"it is of format {kind}, this version reads format {FORMAT}")
+        if (kind := found.pop("format", None)) not in (2, FORMAT):
+            raise ValueError(f"it is of format {kind}, this version reads formats 2 and {FORMAT}")
+        if kind == 2:
+            found["input_spec"] = with_current_names(found.pop("recipe"))
         tuples = {name: tuple(found[name]) for name in ("shape", "classes", "counts")}
         return cls(**{**found, **tuples})
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Some grids of a shard.
+    """Rows of a shard.
 
     Attributes:
         packed: (n, bytes) uint8 grids as packed bits.
-        labels: (n,) int64.
-        objects: (n,) names.
-        starts_deg: (n,) [degrees]; NaN where there is none.
+        labels: (n,) int64 labels.
+        objects: (n,) names of the objects.
+        starts_deg: (n,) azimuths of the starts [degrees]; NaN for none.
     """
 
     packed: NDArray[np.uint8]
@@ -113,14 +119,14 @@ class Rows:
         return len(self.labels)
 
     def subset(self, chosen: NDArray[np.int64] | slice) -> Rows:
-        """Those that an index array names."""
+        """The rows of an index array."""
         return Rows(
             self.packed[chosen], self.labels[chosen], self.objects[chosen], self.starts_deg[chosen]
         )
 
     @classmethod
     def joined(cls, parts: Sequence[Rows]) -> Rows:
-        """Of several, one after the other."""
+        """Concatenate rows."""
         return cls(
             np.concatenate([part.packed for part in parts]),
             np.concatenate([part.labels for part in parts]),
@@ -130,10 +136,10 @@ class Rows:
 
 
 def require_pyarrow() -> None:
-    """Find out whether shards can be read and written.
+    """Check that shards can be read and written.
 
     Raises:
-        MissingExtraError: They can not.
+        MissingExtraError: pyarrow is not installed.
     """
     try:
         import pyarrow.parquet  # noqa: F401
@@ -142,17 +148,17 @@ def require_pyarrow() -> None:
 
 
 def write_shard(store: SetStore, head: ShardHead, rows: Rows) -> None:
-    """Write a shard; it is there whole or not at all.
+    """Write a shard atomically.
 
     Args:
-        store: Of the set.
-        head: What the shard holds.
+        store: Storage of the set.
+        head: Head of the shard.
         rows: The grids.
 
     Raises:
-        InputError: The rows do not fit the head.
+        InputError: The rows do not match the head.
         MissingExtraError: pyarrow is not installed.
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     require_pyarrow()
     import pyarrow as pa
@@ -180,18 +186,18 @@ def write_shard(store: SetStore, head: ShardHead, rows: Rows) -> None:
 
 
 class ShardFile:
-    """A shard to read from; only what is asked for is read.
+    """Reader of a shard; only the requested parts are read.
 
     Args:
-        store: Of the set.
-        name: Of the file inside it.
+        store: Storage of the set.
+        name: Name of the file inside the set.
 
     Attributes:
-        head: What it holds.
-        groups: Grids in each row group.
+        head: Head of the shard.
+        groups: Number of grids in each row group.
 
     Raises:
-        InputError: The file is missing, truncated, or no shard.
+        InputError: The file is missing, truncated, or not a shard.
         MissingExtraError: pyarrow is not installed.
     """
 
@@ -249,7 +255,7 @@ class ShardFile:
         return rows
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._file.close()
 
 

@@ -1,4 +1,4 @@
-"""A set of grids in shards, read as a stream: shuffled, in bounded memory, from any sample on."""
+"""Sharded sets of grids, read as a shuffled, resumable stream in bounded memory."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from circumspect.datasets.shard_file import Rows, ShardFile, ShardHead
 from circumspect.errors import InputError
 
 BUFFER = 8
-"""An epoch is shuffled by row groups, and grids among so many of them."""
+"""Number of row groups in the shuffle buffer."""
 
 
 class ShardedSet:
     """One split of a set.
 
     Attributes:
-        head: What all shards have in common, of the first one.
+        head: Head of the first shard, which all shards share except number and counts.
     """
 
     def __init__(self, shards: list[ShardFile]) -> None:
-        """Use shards that are open; see `read`."""
+        """Set the open shards; see `read`."""
         self._shards = shards
         self.head: ShardHead = shards[0].head
         self._groups = [(shard, n) for shard in shards for n in range(len(shard.groups))]
@@ -36,14 +36,15 @@ class ShardedSet:
 
     @classmethod
     def read(cls, url: str | os.PathLike[str], split: str) -> Self:
-        """Open all shards of a split; their grids stay where they are.
+        """Open all shards of a split without reading their grids.
 
         Args:
             url: The set, a folder or a URL.
-            split: train, validation or test.
+            split: "train", "validation" or "test".
 
         Raises:
-            InputError: A shard is missing, broken, or does not fit the others; it is named.
+            InputError: A shard is missing, broken, or does not match the others; the message names
+                it.
             MissingExtraError: pyarrow or fsspec is not installed.
         """
         store = SetStore(url)
@@ -64,17 +65,17 @@ class ShardedSet:
 
     @property
     def names(self) -> list[str]:
-        """Of the shards inside the set."""
+        """Names of the shards inside the set."""
         return [shard.head.name for shard in self._shards]
 
     @property
     def groups(self) -> int:
-        """Row groups of all shards; what processes share."""
+        """Number of row groups of all shards, which processes share."""
         return len(self._groups)
 
     @property
     def classes(self) -> tuple[str, ...]:
-        """What labels count."""
+        """Class names in the order of the labels."""
         return self.head.classes
 
     def in_order(self) -> Iterator[Rows]:
@@ -87,13 +88,13 @@ class ShardedSet:
             yield shard.rows(group)
 
     def steps(self, batch: int, world: int = 1) -> int:
-        """Whole batches in an epoch.
+        """Number of whole batches in an epoch.
 
         Args:
-            batch: Grids in a batch of all processes together.
-            world: Processes that share an epoch.
+            batch: Grids in a batch, over all processes.
+            world: Number of processes that share an epoch.
         """
-        # Whatever the order, so that all processes take as many steps in every epoch.
+        # A lower bound for any order: all processes take equally many steps in every epoch.
         fewest = np.sort(self._sizes)[: len(self._sizes) // world].sum()
         return int(fewest) // (batch // world)
 
@@ -102,19 +103,18 @@ class ShardedSet:
     ) -> Iterator[Rows]:
         """An epoch of whole batches.
 
-        Row groups are shuffled and dealt to the processes; each process shuffles grids among
-        `BUFFER` of its groups. It holds no more than these in memory. Groups before batch `first`
-        are not read.
+        Row groups are shuffled and distributed to the processes. Each process shuffles grids among
+        `BUFFER` of its groups, which bounds its memory. Groups before batch `first` are not read.
 
         Args:
-            batch: Grids in a batch of all processes together; a multiple of `world`.
-            seed: Of the order; the same for all processes, another one for each epoch.
-            first: Begin with this batch.
-            rank: Which process this is.
-            world: How many there are.
+            batch: Grids in a batch, over all processes; a multiple of `world`.
+            seed: Seed of the order; the same for all processes, another one for each epoch.
+            first: Number of the first batch.
+            rank: Number of this process.
+            world: Number of processes.
 
         Yields:
-            This process' share of each batch.
+            This process' part of each batch.
 
         Raises:
             InputError: A shard is broken.
@@ -133,7 +133,7 @@ class ShardedSet:
             left = rows.subset(slice(whole * share, None))
 
     def _shuffled(self, seed: int, rank: int, world: int, skipped: int) -> Iterator[Rows]:
-        """The grids of a process in the order of an epoch, those of a buffer at a time."""
+        """The grids of a process in the order of an epoch, one buffer at a time."""
         rng = np.random.default_rng([seed, rank])
         mine = self._order(seed)[rank::world]
         for start in range(0, len(mine), BUFFER):
@@ -148,7 +148,7 @@ class ShardedSet:
             skipped = 0
 
     def _order(self, seed: int) -> NDArray[np.int64]:
-        """Row groups of an epoch, before they are dealt."""
+        """Row groups of an epoch, before they are distributed."""
         return np.random.default_rng(seed).permutation(len(self._groups))
 
     def unpacked(self, rows: Rows) -> NDArray[np.uint8]:
@@ -158,12 +158,12 @@ class ShardedSet:
         return bits.reshape(len(rows), *shape)
 
     def counts(self) -> dict[str, int]:
-        """Class to the number of its grids, as the heads of the shards say."""
+        """Number of grids per class, from the heads of the shards."""
         total = np.sum([shard.head.counts for shard in self._shards], axis=0)
         return dict(zip(self.classes, total.tolist(), strict=True))
 
     def close(self) -> None:
-        """Let go of all files."""
+        """Close all files."""
         for shard in self._shards:
             shard.close()
 
@@ -175,7 +175,7 @@ class ShardedSet:
 
 
 def is_sharded(url: str) -> bool:
-    """Whether a path or URL is to be read as shards: all URLs are."""
+    """Whether a path or URL is read as shards; all URLs are."""
     return "://" in url or any(Path(url).glob("*/*.parquet"))
 
 
@@ -195,11 +195,11 @@ def _require_all(store: SetStore, split: str, names: list[str]) -> None:
 
 
 def _require_same(first: ShardFile, other: ShardFile) -> None:
-    for what in ("recipe", "shape", "classes", "source", "split"):
+    for what in ("input_spec", "shape", "classes", "source", "split"):
         one, two = getattr(first.head, what), getattr(other.head, what)
         if one != two:
             raise InputError(
-                f"{other.place}: has other {what} than {first.place} ({_short(two)}, not "
+                f"{other.place}: differs in {what} from {first.place} ({_short(two)}, not "
                 f"{_short(one)})"
             )
 

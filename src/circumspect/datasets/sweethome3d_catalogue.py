@@ -1,7 +1,7 @@
 """Sweet Home 3D's furniture catalogues: zips of properties and models.
 
-Catalogues are untrusted: sizes are bounded before anything is unpacked, everything is unpacked in
-memory, and names from the properties are looked up in the archive alone.
+Catalogues are untrusted: sizes are checked before unpacking, unpacking is in memory, and names from
+the properties are only looked up in the archive.
 """
 
 from __future__ import annotations
@@ -21,35 +21,35 @@ from urllib.parse import unquote
 
 from circumspect.datasets.java_properties import parse_properties
 from circumspect.errors import InputError, printable, reason_of
-from circumspect.geometry.file_faults import blamed_on
+from circumspect.geometry.formats.file_errors import reading_file
 
 SUFFIX = ".sh3f"
 PROPERTIES = (
     "PluginFurnitureCatalog.properties",
     "com/eteks/sweethome3d/io/DefaultFurnitureCatalog.properties",
 )
-"""Of a catalogue of its own, and of the default one within the program's jar."""
-LARGEST_PROPERTIES = 16 << 20
-LARGEST_MODEL = 64 << 20
-HARMLESS_MODEL = 4 << 20
-MOST_UNPACKED = 64
-"""Text packs tenfold: a larger model may not be so many times as large as it was packed."""
-LONGEST_TEXT = 500
-"""Of names and licences [characters]."""
+"""Names of the properties in a catalogue, and in the default one within the program's jar."""
+MAX_PROPERTIES_BYTES = 16 << 20
+MAX_MODEL_BYTES = 64 << 20
+UNCHECKED_MODEL_BYTES = 4 << 20
+MAX_UNPACKING_RATIO = 64
+"""Maximum ratio of unpacked to packed size of larger models; for text it is about 10."""
+MAX_TEXT_LENGTH = 500
+"""Maximum length of names and licences [characters]."""
 
-UNSOUND = (
+MALFORMED = (
     zipfile.BadZipFile, zlib.error, struct.error, EOFError, RuntimeError, ValueError,
     OverflowError,
 )  # fmt: skip
-"""What broken and encrypted archives raise …"""
+"""Exceptions for broken and encrypted archives."""
 DAMAGED = (zipfile.BadZipFile, zlib.error, EOFError)
-"""… and those of them that no longer hold what was packed."""
+"""Exceptions for archives whose content is damaged."""
 
 _KEY = re.compile(r"(name|category|model|width|depth|height|modelRotation|creator|license)#(\d+)")
 
 
 class SkipCode(StrEnum):
-    """Why a piece is left out."""
+    """Reason why a piece is left out."""
 
     NO_NAME = "no_name"
     NO_MODEL = "no_model"
@@ -63,7 +63,7 @@ class SkipCode(StrEnum):
 
 
 class PieceError(InputError):
-    """A piece that is left out; the rest of its catalogue can be used."""
+    """A piece that is left out; the rest of its catalogue is usable."""
 
     def __init__(self, code: SkipCode, reason: str) -> None:
         super().__init__(reason)
@@ -72,26 +72,26 @@ class PieceError(InputError):
 
 @dataclass(frozen=True)
 class Piece:
-    """What the properties say of a piece; nothing is checked yet.
+    """The properties of a piece, unchecked.
 
     Attributes:
-        number: Of its keys.
-        properties: Key without number to value.
+        number: Number in the keys of the properties.
+        properties: Values by key without number.
     """
 
     number: int
     properties: dict[str, str]
 
     def text(self, key: str) -> str:
-        """A value without anything that breaks a line, cut where it is very long; "" if missing."""
-        return printable(self.properties.get(key, "")[:LONGEST_TEXT])
+        """A printable value of limited length; "" if missing."""
+        return printable(self.properties.get(key, "")[:MAX_TEXT_LENGTH])
 
     @property
     def title(self) -> str:
-        """What the catalogue calls it.
+        """Name in the catalogue.
 
         Raises:
-            PieceError: It has no name, so that nobody knows what it is.
+            PieceError: The piece has no name.
         """
         title = self.text("name")
         if not title:
@@ -103,7 +103,7 @@ class Piece:
         """Path of the model in the archive.
 
         Raises:
-            PieceError: There is none.
+            PieceError: The piece has no model.
         """
         path = self.properties.get("model", "").strip()
         if not path:
@@ -113,12 +113,12 @@ class Piece:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """What the properties of a catalogue say.
+    """The properties of a catalogue.
 
     Attributes:
         path: The file.
-        licence: Of all its pieces that name none of their own.
-        pieces: In the order of their numbers.
+        licence: Licence of all pieces without their own.
+        pieces: Pieces in the order of their numbers.
     """
 
     path: Path
@@ -131,20 +131,20 @@ class Catalogue:
         return printable(self.path.stem)
 
 
-class Models:
+class ModelArchive:
     """The models of an open catalogue."""
 
     def __init__(self, path: Path, archive: zipfile.ZipFile) -> None:
         self._path, self._archive = path, archive
 
     def read(self, model: str) -> bytes:
-        """An OBJ file from the archive, or from a zip within it.
+        """Read an OBJ file from the archive, or from a zip within it.
 
         Args:
             model: `folder/chair.obj`, `folder/chair.zip` or `folder/chair.zip!/chair.obj`.
 
         Raises:
-            PieceError: It is missing, broken or too large, or of another format.
+            PieceError: The file is missing, broken, too large, or has another format.
             InputError: The catalogue is damaged, or the disk fails.
         """
         outer, _, inner = model.partition("!")
@@ -160,45 +160,46 @@ class Models:
 
 
 def read_catalogue(path: Path) -> Catalogue:
-    """Read what a catalogue lists.
+    """Read the list of a catalogue.
 
     Args:
         path: A .sh3f file, or the jar of the program.
 
     Raises:
-        InputError: The file is missing, no readable zip or no catalogue; the message names it.
+        InputError: The file is missing, not a readable zip or not a catalogue; the message names
+            it.
     """
-    with blamed_on(path) as file, _opened(file) as archive:
+    with reading_file(path) as file, _opened(file) as archive:
         properties = parse_properties(_properties(archive))
-    licence = printable(properties.get("license", "")[:LONGEST_TEXT])
+    licence = printable(properties.get("license", "")[:MAX_TEXT_LENGTH])
     return Catalogue(path, licence, _pieces(properties))
 
 
 @contextmanager
-def open_models(path: Path) -> Iterator[Models]:
+def open_models(path: Path) -> Iterator[ModelArchive]:
     """Open a catalogue to read its models.
 
     Args:
         path: A .sh3f file, or the jar of the program.
 
     Raises:
-        InputError: The file is missing or no readable zip; the message names it.
+        InputError: The file is missing or not a readable zip; the message names it.
     """
-    with blamed_on(path) as file:
+    with reading_file(path) as file:
         archive = _opened(file)
     with archive:
-        yield Models(path, archive)
+        yield ModelArchive(path, archive)
 
 
 def catalogue_files(path: Path) -> list[Path]:
-    """The catalogues that a path stands for, in order.
+    """The catalogues of a path, in order.
 
     Args:
-        path: A file, which stands for itself, or a folder: all .sh3f files below it, and jars
-            that hold the default catalogue.
+        path: A file, or a folder; of a folder, all .sh3f files below it, and jars that contain the
+            default catalogue.
 
     Raises:
-        InputError: There are none, or a jar is no readable zip.
+        InputError: There are none, or a jar is not a readable zip.
     """
     if not path.is_dir():
         return [path]
@@ -218,19 +219,19 @@ def catalogue_files(path: Path) -> list[Path]:
 
 
 def _holds_catalogue(jar: Path) -> bool:
-    with blamed_on(jar) as file, _opened(file) as archive:
+    with reading_file(jar) as file, _opened(file) as archive:
         return _found(archive, *PROPERTIES) is not None
 
 
 def _opened(file: Path) -> zipfile.ZipFile:
     try:
         return zipfile.ZipFile(file)
-    except UNSOUND as error:
+    except MALFORMED as error:
         raise InputError(f"is no readable zip ({error}); get the file again") from error
 
 
 def _found(archive: zipfile.ZipFile, *names: str) -> zipfile.ZipInfo | None:
-    """The member of the first of some names that is there."""
+    """The first existing member of some names."""
     for name in names:
         try:
             return archive.getinfo(name)
@@ -243,29 +244,29 @@ def _properties(archive: zipfile.ZipFile) -> bytes:
     item = _found(archive, *PROPERTIES)
     if item is None:
         raise InputError(f"holds no {PROPERTIES[0]}; it is no furniture catalogue")
-    if item.file_size > LARGEST_PROPERTIES:
+    if item.file_size > MAX_PROPERTIES_BYTES:
         raise InputError(
             f"{item.filename} would unpack to {item.file_size >> 20} MiB; "
-            f"{LARGEST_PROPERTIES >> 20} are read"
+            f"{MAX_PROPERTIES_BYTES >> 20} are read"
         )
     try:
         return _unpacked(archive, item)
-    except UNSOUND as error:
+    except MALFORMED as error:
         raise InputError(f"{item.filename} is broken ({error}); get the file again") from error
 
 
 def _unpacked(archive: zipfile.ZipFile, item: zipfile.ZipInfo) -> bytes:
-    """No more bytes than the archive announces; other ways to pack take memory without bounds."""
+    """Unpack a member in bounded memory, to no more bytes than announced."""
     if item.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise RuntimeError("packed in a way that Java does not know")
     return archive.read(item)
 
 
 def _pieces(properties: dict[str, str]) -> tuple[Piece, ...]:
-    """Numbers may be missing, and keys of each number too."""
+    """Pieces by number; numbers, and keys of each number, may be missing."""
     by_number: dict[int, dict[str, str]] = {}
     for key, value in properties.items():
-        # Longer numbers would be no keys of a catalogue, and Python refuses to read some.
+        # Keys of a catalogue have no longer numbers, and Python refuses to parse very long ones.
         if (match := _KEY.fullmatch(key)) and len(match[2]) < 10:
             by_number.setdefault(int(match[2]), {})[match[1]] = value
     return tuple(Piece(number, by_number[number]) for number in sorted(by_number))
@@ -278,10 +279,10 @@ def _require_obj(model: str) -> None:
 
 
 def _nested(data: bytes, outer: str, inner: str) -> bytes:
-    """An OBJ file from a zip in memory: the one named, or the one that seems meant."""
+    """An OBJ file from a zip in memory: the named one, or the most likely one."""
     try:
         archive = zipfile.ZipFile(io.BytesIO(data))
-    except UNSOUND as error:
+    except MALFORMED as error:
         raise PieceError(SkipCode.BROKEN_MODEL, f"its model is a broken zip ({error})") from error
     with archive:
         name = inner or _obj_in(archive, outer)
@@ -289,7 +290,7 @@ def _nested(data: bytes, outer: str, inner: str) -> bytes:
         try:
             return _member(archive, name)
         except DAMAGED as error:
-            # What the catalogue holds is intact: its author packed a broken one.
+            # The catalogue is intact; its author packed a broken zip.
             raise _broken(error) from error
 
 
@@ -304,7 +305,7 @@ def _obj_in(archive: zipfile.ZipFile, outer: str) -> str:
 
 
 def _member(archive: zipfile.ZipFile, name: str) -> bytes:
-    """A member's bytes; a name from the properties may be written as in a URL.
+    """A member's bytes; a name from the properties may be URL-encoded.
 
     Raises:
         PieceError: It is missing, too large, encrypted, or packed in an unknown way.
@@ -313,8 +314,8 @@ def _member(archive: zipfile.ZipFile, name: str) -> bytes:
     item = _found(archive, name, unquote(name))
     if item is None:
         raise PieceError(SkipCode.MISSING_FILE, "its model is not in the catalogue")
-    limit = max(HARMLESS_MODEL, MOST_UNPACKED * item.compress_size)
-    if item.file_size > min(limit, LARGEST_MODEL):
+    limit = max(UNCHECKED_MODEL_BYTES, MAX_UNPACKING_RATIO * item.compress_size)
+    if item.file_size > min(limit, MAX_MODEL_BYTES):
         raise PieceError(
             SkipCode.TOO_LARGE,
             f"its model would unpack from {item.compress_size >> 10} KiB to "
@@ -324,7 +325,7 @@ def _member(archive: zipfile.ZipFile, name: str) -> bytes:
         return _unpacked(archive, item)
     except DAMAGED:
         raise
-    except UNSOUND as error:
+    except MALFORMED as error:
         raise _broken(error) from error
 
 

@@ -1,4 +1,4 @@
-"""The class of a piece of a Sweet Home 3D catalogue, from its English name, category and size."""
+"""Classes of pieces of Sweet Home 3D catalogues, from their English name, category and size."""
 
 from __future__ import annotations
 
@@ -10,27 +10,28 @@ from circumspect.datasets.mesh_set import AMBIGUOUS, OTHER
 from circumspect.datasets.verification import MODELNET10
 
 CLASSES = tuple(sorted(MODELNET10))
-"""Of the labels, in alphabetical order."""
+"""Names of the labels, in alphabetical order."""
 
 NEVER_FURNITURE = ("Characters", "Doors and windows", "Staircases", "Vehicles")
 """Categories without furniture."""
 SHORTEST_SIDE, LONGEST_SIDE, THINNEST_SIDE = 0.30, 3.50, 0.03
-"""Furniture has its longest side between the first two, and no side below the third [m]."""
+"""Furniture has its longest side between the first two values, and no side below the third [m]."""
 LOWEST_CHAIR = 0.5
-"""A lower seat is a stool [m]."""
+"""Seats below this height are stools [m]."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A row of the table.
+    """A rule of the table.
 
     Attributes:
         answer: A class, "other" or "ambiguous".
-        words: Whole words or phrases; the name must have one of them, with or without a plural s.
-            Empty means any name.
-        without: The name must have none of them.
-        categories: The category must be one of them. Empty means any.
-        upright: Whether it must be taller than wide and deep, and no lower than a chair.
+        words: Whole words or phrases; the name must contain one of them, with or without a plural
+            s. Empty means any name.
+        without: Words that the name must not contain.
+        categories: Allowed categories; empty means any.
+        upright: Whether the piece must be taller than wide and deep, and at least as high as a
+            chair.
     """
 
     answer: str
@@ -40,7 +41,7 @@ class Rule:
     upright: bool = False
 
     def fits(self, name: str, category: str, metres: tuple[float, float, float]) -> bool:
-        """Whether the row applies to a piece of this name, category, width, depth and height."""
+        """Whether the rule applies to a piece of this name, category, width, depth and height."""
         width, depth, height = metres
         return (
             (not self.categories or category in self.categories)
@@ -64,20 +65,20 @@ def _any_of(words: tuple[str, ...]) -> re.Pattern[str]:
 
 RULES = (
     Rule("other", categories=NEVER_FURNITURE),
-    # What is named after the furniture that it is put on or used with.
+    # Accessories that are named after the furniture they are used with.
     Rule("other", ("lamp", "fan", "bat", "brush", "paper", "towel", "mat", "remote control",
                    "antenna", "plug", "freezer")),
-    # An office chair with arms is a chair; other armchairs lie between chair and sofa.
+    # An office chair with arms is a chair; other armchairs are between chair and sofa.
     Rule("chair", ("armchair",), categories=("Office",), upright=True),
-    # Seats that are neither chair nor sofa.
+    # Seats that are neither chairs nor sofas.
     Rule("ambiguous", ("armchair", "stool", "bench", "ottoman", "puff", "pouf", "lounge",
                        "wheelchair", "bar chair", "high chair", "deck chair", "beach chair")),
     Rule("ambiguous", ("bank",), categories=("Exterior",)),
-    # Places to sleep that are not a bed on legs.
+    # Sleeping furniture other than a bed on legs.
     Rule("ambiguous", ("baby bed", "day bed", "loft bed", "mezzanine bed", "sofa bed", "opened",
                        "crib", "cot", "mattress", "sleeping bag")),
     Rule("ambiguous", ("futon",), without=("sofa", "couch")),
-    # Tables for one purpose.
+    # Tables for special purposes.
     Rule("ambiguous", ("changing table", "dressing table", "football table", "pool table",
                        "table tennis", "technical table", "workbench")),
     # Storage that resembles a dresser or a night stand, or holds a screen.
@@ -86,9 +87,9 @@ RULES = (
     Rule("ambiguous", ("box",), categories=("Living room", "Office")),
     # Flat panels that resemble a monitor.
     Rule("ambiguous", ("screen", "white board", "laptop", "notebook", "ibook")),
-    # What resembles a toilet or a bathtub.
+    # Objects that resemble a toilet or a bathtub.
     Rule("ambiguous", ("bidet", "urinal", "potty", "jacuzzi")),
-    # The classes. What names two of them is the one that comes first.
+    # The classes. The first one counts if a name contains two of them.
     Rule("toilet", ("toilet",)),
     Rule("bathtub", ("bath", "bathtub")),
     Rule("night_stand", ("bedside table", "nightstand", "night stand")),
@@ -103,18 +104,17 @@ RULES = (
     Rule("desk", ("desk",)),
     Rule("table", ("table",)),
 )  # fmt: skip
-"""The first row that applies decides; none means other."""
+"""The first rule that applies decides; otherwise the label is "other"."""
 
 
 def label_of(name: str, category: str, metres: tuple[float, float, float]) -> int:
     """Index into `CLASSES`, `OTHER` or `AMBIGUOUS`.
 
-    What is named like furniture but does not have its size, such as a chair for dolls, is
-    ambiguous.
+    Pieces with a name but not the size of furniture, such as a chair for dolls, are ambiguous.
 
     Args:
-        name: What the catalogue calls the piece, in English.
-        category: The catalogue's category, in English.
+        name: Name in the catalogue, in English.
+        category: Category in the catalogue, in English.
         metres: Width, depth and height [m].
     """
     answers = (rule.answer for rule in RULES if rule.fits(name, category, metres))
@@ -127,10 +127,10 @@ def label_of(name: str, category: str, metres: tuple[float, float, float]) -> in
 
 
 def has_furniture_size(category: str, metres: tuple[float, float, float]) -> bool:
-    """Whether it is as large as furniture, and of a category that holds some.
+    """Whether a piece has the size of furniture and a category with furniture.
 
     Args:
-        category: The catalogue's category, in English.
+        category: Category in the catalogue, in English.
         metres: Width, depth and height [m].
     """
     return (

@@ -1,4 +1,4 @@
-"""Whether a copy of ModelNet10 is complete and sound."""
+"""Verification that a copy of ModelNet10 is complete and readable."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ MODELNET10 = MappingProxyType(
         "toilet": (344, 100),
     }
 )
-"""Training and test models of each class; those of a class are numbered through, training first."""
+"""Numbers of training and test models per class, numbered consecutively, training first."""
 SPLITS = ("train", "test")
 NAME = re.compile(r"(\w+)_\d{4}")
-"""Of a model: its class and its number."""
+"""Class and number in the name of a model."""
 
 
 @dataclass(frozen=True)
 class Verification:
-    """What a copy holds.
+    """The content of a copy.
 
     Attributes:
-        counts: Split and class to models found.
-        missing: Split and name of each model that is not there.
-        foreign: What does not belong to ModelNet10.
-        broken: Path and fault of what can not be read, or says two things at once.
+        counts: Number of models found, by split and class.
+        missing: Split and name of each missing model.
+        foreign: Files that do not belong to ModelNet10.
+        broken: Path and error of files that are unreadable or contradictory.
     """
 
     counts: dict[tuple[str, str], int]
@@ -53,11 +53,11 @@ class Verification:
 
     @property
     def complete(self) -> bool:
-        """Everything is there and can be read; what is there beside does no harm."""
+        """Whether nothing is missing or unreadable; other files do not matter."""
         return not self.missing and not self.broken
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON types."""
+        """The content in JSON types."""
         return {
             "complete": self.complete,
             "counts": {
@@ -66,12 +66,12 @@ class Verification:
             },
             "missing": [f"{split}/{name}" for split, name in self.missing],
             "foreign": list(self.foreign),
-            "broken": [{"file": file, "fault": fault} for file, fault in self.broken],
+            "broken": [{"file": file, "error": error} for file, error in self.broken],
         }
 
 
 def expected_names() -> dict[str, list[str]]:
-    """Split to the names of all its models."""
+    """Names of all models by split."""
     names: dict[str, list[str]] = {split: [] for split in SPLITS}
     for name, (train, test) in MODELNET10.items():
         names["train"] += [f"{name}_{number:04d}" for number in range(1, train + 1)]
@@ -80,14 +80,14 @@ def expected_names() -> dict[str, list[str]]:
 
 
 def verify(path: Path, progress: Callable[[int, int], None] | None = None) -> Verification:
-    """Read all of a copy and compare it with what ModelNet10 is made of.
+    """Read a whole copy and compare it with ModelNet10.
 
     Args:
         path: A folder of point packs, or the folder of OFF files.
         progress: Called with (done, all) after each mesh.
 
     Raises:
-        InputError: Neither is there.
+        InputError: There are neither packs nor OFF files.
     """
     if any((path / f"{split}.npz").is_file() for split in SPLITS):
         return _of_packs(path)
@@ -110,14 +110,14 @@ def _of_packs(path: Path) -> Verification:
             broken.append((pack.name, str(error)))
             continue
         found += [(split, str(name)) for name in objects.names]
-        for fault in (_mislabelled(objects), _misplaced(objects, split)):
-            if fault is not None:
-                broken.append((pack.name, f"{pack}: {fault}"))
+        for error in (_mislabelled(objects), _misplaced(objects, split)):
+            if error is not None:
+                broken.append((pack.name, f"{pack}: {error}"))
     return _compared(found, [], broken)
 
 
 def _mislabelled(objects: ObjectSet) -> str | None:
-    """How many labels say otherwise than the names of their objects; None where all agree."""
+    """Describe labels that disagree with the names of their objects; None if all agree."""
     labels = [objects.classes[label] for label in objects.labels]
     wrong = [
         (str(name), label)
@@ -129,18 +129,18 @@ def _mislabelled(objects: ObjectSet) -> str | None:
     name, label = wrong[0]
     return (
         f"{len(wrong)} of {len(labels)} labels disagree with the names, as that of {name}, which "
-        f"is {label}; fetch or make the pack anew"
+        f"is {label}; fetch or make the pack again"
     )
 
 
 def _misplaced(objects: ObjectSet, split: str) -> str | None:
-    """What a pack holds twice, or of the other split; unlike a file beside, it would be used."""
+    """Describe repeated objects and objects of the other split."""
     counts = Counter(objects.names.tolist())
     if twice := sorted(name for name, count in counts.items() if count > 1):
         return f"{len(twice)} objects are in it more than once, as {twice[0]} is"
     names = expected_names()
-    strangers = {name for other in SPLITS if other != split for name in names[other]}
-    if wrong := sorted(strangers & counts.keys()):
+    foreign = {name for other in SPLITS if other != split for name in names[other]}
+    if wrong := sorted(foreign & counts.keys()):
         return f"{len(wrong)} objects belong to the other split, as {wrong[0]} does"
     return None
 

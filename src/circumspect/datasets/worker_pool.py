@@ -1,4 +1,4 @@
-"""Processes that end with what began them."""
+"""Pool of worker processes that end with their parent."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from typing import Any
 def worker_pool(
     workers: int, initializer: Callable[..., None] | None = None, *arguments: Any
 ) -> Iterator[ProcessPoolExecutor]:
-    """Processes to submit work to; Ctrl-C and any other error end them with all that waits.
+    """Pool of worker processes; Ctrl-C and any other error end them with all pending work.
 
-    They are spawned: a fork would share the locks of threads that it does not have.
+    Processes are spawned: a forked process would inherit locks of threads that it does not have.
 
     Args:
-        workers: How many.
-        initializer: Called first in each; a function of a module.
-        arguments: Its arguments.
+        workers: Number of processes.
+        initializer: Called first in each process; a function of a module.
+        arguments: Arguments of the initializer.
     """
     context = _Context()
     others = set(multiprocessing.active_children())
@@ -32,7 +32,7 @@ def worker_pool(
         try:
             yield pool
         except BaseException:
-            # Else all that waits in the pool would still be done.
+            # Otherwise the pool would finish all pending work.
             pool.shutdown(wait=False, cancel_futures=True)
             for process in set(multiprocessing.active_children()) - others:
                 process.terminate()
@@ -40,7 +40,7 @@ def worker_pool(
 
 
 class _Worker(SpawnProcess):
-    """A process that is started with Ctrl-C blocked, so that it prints no traceback of its own."""
+    """A process started with Ctrl-C blocked, so that it does not print its own traceback."""
 
     def start(self) -> None:
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -61,9 +61,9 @@ def _begin(initializer: Callable[..., None] | None, arguments: tuple[Any, ...]) 
 
 
 def _follow_parent() -> None:
-    """A worker whose parent was killed would otherwise go on with its job.
+    """End this worker if its parent is killed.
 
-    Ctrl-C is the parent's to obey: a worker that took it for a fault of its job would begin the
+    Only the parent handles Ctrl-C: a worker would take it for an error of its job and start the
     next one.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)

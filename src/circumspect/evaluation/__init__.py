@@ -1,4 +1,4 @@
-"""How good an answer is: accuracy over yaw, confusion, calibration, and figures of them."""
+"""Measures of answers: accuracy over yaw, confusion, calibration, and their figures."""
 
 from circumspect.evaluation.calibration import Reliability, reliability
 from circumspect.evaluation.predictor import Predictor, TrainedPredictor, load_predictor

@@ -1,4 +1,4 @@
-"""Whether probabilities mean what they say."""
+"""Calibration of probabilities: reliability, expected calibration error and temperature."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from circumspect.errors import InputError
 
 BINS = 15
 RECALL = 0.95
-"""Share of known objects that are to be called known."""
+"""Fraction of known objects that should be in distribution."""
 _TINY = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
 class Reliability:
-    """Accuracy of answers beside the probability that they were given with.
+    """Accuracy and mean probability of answers by probability.
 
     Attributes:
         edges: (b + 1,) of the bins of probability.
         counts: (b,) answers in each.
-        accuracy: (b,) share that is right; NaN where there are none.
-        confidence: (b,) mean probability; NaN where there are none.
+        accuracy: (b,) fraction of correct answers; NaN without any.
+        confidence: (b,) mean probability; NaN without any.
     """
 
     edges: NDArray[np.float64]
@@ -40,14 +40,14 @@ class Reliability:
         correct: NDArray[np.float64],
         confidence: NDArray[np.float64],
     ) -> Self:
-        """From what `bins_of` gives."""
+        """Build from what `bins_of` returned."""
         with np.errstate(invalid="ignore", divide="ignore"):
             means = correct / counts, confidence / counts
         return cls(np.linspace(0, 1, BINS + 1), counts.astype(np.int64), *means)
 
     @property
     def expected_error(self) -> float:
-        """Expected calibration error: the mean distance of the two over all answers.
+        """Expected calibration error: the mean absolute difference over all answers.
 
         Guo et al., "On calibration of modern neural networks", ICML 2017, equation 3.
         """
@@ -57,11 +57,11 @@ class Reliability:
 
 
 def bins_of(confidence: NDArray[np.float64], correct: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Sums over bins of probability, which may be added up.
+    """Sums over bins of probability, which can be added.
 
     Args:
         confidence: (n,) probability of each answer.
-        correct: (n,) whether it is.
+        correct: (n,) whether each answer is correct.
 
     Returns:
         (3, b) answers, correct answers, and the sum of probabilities.
@@ -74,7 +74,7 @@ def bins_of(confidence: NDArray[np.float64], correct: NDArray[np.bool_]) -> NDAr
 
 
 def reliability(probabilities: NDArray[np.float64], labels: NDArray[np.int64]) -> Reliability:
-    """Sort answers by their probability.
+    """Bin answers by their probability.
 
     Args:
         probabilities: (n, c) that sum to 1 along each row; n at least 1.
@@ -85,21 +85,21 @@ def reliability(probabilities: NDArray[np.float64], labels: NDArray[np.int64]) -
 
 
 def fitted_temperature(probabilities: NDArray[np.float64], labels: NDArray[np.int64]) -> float:
-    """What to divide the logits by, so that the truth becomes most probable.
+    """The temperature that maximises the likelihood of the labels.
 
-    Temperature scaling (Guo et al. 2017, section 4.2): of one number a small validation split tells
-    enough, and no answer changes. It multiplies a temperature that the probabilities already have.
+    Temperature scaling (Guo et al. 2017, section 4.2): a small validation split suffices for one
+    number, and no answer changes. It multiplies an existing temperature of the probabilities.
 
     Args:
         probabilities: (n, c) on objects that the network was not trained on.
         labels: (n,) true classes.
 
     Raises:
-        InputError: All answers are right or all are wrong; no temperature is best.
+        InputError: All answers are correct or all are wrong; no temperature is best.
     """
     right = probabilities.argmax(axis=1) == labels
     if right.all() or not right.any():
-        raise InputError("a temperature needs right answers and wrong ones to be fitted to")
+        raise InputError("a temperature needs correct answers and wrong ones to be fitted to")
     logits = np.log(np.maximum(probabilities, _TINY))
 
     def loss(log_temperature: float) -> float:
@@ -113,7 +113,7 @@ def fitted_temperature(probabilities: NDArray[np.float64], labels: NDArray[np.in
 
 
 def tempered(probabilities: NDArray[np.float64], temperature: float) -> NDArray[np.float64]:
-    """The same answers with the logits divided by a temperature.
+    """The probabilities after dividing the logits by a temperature.
 
     Args:
         probabilities: (…, c) that sum to 1.
@@ -125,12 +125,12 @@ def tempered(probabilities: NDArray[np.float64], temperature: float) -> NDArray[
 
 
 def known_within(distances: NDArray[np.float64], recall: float = RECALL) -> float:
-    """The distance from training objects within which this share of known objects lies.
+    """The distance from training objects that contains this fraction of known objects.
 
-    Farther speaks for an object of no known class.
+    Larger distances suggest an unknown object.
 
     Args:
         distances: (n,) of known objects that the network was not trained on; n at least 1.
-        recall: Share of them that is to be called known.
+        recall: Fraction of them that should be in distribution.
     """
     return float(np.quantile(distances, recall))

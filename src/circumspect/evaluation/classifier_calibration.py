@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification import OnnxClassifier
+from circumspect.classification import GridSpec, OnnxClassifier
 from circumspect.classification.confidence_rule import ConfidenceRule
 from circumspect.classification.open_set import OpenSetRule
+from circumspect.datasets.label_meaning import LabelUse, meaning_of
+from circumspect.datasets.labelled_crops import LabelledCrops, require_usable_labels
+from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.evaluation.calibration import fitted_temperature, tempered
 from circumspect.evaluation.confidence_fit import (
-    MOST_WRONG,
+    MAX_ERROR_RATE,
     fitted_confidence,
     fitted_open_set,
     least_probability,
@@ -24,7 +27,7 @@ from circumspect.evaluation.held_back_scans import HeldBackScans
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """What a classifier says of n objects.
+    """A classifier's answers to n objects.
 
     Attributes:
         probabilities: (n, c) of the classes.
@@ -42,14 +45,14 @@ class Answers:
 
     @classmethod
     def of(cls, classifier: OnnxClassifier, scans: HeldBackScans) -> Answers:
-        """Ask a classifier about scans."""
+        """Classify scans."""
         other, distance = classifier.open_set_signs(scans.inputs, scans.contexts)
         probabilities = classifier.probabilities(scans.inputs, scans.contexts)
         return cls(probabilities, other, distance, scans.labels, scans.coverage)
 
     @classmethod
     def joined(cls, parts: Sequence[Answers]) -> Answers:
-        """Several together."""
+        """Concatenate answers."""
         distances = [part.distance for part in parts if part.distance is not None]
         return cls(
             np.concatenate([part.probabilities for part in parts]),
@@ -60,7 +63,7 @@ class Answers:
         )
 
     def subset(self, chosen: NDArray[np.bool_]) -> Answers:
-        """Those that a mask marks."""
+        """The answers that a mask selects."""
         return Answers(
             self.probabilities[chosen],
             self.other[chosen],
@@ -75,8 +78,8 @@ class Answers:
 
 
 @dataclass(frozen=True)
-class Calibration:
-    """What is written to a classifier's file.
+class ClassifierCalibration:
+    """The calibration in a classifier's file.
 
     Attributes:
         temperature: Divides the logits.
@@ -89,7 +92,7 @@ class Calibration:
     confidence: ConfidenceRule
 
     def to_dict(self) -> dict[str, Any]:
-        """As it stands in a file's description."""
+        """The entries in a file's description."""
         return {
             "temperature": self.temperature,
             "confidence": self.confidence.to_dict(),
@@ -102,18 +105,18 @@ def calibrate(
     seen: Answers,
     files: Answers,
     real: Answers | None = None,
-    most_wrong: float = MOST_WRONG,
-) -> Calibration:
-    """Fit all that turns a network's outputs into an answer that may be acted on.
+    max_error_rate: float = MAX_ERROR_RATE,
+) -> ClassifierCalibration:
+    """Fit temperature, open-set model and bounds of confidence.
 
-    For the bound without coverage all real objects together count as much as all simulated clouds.
+    For the bound without coverage, all real objects together weigh as much as all simulated clouds.
 
     Args:
-        classifier: Whose answers these are.
-        seen: To scans with rays, whose coverage is known.
-        files: To clouds without rays: the same scans, and complete surfaces.
-        real: To real objects, without rays.
-        most_wrong: Share of the confident answers that may be wrong.
+        classifier: The classifier of the answers.
+        seen: Answers to scans with rays, whose coverage is known.
+        files: Answers to clouds without rays: the same scans, and complete surfaces.
+        real: Answers to real objects, without rays.
+        max_error_rate: Largest error rate of the confident answers.
 
     Raises:
         InputError: No object of a class, or none of another kind though the network has a class of
@@ -133,14 +136,14 @@ def calibrate(
     without = least_probability(
         judged(all_clouds, factor, open_set),
         all_clouds.correct(classifier.classes),
-        most_wrong,
+        max_error_rate,
         weight,
     )
     rule = fitted_confidence(
         judged(seen, factor, open_set), seen.correct(classifier.classes), seen.coverage,
-        round(without, 4), most_wrong,
+        round(without, 4), max_error_rate,
     )  # fmt: skip
-    return Calibration(classifier.temperature * factor, open_set, rule)
+    return ClassifierCalibration(classifier.temperature * factor, open_set, rule)
 
 
 def judged(
@@ -152,3 +155,37 @@ def judged(
         return probability
     belongs = open_set.probability(answers.other, answers.distance)
     return np.where(belongs >= open_set.threshold, probability, 0.0)
+
+
+def real_answers(
+    classifier: OnnxClassifier, crops: LabelledCrops
+) -> tuple[Answers, NDArray[np.int64]]:
+    """Classify real objects in metres, without coverage.
+
+    Args:
+        classifier: One that takes a context.
+        crops: The objects.
+
+    Returns:
+        The answers, labelled with a class or "other", and the numbers of the objects. Objects with
+        an ambiguous label are left out.
+
+    Raises:
+        InputError: See `require_usable_labels`.
+    """
+    require_usable_labels([crops], classifier.classes)
+    input_spec = classifier.input_spec
+    assert isinstance(input_spec, GridSpec)
+    inputs, contexts, labels, chosen = [], [], [], []
+    for index, label in enumerate(crops.labels.tolist()):
+        meaning = meaning_of(label, classifier.classes)
+        if meaning.use is LabelUse.LEFT_OUT:
+            continue
+        cloud = crops.cloud(index)
+        inputs.append(input_spec.inputs(cloud)[0])
+        contexts.append(input_spec.context(inputs[-1], input_spec.bounds(cloud)))
+        labels.append(meaning.true_class or OTHER)
+        chosen.append(index)
+    unknown = np.full(len(labels), np.nan)
+    scans = HeldBackScans(np.stack(inputs), np.array(contexts), np.array(labels), unknown)
+    return Answers.of(classifier, scans), np.array(chosen)

@@ -1,4 +1,4 @@
-"""Bounds of confidence and of the open set, fitted to objects that were held back."""
+"""Fit the bounds of confidence and of the open set to held-back objects."""
 
 from __future__ import annotations
 
@@ -10,46 +10,47 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from circumspect.classification.confidence_rule import ConfidenceRule
-from circumspect.classification.open_set import SMALLEST, OpenSetRule
+from circumspect.classification.open_set import MIN_VALUE, OpenSetRule
 from circumspect.errors import InputError
 
-MOST_WRONG = 0.02
-"""Share of the confident answers that may be wrong."""
+MAX_ERROR_RATE = 0.02
+"""Largest error rate of the confident answers."""
 FROM_COVERAGE = (0.0, 0.3, 0.45, 0.6, 0.75, 0.9)
-"""Where the bounds change; a single view covers 0.25."""
+"""Coverages at which the bounds change; a single view covers 0.25."""
 NEVER = 1.5
 """A bound that no probability reaches."""
-FEWEST = 30
-"""Answers that a bound rests on; with fewer in a range of coverage none is confident there."""
+MIN_ANSWERS = 30
+"""Answers that a bound needs; with fewer in a range of coverage none is confident there."""
 RECALL = 0.95
-"""Share of the objects of known classes that are to be in distribution."""
+"""Fraction of the known objects that should be in distribution."""
 
 
 def least_probability(
     probability: NDArray[np.float64],
     correct: NDArray[np.bool_],
-    most_wrong: float = MOST_WRONG,
+    max_error_rate: float = MAX_ERROR_RATE,
     weight: NDArray[np.float64] | None = None,
 ) -> float:
-    """The smallest bound above which at most a given share of the answers is wrong.
+    """The smallest bound above which the error rate is at most a given one.
 
     Args:
         probability: (n,) of the answers.
-        correct: (n,) whether they are.
-        most_wrong: The share, 0 … 1.
-        weight: (n,) how much each answer counts, above 0; all the same by default.
+        correct: (n,) whether each answer is correct.
+        max_error_rate: The error rate, 0 … 1.
+        weight: (n,) weight of each answer, above 0; equal by default.
 
     Returns:
-        A probability, or `NEVER` where no bound does, or fewer than `FEWEST` answers reach it.
+        A probability, or `NEVER` if no bound satisfies it or fewer than `MIN_ANSWERS` answers reach
+        it.
     """
     order = np.argsort(-probability, kind="stable")
     ranked = probability[order]
     counted = np.ones(len(order)) if weight is None else weight[order]
     wrong = np.cumsum(counted * ~correct[order]) / np.cumsum(counted)
-    # Of answers with the same probability a bound takes all or none.
+    # A bound includes all or none of the answers with the same probability.
     last = np.append(ranked[1:] < ranked[:-1], True)
-    good = np.flatnonzero((wrong <= most_wrong) & last)
-    if not len(good) or good[-1] + 1 < FEWEST:
+    good = np.flatnonzero((wrong <= max_error_rate) & last)
+    if not len(good) or good[-1] + 1 < MIN_ANSWERS:
         return NEVER
     return float(ranked[good[-1]])
 
@@ -59,27 +60,27 @@ def fitted_confidence(
     correct: NDArray[np.bool_],
     coverage: NDArray[np.float64],
     without_coverage: float,
-    most_wrong: float = MOST_WRONG,
+    max_error_rate: float = MAX_ERROR_RATE,
     edges: Sequence[float] = FROM_COVERAGE,
 ) -> ConfidenceRule:
     """A bound for each range of coverage.
 
     Args:
         probability: (n,) of the answers that are in distribution.
-        correct: (n,) whether they are; the answer to an object of no class never is.
+        correct: (n,) whether each is correct; an answer to an object of no class never is.
         coverage: (n,) share of the azimuth seen, 0 … 1.
         without_coverage: The bound for answers whose coverage is unknown.
-        most_wrong: Share of the confident answers that may be wrong.
+        max_error_rate: Largest error rate of the confident answers.
         edges: Ascending coverages at which the bound changes.
 
     Returns:
-        A rule whose bounds do not rise with the coverage: seeing more never makes an answer of the
-        same probability less trustworthy.
+        A rule whose bounds do not rise with the coverage: more coverage never makes an answer of
+        the same probability less trustworthy.
     """
     bounds = []
     for low, high in zip(edges, [*edges[1:], np.inf], strict=True):
         within = (coverage >= low) & (coverage < high)
-        bounds.append(least_probability(probability[within], correct[within], most_wrong))
+        bounds.append(least_probability(probability[within], correct[within], max_error_rate))
     falling = np.minimum.accumulate(bounds)
     return ConfidenceRule(
         tuple(edges), tuple(round(float(bound), 4) for bound in falling), without_coverage
@@ -92,31 +93,31 @@ def fitted_open_set(
     known: NDArray[np.bool_],
     recall: float = RECALL,
 ) -> OpenSetRule:
-    """A logistic model of being of one of the classes.
+    """Fit a logistic model of belonging to one of the classes.
 
-    Both kinds of objects weigh the same, however many there are of each.
+    Both kinds of objects have the same total weight.
 
     Args:
         other: (n,) probability of "other".
         distance: (n,) to the nearest training object, or None.
         known: (n,) whether the object is of one of the classes.
-        recall: Share of the known objects that are to be in distribution.
+        recall: Fraction of the known objects that should be in distribution.
 
     Raises:
         InputError: Objects of one kind only.
     """
     if known.all() or not known.any():
         raise InputError("an open set needs objects of the classes and of other kinds")
-    p = np.clip(other, SMALLEST, 1.0 - SMALLEST)
+    p = np.clip(other, MIN_VALUE, 1.0 - MIN_VALUE)
     signs = [np.ones_like(p), np.log(p / (1.0 - p))]
     if distance is not None:
-        signs.append(np.log(np.maximum(distance, SMALLEST)))
+        signs.append(np.log(np.maximum(distance, MIN_VALUE)))
     features = np.stack(signs, axis=1)
     weights = np.where(known, 0.5 / known.mean(), 0.5 / (~known).mean())
     towards = np.where(known, 1.0, -1.0)
 
     def loss(factors: NDArray[np.float64]) -> float:
-        # A little decay keeps the factors finite where the kinds separate.
+        # A small weight decay keeps the factors finite if the kinds are separable.
         margins = towards * (features @ factors)
         decay = 1e-3 * float(factors[1:] @ factors[1:])
         return float(np.mean(weights * np.logaddexp(0.0, -margins))) + decay

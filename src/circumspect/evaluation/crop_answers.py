@@ -1,4 +1,4 @@
-"""What a classifier answers to labelled real objects."""
+"""A classifier's answers to labelled real objects."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from circumspect.classification import Classifier
-from circumspect.classification.plausible_size import require_plausible_size
+from circumspect.classification.cloud_checks import require_plausible_size
 from circumspect.classification.prediction import Prediction
 from circumspect.datasets.label_meaning import LabelUse, meaning_of
 from circumspect.datasets.labelled_crops import LabelledCrops
@@ -19,27 +19,27 @@ from circumspect.evaluation.predictor import Predictor
 from circumspect.geometry import PointCloud, require_extent
 
 Scale = Literal["metric", "unknown"]
-"""Whether a classifier is told that coordinates are metres."""
+"""Whether the classifier takes coordinates as metres."""
 
 
 @dataclass(frozen=True)
 class CropAnswer:
-    """The answer to one real object, beside what it is.
+    """The answer to one real object, and its label.
 
     Attributes:
         source: Name of the file that it comes from.
         scene: The room in which it stands.
-        name: What tells it apart from others of the file.
-        label: What it is, as the file has it.
+        name: Identifies the object within the file.
+        label: Its label in the file.
         use: Whether that is a class of the classifier.
-        true_class: The class; empty where the label is none.
+        true_class: The class; empty if the label is none.
         answer: The most probable class.
         probabilities: Class to probability, in the classifier's order; they sum to 1.
         confident: Whether the answer may be acted on, by the classifier's rule.
-        reason: Why not; empty where it may.
+        reason: Why not; empty if it may.
         in_distribution: Whether the object resembles the trained classes.
-        in_distribution_probability: Of being of one of the classes; None where the classifier has
-            no such model.
+        in_distribution_probability: Probability of belonging to one of the classes; None if the
+            classifier has no such model.
         distance: To the nearest training object; None where the classifier does not hold them.
         alternatives: Classes that the classifier does not separate, with their probabilities.
     """
@@ -61,25 +61,25 @@ class CropAnswer:
 
     @property
     def probability(self) -> float:
-        """Of the answer."""
+        """Probability of the answer."""
         return self.probabilities[self.answer]
 
     @property
     def second(self) -> str:
-        """The most probable class beside the answer; the answer itself where it is the only one."""
+        """The second most probable class; the answer itself if it is the only class."""
         others = {name: p for name, p in self.probabilities.items() if name != self.answer}
         return max(others, key=lambda name: others[name], default=self.answer)
 
     @property
     def correct(self) -> bool:
-        """Whether the answer equals the true class; never of another kind."""
+        """Whether the answer equals the true class; false for objects of another kind."""
         return self.use is LabelUse.KNOWN_CLASS and self.answer == self.true_class
 
     @property
     def is_error(self) -> bool:
-        """Whether acting on the answer would be a mistake.
+        """Whether acting on the answer would be an error.
 
-        Of known classes every wrong answer is one, of other kinds the confident ones are.
+        For known classes this is every wrong answer, for other kinds every confident one.
         """
         if self.use is LabelUse.KNOWN_CLASS:
             return not self.correct
@@ -91,7 +91,7 @@ class CropAnswer:
 
     @classmethod
     def from_dict(cls, document: Any) -> CropAnswer:
-        """Read back what `to_dict` made.
+        """Read what `to_dict` returned.
 
         Raises:
             InputError: Not such a document.
@@ -128,14 +128,14 @@ def answer_crops(
     Args:
         predictor: A classifier, or a checkpoint.
         sources: Name of each file to its objects.
-        scale: "unknown" withholds from the classifier that coordinates are metres.
+        scale: "unknown" makes the classifier ignore that coordinates are metres.
         progress: Called with (done, all) objects.
 
     Returns:
-        One answer an object, in the order of the files.
+        One answer per object, in the order of the files.
 
     Raises:
-        InputError: An object spans no shape, or has a size that nothing in a room has.
+        InputError: An object spans no shape, or has an implausible size.
     """
     total, found = sum(map(len, sources.values())), []
     for source, crops in sources.items():
@@ -165,15 +165,15 @@ def classified(predictor: Predictor, cloud: PointCloud, scale: Scale) -> Predict
     """
     if isinstance(predictor, Classifier):
         return predictor.classify(cloud, metric=scale == "metric")
-    recipe = predictor.recipe
-    inputs = recipe.inputs(cloud)
-    context = recipe.context(inputs[0], recipe.bounds(cloud) if scale == "metric" else None)
+    input_spec = predictor.input_spec
+    inputs = input_spec.inputs(cloud)
+    context = input_spec.context(inputs[0], input_spec.bounds(cloud) if scale == "metric" else None)
     probabilities = predictor.probabilities(inputs, None if context is None else context[None])
     return Prediction.from_probabilities(predictor.classes, probabilities[0])
 
 
 def _require_usable(cloud: PointCloud, scale: Scale) -> None:
-    """That an object spans a shape, and is as large as something in a room."""
+    """Check that an object spans a shape and has a plausible size."""
     require_extent(cloud)
     if scale == "unknown":
         return

@@ -13,8 +13,11 @@ from typing import Any
 from circumspect.datasets.labelled_crops import LabelledCrops
 from circumspect.errors import printable
 from circumspect.evaluation.crop_answers import CropAnswer
-from circumspect.evaluation.crop_contact_sheet import draw_errors
-from circumspect.evaluation.crop_figures import draw_crop_confusion, draw_crop_reliability
+from circumspect.evaluation.crop_figures import (
+    draw_crop_confusion,
+    draw_crop_reliability,
+    draw_errors,
+)
 from circumspect.evaluation.crop_report import report_of
 from circumspect.evaluation.figures import save_figure
 from circumspect.storage import atomic_open, write_json
@@ -26,7 +29,7 @@ COLUMNS: tuple[str, ...] = (
     "source", "scene", "name", "label", "use", "answer", "probability", "correct", "confident",
     "in_distribution", "in_distribution_probability", "distance", "alternatives",
 )  # fmt: skip
-"""Of the CSV file; the JSON lines hold more."""
+"""Columns of the CSV file; the JSON lines hold more."""
 
 
 def write_crop_results(
@@ -44,7 +47,7 @@ def write_crop_results(
         The report.
 
     Raises:
-        OutputError: A file can not be written.
+        OutputError: A file cannot be written.
     """
     write_json(folder / METRICS, metrics)
     with atomic_open(folder / OBJECTS_JSON) as stream:
@@ -71,14 +74,14 @@ def draw_crop_results(
         folder: Of `write_crop_results`.
         metrics: As there.
         answers: As there.
-        sources: What they are answers to.
+        sources: The classified objects.
 
     Returns:
         The files written.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        OutputError: A file can not be written.
+        OutputError: A file cannot be written.
     """
     figures = {"confusion.png": draw_crop_confusion(metrics)}
     if metrics["objects"]["known_classes"]:

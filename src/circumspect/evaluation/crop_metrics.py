@@ -10,18 +10,16 @@ from typing import Any
 import numpy as np
 
 from circumspect.datasets.label_meaning import LabelUse
-from circumspect.evaluation.accuracy import confusion_matrix
-from circumspect.evaluation.area_under_curve import area_under_curve
+from circumspect.evaluation.accuracy import area_under_curve, confusion_matrix, wilson_interval
 from circumspect.evaluation.crop_answers import CropAnswer
-from circumspect.evaluation.wilson import wilson_interval
 
 BIN_EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
-"""Of probability; a bin includes its upper edge."""
+"""Edges of the bins of probability; a bin includes its upper edge."""
 Answers = Sequence[CropAnswer]
 
 
 def crop_metrics(answers: Answers, classes: Sequence[str]) -> dict[str, Any]:
-    """All measures, as JSON types; shares and accuracies are fractions of 1.
+    """All measures as JSON types; rates are fractions of 1.
 
     Args:
         answers: From `answer_crops`; at least one.
@@ -53,12 +51,12 @@ def crop_metrics(answers: Answers, classes: Sequence[str]) -> dict[str, Any]:
 
 
 def used_as(answers: Answers, use: LabelUse) -> list[CropAnswer]:
-    """The answers to objects that can be used for something."""
+    """The answers to objects that count."""
     return [answer for answer in answers if answer.use is use]
 
 
 def share(hits: int, count: int) -> dict[str, Any]:
-    """A share with its 95 % interval; both None where there is nothing to count."""
+    """A proportion with its 95 % interval; both None for a count of 0."""
     return {
         "objects": count,
         "hits": hits,
@@ -119,7 +117,7 @@ def _answers_to_others(other: Answers) -> dict[str, dict[str, int]]:
 
 
 def confidence_of(known: Answers, other: Answers) -> dict[str, Any]:
-    """How many answers are confident, and how many of those are correct.
+    """Number of confident answers, and how many of them are correct.
 
     "all" joins both: a confident answer to an object of another kind is wrong.
     """
@@ -166,9 +164,9 @@ def _binned(known: Answers) -> list[tuple[float, float, list[CropAnswer]]]:
 
 
 def open_set_of(known: Answers, other: Answers) -> dict[str, Any]:
-    """How well known classes and other kinds are told apart.
+    """Separation of known classes and other kinds.
 
-    `auroc` is None, with the `reason`, where there is nothing to compare.
+    `auroc` is None, with the `reason`, if one of them is missing.
     """
     measure, scores = open_set_scores([*known, *other])
     result: dict[str, Any] = {
@@ -185,10 +183,10 @@ def open_set_of(known: Answers, other: Answers) -> dict[str, Any]:
 
 
 def open_set_scores(answers: Answers) -> tuple[str, list[float]]:
-    """What the classifier gives as a sign of known classes; larger for more likely ones.
+    """The classifier's score for known classes; larger is more likely.
 
     Returns:
-        Name of the measure, empty where there is none, and a score an answer.
+        Name of the measure, empty without one, and a score per answer.
     """
     belongs = [answer.in_distribution_probability for answer in answers]
     near = [answer.distance for answer in answers]

@@ -14,10 +14,10 @@ from circumspect.errors import printable
 from circumspect.evaluation.markdown import aligned_table
 
 WIDTH = 80
-"""Columns of the terminal."""
-LEAST_LABEL = 12
-"""Characters of a label in a confusion table; with less room for it confusions are listed."""
-MOST_LISTED = 20
+"""Columns of the report."""
+MIN_LABEL_WIDTH = 12
+"""Characters of a label in a confusion table; with less space confusions are listed."""
+MAX_LISTED = 20
 """Confusions in a list."""
 NAME_WIDTH = 20
 """Characters of a room, a file or a label in a table."""
@@ -55,17 +55,17 @@ def report_of(metrics: Mapping[str, Any], pictures: Sequence[str] = ()) -> str:
 
 
 def percent(value: float | None) -> str:
-    """A share in whole percent; a dash where there is none."""
+    """A fraction in whole percent; a dash for None."""
     return "–" if value is None else f"{100 * value:.0f} %"
 
 
 def percent_interval(interval: Sequence[float] | None) -> str:
-    """An interval in whole percent; a dash where there is none."""
+    """An interval in whole percent; a dash for None."""
     return "–" if interval is None else f"{100 * interval[0]:.0f}–{100 * interval[1]:.0f} %"
 
 
 def shortened(text: str, width: int = NAME_WIDTH) -> str:
-    """A name that is safe to print and fits a column; the middle of a longer one is left out."""
+    """A printable name that fits a column; the middle of a longer one is left out."""
     plain = printable(text).replace("|", "/").replace("`", "'")
     if len(plain) <= width:
         return plain
@@ -78,7 +78,7 @@ def wrapped(text: str) -> str:
 
 
 def command_block(command: str) -> str:
-    """A command to copy, its lines continued where it is longer than the terminal is wide."""
+    """A command to copy; its lines are continued at the width of the terminal."""
     lines = textwrap.wrap(command, WIDTH - 2, break_long_words=False, break_on_hyphens=False,
                           subsequent_indent="  ")  # fmt: skip
     return "```sh\n" + " \\\n".join(lines) + "\n```"
@@ -108,7 +108,7 @@ def _counts(metrics: Mapping[str, Any]) -> str:
 
 
 def _listed(labels: Mapping[str, int], why: bool = False) -> str:
-    """Labels with their counts, and for which classes each may stand."""
+    """Labels with their counts, and the classes that they may stand for."""
     words = []
     for label, count in labels.items():
         meant = AMBIGUOUS.get(plain_label(label), ()) if why else ()
@@ -151,12 +151,12 @@ def _classes(metrics: Mapping[str, Any]) -> str:
 
 
 def _confusion(metrics: Mapping[str, Any]) -> str:
-    """What each label was called."""
+    """The answers to each label."""
     classes, rows = metrics["classes"], list(_answers_by_label(metrics))
     largest = max((count for _, _, counts in rows for count in counts.values()), default=0)
     cell = max(2, len(str(largest)), len(str(len(classes))))
     width = min(WIDTH - 4 - len(classes) * (cell + 3), NAME_WIDTH + 2)
-    if width < LEAST_LABEL:
+    if width < MIN_LABEL_WIDTH:
         return _confusion_list(rows)
     table = [
         [
@@ -197,7 +197,7 @@ def _confusion_list(rows: Sequence[tuple[str, str, dict[str, int]]]) -> str:
     head = ["label", "answer", "objects"]
     cells = [
         [shortened(label), shortened(answer), str(count)]
-        for count, label, answer in wrong[:MOST_LISTED]
+        for count, label, answer in wrong[:MAX_LISTED]
     ]
     more = len(wrong) - len(cells)
     note = f"\n\n{more} rarer ones are in metrics.json." if more else ""

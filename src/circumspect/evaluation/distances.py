@@ -1,4 +1,4 @@
-"""How far objects are from those that a classifier was trained on."""
+"""Distances of objects from the training objects of a classifier."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def nearest_distances(
     """Distances of all objects at some yaws from the nearest training object.
 
     Args:
-        classifier: Whose features are compared; its file holds its training objects.
+        classifier: Compares the features; its file holds its training objects.
         objects: The set.
         yaw_deg: y angles [deg].
         progress: Called with (done, all) objects.
@@ -35,7 +35,7 @@ def nearest_distances(
     """
     yaws, found = np.deg2rad(yaw_deg).tolist(), []
     for index in range(len(objects)):
-        found.append(classifier.distances(inputs_of(classifier.recipe, objects, index, yaws)))
+        found.append(classifier.distances(inputs_of(classifier.input_spec, objects, index, yaws)))
         if progress:
             progress(index + 1, len(objects))
     return np.stack(found, axis=1)

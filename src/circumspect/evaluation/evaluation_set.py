@@ -14,12 +14,12 @@ from circumspect.evaluation.predictor import TrainedPredictor
 
 @dataclass(frozen=True, eq=False)
 class EvaluationSet:
-    """A split, as seen by one predictor.
+    """A split, and whether the predictor has seen it.
 
     Attributes:
         objects: The split.
-        seen: The network was trained on some of these objects: a figure on them says nothing
-            about new ones.
+        seen: The network was trained on some of these objects; a figure on them does not hold for
+            new ones.
     """
 
     objects: ObjectSet
@@ -34,8 +34,8 @@ def open_evaluation_set(
 ) -> EvaluationSet:
     """Read a split; validation is what the predictor's own training held back.
 
-    Of a set that it was not trained on, or where nothing was held back, validation is drawn as
-    training would draw it.
+    If it was not trained on this set, or nothing was held back, validation is drawn in the same
+    way.
 
     Args:
         predictor: Says how it was trained.
@@ -44,7 +44,7 @@ def open_evaluation_set(
         progress: Called with (done, all) while meshes are sampled.
 
     Raises:
-        InputError: The data set can not be read.
+        InputError: The data set cannot be read.
     """
     objects = open_data_set(data, "test" if split == "test" else "train", progress)
     fitted = fitted_objects(predictor.training, objects)

@@ -1,18 +1,24 @@
-"""A picture of why: an object in the colours of its evidence, and the grid that was asked about."""
+"""A picture of evidence: an object coloured by its evidence, and its grid."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.classification import CellEvidence, NearExample
 from circumspect.classification.answer_text import percent
-from circumspect.classification.evidence_colours import evidence_colours, evidence_span
+from circumspect.classification.evidence_plot import (
+    draw_cells,
+    draw_evidence_grid,
+    evidence_colours,
+    evidence_span,
+    strongest,
+)
 from circumspect.errors import printable
-from circumspect.evaluation.figure_canvas import new_figure
+from circumspect.figure_canvas import new_figure
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid
 
@@ -22,9 +28,9 @@ if TYPE_CHECKING:
 
 SIDES_DEG = (-60.0, 30.0, 120.0, 210.0)
 ELEVATION_DEG = 22.0
-MOST_POINTS = 24_000
-MOST_NAMES = 12
-"""Of training objects; there is room for no more."""
+MAX_POINTS = 24_000
+MAX_NAMES = 12
+"""Named training objects."""
 
 
 def draw_evidence(
@@ -38,7 +44,7 @@ def draw_evidence(
     Args:
         explained: The evidence.
         cloud: The object's surface, in the frame of the grid.
-        near: Training objects, the nearest first; `MOST_NAMES` of them are named.
+        near: Training objects, the nearest first; `MAX_NAMES` of them are named.
         unit: Of the coordinates, as the axes name it.
 
     Raises:
@@ -48,7 +54,7 @@ def draw_evidence(
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.15, 1.0))
     above, below = parts
     span = evidence_span(explained.cells)
-    step = -(-len(cloud) // MOST_POINTS)
+    step = -(-len(cloud) // MAX_POINTS)
     points = cloud.points_xyz[::step]
     colours = evidence_colours(explained.at(points), span) / 255.0
     for axes, azimuth in zip(above.subplots(1, len(SIDES_DEG)), SIDES_DEG, strict=True):
@@ -68,7 +74,7 @@ def draw_evidence(
 def _draw_side(
     axes: Axes, points: NDArray[np.float64], colours: NDArray[np.float64], azimuth_deg: float
 ) -> None:
-    """From far away; what is farther is paler, and near points cover far ones."""
+    """Orthographic view; distant points are paler, and near ones cover them."""
     azimuth, elevation = np.radians([azimuth_deg, ELEVATION_DEG])
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
@@ -91,44 +97,19 @@ def _draw_side(
 
 def _draw_grid(unrolled: Axes, plan: Axes, explained: CellEvidence, span: float, unit: str) -> None:
     """Of the cells along each line of sight the strongest; of a box front and plan."""
+    cells = explained.cells
+    draw_evidence_grid(unrolled, cells, explained.grid, unit)
     bounds = explained.grid.grid
     if isinstance(bounds, CylindricalGrid):
-        _draw_picture(
-            unrolled, strongest(explained, 0), span, (0, 360, -bounds.half_height,
-            bounds.half_height), "auto",
-        )  # fmt: skip
-        unrolled.set(xlabel="azimuth [°]", ylabel=f"height [{unit}]", title="grid, unrolled")
-        unrolled.set_xticks(range(0, 361, 90))
-        _draw_picture(plan, strongest(explained, 2), span, (0, bounds.radius, 0, 360), "auto")
+        draw_cells(
+            plan, strongest(cells, explained.grid, 2), span, (0, bounds.radius, 0, 360), "auto"
+        )
         plan.set(xlabel=f"radius [{unit}]", ylabel="azimuth [°]", title="grid, from above")
         plan.set_yticks(range(0, 361, 90))
         return
     half = bounds.half_width  # pyright: ignore[reportAttributeAccessIssue]
-    square = (-half, half, -half, half)
-    _draw_picture(unrolled, strongest(explained, 1), span, square, "equal")
-    unrolled.set(xlabel=f"x [{unit}]", ylabel=f"z [{unit}]", title="grid, from the front")
-    _draw_picture(plan, strongest(explained, 2), span, square, "equal")
+    draw_cells(plan, strongest(cells, explained.grid, 2), span, (-half, half, -half, half), "equal")
     plan.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]", title="grid, from above")
-
-
-def strongest(explained: CellEvidence, axis: int) -> NDArray[np.float32]:
-    """The evidence that is largest, for or against, along an axis; NaN where nothing is."""
-    chosen = np.abs(explained.cells).argmax(axis=axis)
-    values = np.take_along_axis(explained.cells, np.expand_dims(chosen, axis), axis).squeeze(axis)
-    return np.where(explained.grid.occupied.any(axis=axis), values, np.float32(np.nan))
-
-
-def _draw_picture(
-    axes: Axes,
-    values: NDArray[np.float32],
-    span: float,
-    extent: tuple[float, float, float, float],
-    aspect: Literal["auto", "equal"],
-) -> None:
-    picture = evidence_colours(np.nan_to_num(values), span)
-    picture[np.isnan(values)] = 255
-    rows = picture.transpose(1, 0, 2)
-    axes.imshow(rows, origin="lower", extent=extent, aspect=aspect, interpolation="nearest")
 
 
 def _draw_bar(figure: SubFigure, label: str, span: float) -> None:
@@ -151,8 +132,8 @@ def _draw_words(axes: Axes, explained: CellEvidence, near: Sequence[NearExample]
     lines = [f"{name.replace('_', ' '):<14}{percent(share):>6}" for name, share in ranked]
     if near:
         lines += ["", "nearest training objects"]
-        named = near[:MOST_NAMES]
+        named = near[:MAX_NAMES]
         lines += [f"{printable(example.name):<18}{example.distance:6.3f}" for example in named]
-    if len(near) > MOST_NAMES:
-        lines.append(f"… and {len(near) - MOST_NAMES} more")
+    if len(near) > MAX_NAMES:
+        lines.append(f"… and {len(near) - MAX_NAMES} more")
     axes.text(0.0, 0.98, "\n".join(lines), va="top", family="monospace", fontsize=9)

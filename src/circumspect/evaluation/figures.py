@@ -12,29 +12,26 @@ from numpy.typing import NDArray
 from circumspect.datasets import ObjectSet
 from circumspect.errors import printable
 from circumspect.evaluation.calibration import Reliability, reliability
-from circumspect.evaluation.figure_canvas import new_figure
 from circumspect.evaluation.yaw_sweep import YawSweep
+from circumspect.figure_canvas import ACCENT, new_figure
 from circumspect.storage import atomic_path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-ACCENT = "#1f6f8b"
 WRONG = "#b8402a"
-LINE_FROM = 12
-"""With fewer yaws a line between them would suggest what was not measured."""
 
 
 def draw_all(sweep: YawSweep, objects: ObjectSet, folder: Path) -> list[Path]:
-    """Draw accuracy over yaw, the confusion matrix, reliability and the surest mistakes.
+    """Draw accuracy over yaw, the confusion matrix, reliability and the most probable errors.
 
     Returns:
         The files written.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        OutputError: A file can not be written.
+        OutputError: A file cannot be written.
     """
     figures = {
         "accuracy_over_yaw.png": draw_accuracy_over_yaw(sweep),
@@ -42,7 +39,7 @@ def draw_all(sweep: YawSweep, objects: ObjectSet, folder: Path) -> list[Path]:
         "reliability.png": draw_reliability(
             reliability(*sweep.flat), f"{len(sweep.labels)} objects, {yaws_of(sweep)}"
         ),
-        "surest_mistakes.png": draw_surest_mistakes(sweep, objects),
+        "probable_errors.png": draw_probable_errors(sweep, objects),
     }
     for name, figure in figures.items():
         save_figure(figure, folder / name)
@@ -53,28 +50,17 @@ def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as PNG.
 
     Raises:
-        OutputError: It can not be written.
+        OutputError: It cannot be written.
     """
-    with atomic_path(path) as aside:
-        figure.savefig(aside, dpi=130, facecolor="white")
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=130, facecolor="white")
 
 
 def draw_accuracy_over_yaw(sweep: YawSweep) -> Figure:
-    """Polar plot; the radial axis is cut so that the spread can be seen."""
-    figure = new_figure((6.4, 6.4))
-    axes = figure.add_subplot(projection="polar")
-    angles = np.deg2rad(np.append(sweep.yaw_deg, sweep.yaw_deg[0] + 360.0))
-    percent = 100.0 * np.append(sweep.accuracy, sweep.accuracy[0])
-    if len(sweep.yaw_deg) >= LINE_FROM:
-        axes.plot(angles, percent, color=ACCENT, linewidth=2)
-        axes.fill(angles, percent, color=ACCENT, alpha=0.12)
-    else:
-        axes.plot(angles, percent, "o", color=ACCENT, markersize=8)
-    low = 10.0 * np.floor((percent.min() - 5.0) / 10.0)
-    axes.set_ylim(max(0.0, low), 100.0)  # pyright: ignore[reportAttributeAccessIssue]
-    axes.set_yticks(np.arange(max(0.0, low), 101.0, 5.0 if low >= 60 else 10.0)[1:])
-    axes.set_rlabel_position(100.0)  # pyright: ignore[reportAttributeAccessIssue]
-    axes.yaxis.set_major_formatter("{x:.0f} %")
+    """Accuracy over yaw, with its extremes in the title."""
+    figure = new_figure((9.0, 5.0))
+    axes = sweep.plot(figure.add_subplot())
+    percent = 100.0 * sweep.accuracy
     axes.set_title(
         f"Accuracy over yaw: {percent.min():.1f} to {percent.max():.1f} %\n"
         f"{len(sweep.labels)} objects, {yaws_of(sweep)}, "
@@ -90,7 +76,7 @@ def draw_confusion(counts: NDArray[np.int64], classes: Sequence[str], over: str)
     Args:
         counts: (c, c) answers; row is the true class.
         classes: Their names.
-        over: What they are over, such as "64 yaws".
+        over: Description of the answers, such as "64 yaws".
     """
     figure = new_figure((7.2, 6.4))
     axes = figure.add_subplot()
@@ -111,17 +97,17 @@ def draw_confusion(counts: NDArray[np.int64], classes: Sequence[str], over: str)
 
 
 def yaws_of(sweep: YawSweep) -> str:
-    """How many yaws a sweep has, in words."""
+    """Number of yaws of a sweep, in words."""
     count = len(sweep.yaw_deg)
     return "1 yaw" if count == 1 else f"{count} yaws"
 
 
 def draw_reliability(found: Reliability, of: str) -> Figure:
-    """Accuracy over probability, and how often each probability is given.
+    """Accuracy and frequency of answers by probability.
 
     Args:
-        found: What is drawn.
-        of: What it is of, such as "100 objects".
+        found: The reliability.
+        of: Description of the answers, such as "100 objects".
     """
     figure = new_figure((6.4, 6.4))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
@@ -143,15 +129,15 @@ def draw_reliability(found: Reliability, of: str) -> Figure:
     return figure
 
 
-def draw_surest_mistakes(sweep: YawSweep, objects: ObjectSet, count: int = 15) -> Figure:
-    """The objects that were named wrongly with the highest mean probability."""
+def draw_probable_errors(sweep: YawSweep, objects: ObjectSet, count: int = 15) -> Figure:
+    """The wrongly classified objects with the highest mean probability."""
     figure = new_figure((11, 7))
     mean = sweep.probabilities.mean(axis=0)
     answers = mean.argmax(axis=1)
     wrong = np.nonzero(answers != sweep.labels)[0]
     chosen = wrong[np.argsort(-mean[wrong, answers[wrong]])][:count]
     figure.suptitle(
-        f"The surest of {len(wrong)} mistakes among {len(sweep.labels)} objects", fontsize=12
+        f"Most probable of {len(wrong)} errors among {len(sweep.labels)} objects", fontsize=12
     )
     for cell, index in enumerate(chosen):
         axes = figure.add_subplot(3, 5, cell + 1)
@@ -169,7 +155,7 @@ def draw_surest_mistakes(sweep: YawSweep, objects: ObjectSet, count: int = 15) -
 
 
 def _draw_object(axes: Axes, points_xyz: np.ndarray) -> None:
-    """Points seen from the front, right and above, near ones dark."""
+    """Points from the front, right and above; near ones are dark."""
     yaw, pitch = np.deg2rad(35.0), np.deg2rad(25.0)
     x, y, z = points_xyz.T
     right, away = np.cos(yaw) * x + np.sin(yaw) * y, -np.sin(yaw) * x + np.cos(yaw) * y

@@ -1,4 +1,4 @@
-"""Simulated scans of objects that were held back, shown to a classifier as a robot shows them."""
+"""Simulated scans of held-back objects as a classifier's inputs on a robot."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.classification.context import VISIBILITY_KNOWN
 from circumspect.datasets.labelled_surfaces import LabelledSurfaces
 from circumspect.datasets.object_caster import ObjectCaster
-from circumspect.datasets.scan_augmentation import FEWEST, ScanAugmentation, SimulatedScan
+from circumspect.datasets.scan_augmentation import MIN_VOXELS, ScanAugmentation, TrainingScan
 from circumspect.datasets.scanned_inputs import azimuth_coverage, chance_of
 from circumspect.datasets.worker_pool import worker_pool
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid
-from circumspect.grid.occupancy_grid import OCCUPIED
+from circumspect.grid.grid import OCCUPIED
 
 CHUNK = 8
-"""Objects a job."""
+"""Objects per job."""
 _Row = tuple[NDArray[Any], Any, float, str]
 """Views, context, coverage and label of a scan."""
 
@@ -51,7 +51,7 @@ class HeldBackScans:
         )
 
     def without_rays(self) -> HeldBackScans:
-        """The same as clouds in files, of which nobody knows what was free or from where."""
+        """The same objects as clouds from files, without free space and coverage."""
         contexts = self.contexts.copy()
         contexts[:, VISIBILITY_KNOWN] = 0.0
         return HeldBackScans(self.inputs & np.uint8(OCCUPIED), contexts, self.labels, self.coverage)
@@ -60,7 +60,7 @@ class HeldBackScans:
 def held_back_scans(
     sources: Sequence[LabelledSurfaces],
     augmentation: ScanAugmentation,
-    recipe: GridRecipe,
+    input_spec: GridSpec,
     scans: int,
     seed: int = 7,
     progress: Callable[[int, int], None] | None = None,
@@ -69,18 +69,18 @@ def held_back_scans(
     """Scan objects several times each.
 
     Args:
-        sources: What was held back.
-        augmentation: How they are scanned.
-        recipe: How the classifier is shown them, with all its views.
-        scans: Of each object.
-        seed: Of all chance.
+        sources: Held-back objects.
+        augmentation: Settings of the scans.
+        input_spec: The classifier's inputs, with all its views.
+        scans: Scans of each object.
+        seed: Of all random generators.
         progress: Called with (done, all) objects.
-        keep_all: Also scans that hardly show the object; otherwise they are left out.
+        keep_all: Also keep scans that hardly show the object.
 
     Raises:
         MissingExtraError: Embree is not installed.
     """
-    how = _Scanning(augmentation, recipe, scans, seed, 3 if keep_all else FEWEST)
+    how = _Scanning(augmentation, input_spec, scans, seed, 3 if keep_all else MIN_VOXELS)
     rows: list[_Row] = []
     done, total = 0, sum(map(len, sources))
     with worker_pool(os.cpu_count() or 1, _begin_worker, list(sources), how) as pool:
@@ -104,17 +104,17 @@ def held_back_scans(
 
 @dataclass(frozen=True)
 class _Scanning:
-    """What all scans share; those of fewer points than `fewest` are left out."""
+    """Settings that all scans share; scans of fewer points than `min_points` are left out."""
 
     augmentation: ScanAugmentation
-    recipe: GridRecipe
+    input_spec: GridSpec
     scans: int
     seed: int
-    fewest: int
+    min_points: int
 
 
 _SHARED: list[tuple[list[LabelledSurfaces], _Scanning]] = []
-"""What a worker scans: given once, not with every job."""
+"""A worker's objects, sent once instead of with every job."""
 
 
 def _begin_worker(sources: list[LabelledSurfaces], how: _Scanning) -> None:
@@ -122,7 +122,7 @@ def _begin_worker(sources: list[LabelledSurfaces], how: _Scanning) -> None:
 
 
 def _scanned(source: int, chosen: range) -> tuple[int, list[_Row]]:
-    """How many objects were scanned, and their scans."""
+    """Number of scanned objects, and their scans."""
     sources, how = _SHARED[0]
     objects, rows = sources[source], []
     for index in chosen:
@@ -130,16 +130,16 @@ def _scanned(source: int, chosen: range) -> tuple[int, list[_Row]]:
         for number in range(how.scans):
             chance = chance_of(how.seed, name, number)
             scan = how.augmentation.scan(caster, chance, objects.size_factors(index))
-            if len(scan.points_xyz) >= how.fewest:
-                rows.append((*_shown(scan, how.recipe), str(objects.labels[index])))
+            if len(scan.points_xyz) >= how.min_points:
+                rows.append((*_shown(scan, how.input_spec), str(objects.labels[index])))
     return len(chosen), rows
 
 
-def _shown(scan: SimulatedScan, recipe: GridRecipe) -> tuple[NDArray[Any], Any, float]:
+def _shown(scan: TrainingScan, input_spec: GridSpec) -> tuple[NDArray[Any], Any, float]:
     """All views of a scan, its context and its coverage."""
     cloud = PointCloud(scan.points_xyz.astype(np.float64))
-    bounds = recipe.bounds(cloud)
-    grids = recipe.all_bounds(bounds)
+    bounds = input_spec.bounds(cloud)
+    grids = input_spec.all_bounds(bounds)
     found = [grid.hits(cloud) for grid in grids]
     coverage = np.nan
     if len(scan.ends_xyz):
@@ -148,5 +148,5 @@ def _shown(scan: SimulatedScan, recipe: GridRecipe) -> tuple[NDArray[Any], Any, 
         found = [a.merged(b) for a, b in zip(found, traced, strict=True)]
         assert isinstance(bounds, CylindricalGrid)
         coverage = azimuth_coverage(scan.views_xyz, bounds.centre_xyz)
-    inputs = np.stack([recipe.input_of(grid) for grid in found])
-    return inputs, recipe.context(inputs, bounds), coverage
+    inputs = np.stack([input_spec.input_of(grid) for grid in found])
+    return inputs, input_spec.context(inputs, bounds), coverage

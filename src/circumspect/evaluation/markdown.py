@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table.
+    """A table in Markdown.
 
     Args:
         head: Names of the columns.
@@ -17,7 +17,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def aligned_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table that can also be read as plain text: cells are padded, all but the first to the left.
+    """A table that is also readable as plain text: cells are padded, all but the first on the left.
 
     Args:
         head: Names of the columns.

@@ -1,4 +1,4 @@
-"""Weights of either form as one function from inputs to probabilities."""
+"""A classifier or a checkpoint as one function from inputs to probabilities."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification import Classifier, InputRecipe
+from circumspect.classification import Classifier, InputSpec
 from circumspect.classification.context import contexts_of
 from circumspect.classification.shipped import shipped_name
 from circumspect.datasets import ObjectSet
@@ -23,7 +23,7 @@ BATCH = 64
 
 
 class Predictor(Protocol):
-    """Names objects as its recipe shows them."""
+    """Classifies inputs of its input specification."""
 
     @property
     def classes(self) -> tuple[str, ...]:
@@ -31,7 +31,7 @@ class Predictor(Protocol):
         ...
 
     @property
-    def recipe(self) -> InputRecipe:
+    def input_spec(self) -> InputSpec:
         """How clouds become inputs."""
         ...
 
@@ -46,21 +46,21 @@ class Predictor(Protocol):
 
 
 class TrainedPredictor(Predictor, Protocol):
-    """One that tells how it came to be: loaded weights do."""
+    """A predictor with a record of its training, as loaded weights have."""
 
     @property
     def temperature(self) -> float:
-        """What its logits are divided by."""
+        """Divisor of the logits."""
         ...
 
     @property
     def training(self) -> Mapping[str, Any]:
-        """How it was trained: see `Checkpoint`; empty where nothing tells."""
+        """How it was trained, see `Checkpoint`; empty where unknown."""
         ...
 
 
 def check_classes(predictor: Predictor, objects: ObjectSet) -> None:
-    """That weights and a data set speak of the same.
+    """Check that weights and a data set have the same classes.
 
     Raises:
         WeightsError: The weights know other classes than the set.
@@ -73,7 +73,7 @@ def check_classes(predictor: Predictor, objects: ObjectSet) -> None:
 
 
 def checkpoint_path(weights: Path) -> Path:
-    """The file that a path names: itself, or the best checkpoint in a run's folder.
+    """The file of a path: itself, or the best checkpoint in a run's folder.
 
     Raises:
         WeightsError: A folder without one.
@@ -93,13 +93,13 @@ def load_predictor(
 ) -> TrainedPredictor:
     """Load an ONNX classifier or a checkpoint of a training run.
 
-    A checkpoint runs on the GPU where there is one, as its training did.
+    A checkpoint runs on the GPU if there is one, as in training.
 
     Args:
         model: The name of a shipped classifier or an ONNX file, as `Classifier.load` takes them; a
             checkpoint; or the folder of a run.
-        threads: Of ONNX Runtime; 0 means all cores.
-        input_spec: Of an ONNX file of another program, see `Classifier.load`.
+        threads: Threads of ONNX Runtime; 0 means all cores.
+        input_spec: File for an ONNX network of another program, see `Classifier.load`.
 
     Raises:
         WeightsError: No classifier has this name, or the file is missing, broken, or of another
@@ -119,7 +119,7 @@ def load_predictor(
 
 
 def _checkpoint_predictor(weights: Path) -> TrainedPredictor:
-    """A network as training left it.
+    """A checkpoint as a predictor.
 
     Raises:
         WeightsError: The file is broken.
@@ -135,11 +135,11 @@ def _checkpoint_predictor(weights: Path) -> TrainedPredictor:
     checkpoint = Checkpoint.load(weights)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     if device.type == "cuda":
-        # As a CPU does it; TF32 would round what is convolved.
+        # As on a CPU; TF32 would round convolutions.
         torch.backends.cudnn.allow_tf32 = False
     net = checkpoint.build().to(device)
 
-    recipe, other = checkpoint.recipe, OTHER in checkpoint.classes
+    input_spec, other = checkpoint.input_spec, OTHER in checkpoint.classes
     classes = tuple(name for name in checkpoint.classes if name != OTHER)
 
     def logits(inputs: NDArray[Any], contexts: NDArray[np.float32] | None) -> torch.Tensor:
@@ -152,27 +152,27 @@ def _checkpoint_predictor(weights: Path) -> TrainedPredictor:
         inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
     ) -> NDArray[np.float64]:
         count, views = inputs.shape[:2]
-        contexts = contexts_of(recipe, inputs, contexts)
+        contexts = contexts_of(input_spec, inputs, contexts)
         flat = inputs.reshape(count * views, *inputs.shape[2:])
         repeated = None if contexts is None else np.repeat(contexts, views, axis=0)
         parts = [slice(start, start + BATCH) for start in range(0, len(flat), BATCH)]
         with torch.inference_mode():
             found = [logits(flat[p], None if repeated is None else repeated[p]) for p in parts]
         mean = torch.cat(found).double().view(count, views, -1).mean(1)
-        # The last output of a network with a class of other things.
+        # The last output of a network with a class of other things is dropped.
         return (mean[:, :-1] if other else mean).softmax(1).numpy()
 
-    return _Predictor(classes, recipe, 1.0, checkpoint.training, probabilities)
+    return _Predictor(classes, input_spec, 1.0, checkpoint.training, probabilities)
 
 
 def with_margin(predictor: TrainedPredictor, margin: float) -> TrainedPredictor:
-    """The same network, shown objects with another margin.
+    """The same network with another margin of its inputs.
 
     Raises:
         InputError: The margin is out of range.
     """
     return _Predictor(
-        predictor.classes, predictor.recipe.with_margin(margin), predictor.temperature,
+        predictor.classes, predictor.input_spec.with_margin(margin), predictor.temperature,
         predictor.training, predictor.probabilities,
     )  # fmt: skip
 
@@ -186,7 +186,7 @@ class _Function(Protocol):
 @dataclass(frozen=True)
 class _Predictor:
     classes: tuple[str, ...]
-    recipe: InputRecipe
+    input_spec: InputSpec
     temperature: float
     training: Mapping[str, Any]
     probabilities: _Function

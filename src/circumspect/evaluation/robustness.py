@@ -1,4 +1,4 @@
-"""Accuracy after things went wrong with the clouds."""
+"""Accuracy on corrupted clouds."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from circumspect.evaluation.yaw_sweep import inputs_of
 
 BATCH = 16
 CLEAN = "none"
-"""In the place of a corruption."""
+"""Name of the uncorrupted pass."""
 PASSES = {CLEAN: (0,), **dict.fromkeys(CORRUPTIONS, SEVERITIES)}
 """Severities of every corruption; each is one pass over the set."""
 Keep = Callable[[str, Callable[[], list[float]]], list[float]]
-"""Takes a corruption's name and what measures it; gives the accuracy of each severity."""
+"""Takes a corruption's name and its measurement; returns the accuracy of each severity."""
 
 
 def _at_once(kind: str, measure: Callable[[], list[float]]) -> list[float]:  # noqa: ARG001
@@ -34,7 +34,7 @@ class Robustness:
     """Accuracy by corruption and severity.
 
     Attributes:
-        clean: Without any.
+        clean: Without corruption.
         accuracy: Corruption to (5,) accuracies at severities 1 … 5.
     """
 
@@ -43,7 +43,7 @@ class Robustness:
 
     @property
     def mean(self) -> float:
-        """Over all corruptions and severities."""
+        """Mean over all corruptions and severities."""
         return float(np.mean([row.mean() for row in self.accuracy.values()]))
 
     def to_dict(self) -> dict[str, Any]:
@@ -62,19 +62,19 @@ def measure_robustness(
     progress: Callable[[int, int], None] | None = None,
     keep: Keep = _at_once,
 ) -> Robustness:
-    """Corrupt all objects in all ways, at 0° of yaw, and name them.
+    """Corrupt all objects in all ways, at 0° of yaw, and classify them.
 
-    An object of which nothing is left that spans a shape counts as named wrongly.
+    An object without a shape after corruption counts as classified wrongly.
 
     Args:
-        predictor: What names them.
+        predictor: The classifier.
         objects: The set.
-        seed: Of all chance; all predictors meet the same clouds.
+        seed: Of the corruptions; all predictors get the same clouds.
         progress: Called with (done, all) passes over the set.
-        keep: Called for `CLEAN` and for each corruption; may give what was measured before.
+        keep: Called for `CLEAN` and for each corruption; may return an earlier measurement.
 
     Raises:
-        InputError: The set is empty, or an object spans no shape before anything goes wrong.
+        InputError: The set is empty, or an uncorrupted object spans no shape.
         WeightsError: The weights know other classes than the set.
     """
     check_classes(predictor, objects)
@@ -82,25 +82,25 @@ def measure_robustness(
         raise InputError("no objects: nothing to evaluate")
     found: dict[str, list[float]] = {}
     for kind, severities in PASSES.items():
-        told = partial(_tell, progress, sum(map(len, found.values())))
-        found[kind] = keep(kind, partial(_row, predictor, objects, kind, seed, told))
-        told(len(severities))
+        report = partial(_report, progress, sum(map(len, found.values())))
+        found[kind] = keep(kind, partial(_row, predictor, objects, kind, seed, report))
+        report(len(severities))
     (clean,) = found.pop(CLEAN)
     return Robustness(clean, {kind: np.array(row) for kind, row in found.items()})
 
 
-def _tell(progress: Callable[[int, int], None] | None, before: int, done: int) -> None:
+def _report(progress: Callable[[int, int], None] | None, before: int, done: int) -> None:
     if progress:
         progress(before + done, sum(map(len, PASSES.values())))
 
 
 def _row(
-    predictor: Predictor, objects: ObjectSet, kind: str, seed: int, told: Callable[[int], None]
+    predictor: Predictor, objects: ObjectSet, kind: str, seed: int, report: Callable[[int], None]
 ) -> list[float]:
     row = []
     for severity in PASSES[kind]:
         row.append(_accuracy(predictor, objects, kind, severity, seed))
-        told(len(row))
+        report(len(row))
     return row
 
 
@@ -122,10 +122,10 @@ def _input(
     predictor: Predictor, objects: ObjectSet, index: int, kind: str, severity: int, seed: int
 ) -> NDArray[Any] | None:
     if kind == CLEAN:
-        return inputs_of(predictor.recipe, objects, index, [0.0])
+        return inputs_of(predictor.input_spec, objects, index, [0.0])
     chance = [seed, index, list(CORRUPTIONS).index(kind), severity]
     try:
         cloud = corrupted(objects.cloud(index), kind, severity, np.random.default_rng(chance))
-        return predictor.recipe.inputs(cloud)
+        return predictor.input_spec.inputs(cloud)
     except GeometryError:
         return None

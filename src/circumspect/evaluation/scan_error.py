@@ -1,4 +1,4 @@
-"""How far a whole scan is from the truth: trajectory, odometry alone, and shape."""
+"""Errors of a whole scan: trajectory, odometry alone, and shape."""
 
 from __future__ import annotations
 
@@ -8,31 +8,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import CircumspectError
-from circumspect.evaluation.reconstruction_error import ReconstructionError, reconstruction_error
+from circumspect.evaluation.reconstruction_error import (
+    ReconstructionError,
+    reconstruction_error,
+    visible_surface,
+)
 from circumspect.evaluation.trajectory_error import (
     Alignment,
     TrajectoryError,
     absolute_trajectory_error,
     alignment_between,
 )
-from circumspect.evaluation.visible_surface import visible_surface
 from circumspect.geometry import PinholeCamera, Trajectory
 from circumspect.simulation import Scene
 
-MOST_POSES = 120
-"""So many true poses, evenly picked, say what could be seen; a slow robot's differ little."""
+MAX_POSES = 120
+"""True poses, evenly chosen, that determine what was visible."""
 
 
 @dataclass(frozen=True)
 class ScanError:
-    """What a simulator knows about a scan; None where it can not be told.
+    """Errors of a scan by the simulator's ground truth; None where one is undefined.
 
     Attributes:
-        trajectory: Of the estimate, rigidly aligned.
-        from_start: The same with the first poses aligned: what a robot has that trusts its start.
-        odometry: Of the wheels alone, rigidly aligned.
-        shape: Of the model, placed by the mean difference of all poses.
-        missing: Why something can not be told.
+        trajectory: Error of the estimate, rigidly aligned.
+        from_start: The same with the first poses aligned, as for a robot that trusts its start.
+        odometry: Error of the wheel odometry alone, rigidly aligned.
+        shape: Error of the model, placed by the mean difference of all poses.
+        missing: Why an error is undefined.
     """
 
     trajectory: TrajectoryError | None = None
@@ -42,7 +45,7 @@ class ScanError:
     missing: tuple[str, ...] = ()
 
     def summary(self) -> dict[str, float | None]:
-        """The figures by which scans are compared, in JSON types."""
+        """The main errors as JSON types."""
         trajectory, odometry, shape = self.trajectory, self.odometry, self.shape
         return {
             "ate_rmse_m": None if trajectory is None else trajectory.rmse_m,
@@ -65,13 +68,14 @@ def scan_error(
     scene: Scene,
     camera: PinholeCamera,
 ) -> ScanError:
-    """Measure a scan; a part that can not be measured does not keep the others from it.
+    """Measure a scan; errors that are undefined do not affect the others.
 
     Args:
         truth: The camera's true poses at the frames, in the scene's frame.
         estimate: The estimated ones, in the robot's map frame.
         odometry: Those by odometry alone, in any frame.
-        model_xyz: (n, 3) [m] the model's points, map frame; may be empty; None: not compared.
+        model_xyz: (n, 3) [m] the model's points, map frame; may be empty; None skips the
+            comparison.
         scene: The simulated room, with the scanned thing named "object".
         camera: The robot's camera.
     """
@@ -95,7 +99,7 @@ def scan_error(
     elif estimate is not None and model_xyz is not None:
         try:
             T_world_map = alignment_between(estimate, truth, Alignment.ORIENTATIONS)
-            some = np.linspace(0, len(truth) - 1, min(len(truth), MOST_POSES)).astype(int)
+            some = np.linspace(0, len(truth) - 1, min(len(truth), MAX_POSES)).astype(int)
             visible = visible_surface(scene, camera, truth.T_map_camera[some])
             mesh = next(surface.mesh for surface in scene.surfaces if surface.name == "object")
             shape = reconstruction_error(T_world_map.apply(model_xyz), mesh, visible)

@@ -1,4 +1,4 @@
-"""What a network answers on the grids of a shard, counted so that shards can be added up."""
+"""A network's answers on the grids of a shard, as counts that can be added."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from circumspect.evaluation.calibration import Reliability, bins_of
 from circumspect.evaluation.predictor import TrainedPredictor, load_predictor
 
 NO_START = ""
-"""Stands for the start of grids that are of no scan."""
+"""Start of grids without a scan."""
 
 
 @dataclass(frozen=True)
 class ShardJob:
-    """A shard to be evaluated.
+    """A shard for evaluation.
 
     Attributes:
         url: Of the set.
@@ -50,7 +50,7 @@ class ShardAnswers:
     Attributes:
         confusion: Start of the scans [degrees], as text, to (c, c) counts; row is the true class.
         bins: (3, b) answers, correct ones, and the sum of probabilities, by probability.
-        fitted: Answers on objects that the network was fitted to.
+        fitted: Answers on training objects.
     """
 
     confusion: dict[str, NDArray[np.int64]]
@@ -58,13 +58,13 @@ class ShardAnswers:
     fitted: int
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON types."""
+        """The counts as JSON types."""
         confusion = {start: counts.tolist() for start, counts in self.confusion.items()}
         return {"confusion": confusion, "bins": self.bins.tolist(), "fitted": self.fitted}
 
     @classmethod
     def added(cls, records: Iterable[dict[str, Any]]) -> ShardAnswers:
-        """The sum of what `to_dict` gave, one record at least."""
+        """The sum of records from `to_dict`, at least one."""
         confusion: dict[str, NDArray[np.int64]] = {}
         bins, fitted = np.zeros(()), 0
         for record in records:
@@ -81,11 +81,11 @@ class ShardAnswers:
 
     @property
     def reliability(self) -> Reliability:
-        """Accuracy beside probability."""
+        """Accuracy by probability."""
         return Reliability.of_sums(*self.bins)
 
     def metrics(self) -> dict[str, Any]:
-        """Accuracy over all, and from each start."""
+        """Accuracy over all starts, and from each one."""
         total = self.total
         found = {
             "objects": int(total.sum()),
@@ -109,7 +109,7 @@ def accuracy_of(confusion: NDArray[np.int64]) -> float:
 
 
 def mean_class_accuracy_of(confusion: NDArray[np.int64]) -> float:
-    """Mean over the classes that occur of the share answered correctly."""
+    """Mean over the occurring classes of the fraction of correct answers."""
     counts = confusion.sum(axis=1)
     return float(np.mean(np.diag(confusion)[counts > 0] / counts[counts > 0]))
 
@@ -135,7 +135,7 @@ def answers_of_shard(job: ShardJob) -> dict[str, Any]:
 
 @lru_cache(maxsize=1)
 def _predictor(model: str, threads: int) -> TrainedPredictor:
-    """A process evaluates many shards by one network."""
+    """One network per process, which evaluates many shards."""
     return load_predictor(model, threads)
 
 
@@ -143,7 +143,7 @@ def _answers(
     rows: Rows, shard: ShardFile, predictor: TrainedPredictor, fitted: set[str]
 ) -> ShardAnswers:
     shape, classes = shard.head.shape, len(shard.head.classes)
-    # Inputs have a channel after their views.
+    # Inputs have a channel axis after the views.
     bits = np.unpackbits(rows.packed, axis=1, count=int(np.prod(shape)))
     grids = bits.reshape(len(rows), shape[0], 1, *shape[1:])
     probabilities = predictor.probabilities(grids)
@@ -160,6 +160,6 @@ def _answers(
 
 
 def _fitted_names(predictor: TrainedPredictor) -> set[str]:
-    """Objects that train, by their names and by those that their scans are named after."""
+    """Training objects, by their names and by the names in their scans."""
     names = [name for name in predictor.training.get(OBJECTS) or [] if isinstance(name, str)]
     return {*names, *(thing for name in names if (thing := scanned_name(name)))}

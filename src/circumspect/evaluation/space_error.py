@@ -1,4 +1,4 @@
-"""How far the intelligent space is from the truth, and a run from the intelligent space."""
+"""Errors of the intelligent space, and of a run with the intelligent space as ground truth."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from circumspect.localization import SpaceTrack
 
 @dataclass(frozen=True)
 class SpaceError:
-    """Differences of fixes from the truth; nothing is aligned, both are in map.
+    """Differences of fixes from the truth, without alignment; both are in map.
 
     Attributes:
         fixes: How many were compared.
         position_rmse_m, position_p95_m, position_max_m: Of the distances [m].
         yaw_rmse_deg, yaw_p95_deg, yaw_max_deg: Of the angles [degrees].
-        nees: Mean squared error over the stated covariance: 3 where that is right, less where it
-            is too large.
+        nees: Normalised estimation error squared: 3 if the covariance is consistent, less if it is
+            too large.
     """
 
     fixes: int
@@ -48,15 +48,15 @@ class SpaceError:
 
 
 def space_error(track: SpaceTrack, truth: Trajectory, bridged: bool = False) -> SpaceError:
-    """Compare with where the robot really was.
+    """Compare with the true poses of the robot.
 
     Args:
-        track: What the intelligent space said.
+        track: Fixes of the intelligent space.
         truth: Poses of `base_link` in map.
-        bridged: Also compare fixes that no camera measured.
+        bridged: Also compare fixes without a measurement.
 
     Raises:
-        InputError: No fix has a true pose of its time.
+        InputError: No fix has a true pose at its time.
     """
     errors, squares = [], []
     for fix in track.known(bridged):
@@ -82,11 +82,11 @@ def error_against_space(
 ) -> TrajectoryError:
     """The trajectory error of a run with the intelligent space as the ground truth.
 
-    Fixes that were bridged take no part. The tag tells a pose on the floor, so the camera's height
-    and tilt are those of its mounting.
+    Bridged fixes are left out. The tag determines a pose on the floor, so the camera's height and
+    tilt are those of its mounting.
 
     Args:
-        estimate: The camera's path as a run estimates it.
+        estimate: The camera's path as estimated by a run.
         track: Of the same robot.
         T_base_camera: Where its camera is mounted.
         alignment: How the estimate is moved first.
@@ -105,15 +105,15 @@ def error_against_space(
 def path_against_space(
     estimate: Trajectory, track: SpaceTrack, T_base_camera: RigidTransform
 ) -> Trajectory | None:
-    """A camera's path as one of `base_link` in the frame of the intelligent space.
+    """A camera's path as a path of `base_link` in the frame of the intelligent space.
 
     Args:
         estimate: The camera's path in any frame.
-        track: Of the same robot; the poses of the first common time are made to agree.
+        track: Of the same robot; the poses at the first common time are aligned.
         T_base_camera: Where the camera is mounted.
 
     Returns:
-        None where there is no common time.
+        None without a common time.
     """
     bases = track.trajectory(bridged=False)
     if bases is None:
@@ -133,6 +133,6 @@ def _planar(T_map_base: RigidTransform, T_map_true: RigidTransform) -> NDArray[n
 
 
 def _figures(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Root mean square, 95th percentile and largest."""
+    """Root mean square, 95th percentile and maximum."""
     rms = float(np.sqrt(np.mean(values**2)))
     return rms, float(np.percentile(values, 95)), float(values.max())

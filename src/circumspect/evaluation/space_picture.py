@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.evaluation.figure_canvas import new_figure
 from circumspect.evaluation.figures import save_figure
+from circumspect.figure_canvas import new_figure
 from circumspect.geometry import Trajectory
 from circumspect.localization import FixedCamera, SpaceTrack
 
@@ -21,7 +21,7 @@ VIEW_COLOURS = ("#0e7490", "#a16207", "#7c3aed", "#15803d", "#be185d", "#475569"
 SPACE_COLOUR, INK = "#1d4ed8", "0.25"
 PATH_LOOKS = (("0.15", "--", 1.4), ("#c2410c", "-", 1.6), ("#15803d", "-.", 1.4))
 ELLIPSE_SHARE = 0.06
-"""Ellipses are enlarged so that the median one has this share of the picture's half width."""
+"""Half size of the median ellipse, as a fraction of the picture's half width."""
 
 
 def draw_space(
@@ -35,22 +35,22 @@ def draw_space(
     object_xy: NDArray[np.float64] | None = None,
     title: str = "Intelligent space",
 ) -> None:
-    """Draw cameras, their views, and the ways by all who told one.
+    """Draw cameras, their views, and the paths from all sources.
 
     Args:
         path: The PNG to write.
         cameras: Of the room.
         plane: Height of the tag [m], at which the views are cut.
-        track: What the intelligent space said.
+        track: Fixes of the intelligent space.
         paths: Other paths in map by name: odometry, the pipeline's.
-        truth: The true path of the base, where it is known.
-        walls_xy: Outlines of what stands around [m].
+        truth: The true path of the base; None where unknown.
+        walls_xy: Outlines of walls and furniture [m].
         object_xy: (n, 2) or (n, 3) points of the object [m]; their outline is drawn.
         title: Of the picture.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     figure = new_figure((11.5, 7.6))
     plan, side = figure.subplots(1, 2, width_ratios=(2.4, 1))
@@ -116,7 +116,7 @@ def _draw_track(axes: Axes, track: SpaceTrack) -> None:
 
 
 def _draw_share(axes: Axes, cameras: Sequence[FixedCamera], track: SpaceTrack) -> None:
-    """Which camera was used when: hand-over at a glance."""
+    """Camera in use over time, with hand-overs."""
     if not track.fixes:
         axes.set_axis_off()
         return
@@ -141,5 +141,5 @@ def _draw_share(axes: Axes, cameras: Sequence[FixedCamera], track: SpaceTrack) -
     axes.set_xticks(range(len(names)), names, rotation=55, ha="right", fontsize=9)
     axes.set(ylabel="time [s]", xlim=(-0.7, rest + 0.7))
     axes.invert_yaxis()
-    axes.set_title("Whose word was used", loc="left", color=INK)
+    axes.set_title("Camera in use", loc="left", color=INK)
     axes.spines[["top", "right"]].set_visible(False)

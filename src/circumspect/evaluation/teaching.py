@@ -1,8 +1,8 @@
-"""Teaching a classifier a class from a few examples, and what that costs the other classes.
+"""Teach a classifier a class from a few examples, and measure the effect on other classes.
 
 Radius and slope of the class follow from distances between features. The radius is the distance to
-the nearest example within which 5 % of other things lie (procedural ones and, where their table is
-at hand, training objects). The slope gives the median example, measured from the others, a
+the nearest example that contains 5 % of the other things (procedural ones and, if their table is
+available, training objects). The slope gives the median example, measured from the others, a
 probability of 0.95.
 """
 
@@ -24,32 +24,32 @@ from circumspect.furniture.other_things import OTHER_THINGS, make_other_thing
 from circumspect.geometry import PointCloud, TriangleMesh
 
 MIN_EXAMPLES = 5
-STRANGERS_WITHIN = 0.05
-"""Share of other things that may lie within the radius."""
+OTHERS_WITHIN = 0.05
+"""Fraction of other things that may lie within the radius."""
 TRAINED_WITHIN = 0.005
-"""The same of training objects of the existing classes."""
+"""Fraction of training objects of the existing classes that may lie within the radius."""
 TYPICAL = 0.95
 """Probability of the median example."""
 SAME = 1e-6
-"""Distance of features from which on two examples are two objects."""
+"""Distance of features below which two examples are the same object."""
 FIRST_SEED = 400_000
-"""Of procedural objects here; those that train and that calibrate lie above."""
+"""First seed of procedural objects here; those for training and calibration are larger."""
 OTHER_SIZES = (0.4, 0.7, 1.1, 1.6)
-"""Longest sides of other things [m]; one of each kind is made of each."""
+"""Longest sides of other things [m]; one of each kind has each size."""
 PIECES = 5
-"""Of furniture of each category."""
+"""Pieces of furniture of each category."""
 SAMPLES = 32768
 
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """An object as it is shown to the network.
+    """An object as the network's input.
 
     Attributes:
         name: For messages.
         inputs: (1, views, *input_shape).
         context: (6,), or None where the network takes none or the scale is unknown.
-        sha256: Of what it was read from.
+        sha256: Of its file.
     """
 
     name: str
@@ -66,7 +66,7 @@ class Example:
         Args:
             name: For messages.
             cloud: Its points, z up.
-            classifier: Whose input specification is followed.
+            classifier: Its input specification is used.
             metric: The points are in metres.
             sha256: Of the file.
 
@@ -74,31 +74,31 @@ class Example:
             GeometryError: The points span no shape.
             InputError: The network needs metres.
         """
-        recipe = classifier.recipe
-        inputs = recipe.inputs(cloud)
-        bounds = recipe.bounds(cloud) if metric and recipe.metric else None
-        return cls(name, inputs, recipe.context(inputs[0], bounds), sha256)
+        input_spec = classifier.input_spec
+        inputs = input_spec.inputs(cloud)
+        bounds = input_spec.bounds(cloud) if metric and input_spec.metric else None
+        return cls(name, inputs, input_spec.context(inputs[0], bounds), sha256)
 
     def features(self, classifier: OnnxClassifier) -> NDArray[np.float64]:
-        """(f,) of the network's last layer."""
+        """(f,) features of the network's last layer."""
         contexts = None if self.context is None else self.context[None]
         return classifier.features(self.inputs, contexts)[0]
 
 
 @dataclass(frozen=True)
 class TeachingReport:
-    """What was measured of a taught class.
+    """Measures of a taught class.
 
     Attributes:
-        examples: How many it was taught from.
-        named: Of these, taught from the others alone, how many get the new name and are
-            `in_distribution`.
-        trained: Training objects of the existing classes; None where their table is not at hand.
-        trained_claimed: How many of them are nearest to an example of the new class.
-        furniture: Procedural pieces of existing classes; 0 where there are none.
-        furniture_before: How many the classifier named rightly before …
-        furniture_after: … and with the new class.
-        things: Procedural things of other kinds.
+        examples: Number of examples.
+        named: Number of examples with the new name and `in_distribution`, each with a class from
+            the others.
+        trained: Number of training objects of the existing classes; None if their table is missing.
+        trained_claimed: How many of them are within the radius and nearest to an example.
+        furniture: Number of procedural pieces of existing classes.
+        furniture_before: Number of pieces classified correctly before.
+        furniture_after: The same with the new class.
+        things: Number of procedural things of other kinds.
         things_claimed: How many of them get the new name and are `in_distribution`.
     """
 
@@ -120,7 +120,7 @@ class TeachingReport:
 class Teacher:
     """Makes a class from examples and measures it.
 
-    The classifier, and the objects that are not of the class, are the same for all it measures.
+    The classifier, and the objects of other classes, are the same for all measurements.
     """
 
     def __init__(
@@ -130,16 +130,16 @@ class Teacher:
         examples: Sequence[Example],
         table: ExampleTable | None = None,
     ) -> None:
-        """Show the network all that is needed.
+        """Compute the features of all objects.
 
         Args:
-            classifier: What is taught; it may have been taught other classes before.
+            classifier: The classifier to teach; it may have taught classes already.
             name: Of the new class.
-            examples: At least `MIN_EXAMPLES`, no two alike.
-            table: Its training objects, where they are at hand.
+            examples: At least `MIN_EXAMPLES`, all different.
+            table: Its training objects, if available.
 
         Raises:
-            InputError: The class exists, or there are too few examples or two alike.
+            InputError: The class exists, or there are too few examples or two equal ones.
             WeightsError: The network gives no features.
         """
         _require_new(classifier, name)
@@ -156,7 +156,7 @@ class Teacher:
         """The class, from all examples or from all but one.
 
         Args:
-            without: Which one is left out.
+            without: Index of the example to leave out.
 
         Raises:
             InputError: The examples are not nearer to each other than to other objects.
@@ -182,7 +182,7 @@ class Teacher:
         return self.classifier.with_taught((*self.classifier.taught, self.taught(without)))
 
     def report(self) -> TeachingReport:
-        """Measure the class: leave one out, and what becomes of other objects.
+        """Measure the class by leave-one-out, and its effect on other objects.
 
         Raises:
             InputError: See `taught`.
@@ -203,11 +203,11 @@ class Teacher:
         )
 
     def _is_named_by_others(self, index: int) -> bool:
-        """Whether an example gets the name where the class is taught from the others alone."""
+        """Whether an example gets the name of a class from the other examples."""
         try:
             learner = self.learner(index)
         except InputError:
-            # Without this one the others are no class.
+            # Without this example the others form no class.
             return False
         return self._is_named(learner, self.examples[index])
 
@@ -216,7 +216,7 @@ class Teacher:
         return answer.label == self.name and answer.in_distribution
 
     def _radius(self, unit: NDArray[np.float64], spread: float) -> float:
-        """The distance from examples within which few other objects lie.
+        """The distance from examples that contains few other objects.
 
         Args:
             unit: (n, f) directions of the examples.
@@ -226,16 +226,16 @@ class Teacher:
         features = self._thing_features
         for (kind, _), distance in zip(self._things, _nearest(features, unit), strict=True):
             kinds.setdefault(kind, []).append(float(distance))
-        # A kind that lies among the examples is the class itself, by another name.
+        # A kind among the examples is the class itself under another name.
         strange = [found for found in kinds.values() if np.median(found) > spread]
-        radius = float(np.quantile(np.concatenate(strange), STRANGERS_WITHIN)) if strange else 2.0
+        radius = float(np.quantile(np.concatenate(strange), OTHERS_WITHIN)) if strange else 2.0
         if self.table is not None:
             trained = _nearest(self.table.features, unit)
             radius = min(radius, float(np.quantile(trained, TRAINED_WITHIN)))
         return max(radius, SAME)
 
     def _claimed_of_table(self) -> int:
-        """How many training objects are nearest to an example, and within the radius."""
+        """Number of training objects within the radius and nearest to an example."""
         if self.table is None:
             return 0
         taught, unit = self.taught(), self.table.directions.astype(np.float64)
@@ -286,7 +286,7 @@ def _nearest(features: NDArray[np.floating], unit: NDArray[np.float64]) -> NDArr
 
 
 def _resized(mesh: TriangleMesh, side: float) -> TriangleMesh:
-    """With a longest side [m]."""
+    """The mesh scaled to a longest side [m]."""
     scale = side / float(np.ptp(mesh.vertices_xyz, axis=0).max())
     return TriangleMesh(mesh.vertices_xyz * scale, mesh.faces)
 

@@ -1,4 +1,4 @@
-"""Drives the robot and takes frames at fixed intervals."""
+"""Drives the robot, takes frames at fixed intervals and measures the distance."""
 
 from __future__ import annotations
 
@@ -7,27 +7,93 @@ from typing import TypeAlias
 
 import numpy as np
 
-from circumspect.exploration.distance_meter import DistanceMeter
 from circumspect.exploration.end_reason import ScanEnded
 from circumspect.exploration.exploration_state import ExplorationState
 from circumspect.exploration.scan_settings import ScanSettings
-from circumspect.planning import Situation, ViewPlanner
+from circumspect.geometry import PlanarPose
+from circumspect.planning import PlannerInput, ViewPlanner
 from circumspect.recognition import FrameOutcome, RecognitionPipeline, RecognitionStep
 from circumspect.recognition.stage_clock import StageClock, timed
 from circumspect.robot import MobileRobot, PathFollower, Velocity
 from circumspect.sensing import Odometry, RgbdFrame
 
 MAX_EXTRA_FRAMES = 2
-"""Further frames that are taken from a view that does not show the object."""
+"""Maximum number of further frames at a view that does not show the object."""
 LOOK_ROUND_TURNS = 1.1
-"""Length of a look round [turns]."""
-
+"""Rotation in a look round [turns]."""
 Frames: TypeAlias = Generator[RgbdFrame, None, None]
 """Frames that are processed before the robot moves on."""
+MAX_COMMANDED_RATIO = 2.0
+"""A step longer than this many times the commanded one is an odometry jump or a pose correction."""
+
+
+class DistanceMeter:
+    """Sums up the distances between the reliable poses of frames.
+
+    Between two frames, and without reliable poses, the distance is measured by odometry. Over a
+    segment without reliable poses it is at least the distance between its ends, because wheels may
+    be stuck.
+    """
+
+    def __init__(self) -> None:
+        """Start at 0 m."""
+        self._until_frame = self._wheels = self._commanded = self._speed = 0.0
+        self._now: float | None = None
+        self._T_odom_base: PlanarPose | None = None
+        self._T_map_base: PlanarPose | None = None
+        self._is_unreliable = False
+
+    @property
+    def metres(self) -> float:
+        """The distance so far [m]."""
+        return self._until_frame + self._wheels
+
+    def set_speed(self, speed: float) -> None:
+        """Set the commanded speed since the last `add_odometry` [m/s]."""
+        self._speed = abs(speed)
+
+    def add_odometry(self, now: float, T_odom_base: PlanarPose | None) -> None:
+        """Add the distance since the last call.
+
+        Args:
+            now: Time without the pauses of the operator [s].
+            T_odom_base: Pose by wheel odometry; None if there is none.
+        """
+        commanded = 0.0 if self._now is None else self._speed * (now - self._now)
+        wheels, before = commanded, self._T_odom_base
+        if before is not None and T_odom_base is not None:
+            wheels = min(
+                float(np.linalg.norm(T_odom_base.xy - before.xy)), MAX_COMMANDED_RATIO * commanded
+            )
+        self._commanded += commanded
+        self._wheels += wheels
+        self._now, self._T_odom_base = now, T_odom_base
+
+    def add_pose(self, T_map_base: PlanarPose | None) -> None:
+        """Add the pose of a frame.
+
+        Args:
+            T_map_base: Pose of the base; None if it is not reliable.
+        """
+        if T_map_base is None:
+            self._is_unreliable = True
+            return
+        self._until_frame += self._step(T_map_base)
+        self._wheels = self._commanded = 0.0
+        self._T_map_base, self._is_unreliable = T_map_base, False
+
+    def _step(self, T_map_base: PlanarPose) -> float:
+        """Distance from the last reliable pose to this one [m]."""
+        if self._T_map_base is None:
+            return self._wheels
+        away = float(np.linalg.norm(T_map_base.xy - self._T_map_base.xy))
+        chord = min(away, MAX_COMMANDED_RATIO * self._commanded)
+        # The path between the two poses is unknown.
+        return max(chord, self._wheels) if self._is_unreliable else chord
 
 
 class FrameDriver:
-    """Executes motions in ticks; each motion yields the frames that are due meanwhile.
+    """Executes motions in ticks; each motion yields the frames that become due.
 
     Attributes:
         robot: The robot.
@@ -46,10 +112,10 @@ class FrameDriver:
         planner: ViewPlanner,
         settings: ScanSettings,
     ) -> None:
-        """Start where the robot stands.
+        """Start at the current pose of the robot.
 
         Args:
-            robot: Stands anywhere.
+            robot: The robot, at any pose.
             pipeline: Models the object.
             planner: Decides after each frame whether the scan is complete.
             settings: Speed and intervals.
@@ -68,9 +134,9 @@ class FrameDriver:
         self._looked_at = self._due_at = robot.now
 
     @property
-    def situation(self) -> Situation:
+    def planner_input(self) -> PlannerInput:
         """The input of the planner."""
-        return self.state.situation(self._pipeline.model)
+        return self.state.planner_input(self._pipeline.model)
 
     @property
     def driven_m(self) -> float:
@@ -103,7 +169,7 @@ class FrameDriver:
         self.robot.stop()
 
     def look(self) -> Frames:
-        """Take a frame; after it was processed, end the scan if it is complete."""
+        """Take a frame; end the scan if it is complete after processing."""
         self._looked_at = self.robot.now
         self._due_at = self._looked_at + self.settings.frame_interval
         self.frame = self.robot.observe()
@@ -111,12 +177,12 @@ class FrameDriver:
             self.plan_milliseconds.append(self.clock.milliseconds.get("plan", 0.0))
         self.clock = StageClock()
         yield self.frame
-        if self.state.frames >= self.settings.most_frames:
-            raise ScanEnded(f"the limit of {self.settings.most_frames} frames is reached")
+        if self.state.frames >= self.settings.max_frames:
+            raise ScanEnded(f"the limit of {self.settings.max_frames} frames is reached")
         self._end_if_complete()
 
     def stand_and_look(self) -> Frames:
-        """Take a frame from here; a few if the first ones come late or do not show the object."""
+        """Take a frame without moving; take more if it is late or does not show the object."""
         if self.robot.now > self._looked_at:
             yield from self.look()
         for _ in range(MAX_EXTRA_FRAMES):
@@ -136,7 +202,7 @@ class FrameDriver:
         self.stop()
 
     def back_off(self) -> Frames:
-        """Drive backwards a little."""
+        """Drive backwards by the distance of the settings."""
         s = self.settings
         for _ in range(round(s.back_off / s.speed / s.tick)):
             yield from self.tick(Velocity(-s.speed))
@@ -164,10 +230,13 @@ class FrameDriver:
 
     @timed("plan")
     def _end_if_complete(self) -> None:
-        if self.state.in_view and (end := self._planner.enough(self.situation)) is not None:
-            raise ScanEnded(end.why)
+        if (
+            self.state.in_view
+            and (end := self._planner.check_finished(self.planner_input)) is not None
+        ):
+            raise ScanEnded(end.reason)
 
     def _measure(self, odometry: Odometry | None) -> None:
-        """Measure the distance until now; the robot moves on while a frame is processed."""
-        now = self.robot.now - self.robot.held
+        """Measure the distance so far; the robot moves on while a frame is processed."""
+        now = self.robot.now - self.robot.paused_seconds
         self._meter.add_odometry(now, None if odometry is None else odometry.T_odom_base)

@@ -1,4 +1,4 @@
-"""A robot drives round an object, models it and classifies it (section 3.1)."""
+"""The scan of an object by a robot that drives round it (section 3.1)."""
 
 from __future__ import annotations
 
@@ -7,21 +7,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from circumspect.errors import InputError
-from circumspect.exploration.end_reason import EndReason, ScanEnded
+from circumspect.exploration.end_reason import EndReason, ProgressWatch, ScanEnded
 from circumspect.exploration.frame_driver import FrameDriver, Frames
-from circumspect.exploration.progress_watch import ProgressWatch
 from circumspect.exploration.scan_settings import ScanSettings
 from circumspect.exploration.view_record import ViewOutcome, ViewRecord
 from circumspect.geometry import PlanarPose
 from circumspect.planning import (
     Finished,
     NextView,
-    NoWay,
+    NoPath,
+    PlannerInput,
     Route,
-    Situation,
     ViewPlanner,
     alternatives,
-    passable,
+    is_free,
     route,
     sectors_visited,
 )
@@ -37,20 +36,20 @@ from circumspect.robot import MobileRobot
 from circumspect.sensing import RgbdFrame
 
 MAX_ATTEMPTS = 2
-"""Attempts at a view to which the path is blocked or obstructed."""
+"""Maximum number of attempts at a view with a blocked or obstructed path."""
 NO_PATH_XY = np.empty((0, 2))
 
 
 class ObjectScan:
-    """The loop of section 3.1: look, track, fuse, classify, plan, drive.
+    """The scan loop of section 3.1: look, track, fuse, classify, plan, drive.
 
     Attributes:
         robot: The robot.
         pipeline: Tracks, fuses and classifies.
         planner: Chooses views.
-        settings: How the robot drives, and when the scan is given up.
+        settings: Settings of the scan.
         ended: Why the scan ended; None while it runs.
-        views: What came of the views so far.
+        views: Outcomes of the views so far.
         target: The view that the robot drives to; None before the first.
     """
 
@@ -61,10 +60,10 @@ class ObjectScan:
         planner: ViewPlanner,
         settings: ScanSettings | None = None,
     ) -> None:
-        """Assemble the parts; nothing moves yet.
+        """Set the parts; the robot does not move yet.
 
         Args:
-            robot: Stands anywhere.
+            robot: The robot, at any pose.
             pipeline: Tracks, fuses and classifies.
             planner: Chooses views.
             settings: See `ScanSettings`.
@@ -96,9 +95,9 @@ class ObjectScan:
         return self._driver.plan_milliseconds
 
     @property
-    def situation(self) -> Situation:
+    def planner_input(self) -> PlannerInput:
         """The input of the planner."""
-        return self._driver.situation
+        return self._driver.planner_input
 
     @property
     def T_map_base(self) -> PlanarPose:
@@ -112,13 +111,13 @@ class ObjectScan:
 
     @property
     def turned_deg(self) -> float:
-        """The part of the way round the object where the robot has been, 0 … 360 [degrees]."""
-        return 360 * float(sectors_visited(self.situation).mean())
+        """Total azimuth around the object where the robot has been, 0 … 360 [degrees]."""
+        return 360 * float(sectors_visited(self.planner_input).mean())
 
     def run(self, observers: Sequence[PipelineObserver] = ()) -> RecognitionResult:
-        """Scan until there is a reason to end; `ended` is then the reason.
+        """Scan until there is a reason to end, then store it in `ended`.
 
-        Whatever ends it, Ctrl-C included, the robot stops, and then the observers get the steps so
+        The robot always stops at the end, even after Ctrl-C; then the observers get the steps so
         far.
 
         Args:
@@ -135,9 +134,9 @@ class ObjectScan:
         self._driver.update(step)
 
     def _frames(self) -> Frames:
-        """The algorithm: each frame is processed before the robot moves on.
+        """The scan algorithm: each frame is processed before the robot moves on.
 
-        However it ends, the robot stops at once, even if the generator is closed from outside.
+        The robot stops at the end, even if the generator is closed from outside.
         """
         driver, state = self._driver, self._state
         try:
@@ -145,18 +144,18 @@ class ObjectScan:
             yield from driver.look()
             yield from driver.turn_until(lambda: state.in_view, EndReason.NO_OBJECT)
             while True:
-                # Where to look from next
+                # Choose the next view
                 view = self._next_view()
 
-                # How to get there
-                view, way = self._path_to(view)
-                if isinstance(way, NoWay):
-                    self._record(view, ViewOutcome.NO_PATH, way.why)
+                # Plan a path to it
+                view, path = self._path_to(view)
+                if isinstance(path, NoPath):
+                    self._record(view, ViewOutcome.NO_PATH, path.reason)
                     continue
 
-                # Drive there, and take frames meanwhile
+                # Drive there and take frames
                 self.target = view
-                yield from self._drive(view, way)
+                yield from self._drive(view, path)
                 yield from driver.turn_until(lambda: state.reliable, EndReason.LOST)
         except ScanEnded as end:
             self.ended = str(end)
@@ -166,9 +165,9 @@ class ObjectScan:
     @timed("plan")
     def _next_view(self) -> NextView:
         """The planner's choice."""
-        view = self.planner.next_view(self.situation)
+        view = self.planner.next_view(self.planner_input)
         if isinstance(view, Finished):
-            raise ScanEnded(self._explained(view))
+            raise ScanEnded(self._finish_reason(view))
         if not isinstance(view, NextView):
             raise InputError(
                 f"the view planner {type(self.planner).__name__} returned a "
@@ -177,26 +176,26 @@ class ObjectScan:
         return view
 
     @timed("plan")
-    def _path_to(self, view: NextView) -> tuple[NextView, Route | NoWay]:
-        """The path to a view, or to a similar one, or the reason why there is none."""
-        situation = self.situation
-        first = way = route(situation, view.T_map_base, self.settings.keep)
+    def _path_to(self, view: NextView) -> tuple[NextView, Route | NoPath]:
+        """A path to the view or to a similar one, or the reason why there is none."""
+        planner_input = self.planner_input
+        first = path = route(planner_input, view.T_map_base, self.settings.keep)
         if isinstance(first, Route):
             return view, first
         for other in alternatives(view, self.robot.T_base_camera):
-            way = route(situation, other.T_map_base, self.settings.keep)
-            if isinstance(way, Route):
-                return other, way
+            path = route(planner_input, other.T_map_base, self.settings.keep)
+            if isinstance(path, Route):
+                return other, path
         return view, first
 
-    def _drive(self, view: NextView, way: Route) -> Frames:
+    def _drive(self, view: NextView, path: Route) -> Frames:
         """Follow a path and take frames, until the view is reached or the robot is hindered."""
         driver, state = self._driver, self._state
         watch, outcome = ProgressWatch(self.settings.stuck_after), ViewOutcome.REACHED
         frames = state.frames
         while outcome is ViewOutcome.REACHED:
             velocity = driver.follower.velocity(
-                self.T_map_base, way.path_xy, view.T_map_base, self.settings.speed
+                self.T_map_base, path.path_xy, view.T_map_base, self.settings.speed
             )
             if velocity is None:
                 break
@@ -204,38 +203,39 @@ class ObjectScan:
             yield from driver.tick(velocity)
             # Progress is not measured between frames: the wheels may spin there.
             if self.frame is not frame:
-                outcome = self._hindrance(way, watch)
+                outcome = self._driving_outcome(path, watch)
         driver.stop()
         if outcome is ViewOutcome.REACHED:
             yield from driver.stand_and_look()
             if state.frames == frames:
-                # Without a new frame the planner would choose the same view for ever.
+                # Without a new frame the planner would choose the same view again.
                 outcome = ViewOutcome.ALREADY_THERE
             elif not state.in_view:
                 outcome = ViewOutcome.NOT_IN_VIEW
-        self._record(view, outcome, path_xy=way.path_xy)
+        self._record(view, outcome, path_xy=path.path_xy)
         if outcome is ViewOutcome.BLOCKED:
             yield from self._back_off()
-        # The commands of a blocked robot are not retraced: nothing is known of what is behind it.
+        # A blocked robot does not retrace its commands: the space behind it is unknown.
         elif outcome is ViewOutcome.UNRELIABLE_POSE or state.doubted_for:
             yield from driver.retrace()
 
     @timed("plan")
-    def _hindrance(self, way: Route, watch: ProgressWatch) -> ViewOutcome:
-        """What keeps the robot from driving on; `REACHED` if nothing does."""
-        if watch.stuck(self.robot.now - self.robot.held, self.T_map_base):
-            return ViewOutcome.BLOCKED
+    def _driving_outcome(self, path: Route, watch: ProgressWatch) -> ViewOutcome:
+        """The outcome that stops the robot; `REACHED` if it can drive on."""
         state, settings = self._state, self.settings
+        now = self.robot.now - self.robot.paused_seconds
+        if state.motion_is_known and watch.update(now, self.T_map_base):
+            return ViewOutcome.BLOCKED
         if state.doubted_for > settings.unsure_after or state.blind_for > settings.blind_after:
             return ViewOutcome.UNRELIABLE_POSE
-        if not passable(self.situation, way.path_xy):
+        if not is_free(self.planner_input, path.path_xy):
             return ViewOutcome.OBSTRUCTED
         return ViewOutcome.REACHED
 
     def _back_off(self) -> Frames:
-        """Add an obstacle in front of the robot, and drive back a little."""
+        """Add an obstacle in front of the robot, and drive backwards."""
         self._blocks += 1
-        if self._blocks > self.settings.most_blocks:
+        if self._blocks > self.settings.max_blocks:
             raise ScanEnded(f"blocked {self._blocks} times: nothing more can be reached")
         self._state.add_bump()
         yield from self._driver.back_off()
@@ -247,7 +247,7 @@ class ObjectScan:
         reason: str | None = None,
         path_xy: np.ndarray = NO_PATH_XY,
     ) -> None:
-        """Record what came of a view; give it up if it has no path, or failed twice."""
+        """Record the outcome of a view; give it up if it has no path, or failed twice."""
         reason = outcome.value if reason is None else reason
         self.views.append(ViewRecord(view, outcome, reason, path_xy, self._state.frames))
         if outcome is ViewOutcome.REACHED:
@@ -259,11 +259,11 @@ class ObjectScan:
         if not can_retry or self._failures >= MAX_ATTEMPTS:
             self._state.give_up(view)
 
-    def _explained(self, finished: Finished) -> str:
-        """Why the planner finished; with the last hindrance if views were left out."""
+    def _finish_reason(self, finished: Finished) -> str:
+        """Why the planner finished, with the last failure if views were left out."""
         if not self._state.unreachable:
-            return finished.why
-        return f"{finished.why} ({self.views[-1].reason})"
+            return finished.reason
+        return f"{finished.reason} ({self.views[-1].reason})"
 
 
 class _ScanUpdater:

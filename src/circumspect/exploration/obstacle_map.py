@@ -1,4 +1,4 @@
-"""The obstacles that the camera saw, in plan view."""
+"""Plan-view map of the obstacles that the camera observed."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from circumspect.planning.plan_view import cell_keys, cell_middles
 from circumspect.sensing import RgbdFrame
 
 CELL_M = 0.05
-"""Side of the plan-view cells."""
+"""Side of the plan-view cells [m]."""
 MIN_HEIGHT_M, MAX_HEIGHT_M = 0.10, 1.30
-"""Points between these heights are obstacles; lower ones may be noise of the floor."""
+"""Points between these heights [m] are obstacles; lower ones may be noise of the floor."""
 MAX_DEPTH_M = 2.5
-"""Larger depths are not used."""
+"""Maximum depth that is used [m]."""
 PIXEL_STEP = 6
 """One pixel of each block of this side is used [px]."""
 MIN_FRAMES = 2
 """Minimum number of frames that show a point in an occupied cell."""
 OBJECT_MARGIN_M = 0.12
-"""Cells nearer than this to the object belong to it."""
+"""Cells nearer than this to the object belong to it [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class ObstacleMap:
 
         Args:
             frame: The frame.
-            T_map_camera: Its pose.
+            T_map_camera: Pose of the camera.
         """
         sparse = np.zeros(frame.depth.shape, bool)
         sparse[::PIXEL_STEP, ::PIXEL_STEP] = frame.depth[::PIXEL_STEP, ::PIXEL_STEP] < MAX_DEPTH_M

@@ -1,4 +1,4 @@
-"""A scan by a simulated robot in a room."""
+"""A scan by a simulated robot in a simulated room."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from circumspect.classification import Classifier
 from circumspect.exploration.object_scan import ObjectScan
-from circumspect.exploration.scan_settings import ScanSettings
+from circumspect.exploration.scan_settings import RoomSettings, ScanSettings
 from circumspect.geometry import PinholeCamera, PlanarPose, TriangleMesh
 from circumspect.planning import ViewPlanner
 from circumspect.recognition import RecognitionPipeline
@@ -20,41 +20,18 @@ from circumspect.sensing import DepthNoise, GroundSegmentation
 from circumspect.simulation import (
     CameraMount,
     DepthDistortion,
+    GroundTruthRecorder,
     RobotSettings,
     Room,
     SimulatedRobot,
-    Witness,
     room,
 )
 from circumspect.tracking import Tracker, TrackingSettings
 
 CLUTTER = 4
-"""Things that stand about."""
+"""Number of other objects in the room."""
 ASKEW = float(np.radians(10.0))
-"""The robot starts up to this far from facing the object [rad]."""
-
-
-@dataclass(frozen=True)
-class RoomSettings:
-    """The world around the object.
-
-    Attributes:
-        slip: Share of the wheels' travel that does not become motion.
-        clutter: Whether other things stand about.
-        mast_height: Of the camera [m].
-        tilt_deg: How far it looks down [degrees]; None for what the object asks for.
-        wheel_error: Share by which the right wheel is larger than the odometry believes.
-        bump_height: The highest ridge on the floor [m].
-        distorted: Whether the camera's depth is distorted as `DepthNoise` describes.
-    """
-
-    slip: float = 0.05
-    clutter: bool = True
-    mast_height: float = 1.2
-    tilt_deg: float | None = None
-    wheel_error: float = 0.0
-    bump_height: float = 0.0
-    distorted: bool = False
+"""Maximum heading error of the robot at the start [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,15 +39,15 @@ class SimulatedScan:
     """All parts of a scan, ready to run.
 
     Attributes:
-        scan: The loop.
-        witness: Knows the true poses of the robot.
-        room: The world.
-        camera: The robot's.
-        config: What the run was started with, JSON types.
+        scan: The scan loop.
+        ground_truth: Records the true poses of the robot.
+        room: The simulated room.
+        camera: The robot's camera.
+        config: Configuration of the run, JSON types.
     """
 
     scan: ObjectScan
-    witness: Witness
+    ground_truth: GroundTruthRecorder
     room: Room
     camera: PinholeCamera
     config: Mapping[str, Any]
@@ -81,11 +58,11 @@ class SimulatedScan:
         return self.scan.pipeline
 
     def recorded(self, recorder: RunRecorder) -> Self:
-        """The same scan with a robot whose frames are recorded; see `RecordingRobot`."""
+        """The scan with a robot whose frames are recorded; see `RecordingRobot`."""
         return self.driven_by(RecordingRobot(self.scan.robot, recorder))
 
     def driven_by(self, robot: MobileRobot) -> Self:
-        """The same scan, not yet begun, with another robot, as one that wraps its own."""
+        """The scan, before its start, with another robot, for instance a wrapper."""
         scan = ObjectScan(robot, self.pipeline, self.scan.planner, self.scan.settings)
         return replace(self, scan=scan)
 
@@ -99,7 +76,7 @@ class SimulatedScan:
         classifier: Classifier,
         config: Mapping[str, Any],
         camera: PinholeCamera | None = None,
-        faulty: Callable[[Witness], MobileRobot] | None = None,
+        faulty: Callable[[GroundTruthRecorder], MobileRobot] | None = None,
         colour: bool = False,
         real_time: bool = False,
     ) -> Self:
@@ -107,24 +84,24 @@ class SimulatedScan:
 
         Args:
             mesh: The object, standing on z = 0 [m].
-            world: The room and the robot's faults.
-            driving: How it drives and looks.
+            world: Settings of the room and of the robot's errors.
+            driving: Settings of the scan.
             planner: Chooses views.
             classifier: Classifies the object.
-            config: "seed", "start_deg" and other entries that describe the run.
-            camera: None means the Xtion PRO.
+            config: Description of the run, with at least "seed" and "start_deg".
+            camera: The camera; None means the Xtion PRO.
             faulty: Wraps the robot in a faulty one.
-            colour: The camera makes colour images, too, which takes time.
-            real_time: The simulation goes no faster than the world.
+            colour: Whether the camera also renders colour images, which takes time.
+            real_time: Whether the simulation is limited to real time.
 
         Raises:
-            InputError: A setting makes no sense, or the object is too large.
+            InputError: A setting is invalid, or the object is too large.
             MissingExtraError: The simulation is not installed.
         """
         seed, camera, noise = int(config["seed"]), camera or PinholeCamera.xtion(), DepthNoise()
         place = room(mesh, seed, camera, world.mast_height, noise, CLUTTER * world.clutter)
         robot = _robot(place, world, config, camera, noise, colour, real_time)
-        witness = Witness(robot)
+        ground_truth = GroundTruthRecorder(robot)
         segmentation = GroundSegmentation(noise=noise)
         tracking = TrackingSettings.for_noise(noise if world.distorted else _undistorted(noise))
         pipeline = RecognitionPipeline(segmentation, Tracker(settings=tracking), classifier)
@@ -136,10 +113,12 @@ class SimulatedScan:
             "segmentation": asdict(segmentation),
             "tracking": asdict(tracking),
             "model": asdict(pipeline.model.settings),
-            "grid": classifier.recipe.to_dict(),
+            "grid": classifier.input_spec.to_dict(),
         }
-        scan = ObjectScan(faulty(witness) if faulty else witness, pipeline, planner, driving)
-        return cls(scan, witness, place, camera, full_config)
+        scan = ObjectScan(
+            faulty(ground_truth) if faulty else ground_truth, pipeline, planner, driving
+        )
+        return cls(scan, ground_truth, place, camera, full_config)
 
 
 def _robot(

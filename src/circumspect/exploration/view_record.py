@@ -1,4 +1,4 @@
-"""What came of the views of a scan."""
+"""Outcomes of the views of a scan."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from circumspect.planning import NextView
 
 
 class ViewOutcome(StrEnum):
-    """What came of a view; the values are the texts in a scan's file.
+    """Outcome of a view; the values are the texts in a scan's file.
 
     The text of `NO_PATH` is replaced by the reason that the path search returns.
     """
@@ -28,11 +28,11 @@ class ViewOutcome(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class ViewRecord:
-    """What came of a view that the planner chose.
+    """Outcome of a view that the planner chose.
 
     Attributes:
         view: The view.
-        outcome: What came of it.
+        outcome: Its outcome.
         reason: The same in words.
         path_xy: (n, 2) [m] the planned path to it; empty without one.
         frame: Number of frames at that time.

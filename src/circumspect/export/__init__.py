@@ -1,4 +1,4 @@
-"""Trained networks for the robot."""
+"""Export of trained networks for the robot."""
 
 from circumspect.export.onnx_export import Fidelity, export_onnx
 

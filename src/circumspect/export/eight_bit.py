@@ -1,4 +1,4 @@
-"""Convolutions, and what lies between them, in eight bits, which a robot's CPU computes faster."""
+"""Quantise convolutions and the operators between them to eight bits, which is faster on a CPU."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from circumspect.nets import Checkpoint
 BATCH = 16
 CONVOLUTIONS = (nn.Conv1d, nn.Conv2d, nn.Conv3d)
 STEPS = ["Conv", "Relu", "Add", "Concat", "Slice", "Transpose", "Reshape"]
-"""What is computed in eight bits: between convolutions numbers do not become floats and bytes
-again, which takes longer than many a convolution."""
+"""Quantised operators. Those between convolutions are included, since conversions to floats and
+back take longer than many a convolution."""
 
 
 def require_convolutions(members: Sequence[Checkpoint]) -> None:
-    """Find out before long work whether eight bits would change anything.
+    """Check before a long run whether a network has convolutions to quantise.
 
     Args:
         members: The networks that are to be exported together.
@@ -47,10 +47,10 @@ def require_convolutions(members: Sequence[Checkpoint]) -> None:
 
 
 def in_eight_bits(network: onnx.ModelProto, inputs: Sequence[NDArray[Any]]) -> onnx.ModelProto:
-    """Quantise the convolutions of a network, and the steps that join them.
+    """Quantise the convolutions of a network and the operators between them.
 
-    Weights get seven bits, each output channel a scale of its own, so that CPUs without VNNI do
-    not saturate; activations get eight, over the range that the given inputs lead to.
+    Weights get seven bits with a scale per output channel, so that CPUs without VNNI do not
+    saturate. Activations get eight bits over the range that the given inputs lead to.
 
     Args:
         network: In floating point.
@@ -61,7 +61,7 @@ def in_eight_bits(network: onnx.ModelProto, inputs: Sequence[NDArray[Any]]) -> o
     """
     with TemporaryDirectory() as folder, _quiet():
         given, plain, quantised = (Path(folder) / f"{step}.onnx" for step in range(3))
-        # As a file: the preprocessor can not read back how it stores a network in memory.
+        # Through a file: the preprocessor can not read its own networks from memory.
         onnx.save(network, given, "protobuf")
         quant_pre_process(given, plain, skip_symbolic_shape=True)
         quantize_static(
@@ -92,7 +92,7 @@ class _Batches(CalibrationDataReader):
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """The quantiser warns at the root logger about steps that were taken."""
+    """Silence the quantiser's warnings at the root logger about steps that were taken."""
     before = logging.root.manager.disable
     logging.disable(logging.WARNING)
     try:

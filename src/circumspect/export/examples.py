@@ -1,4 +1,4 @@
-"""A table of what a network makes of the objects that it was trained on."""
+"""The table of a network's features of its training objects."""
 
 from __future__ import annotations
 
@@ -7,12 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from circumspect.classification import ExampleTable, OnnxClassifier
+from circumspect.classification import ExampleTable, GridSpec, InputSpec, OnnxClassifier
 from circumspect.classification.example_table import network_of
 from circumspect.datasets.fitted_objects import fitted_objects
 from circumspect.datasets.object_set import ObjectSet
+from circumspect.datasets.scan_augmentation import ScanAugmentation
+from circumspect.datasets.scan_sources import of_point_set
 from circumspect.errors import InputError
-from circumspect.export.scan_examples import scanned
+from circumspect.evaluation.held_back_scans import HeldBackScans, held_back_scans
+
+SEED = 3
+"""Seed of these scans; those for training have others."""
 
 
 def example_table(
@@ -33,9 +38,9 @@ def example_table(
     """
     learnt = learnt_objects(classifier.classes, classifier.training, objects)
     rows = []
-    if classifier.recipe.takes_context:
-        # As the network was trained: a scan of each.
-        scans = scanned(learnt, classifier.training, classifier.recipe, progress)
+    if classifier.input_spec.takes_context:
+        # As in training: a scan of each object.
+        scans = scanned(learnt, classifier.training, classifier.input_spec, progress)
         if len(scans.labels) != len(learnt):
             raise InputError("an object of the set can not be scanned")
         features = classifier.features(scans.inputs, scans.contexts)
@@ -44,7 +49,7 @@ def example_table(
             network_of(classifier),
         )  # fmt: skip
     for index in range(len(learnt)):
-        rows.append(classifier.features(classifier.recipe.inputs(learnt.cloud(index)))[0])
+        rows.append(classifier.features(classifier.input_spec.inputs(learnt.cloud(index)))[0])
         if progress is not None:
             progress(index + 1, len(learnt))
     return ExampleTable(
@@ -59,7 +64,7 @@ def example_table(
 def learnt_objects(
     classes: tuple[str, ...], training: Mapping[str, Any], objects: ObjectSet
 ) -> ObjectSet:
-    """The part of a set that a network was fitted to.
+    """The part of a set that a network was trained on.
 
     Args:
         classes: That the network names.
@@ -81,3 +86,30 @@ def learnt_objects(
             "that they were trained on"
         )
     return learnt
+
+
+def scanned(
+    objects: ObjectSet,
+    training: Mapping[str, Any],
+    input_spec: InputSpec,
+    progress: Callable[[int, int], None] | None = None,
+) -> HeldBackScans:
+    """One simulated scan of each object.
+
+    Args:
+        objects: Of the set that the network was trained on.
+        training: How it was trained; these scans use the same settings.
+        input_spec: What it is shown.
+        progress: Called with (done, all) objects.
+
+    Raises:
+        InputError: The network was not trained on scans.
+        MissingExtraError: Embree is not installed.
+    """
+    document = training.get("settings", {}).get("scan")
+    if not isinstance(input_spec, GridSpec) or document is None:
+        raise InputError("these weights were not trained on simulated scans")
+    augmentation = ScanAugmentation.from_dict(document)
+    return held_back_scans(
+        [of_point_set(objects)], augmentation, input_spec, 1, SEED, progress, keep_all=True
+    )

@@ -1,4 +1,4 @@
-"""A second output for networks in ONNX: the features that the last layer turns into logits."""
+"""A second output of ONNX networks: the features before the last linear layer."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _CONVOLUTIONS = ("Conv", "ConvTranspose")
 
 
 def add_features(network: onnx.ModelProto) -> bool:
-    """Give a network its features as second output; the logits stay what they are, bit by bit.
+    """Add the features of a network as second output; the logits stay bit-identical.
 
-    Features are what enters the last linear layer, of a committee those of all members side by
+    Features are the input of the last linear layer; in a committee, those of all members side by
     side, so that the logits are linear in them.
 
     Args:
         network: With the output `logits`; changed in place.
 
     Returns:
-        Whether it has them now: a network whose last layer is not linear does not.
+        Whether it has features now: a network whose last layer is not linear does not.
     """
     graph = network.graph
     if any(output.name == FEATURES for output in graph.output):
@@ -60,8 +60,8 @@ def write_with_features(weights: Path, out: Path) -> None:
 
     Raises:
         WeightsError: No classifier, or its last layer is not linear.
-        CircumspectError: The new file answers otherwise; it is not kept.
-        OutputError: The file can not be written.
+        CircumspectError: The new file gives other answers; it is not kept.
+        OutputError: The file cannot be written.
     """
     Classifier.load(weights)
     before = weights.read_bytes()
@@ -71,8 +71,8 @@ def write_with_features(weights: Path, out: Path) -> None:
     after = network.SerializeToString()
     if not np.array_equal(_answers(before), _answers(after)):
         raise CircumspectError(f"{out}: not kept, its answers differ from those of {weights}")
-    with atomic_path(out) as aside:
-        aside.write_bytes(after)
+    with atomic_path(out) as temporary:
+        temporary.write_bytes(after)
 
 
 def _answers(content: bytes) -> np.ndarray:
@@ -92,7 +92,7 @@ def _answers(content: bytes) -> np.ndarray:
 def _last_layers(
     graph: onnx.GraphProto, weights: dict[str, tuple[int, ...]]
 ) -> list[onnx.NodeProto]:
-    """The linear layers behind the logits, of each member of a committee one; or none."""
+    """The linear layers before the logits, one per member of a committee; or none."""
     made_by = {name: node for node in graph.node for name in node.output}
     found: list[onnx.NodeProto] = []
     waiting = [LOGITS]
@@ -110,6 +110,6 @@ def _last_layers(
 
 
 def _inputs_of(layer: onnx.NodeProto, weights: dict[str, tuple[int, ...]]) -> int:
-    """How many numbers enter a linear layer."""
+    """Number of inputs of a linear layer."""
     transposed = any(a.name == "transB" and a.i for a in layer.attribute)
     return weights[layer.input[1]][1 if transposed else 0]

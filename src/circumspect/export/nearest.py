@@ -1,7 +1,7 @@
-"""The training objects inside of a network in ONNX: an output tells how far the nearest is.
+"""The training objects as part of an ONNX network: an output is the distance to the nearest one.
 
-An object far from all that was trained on is of no known class, whatever the network calls it (Sun,
-Ming, Zhu and Li, "Out-of-distribution detection with deep nearest neighbors", ICML 2022).
+An object far from all training objects is out of distribution, whatever its label (Sun, Ming, Zhu
+and Li, "Out-of-distribution detection with deep nearest neighbors", ICML 2022).
 """
 
 from __future__ import annotations
@@ -21,40 +21,40 @@ from circumspect.export.description import describe
 from circumspect.storage import atomic_path
 
 OURS = "nearest_"
-"""What the names of these nodes and weights begin with."""
+"""Prefix of the names of these nodes and weights."""
 
 
 def write_with_distance(path: Path, examples: ExampleTable, unknown_beyond: float | None) -> None:
-    """Complete a file by the objects that it was trained on; its answers stay.
+    """Add the training objects to a file; its answers stay.
 
     Args:
         path: A classifier that gives its features.
-        examples: What it makes of its training objects.
+        examples: Features of its training objects.
         unknown_beyond: Objects farther than this from all of them are called unknown, 0 … 2; None
             keeps what the file says.
 
     Raises:
         InputError: The distance is out of range.
         WeightsError: No classifier, or it gives no features.
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     classifier = Classifier.load(path)
     if not classifier.gives_features:
-        raise WeightsError(f"{path}: gives no features to compare; export it anew")
+        raise WeightsError(f"{path}: gives no features to compare; export it again")
     network = onnx.load_from_string(path.read_bytes())
     add_distance(network, examples)
     if unknown_beyond is not None:
         beyond = checked_distance(unknown_beyond)
         describe(network, {**classifier.description, "unknown_beyond": beyond})
-    with atomic_path(path) as aside:
-        aside.write_bytes(network.SerializeToString())
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(network.SerializeToString())
 
 
 def add_distance(network: onnx.ModelProto, examples: ExampleTable) -> None:
-    """Give a network the distance to the nearest example as an output.
+    """Add the distance to the nearest example as an output of a network.
 
-    It takes the place of an older one. Distances are 1 - cos of the angle between features, as
-    `NearExample` has them.
+    It replaces an earlier one. Distances are 1 - cos of the angle between features, as in
+    `NearExample`.
 
     Args:
         network: With the output `features`; changed in place.

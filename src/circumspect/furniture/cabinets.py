@@ -77,7 +77,7 @@ def night_stand(rng: np.random.Generator) -> TriangleMesh:
 def _stand(
     rng: np.random.Generator, width: float, depth: float, lift: float
 ) -> tuple[float, list[TriangleMesh]]:
-    """What a chest stands on, and how high: legs, a plinth, arches, or nothing."""
+    """The base of a chest and its height: legs, a plinth, arches, or nothing."""
     kind = str(rng.choice(["legs", "plinth", "arches", "none"], p=[0.46, 0.18, 0.14, 0.22]))
     if kind == "none":
         return 0.0, []

@@ -14,7 +14,7 @@ from circumspect.furniture.cabinets import dresser, night_stand
 from circumspect.furniture.chairs import chair
 from circumspect.furniture.desks import desk
 from circumspect.furniture.monitors import monitor
-from circumspect.furniture.placement import settled, turned
+from circumspect.furniture.placement import placed_on_floor, turned
 from circumspect.furniture.sofas import sofa
 from circumspect.furniture.tables import table
 from circumspect.furniture.toilets import toilet
@@ -64,7 +64,7 @@ def make_furniture(category: str, seed: int) -> TriangleMesh:
     mesh = _MAKERS[category](rng)
     if category not in _BACK_TOWARDS_Y:
         mesh = turned(mesh, -np.pi / 2)
-    return settled(mesh)
+    return placed_on_floor(mesh)
 
 
 def _unknown(category: str) -> str:

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circumspect.furniture.chair_backs import back_rest
-from circumspect.furniture.chair_bases import base
+from circumspect.furniture.chair_parts import back_rest, base
 from circumspect.furniture.outlines import Outline, ellipse, rounded_rectangle, superellipse
 from circumspect.furniture.placement import both_sides, joined, moved, turned
 from circumspect.furniture.primitives import rounded_box, slab, tube
@@ -17,7 +16,7 @@ from circumspect.geometry import TriangleMesh
 
 @dataclass(frozen=True)
 class Seat:
-    """What the other parts of a chair must fit.
+    """Measures that the other parts of a chair must fit.
 
     Attributes:
         width, depth: of the seat [m].

@@ -41,7 +41,7 @@ def draw_contact_sheet(
         make: Makes a piece of a category from a seed.
 
     Raises:
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     from PIL import Image, ImageDraw
 
@@ -55,8 +55,8 @@ def draw_contact_sheet(
     pen = ImageDraw.Draw(image)
     for row, category in enumerate(kinds):
         pen.text((8, (row + 0.5) * pixels - 9), category, fill=(30, 30, 30), font_size=16)
-    with atomic_path(path) as aside:
-        image.save(aside, format="PNG")
+    with atomic_path(path) as temporary:
+        image.save(temporary, format="PNG")
 
 
 if __name__ == "__main__":

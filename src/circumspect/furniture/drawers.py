@@ -16,7 +16,7 @@ HANDLES = ("knob", "bar", "bow", "none")
 
 @dataclass(frozen=True)
 class DrawerStyle:
-    """How all fronts of one piece look.
+    """Style of all fronts of one piece.
 
     Attributes:
         gap: between neighbouring fronts [m].

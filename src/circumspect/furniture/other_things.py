@@ -1,4 +1,4 @@
-"""Things of none of the ten categories: a classifier should say that it does not know them."""
+"""Things of none of the ten categories, which a classifier should report as unknown."""
 
 from __future__ import annotations
 
@@ -7,7 +7,14 @@ from collections.abc import Callable
 import numpy as np
 
 from circumspect.furniture.outlines import ellipse, rounded_rectangle
-from circumspect.furniture.placement import around, both_sides, joined, moved, settled, turned
+from circumspect.furniture.placement import (
+    around,
+    both_sides,
+    joined,
+    moved,
+    placed_on_floor,
+    turned,
+)
 from circumspect.furniture.primitives import (
     box,
     cylinder,
@@ -36,7 +43,7 @@ def make_other_thing(kind: str, seed: int) -> TriangleMesh:
     number = list(OTHER_THINGS).index(kind) if kind in OTHER_THINGS else -1
     if number < 0:
         raise KeyError(kind)
-    return settled(OTHER_THINGS[kind](np.random.default_rng([100 + number, seed])))
+    return placed_on_floor(OTHER_THINGS[kind](np.random.default_rng([100 + number, seed])))
 
 
 def _airplane(rng: Chance) -> TriangleMesh:

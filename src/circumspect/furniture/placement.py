@@ -1,4 +1,4 @@
-"""Moving, turning, mirroring and joining of meshes."""
+"""Translation, rotation, mirroring and joining of meshes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from circumspect.geometry import TriangleMesh
 
 SLIVER = 1e-10
-"""[m²] triangles below this area carry nothing and are left out."""
+"""[m²] triangles below this area are left out."""
 
 
 def joined(parts: Sequence[TriangleMesh]) -> TriangleMesh:
-    """One mesh of all parts; nothing is cut or merged where they meet."""
+    """One mesh of all parts, without cutting or merging where they meet."""
     starts = np.cumsum([0] + [len(part.vertices_xyz) for part in parts[:-1]])
     return TriangleMesh(
         np.concatenate([part.vertices_xyz for part in parts]),
@@ -70,7 +70,7 @@ def around(mesh: TriangleMesh, count: int, start: float = 0.0) -> TriangleMesh:
     return joined([turned(mesh, angle) for angle in angles])
 
 
-def settled(mesh: TriangleMesh) -> TriangleMesh:
+def placed_on_floor(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh on z = 0, the middle of its bounding box on the z axis, without slivers."""
     low, high = mesh.vertices_xyz.min(axis=0), mesh.vertices_xyz.max(axis=0)
     middle = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])

@@ -1,4 +1,4 @@
-"""The few solids that all furniture is built of.
+"""The few solids that all furniture is built from.
 
 Lengths are metres. `base` is the centre of a solid's underside.
 """

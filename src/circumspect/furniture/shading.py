@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from circumspect.geometry import TriangleMesh
 
 _AZIMUTH, _ELEVATION = np.radians(-132.0), np.radians(24.0)
-"""Where the viewer stands: before what faces -x or -y, a little above."""
+"""Position of the viewer: in front of -x or -y, a little above."""
 _LIGHT = np.array([-0.52, -0.22, 0.82])
 _AMBIENT, _DIFFUSE = 0.42, 0.68
 _LINE = 0.55
-"""How much of its brightness a pixel keeps on a line."""
+"""Brightness factor of pixels on a line."""
 
 
 def shaded(

@@ -77,7 +77,7 @@ def _basin(rng: np.random.Generator, bowl: _Bowl, body: str) -> TriangleMesh:
 
 
 def _neck(rng: np.random.Generator, bowl: _Bowl, body: str, deep: float) -> TriangleMesh:
-    """What joins the bowl to the wall: a box under the tank, to the floor or hanging."""
+    """The connection of the bowl to the wall: a box under the tank, to the floor or hanging."""
     wide = bowl.width * rng.uniform(0.5, 0.75)
     front = bowl.length * rng.uniform(0.1, 0.3)
     rear = bowl.length / 2 + deep * rng.uniform(0.6, 1.0)

@@ -13,30 +13,28 @@ from circumspect.datasets.gathered_set import GatheredScan, read_points
 from circumspect.storage import atomic_path
 
 SIDE, MARGIN, HEAD = 110, 120, 18
-"""Pixels of a cloud, of the names at the left, and of the line on top."""
+"""Pixels of a cloud, of the names at the left, and of the top line."""
 SHAPE = 1.5
-"""Width to height of the sheet, about."""
-MOST_CLOUDS = 600
-"""On a sheet."""
-SHOWN = 4096
+"""Approximate aspect ratio of the sheet."""
+MAX_CLOUDS = 600
+"""Clouds on a sheet."""
+DRAWN_POINTS = 4096
 """Points of a cloud."""
 FROM = np.radians([-120.0, 25.0])
-"""Azimuth and elevation of the eye."""
+"""Azimuth and elevation of the viewpoint."""
 
 
-def shown_scans(
-    scans: Sequence[GatheredScan], most_clouds: int = MOST_CLOUDS
-) -> list[GatheredScan]:
-    """Scans that have a place on the sheet; objects are picked evenly where they are too many.
+def shown_scans(scans: Sequence[GatheredScan], max_clouds: int = MAX_CLOUDS) -> list[GatheredScan]:
+    """The scans for a sheet; objects are picked evenly if there are too many.
 
     Args:
         scans: Of a set.
-        most_clouds: Room for so many.
+        max_clouds: Largest number of clouds.
     """
     with_cloud = sorted((scan for scan in scans if "cloud" in scan.files), key=_order)
     objects = list(dict.fromkeys(scan.object for scan in with_cloud))
     columns = {_start(scan) for scan in with_cloud}
-    most = max(1, most_clouds // max(1, len(columns)))
+    most = max(1, max_clouds // max(1, len(columns)))
     if len(objects) > most:
         picked = np.linspace(0, len(objects) - 1, most).round().astype(int)
         objects = [objects[number] for number in picked]
@@ -45,9 +43,9 @@ def shown_scans(
 
 
 def draw_contact_sheet(path: Path, folder: Path, scans: Sequence[GatheredScan]) -> None:
-    """One object a row, one start a column, all drawn as the robot saw them from its start.
+    """Draw one object per row and one start per column, all in the frames of their robots.
 
-    Few starts leave room for several blocks of rows side by side.
+    With few starts, several blocks of rows are side by side.
 
     Args:
         path: PNG to write.
@@ -56,7 +54,7 @@ def draw_contact_sheet(path: Path, folder: Path, scans: Sequence[GatheredScan]) 
 
     Raises:
         InputError: A cloud is broken.
-        OutputError: The picture can not be written.
+        OutputError: The picture cannot be written.
     """
     from PIL import Image, ImageDraw
 
@@ -77,13 +75,13 @@ def draw_contact_sheet(path: Path, folder: Path, scans: Sequence[GatheredScan]) 
         pen.text((left + 4, top + SIDE // 2), name, fill="black")
         for scan in scans:
             if scan.object == name:
-                picture = drawn(read_points(folder / scan.files["cloud"], scan.scan, SHOWN))
+                picture = drawn(read_points(folder / scan.files["cloud"], scan.scan, DRAWN_POINTS))
                 at = left + MARGIN + SIDE * columns.index(_start(scan))
                 sheet.paste(Image.fromarray(picture), (at, top))
                 if scan.quality.get("answer") not in (None, scan.label):
                     pen.text((at + 3, top + 2), str(scan.quality["answer"]), fill=(190, 60, 20))
-    with atomic_path(path) as aside:
-        sheet.save(aside, "PNG")
+    with atomic_path(path) as temporary:
+        sheet.save(temporary, "PNG")
 
 
 def _order(scan: GatheredScan) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""A labelled set becomes shards of grids: variants that train, plain views that are tested."""
+"""Convert a labelled set to shards of grids: variants for training, plain views for tests."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect import __version__
-from circumspect.classification import GridRecipe
+from circumspect.classification import GridSpec
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.datasets.augmentation import Augmentation
 from circumspect.datasets.augmented_clouds import AugmentedClouds
@@ -28,24 +28,24 @@ from circumspect.grid import hits_batch
 
 @dataclass(frozen=True)
 class ConversionSettings:
-    """How a set becomes shards.
+    """Settings of a conversion.
 
     Attributes:
-        recipe: Of the grids.
-        augmentation: Random changes of the objects that train.
-        replicas: Variants of each of them.
+        input_spec: Specification of the grids.
+        augmentation: Random changes of the training objects.
+        replicas: Variants of each training object.
         shard_size: Rows of a shard.
         seed: Of the variants, and of the order of objects.
     """
 
-    recipe: GridRecipe
+    input_spec: GridSpec
     augmentation: Augmentation
     replicas: int = 1
     shard_size: int = 4096
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.recipe.visibility or self.recipe.metric:
+        if self.input_spec.visibility or self.input_spec.metric:
             raise InputError("shards hold grids of occupancy; take a network that is shown no more")
         if self.replicas < 1 or self.shard_size < self.replicas:
             raise InputError(
@@ -56,12 +56,12 @@ class ConversionSettings:
 
 @dataclass(frozen=True, eq=False)
 class ConversionJob:
-    """A shard to be made.
+    """A shard to make.
 
     Attributes:
         head: Of the shard.
         objects: Those of the shard.
-        starts_deg: Name of a scan to the azimuth of its start [degrees], where it is known.
+        starts_deg: Name of a scan to the azimuth of its start [degrees], if known.
         settings: Of the set.
         url: Of the shards.
     """
@@ -85,21 +85,21 @@ def convert(
     pool: JobPool,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, int]:
-    """Make the shards that are not there yet.
+    """Make the missing shards.
 
     Args:
-        source: A set as `open_data_set` reads it; of its training split a part is validation.
+        source: A set as `open_data_set` reads it; a part of its training split becomes validation.
         url: Of the shards, a folder or a URL; all nodes of a cluster must see it.
-        settings: How.
-        pool: Does the work.
+        settings: Settings of the conversion.
+        pool: Runs the jobs.
         progress: Called with (done, all) before the first shard and after each.
 
     Returns:
         Split to its rows, and "left out" to objects that span no shape.
 
     Raises:
-        InputError: The set is broken, an object is of two splits, or other shards are there.
-        OutputError: A shard can not be written.
+        InputError: The set is broken, an object is in two splits, or the place holds other shards.
+        OutputError: A shard cannot be written.
         MissingExtraError: pyarrow or fsspec is not installed.
     """
     require_pyarrow()
@@ -138,7 +138,7 @@ def converted(job: ConversionJob) -> dict[str, Any]:
     """Make a shard.
 
     Raises:
-        OutputError: It can not be written.
+        OutputError: It cannot be written.
     """
     made = list(_variants(job) if job.head.split == "train" else _views(job))
     packed = [np.packbits(grids.reshape(-1)) for _, grids in made]
@@ -150,7 +150,7 @@ def converted(job: ConversionJob) -> dict[str, Any]:
         np.array([job.starts_deg.get(name, np.nan) for name in objects.names[members].tolist()]),
     )  # fmt: skip
     if job.head.split == "train":
-        # Variants of an object lie apart, so that those read together are of many objects.
+        # Shuffle variants, so that a row group holds many objects.
         order = np.random.default_rng([job.settings.seed, job.head.number]).permutation(len(rows))
         rows = rows.subset(order)
     write_shard(SetStore(job.url), job.head, rows)
@@ -158,7 +158,7 @@ def converted(job: ConversionJob) -> dict[str, Any]:
 
 
 def _objects_of(source: Path) -> dict[str, ObjectSet]:
-    """Split to its objects; of the training split a part is validation."""
+    """Split to its objects; a part of the training split becomes validation."""
     train, test = open_data_set(source, "train"), open_data_set(source, "test")
     held_back = validation_split(train)
     return {"train": train.subset(~held_back), "validation": train.subset(held_back), "test": test}
@@ -173,12 +173,12 @@ def _starts_of(source: Path) -> dict[str, float]:
 def _variants(job: ConversionJob) -> Iterator[tuple[int, NDArray[np.uint8]]]:
     """Index and grid (1, *cells) of each variant."""
     settings = job.settings
-    # Another seed for each shard: variants are identified by an object's place in its shard.
+    # Each shard has its own seed: variants are identified by the object's index in its shard.
     seed = settings.seed * 1_000_003 + job.head.number
     clouds = AugmentedClouds(job.objects, settings.augmentation, seed)
     for index in range(len(job.objects)):
         samples = [clouds.samples(index, replica) for replica in range(settings.replicas)]
-        bounds = [settings.recipe.unit_bounds] * len(samples)
+        bounds = [settings.input_spec.unit_bounds] * len(samples)
         for grid in hits_batch(bounds, samples, threads=1):
             yield index, grid[None]
 
@@ -187,7 +187,7 @@ def _views(job: ConversionJob) -> Iterator[tuple[int, NDArray[np.uint8]]]:
     """Index and grids (views, *cells) of each object that spans a shape."""
     for index in range(len(job.objects)):
         try:
-            yield index, job.settings.recipe.grids(job.objects.cloud(index), [0.0])[0]
+            yield index, job.settings.input_spec.grids(job.objects.cloud(index), [0.0])[0]
         except GeometryError:
             continue
 
@@ -199,14 +199,14 @@ def _heads(
     order = np.random.default_rng(settings.seed).permutation(len(objects))
     each = settings.shard_size // (settings.replicas if split == "train" else 1)
     parts = [order[first : first + each] for first in range(0, len(order), each)]
-    views = 1 if split == "train" else settings.recipe.azimuth_views
+    views = 1 if split == "train" else settings.input_spec.azimuth_views
     source: dict[str, Any] = {"objects": objects.digest, "seed": settings.seed}
     if split == "train":
         changes = json.loads(json.dumps(asdict(settings.augmentation)))
         source |= {"replicas": settings.replicas, "augmentation": changes}
     head = ShardHead(
-        settings.recipe.to_dict(), (views, *settings.recipe.shape), objects.classes, source, split,
-        0, len(parts), __version__,
+        settings.input_spec.to_dict(), (views, *settings.input_spec.shape), objects.classes,
+        source, split, 0, len(parts), __version__,
     )  # fmt: skip
     return [(replace(head, number=number), part) for number, part in enumerate(parts)]
 
@@ -222,10 +222,10 @@ def _require_apart(objects: dict[str, ObjectSet]) -> None:
 def _whole_shards(
     store: SetStore, heads: Mapping[str, Sequence[tuple[ShardHead, NDArray[np.int64]]]]
 ) -> set[str]:
-    """Names of shards that are whole.
+    """Names of complete shards.
 
     Raises:
-        InputError: There are others.
+        InputError: The place holds other shards.
     """
     wanted = {head.name: head for some in heads.values() for head, _ in some}
     found = set[str]()

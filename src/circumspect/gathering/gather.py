@@ -1,4 +1,4 @@
-"""Scan after scan, until the set is complete."""
+"""Gather the scans of a set."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from circumspect.gathering.object_source import sources_of
 from circumspect.gathering.set_place import SetPlace
 from circumspect.gathering.simulated_task import Measure, SimulatedTask, scanned
 
-Told = Callable[[int, int, str], None]
-"""Called with (done, all, the scan that ended) after each scan."""
+JobProgress = Callable[[int, int, str], None]
+"""Called with (done, all, name of the finished scan) after each scan."""
 Progress = Callable[[int, int], None]
 """Called with (done, all)."""
 
 
 def objects_for(settings: GatherSettings, progress: Progress | None = None) -> list[SelectedObject]:
-    """The objects that settings ask for.
+    """Select the objects for the settings.
 
     Args:
-        settings: What is to be in a set.
+        settings: Of the set.
         progress: Called with (done, all) while objects are compared.
 
     Raises:
-        InputError: A source can not be read, or they hold too few objects.
+        InputError: A source is unreadable, or the sources hold too few objects.
     """
     counts = settings.counts
     sources = sources_of(settings.sources, counts)
@@ -41,29 +41,28 @@ def gather(
     objects: Sequence[SelectedObject],
     pool: JobPool,
     measure: Measure | None = None,
-    told: Told | None = None,
+    progress: JobProgress | None = None,
 ) -> list[GatheredScan]:
-    """Make the scans that are not there yet, in parallel.
+    """Make the missing scans in parallel.
 
-    A scan is in the manifest once all its files are there, so that whatever ends the work costs
-    the scans under way and nothing else.
+    A scan enters the manifest when all its files are complete, so an interruption loses only the
+    scans in progress.
 
     Args:
-        place: Of the set; a set that is there already grows.
-        settings: What is to be in it.
-        objects: Those that `objects_for` chose.
-        pool: Makes the scans.
-        measure: What the simulation knows of a scan's quality; a function of a module.
-        told: Hears of progress.
+        place: Of the set; an existing set grows.
+        settings: Of the set.
+        objects: Result of `objects_for`.
+        pool: Runs the jobs.
+        measure: Measures a scan against the simulation; a module-level function.
+        progress: Receives the progress.
 
     Returns:
         All scans of the set.
 
     Raises:
-        InputError: The place holds a set that was gathered otherwise, or has an object in the
-            other split.
+        InputError: The place holds a set with other settings, or has an object in the other split.
         MissingExtraError: The simulator is not installed.
-        OutputError: A file can not be written, or a scan failed.
+        OutputError: A file cannot be written, or a scan failed.
     """
     tasks = settings.tasks(objects)
     there = place.scans()
@@ -72,21 +71,21 @@ def gather(
     done = {scan.scan for scan in there}
     open_tasks = [task for task in tasks if task.key not in done]
     count = len(tasks) - len(open_tasks)
-    if told is not None:
-        told(count, len(tasks), "")
+    if progress is not None:
+        progress(count, len(tasks), "")
     failed: list[str] = []
     jobs = (_job(task, settings, place, measure) for task in open_tasks)
     for job, outcome in pool.outcomes(jobs, scanned):
         count += 1
-        # Something is wrong with the machine that every scan would meet.
+        # The machine has an error that every scan would meet.
         if isinstance(outcome, MissingExtraError | InputError):
             raise outcome
         if isinstance(outcome, BaseException):
             failed.append(f"{job.key} ({outcome})")
         else:
             place.add(GatheredScan(**outcome))
-        if told is not None:
-            told(count, len(tasks), job.key)
+        if progress is not None:
+            progress(count, len(tasks), job.key)
     if failed:
         raise OutputError(
             f"{place.name}: {len(failed)} scans failed, the first: {failed[0]}; the same command "
@@ -109,7 +108,7 @@ def _job(
 def _require_splits(
     place: SetPlace, scans: Sequence[GatheredScan], objects: Sequence[SelectedObject]
 ) -> None:
-    """An object of a set that is there already stays in its split."""
+    """Check that objects of an existing set stay in their split."""
     splits = {scan.object: scan.split for scan in scans}
     for one in objects:
         if splits.get(one.name, one.split) != one.split:
@@ -120,7 +119,7 @@ def _require_splits(
 
 
 def _prepare(place: SetPlace, settings: GatherSettings, tasks: Sequence[ScanTask]) -> None:
-    """Begin a set, or see that this one goes on with it, and write down what is asked for."""
+    """Begin a set, or check that the settings continue it, and write the requested scans."""
     wanted = {**settings.lasting(), "version": __version__}
     asked = [task.key for task in tasks]
     if not place.is_begun():

@@ -1,28 +1,30 @@
-"""What is gathered, and how."""
+"""Settings of a gathered set."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from circumspect.datasets.gathered_set import simulated_name
 from circumspect.errors import InputError
-from circumspect.gathering.object_selection import SelectedObject
-from circumspect.gathering.object_source import FURNITURE, Split
+
+if TYPE_CHECKING:
+    from circumspect.gathering.object_selection import SelectedObject
+    from circumspect.gathering.object_source import Split
 
 CLASSES = ("bed", "chair", "monitor", "sofa", "table", "toilet")
-"""Of office, bedroom and bathroom, as in the paper's own data."""
+"""Classes from office, bedroom and bathroom, as in the paper's own data."""
 TEST_STARTS_DEG = (0.0, 45.0, 90.0, 135.0)
-"""The paper's."""
+"""The paper's starts [degrees]."""
 
 
 @dataclass(frozen=True, eq=False)
 class ScanTask:
-    """One scan to be made.
+    """A requested scan.
 
     Attributes:
-        object: What is scanned.
+        object: The scanned object.
         start_deg: Azimuth of the start [degrees].
     """
 
@@ -32,6 +34,8 @@ class ScanTask:
     @property
     def key(self) -> str:
         """The scan's name."""
+        from circumspect.datasets.gathered_set import simulated_name
+
         return simulated_name(self.object.name, self.start_deg)
 
 
@@ -40,17 +44,20 @@ class GatherSettings:
     """A set of scans of objects by a simulated robot.
 
     Attributes:
-        classes: Of the objects.
-        train_objects, test_objects: How many of each class.
-        train_starts_deg, test_starts_deg: Azimuths from which each is scanned [degrees].
-        sources: Where objects come from; see `sources_of`.
-        seed: Of room, slip and noise of every scan.
-        slip: Share of the wheels' travel that does not become motion.
-        frame_interval: [s].
-        frames: A scan ends after so many.
+        classes: Classes of the objects.
+        train_objects: Number of training objects of each class.
+        test_objects: Number of test objects of each class; none is a training object.
+        train_starts_deg: Azimuths from which each training object is scanned [degrees].
+        test_starts_deg: Azimuths from which each test object is scanned [degrees].
+        sources: Objects are taken from these sources in turn: furniture (procedural), a folder with
+            the layout of ModelNet10, or a mesh pack.
+        seed: Random seed of rooms, slip and noise.
+        slip: Fraction of the wheels' travel that does not become motion.
+        frame_interval: Time between two frames [s].
+        frames: Maximum number of frames of a scan.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is out of range.
     """
 
     classes: tuple[str, ...] = CLASSES
@@ -58,7 +65,7 @@ class GatherSettings:
     test_objects: int = 4
     train_starts_deg: tuple[float, ...] = (0.0,)
     test_starts_deg: tuple[float, ...] = TEST_STARTS_DEG
-    sources: tuple[str, ...] = (FURNITURE,)
+    sources: tuple[str, ...] = ("furniture",)
     seed: int = 0
     slip: float = 0.05
     frame_interval: float = 2.0
@@ -98,12 +105,12 @@ class GatherSettings:
         ]
 
     def seed_of(self, task: ScanTask) -> int:
-        """The seed of a scan: another one for each, the same at each time."""
+        """The seed of a scan: different for each scan, and reproducible."""
         text = f"{self.seed}/{task.key}".encode()
         return int.from_bytes(hashlib.sha256(text).digest()[:4]) >> 1
 
     def lasting(self) -> dict[str, object]:
-        """What all scans of a folder have in common, JSON types."""
+        """Settings that all scans of a folder share, JSON types."""
         return {
             "seed": self.seed, "slip": self.slip, "frame_interval": self.frame_interval,
             "frames": self.frames,
@@ -113,5 +120,5 @@ class GatherSettings:
 def _require_starts(starts: tuple[float, ...]) -> None:
     if not all(0 <= start < 360 for start in starts):
         raise InputError(f"starts {starts}: give degrees from 0 up to 360")
-    if len({simulated_name("", start) for start in set(starts)}) < len(set(starts)):
+    if len({f"{start:.1f}" for start in set(starts)}) < len(set(starts)):
         raise InputError(f"starts {starts}: give them a tenth of a degree apart")

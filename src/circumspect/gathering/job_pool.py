@@ -1,4 +1,4 @@
-"""Many long jobs over processes; what is done already is not done again."""
+"""Run many long jobs in processes; finished jobs are not repeated."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from circumspect.storage import append_line
 Record = dict[str, Any]
 Outcome = Record | BaseException
 EACH = 8
-"""Jobs after which a process is renewed."""
+"""Jobs after which a process is replaced."""
 
 _log = logging.getLogger(__name__)
 
 
 class Job(Protocol):
-    """Something to do, told from others by its key."""
+    """A job with a unique key."""
 
     @property
     def key(self) -> str:
@@ -37,7 +37,7 @@ SomeJob = TypeVar("SomeJob", bound=Job)
 
 
 def records(path: Path) -> list[Record]:
-    """What was written down so far; a line that an interruption cut is left out."""
+    """The written records; an incomplete last line is left out."""
     if not path.exists():
         return []
     found = []
@@ -54,55 +54,55 @@ def run_all(
     work: Callable[[SomeJob], Record],
     path: Path,
     pool: JobPool,
-    told: Callable[[int, int, str], None],
+    progress: Callable[[int, int, str], None],
 ) -> list[Record]:
-    """Do what is not done yet, appending one JSON line for each job as it ends.
+    """Run the unfinished jobs, appending one JSON line for each as it ends.
 
-    A job that fails for an unknown reason is told and left for the next time.
+    A job that fails for an unknown reason is logged and left for the next run.
 
     Args:
-        jobs: What is to be done.
-        work: Does one; a function of a module.
-        path: Of the lines.
-        pool: Does them.
-        told: Called with (done, all, key) before the first job and after each.
+        jobs: All jobs.
+        work: Runs a job; a module-level function.
+        path: Of the records.
+        pool: Runs the jobs.
+        progress: Called with (done, all, key) before the first job and after each.
 
     Returns:
-        The records of all given jobs that are done.
+        The records of all given jobs that are finished.
     """
     done = {record["key"] for record in records(path)}
     open_jobs = [job for job in jobs if job.key not in done]
     path.parent.mkdir(parents=True, exist_ok=True)
     count = len(jobs) - len(open_jobs)
-    told(count, len(jobs), "")
+    progress(count, len(jobs), "")
     for job, outcome in pool.outcomes(open_jobs, work):
         count += 1
         if isinstance(outcome, BaseException):
             _log.warning("%s failed: %r", job.key, outcome)
         else:
             append_line(path, json.dumps(outcome, default=float))
-        told(count, len(jobs), job.key)
+        progress(count, len(jobs), job.key)
     keys = {job.key for job in jobs}
     return [record for record in records(path) if record["key"] in keys]
 
 
 class JobPool(Protocol):
-    """Processes that do jobs: here or on other machines."""
+    """Processes that run jobs on this or on other machines."""
 
     @property
     def name(self) -> str:
-        """What it is made of, for people."""
+        """Description for users."""
         ...
 
     def outcomes(
         self, jobs: Iterable[SomeJob], work: Callable[[SomeJob], Record]
     ) -> Iterator[tuple[SomeJob, Outcome]]:
-        """Each job with its record, or with what went wrong, as they end.
+        """Each job with its record or exception, as it ends.
 
         Args:
-            jobs: What is to be done; taken as processes become free.
-            work: Does one; a function of a module. It may be called again for a job whose process
-                was lost.
+            jobs: The jobs; taken as processes become free.
+            work: Runs a job; a module-level function. It may be called again for a job whose
+                process was lost.
         """
         ...
 
@@ -137,7 +137,7 @@ class LocalPool:
         Processes are renewed from batch to batch; `max_tasks_per_child` can wait forever (CPython
         issue 115634).
         """
-        # One thread a process: more would only wait for each other.
+        # One thread per process: more would only wait for each other.
         os.environ.setdefault("OMP_NUM_THREADS", "1")
         waiting = iter(jobs)
         while some := list(islice(waiting, EACH * self.workers)):

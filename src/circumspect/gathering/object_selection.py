@@ -1,4 +1,4 @@
-"""Which objects of several sources are scanned: as many of each class for each split."""
+"""Select objects from several sources: equal numbers of each class for each split."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from itertools import zip_longest
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.datasets.cell_overlap import cells_and_beside, turned
 from circumspect.datasets.labelled_surfaces import LabelledSurfaces
+from circumspect.datasets.validation_split import cells_and_beside, turned
 from circumspect.errors import GeometryError, InputError
 from circumspect.gathering.object_source import ObjectSource, Split
 from circumspect.geometry import PinholeCamera, TriangleMesh
 from circumspect.simulation import Orbit
 
 SAMPLES = 4096
-"""Points of an object that is compared with others."""
+"""Points of an object for comparison with others."""
 QUARTER_TURNS = 4
-"""Sources differ in where the front of an object is: each is compared in so many turns."""
+"""Turns in which objects are compared, since sources differ in the direction of the front."""
 SAME_MODEL = 0.98
-"""Objects that overlap by this are one model: 80 objects that were sampled twice overlap with
-themselves by 0.983 to 0.998 (`cells_and_beside`), different ones of a class by 0.5 to 0.99."""
+"""Overlap of equal models: 80 objects that were sampled twice overlap with themselves by 0.983 to
+0.998 (`cells_and_beside`), different ones of a class by 0.5 to 0.99."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +31,12 @@ class SelectedObject:
     """An object to scan.
 
     Attributes:
-        name: Without signs that file names or names of scans can not hold.
+        name: Without characters that names of files or scans cannot hold.
         label: Its class.
-        split: What it is for.
+        split: Its split.
         source: Name of its source.
         surfaces: The source's objects.
-        index: Which of them it is.
+        index: Its index in the source.
     """
 
     name: str
@@ -53,7 +53,7 @@ class SelectedObject:
 
 @dataclass(eq=False)
 class _Shapes:
-    """Shapes of test objects of one class, to find the same models among those that train."""
+    """Shapes of test objects of one class, to find equal models among the training objects."""
 
     occupied: list[NDArray[np.float32]] = field(default_factory=list)
     beside: list[NDArray[np.float32]] = field(default_factory=list)
@@ -70,7 +70,7 @@ class _Shapes:
         cells, near = cells_and_beside(mesh.sampled(SAMPLES))
         every = cells.shape[1] // QUARTER_TURNS
         known, beside = np.stack(self.occupied), np.stack(self.beside)
-        # Not by BLAS, whose threads wait for each other for minutes where all cores are busy.
+        # Not by BLAS, whose threads wait for each other for minutes if all cores are busy.
         there = np.einsum("tc,nc->tn", turned(cells, every), beside) / cells.sum()
         back = np.einsum("tc,nc->tn", turned(near, every), known) / known.sum(axis=1)
         return bool((np.minimum(there, back) >= SAME_MODEL).any())
@@ -82,22 +82,22 @@ def select_objects(
     counts: Mapping[Split, int],
     progress: Callable[[int, int], None] | None = None,
 ) -> list[SelectedObject]:
-    """Choose objects; the sources take turns, and where one has no more the others go on.
+    """Select objects; the sources alternate, and the others continue if one is exhausted.
 
-    Objects that the camera can not see whole are left out, and so are training objects that are
-    the same model as a test object.
+    Objects that do not fit the camera's image are left out, and so are training objects that equal
+    a test object.
 
     Args:
-        sources: Where objects come from.
+        sources: Sources of objects.
         classes: Classes of the objects.
         counts: Split to the number of objects of each class.
         progress: Called with (done, all).
 
     Returns:
-        Class by class, those that test before those that train.
+        Class by class, test objects before training objects.
 
     Raises:
-        InputError: The sources hold too few objects of a class, or two of one name.
+        InputError: The sources hold too few objects of a class, or two with the same name.
     """
     known = {label for source in sources for part in (source.train, source.test)
              for label in part.labels.tolist()}  # fmt: skip
@@ -131,7 +131,7 @@ def select_objects(
 def _candidates(
     sources: Sequence[ObjectSource], label: str, split: Split
 ) -> Iterator[SelectedObject]:
-    """Objects of a class, the sources in turn."""
+    """Objects of a class, alternating between the sources."""
     for in_turn in zip_longest(*(_of_class(source, label, split) for source in sources)):
         yield from (one for one in in_turn if one is not None)
 
@@ -156,7 +156,7 @@ def _is_suitable(candidate: SelectedObject, shapes: _Shapes) -> bool:
 
 
 def object_name(name: str) -> str:
-    """What an object of a source is called in a gathered set."""
+    """The name of a source's object in a gathered set."""
     return re.sub(r"[^\w.-]+", "_", name).strip("._")
 
 

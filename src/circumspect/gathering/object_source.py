@@ -1,4 +1,4 @@
-"""Where the objects come from that simulated robots scan: procedural furniture and data sets."""
+"""Sources of objects for simulated robots: procedural furniture and data sets."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ Split = Literal["train", "test"]
 FURNITURE = "furniture"
 """Name of the source of procedural furniture."""
 SPARE = 3
-"""Times as many pieces of furniture as are asked for."""
+"""Pieces of furniture that are made per requested piece."""
 FIRST_VARIANTS: Mapping[Split, int] = {"train": 200_000, "test": 250_000}
-"""Variants of furniture from here on are used by nothing else."""
+"""First variant of the furniture; used by nothing else."""
 
 
 @dataclass(frozen=True, eq=False)
 class ObjectSource:
-    """Objects of one origin, parted into those that train and those that test.
+    """Objects of one origin, split into training and test objects.
 
     Attributes:
         name: Of the origin, such as "modelnet10".
@@ -56,7 +56,7 @@ class ObjectSource:
 
         Args:
             path: A folder of point packs or of OFF files in the layout of ModelNet10, whose points
-                become surfaces; or a mesh pack; one in six of its objects is for the test.
+                become surfaces; or a mesh pack, in which one of six objects is for tests.
 
         Raises:
             InputError: Nothing of that kind is there, or it is broken.
@@ -74,7 +74,7 @@ class ObjectSource:
 
 @dataclass(frozen=True, eq=False)
 class SolidSurfaces:
-    """Surfaces through points without holes that rays would find.
+    """Surfaces through points, without holes for rays.
 
     Attributes:
         points: Their points, in metres.
@@ -95,7 +95,7 @@ def _solid(surfaces: LabelledSurfaces) -> LabelledSurfaces:
 
 
 def _furniture(split: Split, counts: Mapping[Split, int]) -> LabelledSurfaces:
-    # Some more than are asked for: those that are like a test object are left out.
+    # More than requested, since those that equal a test object are left out.
     count, first = SPARE * counts[split], FIRST_VARIANTS[split]
     items = tuple((label, first + number) for number in range(count) for label in CATEGORIES)
     names = [f"{label}-{variant}" for label, variant in items]
@@ -106,13 +106,13 @@ def _furniture(split: Split, counts: Mapping[Split, int]) -> LabelledSurfaces:
 
 
 def _shuffled(surfaces: LabelledSurfaces) -> LabelledSurfaces:
-    """In an order that depends on the names alone: neighbours in a data set are often alike."""
+    """Order by a hash of the names, since neighbours in a data set are often alike."""
     hashes = surfaces.hashes()
     return surfaces.subset(np.array(sorted(range(len(surfaces)), key=hashes.__getitem__), np.int64))
 
 
 def sources_of(names: Sequence[str], counts: Mapping[Split, int]) -> list[ObjectSource]:
-    """Sources by what a user calls them.
+    """Sources by the names that a user gives.
 
     Args:
         names: "furniture", or paths of data sets.

@@ -15,17 +15,17 @@ from circumspect.errors import InputError, MissingExtraError
 from circumspect.gathering.job_pool import Outcome, Record, SomeJob
 
 RETRIES = 5
-"""So often a job is begun again whose process or node was lost."""
+"""Number of retries of a job whose process or node was lost."""
 CONNECT_S = 10.0
-"""Longest time until the cluster's head answers [s]."""
+"""Timeout for the cluster's head [s]."""
 IN_FLIGHT = 2
-"""Jobs a core that are submitted at a time: one runs, one waits."""
+"""Submitted jobs per core: one runs, one waits."""
 
 
 class RayPool:
-    """Processes of a Ray cluster: one job a core, wherever one is free.
+    """Processes of a Ray cluster: one job per core.
 
-    A job whose process or node is lost is begun again elsewhere. Nodes may join at any time.
+    A job whose process or node is lost is restarted elsewhere. Nodes may join at any time.
     """
 
     def __init__(self, ray: Any) -> None:
@@ -38,7 +38,7 @@ class RayPool:
         """Connect to a cluster while a block runs.
 
         Args:
-            address: "auto" for the one that this machine belongs to, else HOST:PORT.
+            address: "auto" for the cluster of this machine, else HOST:PORT.
 
         Raises:
             MissingExtraError: Ray is not installed.
@@ -59,18 +59,18 @@ class RayPool:
         try:
             yield cls(ray)
         finally:
-            # What is still under way belongs to this connection and ends with it.
+            # Unfinished jobs belong to this connection and end with it.
             ray.shutdown()
 
     @property
     def name(self) -> str:
-        """See `JobPool.name`; of the nodes that are alive now."""
+        """See `JobPool.name`; counts the nodes that are alive now."""
         nodes = sum(bool(node["Alive"]) for node in self._ray.nodes())
         return f"{nodes} node{'s' * (nodes != 1)}, {self._cores} cores"
 
     @property
     def _cores(self) -> int:
-        """Of all nodes, now."""
+        """Cores of all nodes, now."""
         return max(1, int(self._ray.cluster_resources().get("CPU", 1)))
 
     def outcomes(
@@ -99,11 +99,11 @@ class RayPool:
 
 
 def _require_an_answer(address: str) -> None:
-    """Ray itself would try for two minutes.
+    """Check the address; Ray itself would try for two minutes.
 
     Raises:
-        OSError: Nobody listens there.
-        ValueError: It is no address.
+        OSError: Nothing listens there.
+        ValueError: The address is invalid.
     """
     if address != "auto":
         host, _, port = address.rpartition(":")
@@ -111,14 +111,14 @@ def _require_an_answer(address: str) -> None:
 
 
 def _cause_of(cause: Exception) -> Exception:
-    """What a node raised; one that lacks the program can not say so itself."""
+    """The exception from a node; a node without the program cannot report that itself."""
     if isinstance(cause, ModuleNotFoundError | AttributeError) and "circumspect" in str(cause):
         return InputError(f"a node has no circumspect {__version__} installed ({cause})")
     return cause
 
 
 def _done(work: Callable[[Any], Record], job: Any, version: str) -> Record:
-    """On a node: do a job.
+    """Run a job on a node.
 
     Raises:
         InputError: The node has another version.

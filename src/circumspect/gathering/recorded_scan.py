@@ -14,7 +14,7 @@ from circumspect.datasets.gathered_set import (
     read_manifest,
 )
 from circumspect.errors import InputError
-from circumspect.gathering.scan_files import told_quality, write_scan
+from circumspect.gathering.scan_files import scan_quality, write_scan
 from circumspect.gathering.set_place import SetFolder
 from circumspect.geometry import TrajectoryLog
 from circumspect.recognition import (
@@ -28,13 +28,13 @@ from circumspect.sensing import RgbdFrame
 
 @dataclass(frozen=True)
 class RecordedObject:
-    """What a recording shows.
+    """The object in a recording.
 
     Attributes:
         label: Its class.
-        name: The object's own name; all scans of it are of one split.
-        split: train or test; None is what the set has the object for, train where it is new.
-        start_deg: Azimuth of the start [degrees], where somebody measured it.
+        name: The object's own name; all its scans are in one split.
+        split: train or test; None means the object's split in the set, train for a new object.
+        start_deg: Azimuth of the start [degrees], if measured.
     """
 
     label: str
@@ -51,33 +51,33 @@ class RecordedObject:
 
 
 def recording_name(recording: Path) -> str:
-    """What a recording is called: a file without its suffix, a folder as it is."""
+    """The name of a recording: a file without its suffix, or a folder."""
     whole = recording.resolve()
     return whole.name if whole.is_dir() else whole.stem
 
 
 class RecordedScan:
-    """A recording that is to be a scan of a set."""
+    """A recording that becomes a scan of a set."""
 
     def __init__(
         self, folder: Path, recording: Path, shown: RecordedObject, replaces: bool = False
     ) -> None:
-        """See whether the set can take it.
+        """Check whether the set can take it.
 
         Args:
             folder: Of the set; may be missing.
             recording: A bag or a folder; the scan is named after it.
-            shown: What it shows.
-            replaces: Take the place of a scan of the same name; the object's other scans get its
-                class and split. One that never saw its object gives way without this.
+            shown: Its object.
+            replaces: Replace a scan of the same name; the object's other scans get its class and
+                split. A scan without its object is replaced in any case.
 
         Attributes:
-            split: train or test, as told or as the set has the object.
+            split: train or test, as given or as the set has the object.
             changed: Scans of the object that the set has with another class or split, as they are
                 before `gather`.
 
         Raises:
-            InputError: It is in the set already, another scan of the object is of another split or
+            InputError: It is in the set already, another scan of the object has another split or
                 class, or the folder holds something else.
         """
         self._folder, self._recording, self._shown = folder, recording, shown
@@ -109,20 +109,20 @@ class RecordedScan:
         reading: Mapping[str, Any] | None = None,
         observers: Sequence[PipelineObserver] = (),
     ) -> GatheredScan:
-        """Take all frames and add what comes out to the set.
+        """Process all frames and add the result to the set.
 
         Args:
             frames: Of the recording.
-            pipeline: Takes them.
-            reading: How they were read, where that is not the usual way; JSON types.
+            pipeline: Processes them.
+            reading: Settings of the reader that differ from the default; JSON types.
             observers: Notified of every frame and of the end.
 
         Raises:
             InputError: No frame can be read, or none showed the object; nothing is added.
-            OutputError: A file can not be written.
+            OutputError: A file cannot be written.
         """
-        wheels = _Wheels()
-        given = (wheels.heard(frame) for frame in frames)
+        wheels = _OdometryRecorder()
+        given = (wheels.recorded(frame) for frame in frames)
         result = run_pipeline(pipeline, given, observers)
         if result.last is None or result.last.grid is None:
             reasons = ", ".join(sorted({step.outcome for step in result.steps})) or "no frames"
@@ -149,12 +149,12 @@ class RecordedScan:
         )
 
     def _scan(
-        self, result: RecognitionResult, wheels: _Wheels, reading: dict[str, Any]
+        self, result: RecognitionResult, wheels: _OdometryRecorder, reading: dict[str, Any]
     ) -> GatheredScan:
         shown = self._shown
-        # Recordings are added over years: each says which version replayed it.
+        # Recordings are added over years: each records the version that replayed it.
         quality = {
-            **told_quality(result),
+            **scan_quality(result),
             "recording": self._recording.name,
             "reading": reading,
             "version": __version__,
@@ -165,19 +165,19 @@ class RecordedScan:
         )
 
     def _drop_what_is_left_of_before(self, scan: GatheredScan) -> None:
-        """Files of the scan whose place this one took, of kinds that it lacks."""
+        """Delete files of the replaced scan that this one lacks."""
         there = {} if self._before is None else self._before.files
         for name in set(there.values()) - set(scan.files.values()):
             (self._folder / name).unlink(missing_ok=True)
 
 
-class _Wheels:
-    """Keeps where the wheels say the camera was."""
+class _OdometryRecorder:
+    """Records the camera's path by wheel odometry."""
 
     def __init__(self) -> None:
         self.log = TrajectoryLog()
 
-    def heard(self, frame: RgbdFrame) -> RgbdFrame:
+    def recorded(self, frame: RgbdFrame) -> RgbdFrame:
         if (T_odom_camera := frame.T_odom_camera) is not None:
             self.log.add(frame.stamp, T_odom_camera)
         return frame

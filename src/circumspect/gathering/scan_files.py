@@ -1,4 +1,4 @@
-"""What a scan leaves in a gathered set."""
+"""The files of a scan in a gathered set."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from circumspect.datasets.gathered_set import FOLDERS, write_cloud
 from circumspect.geometry import Trajectory, write_tum
 from circumspect.recognition import RecognitionResult
-from circumspect.runs.camera_path import camera_path
+from circumspect.runs.run_path import camera_path
 
 
 def write_scan(
@@ -25,10 +25,10 @@ def write_scan(
         odometry: The camera by the wheels alone.
 
     Returns:
-        Kind to path inside the folder, of those that there are.
+        Kind to path inside the folder, of the written files.
 
     Raises:
-        OutputError: A file can not be written.
+        OutputError: A file cannot be written.
     """
     suffixes = {"cloud": "npz", "grid": "npz", "poses": "txt", "odometry": "txt"}
     places = {kind: f"{FOLDERS[kind]}/{name}.{suffix}" for kind, suffix in suffixes.items()}
@@ -46,8 +46,8 @@ def write_scan(
     return written
 
 
-def told_quality(result: RecognitionResult) -> dict[str, Any]:
-    """What the robot itself knows of how good a scan is, JSON types."""
+def scan_quality(result: RecognitionResult) -> dict[str, Any]:
+    """The robot's own measures of a scan's quality, JSON types."""
     prediction, last = result.prediction, result.last
     poses = [step.pose for step in result.steps if step.pose is not None]
     reliable = float(np.mean([pose.reliable for pose in poses])) if poses else 0.0

@@ -1,4 +1,4 @@
-"""What `scan` puts into its room: furniture, a mesh file, or an object of a data set."""
+"""The object that `scan` puts into its room: furniture, a mesh file, or one of a data set."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class ScannedObject:
     """An object on the floor of a room.
 
     Attributes:
-        name: How to ask for the very same one again.
-        label: Its class where that is known.
+        name: A name that selects the same object again.
+        label: Its class; None where unknown.
         mesh: Its surface [m], standing on z = 0, the middle of its box on the z axis.
     """
 
@@ -39,14 +39,14 @@ def scanned_object(
     height: float | None = None,
     data: Path | None = None,
 ) -> ScannedObject:
-    """Find or make the object that a user asks for.
+    """Find or make the requested object.
 
     Args:
         words: A category of furniture, one with a variant ("chair-17"), a mesh file, or with
             `data` the name of an object there.
-        variant: Of the furniture where `words` name none.
-        up: The axis that points up in a mesh file; None takes the convention of its format.
-        height: To which a mesh file is scaled [m]; None takes its unit for a metre.
+        variant: Variant of the furniture, unless `words` names one.
+        up: The axis that points up in a mesh file; None means the convention of its format.
+        height: Height to which a mesh file is scaled [m]; None means that its unit is a metre.
         data: ModelNet10's folder of point packs, or that of OFF files.
 
     Raises:
@@ -80,17 +80,17 @@ def scanned_object(
 
 
 def _from_file(file: Path, up: str | None, height: float | None) -> ScannedObject:
-    from circumspect.errors import blamed_on
+    from circumspect.errors import naming_file
     from circumspect.geometry import read_mesh
 
     if height is not None and not 0 < height <= 10:
         raise InputError(f"--height {height}: give metres, above 0 and at most 10")
-    with blamed_on(file):
+    with naming_file(file):
         return ScannedObject(str(file), None, _standing(read_mesh(file, up=up), height))
 
 
 def _standing(mesh: TriangleMesh, height: float | None) -> TriangleMesh:
-    """On z = 0, the middle of its box on the z axis, as high as wanted."""
+    """Place the mesh on z = 0, the middle of its box on the z axis, at the given height."""
     from circumspect.errors import GeometryError
     from circumspect.geometry import TriangleMesh
 
@@ -104,7 +104,7 @@ def _standing(mesh: TriangleMesh, height: float | None) -> TriangleMesh:
 
 def _from_points(name: str, data: Path) -> ScannedObject:
     """An object of ModelNet10 from its points, in metres by the typical size of its class."""
-    from circumspect.errors import blamed_on
+    from circumspect.errors import naming_file
     from circumspect.simulation import surface_from_points
 
     packs = sorted(data.glob("*.npz")) if data.is_dir() else [data]
@@ -112,12 +112,12 @@ def _from_points(name: str, data: Path) -> ScannedObject:
     if found is None:
         raise InputError(f"{data}: no object {name!r} there; names are like chair_0890")
     label, points, side = found
-    with blamed_on(data / name):
+    with naming_file(data / name):
         return ScannedObject(name, label, surface_from_points(points, label, side))
 
 
 def _in_packs(name: str, packs: list[Path]) -> tuple[str, NDArray[np.float32], float | None] | None:
-    """Class and points of an object, and its longest side [m] where that is known."""
+    """Class and points of an object, and its longest side [m] or None."""
     from circumspect.datasets.point_pack import read_point_pack
 
     for pack in packs:
@@ -133,7 +133,7 @@ def _in_packs(name: str, packs: list[Path]) -> tuple[str, NDArray[np.float32], f
 
 
 def _in_off_folder(name: str, data: Path) -> tuple[str, NDArray[np.float32], float | None] | None:
-    """The same, of its mesh alone: to sample all of them takes minutes."""
+    """The same from its mesh alone, since sampling all of them takes minutes."""
     from circumspect.datasets.object_mesh import sample_object
     from circumspect.datasets.off_folder import object_files, object_name
 

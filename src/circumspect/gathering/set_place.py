@@ -1,4 +1,4 @@
-"""Where a gathered set lies: in a folder, or in an object store."""
+"""The place of a gathered set: a folder, or an object store."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from circumspect.folder_lock import FolderLock, lock_folder
 from circumspect.storage import append_line, atomic_open, write_json
 
 SCANS = "scans"
-"""Folder of an object store with a file for each scan: nothing can be appended there."""
+"""Folder of an object store with a file per scan, since objects cannot be appended to."""
 
 
 class SetPlace(Protocol):
-    """A set that grows by scans."""
+    """A set to which scans are added."""
 
     @property
     def name(self) -> str:
@@ -39,23 +39,23 @@ class SetPlace(Protocol):
         ...
 
     def is_begun(self) -> bool:
-        """Whether a set is there."""
+        """Whether a set exists."""
         ...
 
     def begin(self, settings: Mapping[str, object]) -> None:
         """Begin an empty set.
 
         Raises:
-            InputError: Something else is there.
-            OutputError: It can not be written.
+            InputError: The place holds something else.
+            OutputError: It cannot be written.
         """
         ...
 
     def settings(self) -> dict[str, Any]:
-        """How the set is gathered.
+        """The settings of the set.
 
         Raises:
-            InputError: They can not be read.
+            InputError: They cannot be read.
         """
         ...
 
@@ -63,40 +63,40 @@ class SetPlace(Protocol):
         """Replace the settings.
 
         Raises:
-            OutputError: They can not be written.
+            OutputError: They cannot be written.
         """
         ...
 
     def scans(self) -> list[GatheredScan]:
-        """All scans of the set; none where no set is there.
+        """All scans of the set; none if no set exists.
 
         Raises:
-            InputError: They can not be read.
+            InputError: They cannot be read.
         """
         ...
 
     def add(self, scan: GatheredScan) -> None:
-        """Add a scan whose files are there.
+        """Add a scan whose files are complete.
 
         Raises:
-            OutputError: It can not be written.
+            OutputError: It cannot be written.
         """
         ...
 
     def finish(self) -> None:
-        """All scans that were asked for are there.
+        """Complete the set after the last requested scan.
 
         Raises:
-            OutputError: The manifest can not be written.
+            OutputError: The manifest cannot be written.
         """
         ...
 
     def written(self) -> AbstractContextManager[Path]:
-        """A folder to write the files of scans into; they are in the set when the block ends.
+        """A folder for the files of scans, which enter the set when the block ends.
 
         Raises:
             InputError: This machine does not see the set.
-            OutputError: They can not be written.
+            OutputError: They cannot be written.
         """
         ...
 
@@ -104,7 +104,7 @@ class SetPlace(Protocol):
         """A folder with the set's manifest and the clouds of some scans.
 
         Raises:
-            InputError: They can not be read.
+            InputError: They cannot be read.
         """
         ...
 
@@ -139,7 +139,7 @@ class SetFolder:
             stream.write("")
 
     def require_free(self) -> None:
-        """Find out whether a set can begin here.
+        """Check that a set can begin here.
 
         Raises:
             InputError: The folder holds something else.
@@ -148,12 +148,12 @@ class SetFolder:
             raise InputError(f"{self._folder}: holds something else; give an empty or a new folder")
 
     def settings(self) -> dict[str, Any]:
-        """See `SetPlace.settings`; whoever resumes a set writes to it."""
+        """See `SetPlace.settings`."""
         self._claim()
         return read_settings(self._folder)
 
     def _claim(self) -> None:
-        """Keep other processes from writing to the set.
+        """Lock the set against other writers.
 
         Raises:
             OutputError: One does.

@@ -11,10 +11,10 @@ from typing import Any
 from circumspect.classification import Classifier
 from circumspect.datasets.gathered_set import GatheredScan
 from circumspect.errors import InputError
-from circumspect.exploration.scan_settings import ScanSettings
-from circumspect.exploration.simulated_scan import RoomSettings, SimulatedScan
+from circumspect.exploration.scan_settings import RoomSettings, ScanSettings
+from circumspect.exploration.simulated_scan import SimulatedScan
 from circumspect.gathering.gather_settings import GatherSettings
-from circumspect.gathering.scan_files import told_quality, write_scan
+from circumspect.gathering.scan_files import scan_quality, write_scan
 from circumspect.gathering.set_place import place_of
 from circumspect.geometry import TriangleMesh
 from circumspect.planning import SurfaceNormalPlanner
@@ -22,20 +22,20 @@ from circumspect.recognition import RecognitionResult
 from circumspect.runs.run_path_log import RunPathLog
 
 Measure = Callable[[SimulatedScan, RecognitionResult, RunPathLog], dict[str, Any]]
-"""Compares a scan with the truth; JSON types."""
+"""Measures a scan against the truth; JSON types."""
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedTask:
-    """All that a process needs to make a scan.
+    """Everything that a process needs to make a scan.
 
     Attributes:
-        scan: What the manifest is to say of it, without files and quality.
+        scan: Its line in the manifest, without files and quality.
         mesh: The object [m].
         seed: Of room, slip and noise.
         settings: Of the set.
         place: Of the set, a path or URL.
-        measure: What the simulation knows of the scan's quality.
+        measure: Measures the scan against the simulation.
     """
 
     scan: GatheredScan
@@ -52,7 +52,7 @@ class SimulatedTask:
 
 
 def scanned(job: SimulatedTask) -> dict[str, Any]:
-    """Make a scan and write its files; an object that can not be scanned is told in the record.
+    """Make a scan and write its files; the record says if the object cannot be scanned.
 
     Returns:
         Its `GatheredScan` in JSON types.
@@ -60,7 +60,7 @@ def scanned(job: SimulatedTask) -> dict[str, Any]:
     Raises:
         InputError: This machine does not see the set.
         MissingExtraError: The simulator is not installed.
-        OutputError: A file can not be written.
+        OutputError: A file cannot be written.
     """
     with place_of(job.place).written() as folder:
         return _scanned(job, folder)
@@ -74,14 +74,14 @@ def _scanned(job: SimulatedTask, folder: Path) -> dict[str, Any]:
     try:
         parts = SimulatedScan.prepared(
             job.mesh, RoomSettings(slip=settings.slip),
-            ScanSettings(frame_interval=settings.frame_interval, most_frames=settings.frames),
+            ScanSettings(frame_interval=settings.frame_interval, max_frames=settings.frames),
             SurfaceNormalPlanner(), classifier, config,
         )  # fmt: skip
     except InputError as error:
         return asdict(replace(scan, quality={**quality, "ended": f"not begun: {error}"}))
     log, began = RunPathLog(parts.scan), time.process_time()
     result = parts.scan.run((log,))
-    quality |= told_quality(result)
+    quality |= scan_quality(result)
     quality |= {"ended": parts.scan.ended, "distance_m": parts.scan.driven_m}
     quality["processor_s"] = round(time.process_time() - began, 2)
     if job.measure is not None:

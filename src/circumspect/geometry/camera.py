@@ -15,7 +15,7 @@ from circumspect.errors import GeometryError
 class PinholeCamera:
     """A camera without distortion; pixel (0, 0) is the centre of the top left pixel.
 
-    The optical frame looks along +z with +x to the right and +y down (REP 103).
+    The optical frame has +z forward, +x to the right and +y down (REP 103).
 
     Attributes:
         width, height: image size [px].
@@ -61,7 +61,7 @@ class PinholeCamera:
 
         Args:
             depth: (height, width) [m] along z; NaN is invalid.
-            mask: (height, width) the pixels wanted; None means all.
+            mask: (height, width) selected pixels; None means all.
 
         Returns:
             (n, 3) [m] points in the optical frame, row by row.
@@ -80,7 +80,7 @@ class PinholeCamera:
         return np.stack([(u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z], axis=1)
 
     def project(self, points_xyz: ArrayLike) -> NDArray[np.float64]:
-        """Where points appear in the image; the inverse of `back_project`.
+        """Image coordinates of points; the inverse of `back_project`.
 
         Args:
             points_xyz: (n, 3) [m] in the optical frame.

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 def farthest_points(
     points_xyz: NDArray[np.floating], count: int, first: int = 0
 ) -> NDArray[np.int64]:
-    """Indices of points chosen one by one, each the farthest from those before it.
+    """Indices of a farthest point sample: each point is the farthest from those before it.
 
     Every prefix of the result is the farthest point sample of that many points, of the whole cloud
-    and of every longer prefix. Of equally far points the first one is chosen.
+    and of every longer prefix. Ties choose the first point.
 
     Args:
         points_xyz: (n, 3), n >= count.
@@ -20,7 +20,7 @@ def farthest_points(
         first: Index of the point to begin with.
 
     Returns:
-        (count,) indices, no two alike.
+        (count,) distinct indices.
     """
     x, y, z = np.ascontiguousarray(points_xyz.T)
     chosen = np.empty(count, np.int64)
@@ -28,10 +28,10 @@ def farthest_points(
     at = first
     for i in range(count):
         chosen[i] = at
-        # In this order of the axes as the sum of a row, bit by bit.
+        # This order of the axes equals the sum of a row, bit for bit.
         away = np.square(x - x[at]) + np.square(z - z[at]) + np.square(y - y[at])
         np.minimum(nearest, away, out=nearest)
-        # A copy of a chosen point is 0 away; the point itself is no candidate any more.
+        # A copy of a chosen point has distance 0; the point itself is no longer a candidate.
         nearest[at] = -1.0
         at = int(nearest.argmax())
     return chosen

@@ -1,8 +1,9 @@
-"""An object cut out of a scan that holds the floor it stands on, too."""
+"""Remove the floor from a scan of an object."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,27 +16,30 @@ from circumspect.geometry.supporting_plane import (
     thinned,
 )
 
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
 MIN_BEYOND = 1.1
-"""A floor reaches so many times as far out as the object that stands on it."""
+"""Smallest radius of a floor, in radii of the object that stands on it."""
 MIN_OBJECT_SHARE = 0.02
-"""Of the scan's surface."""
+"""Smallest fraction of the scan's surface in the object."""
 
 _REACH = 0.03
-"""Gaps up to this share of the scan's diagonal do not part an object."""
+"""Gaps up to this fraction of the scan's diagonal do not split an object."""
 _MAX_GAP = 0.15
-"""The object begins no higher above the floor than this share of its own height."""
+"""Largest height of the object's lowest point above the floor, as a fraction of its height."""
 
 
 @dataclass(frozen=True, eq=False)
 class FloorCut:
-    """What cutting a floor left, and what it removed.
+    """Result of cutting a floor.
 
     Attributes:
         cloud: The object, in the coordinates of the scan.
         plane: The floor.
         kept: (n,) which points of the scan belong to the object.
-        floor_points: How many points lay in the floor or below.
-        other_points: How many points above it belonged to other things.
+        floor_points: Number of points in the floor or below.
+        other_points: Number of points above it that belong to other things.
     """
 
     cloud: PointCloud
@@ -46,32 +50,36 @@ class FloorCut:
 
     @property
     def tilt(self) -> float:
-        """Between the floor's normal and the z axis [rad]."""
+        """Angle between the floor's normal and the z axis [rad]."""
         return float(np.arccos(np.clip(self.plane.normal_xyz[2], -1.0, 1.0)))
 
-    def levelled(self) -> PointCloud:
-        """The object, turned by the smallest rotation that makes the floor horizontal."""
-        from scipy.spatial.transform import RigidTransform
-
+    @property
+    def levelling(self) -> Rotation:
+        """The smallest rotation that makes the floor horizontal, beneath the object."""
         from circumspect.geometry.resting_poses import rotation_onto_floor
 
-        rotation = rotation_onto_floor(-self.plane.normal_xyz)
-        return self.cloud.moved(RigidTransform.from_rotation(rotation))
+        return rotation_onto_floor(-self.plane.normal_xyz)
+
+    def levelled(self) -> PointCloud:
+        """The object, rotated so that the floor is horizontal."""
+        from scipy.spatial.transform import RigidTransform
+
+        return self.cloud.moved(RigidTransform.from_rotation(self.levelling))
 
 
 def cut_floor(
     cloud: PointCloud, *, any_way_up: bool = False, rng: np.random.Generator | int = 0
 ) -> FloorCut | None:
-    """Remove the floor from a scan, and all that does not belong to the object in its middle.
+    """Remove the floor from a scan, and everything else except the object in its middle.
 
     Args:
-        cloud: (n, 3) points of an object and of the floor it stands on.
+        cloud: (n, 3) points of an object and of its floor.
         any_way_up: The floor may have any direction; without it its normal is within 30° of z.
         rng: A generator or a seed, for the search of the plane.
 
     Returns:
-        The object and what was removed; None where no floor is found: no plane that supports the
-        rest and reaches beyond the object on it.
+        The object and the removed points; None where no floor is found: no plane that supports the
+        rest and extends beyond the object on it.
     """
     up = None if any_way_up else np.array([0.0, 0.0, 1.0])
     plane = find_supporting_plane(cloud.points_xyz, up, rng)
@@ -89,7 +97,7 @@ def cut_floor(
 def _object_on(
     points: NDArray[np.float64], above: NDArray[np.bool_], plane: SupportingPlane
 ) -> NDArray[np.bool_] | None:
-    """Which points are the object's; None where what lies in the plane is no floor beneath it."""
+    """Mask of the object's points; None if the plane is no floor below it."""
     if not above.any():
         return None
     diagonal = thinned(points)[1]
@@ -117,7 +125,7 @@ def _object_on(
     beyond = float(np.quantile(np.linalg.norm(floor_flat - centre, axis=1), 0.9))
     if beyond < MIN_BEYOND * reach:
         return None
-    # Parts that the cut or thin sampling separated stand within the object's footprint.
+    # Parts that the cut or thin sampling separated are within the object's footprint.
     kept = main.copy()
     for number in np.flatnonzero(sizes):
         part = clusters == number
@@ -132,7 +140,7 @@ def _chosen(
     clusters: NDArray[np.int64],
     floor_flat: NDArray[np.float64],
 ) -> int:
-    """The largest cluster; what stands at the border of the floor counts for less."""
+    """The largest cluster; points at the border of the floor have less weight."""
     centre = floor_flat.mean(axis=0)
     radius = float(np.quantile(np.linalg.norm(floor_flat - centre, axis=1), 0.9)) or 1.0
     scores = sizes.astype(float)

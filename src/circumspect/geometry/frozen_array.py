@@ -1,4 +1,4 @@
-"""Checked, read-only arrays: what the value types of this package are made of."""
+"""Checked, read-only arrays for the value types of this package."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 from circumspect.errors import GeometryError
 
 # Squares and cubes of coordinates up to this stay finite in float64.
-LARGEST_COORDINATE = 1e100
+MAX_COORDINATE = 1e100
 NUMBERS = "iuf"
 """NumPy's letters for the kinds of whole and real numbers."""
+_AXES = ("x", "y", "z")
 
 
 class ReadOnlyArrays:
-    """Base of what holds read-only arrays: those of its copies and pickles are read-only, too.
+    """Base of classes with read-only arrays, which stay read-only in copies and pickles.
 
-    NumPy forgets it: without this base every copied array could be written to.
+    NumPy does not keep the flag in copies.
     """
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -29,7 +30,7 @@ class ReadOnlyArrays:
 
 
 def frozen(values: ArrayLike) -> NDArray[np.float64]:
-    """The values as a float64 array that nobody can write to; copied unless that holds already.
+    """The values as a read-only float64 array; copied unless it is one already.
 
     Raises:
         GeometryError: They are not whole or real numbers, some are masked, or not of one shape.
@@ -55,7 +56,7 @@ def frozen(values: ArrayLike) -> NDArray[np.float64]:
 
 
 def require_unmasked(values: object) -> None:
-    """Refuse an array that hides some of its values: they would be used like the others.
+    """Refuse masked values, which would be used like the others.
 
     Raises:
         GeometryError: Some are masked.
@@ -76,9 +77,9 @@ def require_coordinates(points_xyz: NDArray[np.float64], what: str) -> None:
         raise GeometryError(f"{what} must have shape (n, 3), not {points_xyz.shape}")
     if len(points_xyz) == 0:
         raise GeometryError(f"there are no {what}; at least one is needed")
-    # One pass over the numbers: NaN fails every comparison.
+    # One pass: NaN fails every comparison.
     low, high = float(points_xyz.min()), float(points_xyz.max())
-    if low >= -LARGEST_COORDINATE and high <= LARGEST_COORDINATE:
+    if low >= -MAX_COORDINATE and high <= MAX_COORDINATE:
         return
     bad = int(np.count_nonzero(~np.isfinite(points_xyz).all(axis=1)))
     if bad:
@@ -86,5 +87,26 @@ def require_coordinates(points_xyz: NDArray[np.float64], what: str) -> None:
             f"{bad} of {len(points_xyz)} {what} are NaN or infinite; remove them first"
         )
     raise GeometryError(
-        f"{what} have coordinates beyond {LARGEST_COORDINATE:g}; check the file or its unit"
+        f"{what} have coordinates beyond {MAX_COORDINATE:g}; check the file or its unit"
     )
+
+
+def rows_of_fields(points: ArrayLike) -> ArrayLike:
+    """Fields x, y and z as rows; arrays without fields are returned unchanged.
+
+    Args:
+        points: Structured, of any shape; further fields are ignored.
+
+    Returns:
+        (n, 3), copied, in the type of the fields.
+
+    Raises:
+        GeometryError: A field is missing or no single number, or values are masked.
+    """
+    if not isinstance(points, np.ndarray) or points.dtype.kind != "V":
+        return points
+    require_unmasked(points)
+    fields = points.dtype.fields or {}
+    if any(axis not in fields or fields[axis][0].kind not in NUMBERS for axis in _AXES):
+        raise GeometryError(f"numbers are needed in fields x, y and z, not {points.dtype}")
+    return np.stack([np.ravel(points[axis]) for axis in _AXES], axis=1)

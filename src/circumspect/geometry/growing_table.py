@@ -1,4 +1,4 @@
-"""Rows of numbers that come one by one over a long run."""
+"""A table of numbers that grows row by row during a long run."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 BLOCK = 256
-"""Rows that are made room for at once."""
+"""Rows per block."""
 
 
 class GrowingTable:
-    """Keeps rows in blocks.
+    """Stores rows in blocks.
 
-    A small array for each row would lie between the large arrays of its frame and outlive them:
-    the heap would be riddled with holes that nothing large fits into, and grow.
+    A small array per row would lie between the large arrays of its frame and outlive them. The heap
+    would fragment and grow.
     """
 
     def __init__(self, columns: int) -> None:
-        """Begin empty.
+        """Create an empty table.
 
         Args:
             columns: Numbers in a row.

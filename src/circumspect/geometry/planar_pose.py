@@ -1,9 +1,9 @@
-"""Place and heading on the floor."""
+"""Position and heading on the floor, and angles within one turn."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,8 @@ from circumspect.geometry.composition import orthonormal
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
+Angle = TypeVar("Angle", float, NDArray[np.floating])
+
 
 @dataclass(frozen=True)
 class PlanarPose:
@@ -22,7 +24,7 @@ class PlanarPose:
     `T_a_b @ T_b_c` is `T_a_c`.
 
     Attributes:
-        x, y: Place [m].
+        x, y: Position [m].
         yaw: Heading [rad], counter-clockwise from +x; kept within (-π, π].
 
     Raises:
@@ -42,17 +44,17 @@ class PlanarPose:
 
     @classmethod
     def from_transform(cls, T: RigidTransform) -> PlanarPose:
-        """What is left of a single pose without height, roll and pitch."""
+        """The pose without height, roll and pitch."""
         matrix = T.as_matrix()
         yaw = np.arctan2(matrix[1, 0], matrix[0, 0])
         return cls(float(matrix[0, 3]), float(matrix[1, 3]), float(yaw))
 
     def as_transform(self) -> RigidTransform:
-        """The same pose in space, at height 0."""
+        """The pose in space, at height 0."""
         return orthonormal(self.as_matrix())
 
     def as_matrix(self) -> NDArray[np.float64]:
-        """(4, 4) that of `as_transform`."""
+        """(4, 4) matrix of `as_transform`."""
         cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
         matrix = np.eye(4)
         matrix[:2] = [[cosine, -sine, 0.0, self.x], [sine, cosine, 0.0, self.y]]
@@ -90,3 +92,8 @@ class PlanarPose:
         """
         cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
         return np.asarray(points_xy) @ np.array([[cosine, sine], [-sine, cosine]]) + self.xy
+
+
+def wrapped(angle: Angle) -> Angle:
+    """The equivalent angle [rad] within ± π."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi

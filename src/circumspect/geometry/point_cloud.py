@@ -9,13 +9,23 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from circumspect.errors import GeometryError
-from circumspect.geometry.frozen_array import ReadOnlyArrays, frozen, require_coordinates
-from circumspect.geometry.point_fields import rows_of_fields
+from circumspect.geometry import _native
+from circumspect.geometry.frozen_array import (
+    ReadOnlyArrays,
+    frozen,
+    require_coordinates,
+    rows_of_fields,
+)
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from scipy.spatial.transform import RigidTransform
 
 _SIMILARITY_TOLERANCE = 1e-6
+MAX_SHOWN_POINTS = 40_000
+"""Of a cloud in a picture."""
+# A shape thinner than this fraction of its length in two directions is a line.
+LINE_RATIO = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +81,7 @@ class PointCloud(ReadOnlyArrays):
 
     @property
     def weights(self) -> NDArray[np.float64]:
-        """(n,) shares of the whole surface; they sum to 1."""
+        """(n,) fractions of the whole surface; they sum to 1."""
         if self.areas is None or not (largest := float(self.areas.max())) > 0:
             return np.full(len(self), 1.0 / len(self))
         shares = self.areas / largest
@@ -88,6 +98,14 @@ class PointCloud(ReadOnlyArrays):
             areas=None if self.areas is None else self.areas[chosen],
             normals_xyz=None if self.normals_xyz is None else self.normals_xyz[chosen],
         )
+
+    def thinned(self, most: int) -> PointCloud:
+        """At most so many of the points, evenly picked; areas are left out."""
+        step = -(-len(self) // most)
+        if step == 1:
+            return self
+        normals = None if self.normals_xyz is None else self.normals_xyz[::step]
+        return PointCloud(self.points_xyz[::step], normals_xyz=normals)
 
     def moved(self, T_target_source: RigidTransform | ArrayLike) -> PointCloud:
         """The cloud under a homogeneous transform.
@@ -126,6 +144,27 @@ class PointCloud(ReadOnlyArrays):
         matrix[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
         return self.moved(matrix)
 
+    def plot(
+        self, axes: Axes | None = None, azimuth_deg: float = -60.0, elevation_deg: float = 25.0
+    ) -> Axes:
+        """Draw the surface as seen from far away.
+
+        Args:
+            axes: Where to draw; None for a new figure.
+            azimuth_deg: Where the eye is, seen from the object [degrees].
+            elevation_deg: The same, above the horizon [degrees].
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+        """
+        from circumspect.figure_canvas import axes_or_new
+        from circumspect.geometry.cloud_plot import draw_cloud
+
+        axes = axes_or_new(axes, (5.0, 5.0))
+        shown = self.thinned(MAX_SHOWN_POINTS)
+        draw_cloud(axes, shown.points_xyz, shown.normals_xyz, azimuth_deg, elevation_deg)
+        return axes
+
 
 def _matrix(transform: RigidTransform | ArrayLike) -> NDArray[np.float64]:
     from scipy.spatial.transform import RigidTransform
@@ -147,3 +186,21 @@ def _similarity_scale(matrix: NDArray[np.float64]) -> float:
     ):
         raise GeometryError("a transform must turn, move and scale alike in all directions")
     return float(scale)
+
+
+def require_extent(cloud: PointCloud) -> None:
+    """Check that the points span at least a plane, at any scale and offset.
+
+    Raises:
+        GeometryError: One point, all points in one place, or all on a line.
+    """
+    points = cloud.points_xyz
+    if len(points) == 1:
+        raise GeometryError("has a single point; a shape needs many")
+    low, high, scatter = _native.extent(points)
+    spread = float((high - low).max())
+    if spread <= 16 * np.finfo(np.float64).eps * float(max(-low.min(), high.max())):
+        raise GeometryError(f"all {len(points)} points lie in one place; a shape needs an extent")
+    deviations = np.sqrt(np.linalg.eigvalsh(scatter).clip(min=0))
+    if deviations[1] <= LINE_RATIO * deviations[2]:
+        raise GeometryError(f"all {len(points)} points lie on a line; a shape needs a surface")

@@ -1,4 +1,4 @@
-"""Ways in which an object can stand by itself."""
+"""Poses in which an object can rest on the floor."""
 
 from __future__ import annotations
 
@@ -7,33 +7,33 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
-from circumspect.geometry.extent import require_extent
-from circumspect.geometry.point_cloud import PointCloud
+from circumspect.geometry.point_cloud import PointCloud, require_extent
 
 ALIKE = np.cos(np.deg2rad(8.0))
-"""Faces of the hull whose normals differ by less are one: samples of a plane are not quite flat."""
+"""Faces of the hull with a smaller angle between normals are one: sampled planes are not quite
+flat."""
 
 NEARLY = 0.1
-"""An object stands when what lies below its centre is no higher than this above the floor, in units
-of half its size: surfaces tell only roughly where the mass is."""
+"""Largest height above the floor of the hull below the centre, in units of half the object's
+size. Surfaces locate the mass only roughly."""
 
 SMALL = 0.02
-"""Faces below this share of the largest are where edges are rounded."""
+"""Faces below this fraction of the largest one are rounded edges."""
 
 
-def resting_poses(cloud: PointCloud, most: int = 8) -> list[Rotation]:
-    """Turns that put an object on a face of its convex hull, its centre above that face.
+def resting_poses(cloud: PointCloud, max_poses: int = 8) -> list[Rotation]:
+    """Rotations that put an object on a face of its convex hull, its centre above that face.
 
-    Objects made by people stand on such a face (Fu et al., "Upright orientation of man-made
-    objects", SIGGRAPH 2008); which of them is for others to say.
+    Man-made objects stand on such a face (Fu et al., "Upright orientation of man-made objects",
+    SIGGRAPH 2008); the caller chooses among them.
 
     Args:
         cloud: (n, 3) points of the object, any axis up.
-        most: At most so many, those on the largest faces first.
+        max_poses: Largest number of rotations; those on the largest faces come first.
 
     Returns:
-        Rotations that take the cloud's coordinates to those of the standing object, z up. Of a
-        flat cloud both sides.
+        Rotations from the cloud's coordinates to those of the standing object, z up. A flat cloud
+        has both sides.
 
     Raises:
         GeometryError: The points span no shape.
@@ -46,7 +46,7 @@ def resting_poses(cloud: PointCloud, most: int = 8) -> list[Rotation]:
         hull = ConvexHull(points)
     except QhullError:
         normal = np.linalg.svd(points, full_matrices=False)[2][2]
-        return [rotation_onto_floor(normal), rotation_onto_floor(-normal)][:most]
+        return [rotation_onto_floor(normal), rotation_onto_floor(-normal)][:max_poses]
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
     a, b, c = points[hull.simplices].transpose(1, 0, 2)
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
@@ -65,7 +65,7 @@ def resting_poses(cloud: PointCloud, most: int = 8) -> list[Rotation]:
             found.append((areas[face].sum(), normal))
     found.sort(key=lambda one: -one[0])
     large = [normal for area, normal in found if area > SMALL * found[0][0]]
-    return [rotation_onto_floor(normal) for normal in large[:most]]
+    return [rotation_onto_floor(normal) for normal in large[:max_poses]]
 
 
 def _way_out(
@@ -74,7 +74,7 @@ def _way_out(
     start: NDArray[np.float64],
     direction: NDArray[np.float64],
 ) -> float:
-    """How far it is from a point inside to the hull."""
+    """Distance from a point inside to the hull."""
     along = normals @ direction
     with np.errstate(divide="ignore", invalid="ignore"):
         away = np.where(along > 1e-12, -(normals @ start + offsets) / along, np.inf)
@@ -82,7 +82,7 @@ def _way_out(
 
 
 def rotation_onto_floor(normal: NDArray[np.float64]) -> Rotation:
-    """The smallest rotation that turns a direction down.
+    """The smallest rotation that turns a direction downwards.
 
     Args:
         normal: (3,) unit vector.

@@ -1,4 +1,4 @@
-"""The plane that an object stands on, in a cloud that holds both."""
+"""The plane that supports an object, in a cloud with both."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_TILT = np.deg2rad(30.0)
-"""Between the plane's normal and the given up direction."""
+"""Largest angle between the plane's normal and the given up direction."""
 MAX_BELOW_SHARE = 0.02
-"""Of the surface may lie below the plane: strays and reflections."""
+"""Fraction of the surface that may lie below the plane: outliers and reflections."""
 MIN_FLOOR_SHARE = 0.05
-"""Of the surface lies in the plane."""
+"""Smallest fraction of the surface in the plane."""
 
 _CELLS_ACROSS = 48
-"""The cloud is thinned to so many cells along its diagonal, so that dense parts do not outvote."""
+"""Cells along the cloud's diagonal to which it is thinned, so that dense parts do not dominate."""
 _COARSE = 0.015
-"""Distance from the plane that counts as in it, in units of the diagonal."""
+"""Distance of inliers from the plane, in units of the diagonal."""
 _NEIGHBOURS = 12
 _HYPOTHESES = 400
 _REFINEMENTS = 3
@@ -31,8 +31,8 @@ class SupportingPlane:
     Attributes:
         normal_xyz: (3,) unit vector to the side of the object.
         offset: Distance of the plane from the origin along the normal, in the cloud's unit.
-        tolerance: Points nearer to the plane than this lie in it.
-        share: Of the cloud's surface that lies in it, 0 … 1.
+        tolerance: Largest distance of inliers.
+        share: Fraction of the cloud's surface in it, 0 … 1.
     """
 
     normal_xyz: NDArray[np.float64]
@@ -53,15 +53,15 @@ def find_supporting_plane(
     """Find the largest plane that has nearly all other points on one side.
 
     Hypotheses are planes through single points with the normals of their neighbourhoods (RANSAC
-    with one point); the best is refined by least squares over its inliers.
+    with one point). The best one is refined by least squares over its inliers.
 
     Args:
         points_xyz: (n, 3).
-        up_xyz: (3,) the direction that the normal is near to; None for any direction.
+        up_xyz: (3,) the approximate direction of the normal; None for any direction.
         rng: A generator or a seed.
 
     Returns:
-        The plane; None where no large one has the cloud on one side.
+        The plane; None if no large one has the cloud on one side.
     """
     cells, diagonal = thinned(points_xyz)
     if len(cells) < 4 * _NEIGHBOURS:
@@ -74,20 +74,47 @@ def find_supporting_plane(
         steep = normals @ up_xyz > np.cos(MAX_TILT)
         chosen, normals = chosen[steep], normals[steep]
     else:
-        # Each side of a plane may be the object's.
+        # The object may be on either side of a plane.
         chosen, normals = np.tile(chosen, 2), np.concatenate([normals, -normals])
     coarse = _COARSE * diagonal
-    best, best_score = None, MIN_FLOOR_SHARE * len(cells)
-    for start, normal in zip(cells[chosen], normals, strict=True):
-        heights = (cells - start) @ normal
-        score = int((np.abs(heights) < coarse).sum())
-        below = int((heights < -coarse).sum())
-        if below <= MAX_BELOW_SHARE * len(cells) and score > best_score:
-            best, best_score = (normal, float(start @ normal)), score
+    offsets = np.einsum("ij,ij->i", cells[chosen], normals)
+    best = largest_with_all_above(
+        cells, normals, offsets, coarse, coarse, MIN_FLOOR_SHARE * len(cells)
+    )
     if best is None:
         return None
     step = max(1, len(points_xyz) // _MAX_RESIDUALS)
-    return _refined(cells, points_xyz[::step], *best, coarse)
+    return _refined(cells, points_xyz[::step], normals[best], float(offsets[best]), coarse)
+
+
+def largest_with_all_above(
+    points_xyz: NDArray[np.float64],
+    normals_xyz: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+    tolerance: float | NDArray[np.float64],
+    below: float,
+    min_inliers: float,
+) -> int | None:
+    """The hypothesis with the most inliers among those with nearly no point below.
+
+    Args:
+        points_xyz: (n, 3).
+        normals_xyz: (m, 3) unit vectors, upwards.
+        offsets: (m,) distances of the planes from the origin along their normals.
+        tolerance: Largest distance of inliers, or (n,) one per point.
+        below: Points further below a plane than this are not above it.
+        min_inliers: The plane has more than this many.
+
+    Returns:
+        Its index, the first of equal ones; None without any.
+    """
+    best, most = None, min_inliers
+    for number, (normal, offset) in enumerate(zip(normals_xyz, offsets, strict=True)):
+        heights = points_xyz @ normal - offset
+        inliers = int((np.abs(heights) < tolerance).sum())
+        if inliers > most and (heights < -below).mean() <= MAX_BELOW_SHARE:
+            best, most = number, inliers
+    return best
 
 
 def thinned(points_xyz: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
@@ -114,7 +141,7 @@ def thinned(points_xyz: NDArray[np.float64]) -> tuple[NDArray[np.float64], float
 
 def _local_normals(cells: NDArray[np.float64], chosen: NDArray[np.int64]) -> NDArray[np.float64]:
     """(m, 3) normals of the neighbourhoods of the chosen cells."""
-    # To load it takes longer than to read most files.
+    # Its import takes longer than reading most files.
     from scipy.spatial import KDTree
 
     _, neighbours = KDTree(cells).query(cells[chosen], _NEIGHBOURS)
@@ -130,7 +157,7 @@ def _refined(
     offset: float,
     coarse: float,
 ) -> SupportingPlane | None:
-    """Least squares over the inliers, and a tolerance by their spread."""
+    """Least squares over the inliers, with a tolerance from their spread."""
     inliers = np.abs(cells @ normal - offset) < coarse
     for _ in range(_REFINEMENTS):
         if inliers.sum() < 3:

@@ -1,4 +1,4 @@
-"""Surfaces from sparse points: near neighbours joined by small triangles."""
+"""Surfaces from sparse points: small triangles between near neighbours."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from circumspect.geometry.frozen_array import frozen, require_coordinates
 from circumspect.geometry.point_cloud import PointCloud
 from circumspect.geometry.triangle_mesh import TriangleMesh
 
-# Wide enough to close the surface of a Poisson-disk sample, and enough for doubled sheets.
+# Enough to close the surface of a Poisson-disk sample, also with doubled sheets.
 NEIGHBOURS = 16
 REACH = 1.9
 
@@ -19,23 +19,23 @@ REACH = 1.9
 def short_edge_triangles(
     points_xyz: ArrayLike, neighbours: int = NEIGHBOURS, reach: float = REACH
 ) -> TriangleMesh:
-    """Join each point with pairs of its near neighbours where all three edges are short.
+    """Join each point with pairs of its near neighbours if all three edges are short.
 
-    The result covers the surface that evenly spread points (a Poisson-disk sample) lie on, without
-    orientation, and with overlaps where neighbourhoods are not planar.
+    The result covers the surface of evenly spread points (a Poisson-disk sample), without
+    orientation, and with overlaps if neighbourhoods are not planar.
 
     Args:
         points_xyz: (n, 3) points.
-        neighbours: How many nearest neighbours of a point may share a triangle with it.
-        reach: The longest edge allowed, in units of the typical distance from a point to the
-            nearest one of its own sheet, which is not the one across a thin wall.
+        neighbours: Number of nearest neighbours that may share a triangle with a point.
+        reach: The longest edge, in units of the typical distance from a point to the nearest one on
+            the same side of a thin wall.
 
     Returns:
         The mesh of all such triangles, each once, over the given points.
 
     Raises:
-        GeometryError: No three points lie near enough to each other.
-        InputError: `neighbours` or `reach` make no sense.
+        GeometryError: No three points are near enough to each other.
+        InputError: `neighbours` or `reach` are out of range.
     """
     points = frozen(points_xyz)
     require_coordinates(points, "points")
@@ -53,16 +53,16 @@ def fill_surface(
 ) -> PointCloud:
     """Close the holes between sparse points: add points on the triangles of near neighbours.
 
-    The points given stay and keep their areas; the new ones stand for no area, so that the
-    weighted centre does not move. They carry the normal of the corner that they lie nearest to.
+    The given points stay and keep their areas. The new ones have no area, so that the weighted
+    centre does not move; their normal is that of the nearest corner.
 
     Args:
         cloud: n evenly spread points.
-        count: How many points to add, spread evenly over the area of all triangles.
+        count: Number of points to add, spread evenly over the area of all triangles.
         rng: A generator or a seed.
 
     Returns:
-        The points given, then the new ones; the cloud itself where no triangle can be made.
+        The given points, then the new ones; the cloud itself if there are no triangles.
     """
     rng = np.random.default_rng(rng)
     try:
@@ -89,7 +89,7 @@ def fill_surface(
 
 
 def _distinct(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Indices of the points without those that stand where another one stands already."""
+    """Indices of the points without exact duplicates."""
     x, y, z = points.T
     keys = np.sort(x + np.e * y + np.pi * z)  # Points in one place have one key.
     if (np.diff(keys) > 0).all():

@@ -1,4 +1,4 @@
-"""Where something was, and when."""
+"""Poses over time, complete or logged during a run."""
 
 from __future__ import annotations
 
@@ -10,10 +10,50 @@ from numpy.typing import NDArray
 
 from circumspect.errors import GeometryError
 from circumspect.geometry.frozen_array import ReadOnlyArrays, frozen
-from circumspect.geometry.given_transform import require_transform
+from circumspect.geometry.given_shapes import require_transform
+from circumspect.geometry.growing_table import GrowingTable
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
+
+
+class TrajectoryLog:
+    """A log of poses in ascending order; poses that are not later than all before are left out."""
+
+    def __init__(self) -> None:
+        """Create an empty log."""
+        self._stamps = GrowingTable(1)
+        self._matrices = GrowingTable(16)
+        self._last = float("-inf")
+
+    def __len__(self) -> int:
+        return len(self._stamps)
+
+    def is_later(self, stamp: float) -> bool:
+        """Whether a time is later than all before."""
+        return stamp > self._last
+
+    def add(self, stamp: float, T_map_camera: RigidTransform) -> None:
+        """Log one pose.
+
+        Args:
+            stamp: Its time [s].
+            T_map_camera: A single pose.
+        """
+        if self.is_later(stamp):
+            self._last = stamp
+            self._stamps.append(stamp)
+            self._matrices.append(T_map_camera.as_matrix())
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """All poses so far, bit-identical; None if there are none."""
+        if not len(self):
+            return None
+        from scipy.spatial.transform import RigidTransform
+
+        matrices = self._matrices.rows.reshape(-1, 4, 4)
+        return Trajectory(self._stamps.rows[:, 0], RigidTransform(matrices, normalize=False))
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +96,7 @@ class Trajectory(ReadOnlyArrays):
 
     @property
     def positions_xyz(self) -> NDArray[np.float64]:
-        """(n, 3) [m]: the camera's places in map."""
+        """(n, 3) [m]: the camera's positions in map."""
         return self.T_map_camera.translation
 
     def moved(self, T_target_map: RigidTransform) -> Trajectory:

@@ -60,10 +60,10 @@ class TriangleMesh(ReadOnlyArrays):
         return 0.5 * longest**2 * doubled
 
     def sampled(self, count: int, rng: np.random.Generator | int = 0) -> PointCloud:
-        """Points drawn evenly over the surface, with the normals of their triangles.
+        """Sample points evenly over the surface, with the normals of their triangles.
 
         Args:
-            count: How many points, at least 1.
+            count: Number of points, at least 1.
             rng: A generator or a seed.
 
         Returns:
@@ -82,10 +82,10 @@ class TriangleMesh(ReadOnlyArrays):
         return PointCloud(a + u * (b - a) + v * (c - a), normals_xyz=normals[chosen])
 
     def chosen_by_area(self, count: int, rng: np.random.Generator | int = 0) -> NDArray[np.int64]:
-        """Draw triangles, each as often as its share of the area asks for.
+        """Draw triangles in proportion to their area.
 
         Args:
-            count: How many, at least 1; large triangles come several times.
+            count: Number of draws, at least 1; large triangles repeat.
             rng: A generator or a seed.
 
         Returns:
@@ -97,7 +97,7 @@ class TriangleMesh(ReadOnlyArrays):
         return _evenly_chosen(self._normals_and_shares()[1], count, np.random.default_rng(rng))
 
     def _normals_and_shares(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(f, 3) unit normals, and (f,) shares of the area: 0 where there is no normal."""
+        """(f, 3) unit normals, and (f,) fractions of the area: 0 without a normal."""
         normals, doubled, _ = _native.face_normals(self.vertices_xyz, self.faces)
         if not float(doubled.max()) > 0:
             raise GeometryError(

@@ -15,7 +15,7 @@ KEY_BITS = 20
 _HALF_MASK = sum(((1 << (KEY_BITS - 1)) - 1) << (KEY_BITS * axis) for axis in range(3))
 """Clears the bits that a shift of a key by one moves from one coordinate into the next."""
 _HALF_OFFSET = sum(1 << (KEY_BITS - 2 + KEY_BITS * axis) for axis in range(3))
-"""Restores the offset of the coordinates, of which a shift by one removes half."""
+"""Restores the offset of the coordinates, since a shift by one halves it."""
 
 
 def packed_cells(
@@ -55,8 +55,8 @@ def patch_keys(
 ) -> NDArray[np.int64]:
     """(n,) key of the surface patch that each point belongs to.
 
-    A patch is the part of the surface in one voxel whose normals are nearest to the same one of
-    the six axis directions. The two sides of a thin board are therefore different patches.
+    A patch is the part of the surface in one voxel whose normals are nearest to the same one of the
+    six axis directions. So the two sides of a thin board are different patches.
 
     Args:
         points_xyz: (n, 3) [m].

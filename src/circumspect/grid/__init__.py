@@ -6,12 +6,10 @@ from circumspect.grid.cylindrical_grid import (
     RADIUS_AXIS,
     CylindricalGrid,
 )
-from circumspect.grid.grid import Grid
-from circumspect.grid.hits_batch import hits_batch
-from circumspect.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from circumspect.grid.grid import FREE, OCCUPIED, UNKNOWN, Grid, OccupancyGrid
+from circumspect.grid.grid_batches import hits_batch, hits_views, trace_views
 from circumspect.grid.rectangular_grid import RectangularGrid
 from circumspect.grid.spectrum import angular_spectrum, rotate_spectrum, spectrum_orders
-from circumspect.grid.view_grids import hits_views, trace_views
 
 __all__ = [
     "AZIMUTH_AXIS",

@@ -1,4 +1,4 @@
-"""Where the bounds of an object lie: about its area-weighted centre, as small as holds it."""
+"""Smallest bounds of an object about its area-weighted centre."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 from circumspect.errors import GeometryError
 from circumspect.geometry import PointCloud
 from circumspect.grid import _native
-from circumspect.grid.grid_arguments import LARGEST_LENGTH
+from circumspect.grid.grid_arguments import MAX_LENGTH_M
 
 
 @dataclass(frozen=True)
 class Reach:
-    """How far the points of a cloud are from its area-weighted centre, x₀ of section 3.2.
+    """Distances of a cloud's points from its area-weighted centre, x₀ of section 3.2.
 
     Attributes:
         centre_xyz: (3,) [m] the area-weighted average of the points.
         radius: [m] the largest distance from the vertical axis through the centre.
-        along_xyz: (3,) [m] the largest distances along x, y and z, x and y turned by the yaw that
-            was asked for.
+        along_xyz: (3,) [m] the largest distances along x, y and z; x and y are turned by the given
+            yaw.
         largest: [m] the largest absolute coordinate.
     """
 
@@ -31,7 +31,7 @@ class Reach:
 
 
 def reach_of(cloud: PointCloud, yaw: float = 0.0) -> Reach:
-    """The area-weighted centre of a cloud and how far its points are from there.
+    """The area-weighted centre of a cloud and its points' distances from there.
 
     Args:
         cloud: (n, 3) points [m].
@@ -43,18 +43,18 @@ def reach_of(cloud: PointCloud, yaw: float = 0.0) -> Reach:
     weights = None if cloud.areas is None else cloud.weights
     centre, low, high = _native.weighted_centre(cloud.points_xyz, weights)
     largest = max(-min(low), max(high))
-    if largest > LARGEST_LENGTH / 4:
+    if largest > MAX_LENGTH_M / 4:
         raise GeometryError("points lie beyond 1e49 m; check the unit of the file")
     radius, x, y, z = _native.reach(cloud.points_xyz, centre, yaw)
     return Reach(centre, radius, (x, y, z), largest)
 
 
 def require_size(cloud: PointCloud, reach: Reach, size: float) -> None:
-    """Refuse bounds that have no size beside the rounding of the coordinates.
+    """Refuse bounds that are not larger than the rounding of the coordinates.
 
     Args:
         cloud: (n, 3) points [m].
-        reach: How far they are from their centre.
+        reach: Distances of the points from the centre.
         size: [m] of the bounds.
 
     Raises:

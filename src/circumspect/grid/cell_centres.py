@@ -1,4 +1,4 @@
-"""Where cells lie."""
+"""Centres of cells."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.grid.cylindrical_grid import CylindricalGrid
-from circumspect.grid.occupancy_grid import OccupancyGrid
+from circumspect.grid.grid import OccupancyGrid
 from circumspect.grid.rectangular_grid import RectangularGrid
 
 
 def occupied_centres(grid: OccupancyGrid) -> NDArray[np.float64]:
-    """The middle of each occupied cell.
+    """The centre of each occupied cell.
 
     Returns:
         (n, 3) [m], in the order of `np.argwhere(grid.occupied)`.
 
     Raises:
-        InputError: A kind of grid that is not known.
+        InputError: An unknown kind of grid.
     """
     bounds = grid.grid
     shares = (np.argwhere(grid.occupied) + 0.5) / bounds.shape

@@ -5,22 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from circumspect.geometry import PointCloud
-from circumspect.geometry.given_cloud import as_cloud
+from circumspect.geometry.given_shapes import as_cloud
 from circumspect.grid import _native
 from circumspect.grid.bounds_fit import reach_of, require_size
-from circumspect.grid.grid import Grid
+from circumspect.grid.grid import Grid, OccupancyGrid
 from circumspect.grid.grid_arguments import (
     checked_centre,
     checked_length,
     checked_number,
     checked_shape,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 RADIUS_AXIS, AZIMUTH_AXIS, HEIGHT_AXIS = 0, 1, 2
 """Axes of an array of cells: (radius, azimuth, height)."""
@@ -43,6 +46,8 @@ class CylindricalGrid(Grid):
     Raises:
         InputError: Lengths not positive, values not finite, too many cells.
     """
+
+    bounds_names = ("radius", "half_height", "azimuth_offset")
 
     shape: tuple[int, int, int] = (32, 32, 32)
     radius: float = 1.0
@@ -87,7 +92,7 @@ class CylindricalGrid(Grid):
         height = reach.along_xyz[2]
         radius = max(reach.radius, height / proportion)
         require_size(cloud, reach, radius)
-        # A product may round below the height it stands for.
+        # A product may be rounded below the height.
         half_height = max(height, radius * proportion)
         return cls(checked_shape(shape), radius, half_height, reach.centre_xyz, azimuth_offset)
 
@@ -109,6 +114,21 @@ class CylindricalGrid(Grid):
             half_height=factor * self.half_height,
             centre_xyz=checked_centre(factor * np.asarray(self.centre_xyz)),
         )
+
+    def outermost(self, cells: OccupancyGrid) -> NDArray[np.float64]:
+        """(azimuth, height) radius of the outermost occupied cell [m], NaN where there is none."""
+        occupied, rings = cells.occupied, self.shape[RADIUS_AXIS]
+        radii = (rings - occupied[::-1].argmax(axis=RADIUS_AXIS)) * (self.radius / rings)
+        return np.where(occupied.any(axis=RADIUS_AXIS), radii, np.nan)
+
+    def draw(self, axes: Axes, cells: OccupancyGrid, unit: str = "m") -> None:
+        """Unrolled: outermost occupied radius over azimuth and height."""
+        from circumspect.grid.grid_plot import draw_unrolled
+
+        first, middle = math.degrees(self.azimuth_offset), self.centre_xyz[2]
+        extent = first, first + 360.0, middle - self.half_height, middle + self.half_height
+        known = np.any(cells.occupied | cells.free, axis=RADIUS_AXIS)
+        draw_unrolled(axes, self.outermost(cells), known, extent, self.radius, unit)
 
     def rotated(self, k_cells: float) -> Self:
         """The grid turned counter-clockwise by azimuth cells, whole or fractions.

@@ -1,4 +1,4 @@
-"""Checks of what callers hand to a grid; C++ only ever sees what passed here."""
+"""Checks of the arguments of grids before they reach the C++ code."""
 
 from __future__ import annotations
 
@@ -13,20 +13,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import GeometryError, InputError
 from circumspect.geometry import PointCloud
-from circumspect.geometry.frozen_array import NUMBERS, require_unmasked
-from circumspect.geometry.given_cloud import refuse_sources
-from circumspect.geometry.point_fields import rows_of_fields
+from circumspect.geometry.frozen_array import NUMBERS, require_unmasked, rows_of_fields
+from circumspect.geometry.given_shapes import refuse_sources
 from circumspect.grid import _native
 
-SMALLEST_LENGTH, LARGEST_LENGTH = 1e-50, 1e50
-"""Lengths of grids and coordinates of points [m] beyond these would overflow in products."""
+MIN_LENGTH_M, MAX_LENGTH_M = 1e-50, 1e50
+"""Range of lengths and coordinates [m]; others would overflow in products."""
 
 
 def checked_shape(shape: Sequence[int]) -> tuple[int, int, int]:
-    """Three counts of cells.
+    """The shape of a grid: three counts of cells.
 
     Raises:
-        InputError: Not three whole numbers within what fits into memory.
+        InputError: Not three whole numbers, or too many cells for the memory.
     """
     try:
         cells = tuple(operator.index(n) for n in shape)
@@ -47,7 +46,7 @@ def checked_length(value: float, name: str) -> float:
         InputError: Not a positive number, or beyond 1e±50.
     """
     length = checked_number(value, name)
-    if not SMALLEST_LENGTH <= length <= LARGEST_LENGTH:
+    if not MIN_LENGTH_M <= length <= MAX_LENGTH_M:
         raise InputError(f"{name} must lie between 1e-50 and 1e50 m, not {length:g}")
     return length
 
@@ -79,23 +78,23 @@ def checked_centre(centre_xyz: ArrayLike) -> tuple[float, float, float]:
         centre = np.asarray(centre_xyz, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"a grid's centre is three numbers, not {centre_xyz!r}") from error
-    if centre.shape != (3,) or not (np.abs(centre) <= LARGEST_LENGTH).all():
+    if centre.shape != (3,) or not (np.abs(centre) <= MAX_LENGTH_M).all():
         raise InputError(f"a grid's centre is three numbers within ±1e50 m, not {centre_xyz!r}")
     x, y, z = centre.tolist()
     return (x, y, z)
 
 
 def _is_centre(given: object) -> TypeGuard[tuple[float, float, float]]:
-    """Whether it is what `checked_centre` returns, as it is in copies of a grid."""
+    """Whether a value is one that `checked_centre` returned, as in copies of a grid."""
     return (
         type(given) is tuple
         and len(given) == 3
-        and all(type(c) is float and -LARGEST_LENGTH <= c <= LARGEST_LENGTH for c in given)
+        and all(type(c) is float and -MAX_LENGTH_M <= c <= MAX_LENGTH_M for c in given)
     )
 
 
 def checked_points(points_xyz: PointCloud | ArrayLike, name: str = "points") -> NDArray[Any]:
-    """Points as (n, 3) float64 or float32 in C order; copied only where they are not yet.
+    """Points as (n, 3) float64 or float32 in C order; copied only if necessary.
 
     Raises:
         InputError: Wrong shape, not numbers, or a mesh or a path in their place.
@@ -136,7 +135,7 @@ def checked_beams(
 
 
 def require_usable(bad: int, count: int, name: str = "points") -> None:
-    """Refuse points that a kernel found unusable.
+    """Report points that a kernel found unusable.
 
     Raises:
         GeometryError: `bad` is not zero.
@@ -148,7 +147,7 @@ def require_usable(bad: int, count: int, name: str = "points") -> None:
 
 
 def checked_threads(threads: int) -> int:
-    """How many threads to use; 0 means as many as this process has cores.
+    """Number of threads; 0 means as many as this process has cores.
 
     Raises:
         InputError: Negative or not a whole number.

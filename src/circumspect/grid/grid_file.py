@@ -10,84 +10,110 @@ import math
 import os
 import re
 import zipfile
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import CircumspectError, InputError
-from circumspect.geometry.file_faults import blamed_on
-from circumspect.grid.cylindrical_grid import CylindricalGrid
+from circumspect.geometry.formats.file_errors import reading_file
 from circumspect.grid.grid_arguments import checked_shape
-from circumspect.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from circumspect.grid.rectangular_grid import RectangularGrid
 from circumspect.storage import atomic_open
 
+Bounds = TypeVar("Bounds")
 VERSION = 1
-_KINDS: dict[type[Any], tuple[str, ...]] = {
-    CylindricalGrid: ("radius", "half_height", "azimuth_offset"),
-    RectangularGrid: ("half_width", "yaw"),
-}
 _COMMON = ("version", "shape", "centre_xyz", "occupied", "free")
-# What numpy writes before the values of a plain array; nothing else is accepted, nothing is run.
+# NumPy's header of a plain array; nothing else is accepted, and no code is executed.
 _HEADER = re.compile(
     rb"\{'descr': '([^']{3})', 'fortran_order': (?:False|True), "
     rb"'shape': \((\d{1,10}),\), \} *\n"
 )
 
 
-def write_grid(path: str | os.PathLike[str], grid: OccupancyGrid) -> None:
-    """Write a grid; see `OccupancyGrid.save`."""
-    bounds = grid.grid
-    numbers: dict[str, Any] = {
-        name: np.array([getattr(bounds, name)]) for name in _KINDS[type(bounds)]
-    }
+def write_grid(
+    path: str | os.PathLike[str],
+    shape: tuple[int, int, int],
+    centre_xyz: Sequence[float],
+    numbers: Mapping[str, float],
+    occupied: NDArray[np.bool_],
+    free: NDArray[np.bool_],
+) -> None:
+    """Write a grid; see `OccupancyGrid.save`.
+
+    Args:
+        path: The file.
+        shape: Cells along each axis.
+        centre_xyz: (3,) [m].
+        numbers: The other bounds.
+        occupied: Of the shape.
+        free: Of the shape.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    further: dict[str, Any] = {name: np.array([value]) for name, value in numbers.items()}
     with atomic_open(path, "wb") as stream:
         np.savez_compressed(
             stream,
             version=np.array([VERSION], dtype=np.int64),
-            shape=np.array(bounds.shape, dtype=np.int64),
-            centre_xyz=np.array(bounds.centre_xyz),
-            occupied=np.packbits(grid.states == OCCUPIED),
-            free=np.packbits(grid.states == FREE),
-            **numbers,
+            shape=np.array(shape, dtype=np.int64),
+            centre_xyz=np.array(centre_xyz),
+            occupied=np.packbits(occupied),
+            free=np.packbits(free),
+            **further,
         )
 
 
-def read_grid(path: str | os.PathLike[str]) -> OccupancyGrid:
-    """Read a grid; see `OccupancyGrid.load`."""
-    with blamed_on(path) as file, file.open("rb") as stream:
+def read_grid(
+    path: str | os.PathLike[str], kinds: Mapping[tuple[str, ...], Callable[..., Bounds]]
+) -> tuple[Bounds, NDArray[np.uint8], NDArray[np.uint8]]:
+    """Read a grid; see `OccupancyGrid.load`.
+
+    Args:
+        path: The file.
+        kinds: Constructors of the bounds, by the names of their numbers beside shape and centre.
+
+    Returns:
+        The bounds, and which cells are occupied and which are free: 0 or 1, of the grid's shape.
+
+    Raises:
+        InputError: Missing, truncated, or not a grid.
+    """
+    with reading_file(path) as file, file.open("rb") as stream:
         try:
             with zipfile.ZipFile(stream) as archive:
-                return _unpacked(archive)
+                return _unpacked(archive, kinds)
         except zipfile.BadZipFile as error:
-            raise InputError("not a grid file or truncated; save the grid anew") from error
+            raise InputError("not a grid file or truncated; save the grid again") from error
         except (InputError, OSError):
             raise
         except CircumspectError as error:
             raise InputError(str(error)) from error
-        # Broken archives raise many things: zlib.error, EOFError, NotImplementedError …
+        # Broken archives raise many exceptions: zlib.error, EOFError, NotImplementedError …
         except Exception as error:
-            raise InputError("a broken grid file; save the grid anew") from error
+            raise InputError("a broken grid file; save the grid again") from error
 
 
 def holds_grid(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is an archive with the keys of a grid, sound or not."""
+    """Whether a file is an archive with the keys of a grid, intact or not."""
     try:
-        # A pipe would be waited for.
+        # Reading a pipe would block.
         if not Path(path).is_file():
             return False
         with Path(path).open("rb") as stream, zipfile.ZipFile(stream) as archive:
             return {"occupied.npy", "free.npy", "shape.npy"} <= set(archive.namelist())
-    # Broken archives raise many things, see `read_grid`.
+    # Broken archives raise many exceptions, see `read_grid`.
     except Exception:
         return False
 
 
-def _unpacked(archive: zipfile.ZipFile) -> OccupancyGrid:
+def _unpacked(
+    archive: zipfile.ZipFile, constructors: Mapping[tuple[str, ...], Callable[..., Bounds]]
+) -> tuple[Bounds, NDArray[np.uint8], NDArray[np.uint8]]:
     keys = [name.removesuffix(".npy") for name in archive.namelist()]
-    kinds = [kind for kind in _KINDS if sorted(keys) == sorted((*_COMMON, *_KINDS[kind]))]
+    kinds = [names for names in constructors if sorted(keys) == sorted((*_COMMON, *names))]
     if not kinds:
         raise InputError(f"not a grid file: it holds {', '.join(sorted(keys)[:12]) or 'nothing'}")
     version = int(_array(archive, "version", np.int64, 1)[0])
@@ -95,12 +121,12 @@ def _unpacked(archive: zipfile.ZipFile) -> OccupancyGrid:
         raise InputError(f"grid file of version {version}; this program reads {VERSION}")
     shape = checked_shape(_array(archive, "shape", np.int64, 3).tolist())
     centre = _array(archive, "centre_xyz", np.float64, 3)
-    numbers = {name: float(_array(archive, name, np.float64, 1)[0]) for name in _KINDS[kinds[0]]}
+    numbers = {name: float(_array(archive, name, np.float64, 1)[0]) for name in kinds[0]}
     occupied, free = (_bits(archive, name, shape) for name in ("occupied", "free"))
     if (occupied & free).any():
-        raise InputError("some cells are both occupied and free; save the grid anew")
-    states = OCCUPIED * occupied + FREE * free
-    return OccupancyGrid(kinds[0](shape=shape, centre_xyz=centre, **numbers), states)
+        raise InputError("some cells are both occupied and free; save the grid again")
+    bounds = constructors[kinds[0]](shape=shape, centre_xyz=centre, **numbers)
+    return bounds, occupied, free
 
 
 def _bits(archive: zipfile.ZipFile, name: str, shape: tuple[int, int, int]) -> NDArray[np.uint8]:
@@ -108,7 +134,7 @@ def _bits(archive: zipfile.ZipFile, name: str, shape: tuple[int, int, int]) -> N
     packed = _array(archive, name, np.uint8, (cells + 7) // 8)
     bits = np.unpackbits(packed)
     if bits[cells:].any():
-        raise InputError(f"{name} has bits beyond the last cell; save the grid anew")
+        raise InputError(f"{name} has bits beyond the last cell; save the grid again")
     return bits[:cells].reshape(shape)
 
 
@@ -126,7 +152,7 @@ def _array(archive: zipfile.ZipFile, name: str, dtype: Any, length: int) -> NDAr
             raise InputError(
                 f"{name} must be {expected} of shape ({length},), not {kind!r} of shape ({count},)"
             )
-        # One byte more than wanted: reading to the end makes zipfile check its sum.
+        # One byte more than expected: reading to the end makes zipfile check its sum.
         content = stream.read(length * expected.itemsize + 1)
     if len(content) != length * expected.itemsize:
         raise InputError(f"{name} has {len(content)} bytes, not {length * expected.itemsize}")

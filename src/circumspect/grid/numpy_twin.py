@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from circumspect.grid.cylindrical_grid import CylindricalGrid
-from circumspect.grid.grid import Grid
-from circumspect.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from circumspect.grid.grid import FREE, OCCUPIED, Grid, OccupancyGrid
 from circumspect.grid.rectangular_grid import RectangularGrid
 
 SHORTEST = 1e-12

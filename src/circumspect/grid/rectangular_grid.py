@@ -5,22 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from circumspect.geometry import PointCloud
-from circumspect.geometry.given_cloud import as_cloud
+from circumspect.geometry.given_shapes import as_cloud
 from circumspect.grid import _native
 from circumspect.grid.bounds_fit import reach_of, require_size
-from circumspect.grid.grid import Grid
+from circumspect.grid.grid import Grid, OccupancyGrid
 from circumspect.grid.grid_arguments import (
     checked_centre,
     checked_length,
     checked_number,
     checked_shape,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,8 @@ class RectangularGrid(Grid):
     Raises:
         InputError: Lengths not positive, values not finite, too many cells.
     """
+
+    bounds_names = ("half_width", "yaw")
 
     shape: tuple[int, int, int] = (32, 32, 32)
     half_width: float = 1.0
@@ -93,3 +98,9 @@ class RectangularGrid(Grid):
         """The grid turned counter-clockwise by quarter turns."""
         turn = checked_number(quarter_turns, "quarter_turns") * (math.pi / 2)
         return replace(self, yaw=self.yaw + turn)
+
+    def draw(self, axes: Axes, cells: OccupancyGrid, unit: str = "m") -> None:
+        """From above: occupied cells over the height."""
+        from circumspect.grid.grid_plot import draw_projection
+
+        draw_projection(axes, cells.occupied, self.half_width, unit=unit)

@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import InputError
 from circumspect.grid.cylindrical_grid import AZIMUTH_AXIS, CylindricalGrid
-from circumspect.grid.occupancy_grid import OccupancyGrid
+from circumspect.grid.grid import OccupancyGrid
 
 
 def spectrum_orders(azimuth_cells: int) -> NDArray[np.int64]:
-    """All orders m that a number of azimuth cells can tell apart.
+    """All orders m that a number of azimuth cells can resolve.
 
     Returns:
         (azimuth_cells,) 0, 1, 2, …, then the negative ones up to -1.
@@ -29,10 +29,10 @@ def angular_spectrum(
     θ counts from the first cell. Σ_m |a_m|² is the mean of |J|² over the cells (Parseval).
 
     Args:
-        values: A cylindrical grid, of which the occupied cells count 1; or (…, radius, azimuth,
-            height) values of the cells of one or many.
-        orders: The orders m wanted; None means all, in the order of `spectrum_orders`. Orders
-            that differ by the number of cells are the same on a grid.
+        values: A cylindrical grid, whose occupied cells count 1; or (…, radius, azimuth, height)
+            values of the cells of one or many.
+        orders: The orders m; None means all, in the order of `spectrum_orders`. Orders that differ
+            by the number of cells are the same on a grid.
 
     Returns:
         (…, radius, order, height).

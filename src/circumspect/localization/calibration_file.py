@@ -1,4 +1,4 @@
-"""The file that holds the calibration of all cameras of a room."""
+"""File with the calibration of all cameras of a room."""
 
 from __future__ import annotations
 
@@ -16,29 +16,33 @@ from circumspect.geometry import PlanarPose
 from circumspect.localization.camera_yaml import SUFFIXES, read_camera_yaml
 from circumspect.localization.fixed_camera import FixedCamera
 from circumspect.localization.json_file import number, numbers, read_document, section, text
-from circumspect.localization.lens_camera import LensCamera
-from circumspect.localization.lens_parameters import COUNTS, WHOLE, lens_of
-from circumspect.localization.survey import require_on_earth
+from circumspect.localization.lens_camera import (
+    COEFFICIENT_COUNTS,
+    INTEGER_TOLERANCE,
+    LensCamera,
+    lens_of,
+)
+from circumspect.localization.survey import require_plausible_position
 from circumspect.localization.tag_detector import FAMILY
 from circumspect.localization.tag_mount import TagMount
 from circumspect.storage import write_json
 
 UNIT_TOLERANCE = 1e-3
-FOREIGN = (".npz", ".npy", ".xml", ".pkl", ".pickle", ".mat", ".txt", ".ini")
-"""Ends of files in which other programs keep lenses, and which are not read."""
+UNSUPPORTED_SUFFIXES = (".npz", ".npy", ".xml", ".pkl", ".pickle", ".mat", ".txt", ".ini")
+"""Suffixes of unsupported calibration files of other programs."""
 MODEL_NAMES = ("model", "distortion_model")
-"""Entries in which other programs name their lens model."""
+"""Names of the entry with the lens model in files of other programs."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Lenses, places, and the tag on the robot.
+    """Lenses and poses of the cameras, and the tag on the robot.
 
     Attributes:
         lenses: Intrinsics by camera.
-        lens_rms_px: What their calibration left of the reprojection error [px], by camera.
-        cameras: Those whose place is known, too.
-        mount: The robot's tag; None where nobody said.
+        lens_rms_px: Reprojection error of their calibration [px], by camera.
+        cameras: Cameras with a known pose.
+        mount: The robot's tag; None if unknown.
     """
 
     lenses: Mapping[str, LensCamera]
@@ -48,12 +52,12 @@ class Calibration:
 
     @classmethod
     def of(cls, cameras: Sequence[FixedCamera], mount: TagMount | None = None) -> Calibration:
-        """Of cameras whose lens and place are known."""
+        """Create from cameras with known lens and pose."""
         lenses = {camera.name: camera.lens for camera in cameras}
         return cls(lenses, dict.fromkeys(lenses, 0.0), tuple(cameras), mount)
 
     def with_lens(self, name: str, lens: LensCamera, rms_px: float) -> Calibration:
-        """A camera's lens anew; its place has to be found again with it."""
+        """Replace the lens of a camera, which invalidates its pose."""
         return Calibration(
             {**self.lenses, name: lens},
             {**self.lens_rms_px, name: rms_px},
@@ -62,15 +66,15 @@ class Calibration:
         )
 
     def with_place(self, camera: FixedCamera) -> Calibration:
-        """A camera's place anew."""
+        """Replace the pose of a camera."""
         others = [other for other in self.cameras if other.name != camera.name]
         placed = tuple(sorted([*others, camera], key=lambda c: c.name))
         lenses = {**self.lenses, camera.name: camera.lens}
         rms = {camera.name: 0.0, **self.lens_rms_px}
         return Calibration(lenses, rms, placed, self.mount)
 
-    def beside(self, other: Calibration) -> Calibration:
-        """Also what another one knows of further cameras, and its tag where this one has none."""
+    def merged_with(self, other: Calibration) -> Calibration:
+        """Add further cameras of another calibration, and its tag if this one has none."""
         further = [camera for camera in other.cameras if camera.name not in self.lenses]
         return Calibration(
             {**other.lenses, **self.lenses},
@@ -80,10 +84,10 @@ class Calibration:
         )
 
     def mount_with(self, tag: tuple[int, float, float] | None) -> TagMount | None:
-        """The robot's tag, where it is on the robot as known before.
+        """The robot's tag at its known position on the robot.
 
         Args:
-            tag: Its number, size [m] and height [m]; None means those known before.
+            tag: Its number, size [m] and height [m]; None for the known ones.
         """
         if tag is None:
             return self.mount
@@ -94,7 +98,7 @@ class Calibration:
         """A camera's lens.
 
         Raises:
-            InputError: It was not calibrated.
+            InputError: The camera is not calibrated.
         """
         if name not in self.lenses:
             raise InputError(
@@ -104,17 +108,17 @@ class Calibration:
         return self.lenses[name]
 
     @property
-    def unplaced(self) -> tuple[str, ...]:
-        """Cameras whose place is not known yet."""
+    def without_pose(self) -> tuple[str, ...]:
+        """Cameras without a known pose."""
         placed = {camera.name for camera in self.cameras}
         return tuple(name for name in self.lenses if name not in placed)
 
 
 def write_calibration(path: str | os.PathLike[str], calibration: Calibration) -> None:
-    """Write all of it as JSON.
+    """Write a calibration as JSON.
 
     Raises:
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     placed = {camera.name: camera for camera in calibration.cameras}
     cameras: dict[str, Any] = {}
@@ -151,7 +155,7 @@ def write_calibration(path: str | os.PathLike[str], calibration: Calibration) ->
 
 
 def read_calibration(path: str | os.PathLike[str]) -> Calibration:
-    """Read what `write_calibration` wrote.
+    """Read a file of `write_calibration`.
 
     Raises:
         InputError: The file is missing or broken; the message names the camera and the entry.
@@ -163,13 +167,13 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
         )
     if Path(path).suffix.lower() in SUFFIXES:
         raise InputError(
-            f"{path}: YAML files hold a lens, but no place; find it with: circumspect locate "
+            f"{path}: YAML files contain a lens, but no pose; find it with: circumspect locate "
             f"extrinsics IMAGES --survey SURVEY --intrinsics {path} --out calibration.json"
         )
     with read_document(path) as document:
         family = document.get("tag_family", FAMILY)
         if family != FAMILY:
-            raise InputError(f"tags of the family {family} are not known; use {FAMILY}")
+            raise InputError(f"unknown tag family {family}; use {FAMILY}")
         lenses: dict[str, LensCamera] = {}
         rms: dict[str, float] = {}
         cameras: list[FixedCamera] = []
@@ -187,10 +191,10 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
 
 
 def read_lenses(path: str | os.PathLike[str], camera: str) -> Calibration:
-    """Read the lens of a camera from our own file, or from one of another program.
+    """Read the lens of a camera from a file of this or another program.
 
     Args:
-        path: What `write_calibration` wrote, or YAML of ROS, OpenCV or Kalibr.
+        path: A file of `write_calibration`, or YAML of ROS, OpenCV or Kalibr.
         camera: Its name.
 
     Raises:
@@ -200,9 +204,9 @@ def read_lenses(path: str | os.PathLike[str], camera: str) -> Calibration:
     place = Path(path)
     if place.suffix.lower() in SUFFIXES:
         return Calibration({camera: read_camera_yaml(place, camera)}, {camera: 0.0})
-    if place.suffix.lower() in FOREIGN:
+    if place.suffix.lower() in UNSUPPORTED_SUFFIXES:
         raise InputError(
-            f"{path}: is not read; known are the JSON file of `circumspect locate intrinsics`, and "
+            f"{path}: unsupported; supported are JSON of `circumspect locate intrinsics`, and "
             "YAML of ROS, OpenCV or Kalibr"
         )
     return read_calibration(path)
@@ -214,8 +218,12 @@ def _lens(entry: Mapping[str, Any]) -> LensCamera:
     rows = numbers(entry, "K", 9) if flat else [v for row in _matrix(entry, "K", 3) for v in row]
     bend = entry.get("distortion")
     if isinstance(bend, list) and len(bend) == 1 and isinstance(bend[0], list):
-        bend = bend[0]  # OpenCV's arrays have a row of them.
-    count = len(bend) if isinstance(bend, list) and len(bend) in COUNTS else COUNTS[1]
+        bend = bend[0]  # OpenCV's arrays have two dimensions.
+    count = (
+        len(bend)
+        if isinstance(bend, list) and len(bend) in COEFFICIENT_COUNTS
+        else COEFFICIENT_COUNTS[1]
+    )
     found = numbers({**entry, "distortion": bend}, "distortion", count)
     size = number(entry, "width"), number(entry, "height")
     named = [name for name in MODEL_NAMES if name in entry]
@@ -227,7 +235,7 @@ def _placed(name: str, lens: LensCamera, entry: Mapping[str, Any]) -> FixedCamer
     if abs(np.linalg.norm(quaternion) - 1) > UNIT_TOLERANCE:
         raise InputError(f"the quaternion (x, y, z, w) is not of unit length: {quaternion}")
     place = numbers(entry, "translation", 3)
-    require_on_earth("it", place)
+    require_plausible_position("it", place)
     pose = RigidTransform.from_components(place, Rotation.from_quat(quaternion))
     covariance = np.zeros((6, 6))
     if "covariance" in entry:
@@ -247,8 +255,8 @@ def _mount(document: Mapping[str, Any]) -> TagMount | None:
         return None
     tag = section(document, "tag")
     tag_id = number(tag, "id")
-    if abs(tag_id - round(tag_id)) > WHOLE:
-        raise InputError(f"the tag's id is a whole number, not {tag_id}")
+    if abs(tag_id - round(tag_id)) > INTEGER_TOLERANCE:
+        raise InputError(f"the tag's id must be an integer, not {tag_id}")
     text({"tag_family": FAMILY, **document}, "tag_family")
     yaw = float(np.radians(number(tag, "yaw_deg", 0.0)))
     place = PlanarPose(number(tag, "x", 0.0), number(tag, "y", 0.0), yaw)

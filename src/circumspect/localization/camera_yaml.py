@@ -1,4 +1,4 @@
-"""Lenses as ROS, OpenCV and Kalibr calibrate them, in YAML."""
+"""Reader of the YAML calibrations of ROS, OpenCV and Kalibr."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from circumspect.errors import CircumspectError, InputError
-from circumspect.localization.lens_camera import LensCamera
-from circumspect.localization.lens_parameters import MAKE, lens_of
-from circumspect.sensing.guarded_yaml import read_yaml
+from circumspect.localization.lens_camera import REMEDY, LensCamera, lens_of
+from circumspect.sensing.untrusted_files import read_yaml
 
 SUFFIXES = (".yaml", ".yml")
 MAX_BYTES = 1 << 20
@@ -28,16 +27,16 @@ def read_camera_yaml(path: Path, camera: str) -> LensCamera:
 
     Args:
         path: A file of ROS's camera_calibration, of OpenCV's FileStorage, or of Kalibr.
-        camera: Its name, of which Kalibr's file may hold several.
+        camera: Name of the camera; a Kalibr file may contain several.
 
     Raises:
-        InputError: It can not be read, holds no or another lens, or several.
+        InputError: The file cannot be read, has no or an unsupported lens, or several cameras.
         MissingExtraError: PyYAML is not installed.
     """
     document = read_yaml(path, MAX_BYTES, "a camera's calibration", "locate", _loader)
     try:
         if not isinstance(document, dict):
-            raise InputError(f"holds no camera; {MAKE}")
+            raise InputError(f"holds no camera; {REMEDY}")
         chain = {name: one for name, one in document.items() if _is_kalibr(one)}
         if chain:
             return _of_kalibr(_chosen(chain, camera))
@@ -47,11 +46,11 @@ def read_camera_yaml(path: Path, camera: str) -> LensCamera:
 
 
 def _loader() -> Any:
-    """Builds nothing but plain values; OpenCV's matrices are mappings of them."""
+    """A loader of plain values; OpenCV's matrices become mappings."""
     import yaml
 
     class Loader(yaml.SafeLoader):
-        """PyYAML's safe one with one tag more."""
+        """PyYAML's safe loader with an additional tag."""
 
         def opencv_matrix(self, node: Any) -> Any:
             return self.construct_mapping(node, deep=True)
@@ -75,7 +74,7 @@ def _chosen(chain: Mapping[Any, Any], camera: str) -> Mapping[str, Any]:
 
 def _of_kalibr(entry: Mapping[str, Any]) -> LensCamera:
     if entry["camera_model"] != "pinhole":
-        raise InputError(f"the camera model {entry['camera_model']!r} is not supported; {MAKE}")
+        raise InputError(f"the camera model {entry['camera_model']!r} is not supported; {REMEDY}")
     fx, fy, cx, cy = _numbers(entry["intrinsics"], "intrinsics", 4)
     model = str(entry.get("distortion_model", ""))
     bend = _numbers(entry.get("distortion_coeffs"), "distortion_coeffs")
@@ -98,7 +97,7 @@ def _of_opencv(entry: Mapping[str, Any]) -> LensCamera:
 
 
 def _key(name: Any) -> str:
-    """Names differ in capitals and underscores from program to program."""
+    """Normalised name; programs differ in capitals and underscores."""
     return str(name).lower().replace("_", "")
 
 
@@ -106,7 +105,7 @@ def _first(entry: Mapping[str, Any], names: tuple[str, ...], usual: str) -> Any:
     for name in names:
         if name in entry:
             return entry[name]
-    raise InputError(f"says nothing of {usual}; {MAKE}")
+    raise InputError(f"has no {usual}; {REMEDY}")
 
 
 def _numbers(value: Any, name: str, count: int | None = None) -> list[float]:

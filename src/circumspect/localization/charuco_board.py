@@ -1,4 +1,4 @@
-"""The board by which lenses are calibrated."""
+"""ChArUco board for the calibration of lenses."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from circumspect.errors import InputError
 from circumspect.localization.opencv import opencv
 
 MARKER_SHARE = 0.7
-"""Side of a marker over that of a square: seven modules of a tenth each."""
-MOST_MARKERS = 100
+"""Side of a marker relative to a square: seven modules of a tenth each."""
+MAX_MARKERS = 100
 DICTIONARY = "DICT_5X5_100"
-"""Of the markers, by OpenCV's name."""
+"""OpenCV's name of the marker dictionary."""
 
 
 @dataclass(frozen=True)
 class CharucoBoard:
-    """A chessboard whose white squares carry markers, so that a part of it is enough.
+    """A chessboard with markers in its white squares, so that a visible part suffices.
 
     The default fits on a sheet of A4.
 
     Attributes:
-        columns, rows: Squares.
-        square: Their side [m].
+        columns, rows: Number of squares.
+        square: Side of a square [m].
 
     Raises:
-        InputError: A board that can not be.
+        InputError: The sizes are impossible.
     """
 
     columns: int = 9
@@ -39,9 +39,9 @@ class CharucoBoard:
     square: float = 0.03
 
     def __post_init__(self) -> None:
-        if self.columns < 3 or self.rows < 3 or self.columns * self.rows > 2 * MOST_MARKERS:
+        if self.columns < 3 or self.rows < 3 or self.columns * self.rows > 2 * MAX_MARKERS:
             raise InputError(
-                f"a board has 3 x 3 to {2 * MOST_MARKERS} squares, not {self.columns} x {self.rows}"
+                f"a board has 3 x 3 to {2 * MAX_MARKERS} squares, not {self.columns} x {self.rows}"
             )
         if not 0.002 <= self.square <= 1:
             raise InputError(f"squares are from 0.002 to 1 m large, not {self.square} m")
@@ -57,10 +57,10 @@ class CharucoBoard:
         return self.rows * self.square
 
     def picture(self, pixels: int = 40) -> NDArray[np.uint8]:
-        """The board without any margin.
+        """Picture of the board without margin.
 
         Args:
-            pixels: A square's side; a multiple of 20 makes all edges fall between pixels.
+            pixels: Side of a square; with a multiple of 20 all edges fall between pixels.
 
         Raises:
             MissingExtraError: OpenCV is not installed.
@@ -101,8 +101,8 @@ def opencv_board(board: CharucoBoard, dictionary: str = DICTIONARY, legacy: bool
 
     Args:
         board: Squares and their side.
-        dictionary: Of the markers, by OpenCV's name.
-        legacy: As OpenCV before 4.6 laid out boards with an even number of rows.
+        dictionary: OpenCV's name of the marker dictionary.
+        legacy: Whether to use the layout of OpenCV before 4.6 for even numbers of rows.
 
     Raises:
         MissingExtraError: OpenCV is not installed.
@@ -116,7 +116,7 @@ def opencv_board(board: CharucoBoard, dictionary: str = DICTIONARY, legacy: bool
 
 
 def coverage(pixels: Sequence[NDArray[np.float64]], size: tuple[int, int]) -> float:
-    """Share of the image, in 8 x 6 fields, in which some view has a corner.
+    """Fraction of the image, in 8 x 6 fields, in which some view has a corner.
 
     Args:
         pixels: (n, 2) [px] of each view.

@@ -1,4 +1,4 @@
-"""A camera that hangs from the ceiling and knows where."""
+"""A calibrated ceiling camera."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
 from circumspect.geometry.frozen_array import ReadOnlyArrays
-from circumspect.geometry.given_transform import require_transform
+from circumspect.geometry.given_shapes import require_transform
 from circumspect.localization.lens_camera import LensCamera
 
 
 @dataclass(frozen=True, eq=False)
 class FixedCamera(ReadOnlyArrays):
-    """Lens and place of one camera of the intelligent space.
+    """Lens and pose of a camera of the intelligent space.
 
     Attributes:
         name: Unique in its room.
         lens: Intrinsics.
-        T_map_camera: Extrinsics, optical frame.
-        covariance: (6, 6) of the extrinsics: turn [rad] before shift [m], told in the camera's
+        T_map_camera: Pose of the camera (optical frame).
+        covariance: (6, 6) of the pose: rotation [rad] before translation [m], in the camera's
             own frame, T ⊕ (φ, ρ) = T exp(φ, ρ).
-        rms_px: What calibration left of the reprojection error [px].
+        rms_px: Reprojection error of the calibration [px].
 
     Raises:
-        InputError: No name, a place that is no RigidTransform, or a covariance that is none.
+        InputError: Missing name, invalid pose, or invalid covariance.
     """
 
     name: str
@@ -68,11 +68,11 @@ class FixedCamera(ReadOnlyArrays):
         return self.lens.project(self.seen_from_camera(points_xyz))
 
     def on_plane(self, pixels_uv: ArrayLike, height: float) -> NDArray[np.float64]:
-        """Where the rays of pixels meet a level plane.
+        """Intersection of the rays of pixels with a horizontal plane.
 
         Args:
             pixels_uv: (n, 2) [px].
-            height: Of the plane in map [m].
+            height: Height of the plane in map [m].
 
         Returns:
             (n, 2) [m] in map; NaN for rays that do not meet it in front of the camera.
@@ -85,7 +85,7 @@ class FixedCamera(ReadOnlyArrays):
         return self.position_xyz[:2] + far[:, None] * rays[:, :2]
 
     def outline_xy(self, height: float, steps: int = 8) -> NDArray[np.float64]:
-        """(n, 2) [m] closed outline of what the image shows of a level plane."""
+        """(n, 2) closed outline of the visible part of a horizontal plane [m]."""
         w, h = self.lens.size
         along = np.linspace(0, 1, steps, endpoint=False)
         zero, one = np.zeros(steps), np.ones(steps)

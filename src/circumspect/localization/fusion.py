@@ -1,4 +1,4 @@
-"""Many cameras' words made one, and which of them contradict each other."""
+"""Fusion of the poses seen by several cameras, and sets of cameras that agree."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose, wrapped
 from circumspect.localization.tag_pose import TagPose
 
-MOST_COMPARED = 12
-"""With more cameras than this, those with the smallest covariance are compared."""
+MAX_COMPARED = 12
+"""Maximum number of compared cameras; those with the smallest covariances are chosen."""
 
 
 def difference(pose: PlanarPose, other: PlanarPose) -> NDArray[np.float64]:
-    """(3,) x, y [m] and yaw [rad] of the first minus those of the second, the shorter way round."""
+    """Difference of two poses: (3,) x, y [m] and yaw [rad], wrapped."""
     turn = wrapped(pose.yaw - other.yaw)
     return np.array([pose.x - other.x, pose.y - other.y, turn])
 
@@ -29,16 +29,16 @@ def distance2(pose: PlanarPose, other: PlanarPose, covariance: NDArray[np.float6
 
 
 def fused(poses: Sequence[TagPose]) -> TagPose:
-    """The mean, weighted by information, of independent measurements.
+    """Information-weighted mean of independent measurements.
 
-    With Cᵢ the whole covariances and C = (Σ Cᵢ⁻¹)⁻¹ the weights are Wᵢ = C Cᵢ⁻¹; noise and bias go
-    through them separately. The misfit is the sum of the squared distances from the mean.
+    With total covariances Cᵢ and C = (Σ Cᵢ⁻¹)⁻¹, the weights are Wᵢ = C Cᵢ⁻¹. Noise and bias are
+    propagated separately. The squared residual is the sum of the squared distances from the mean.
 
     Args:
-        poses: At least one; their order does not matter.
+        poses: At least one, in any order.
 
     Raises:
-        InputError: There is none.
+        InputError: There is no pose.
     """
     if not poses:
         raise InputError("there is no pose to fuse")
@@ -51,31 +51,30 @@ def fused(poses: Sequence[TagPose]) -> TagPose:
     noise = _through(weights, np.array([pose.noise for pose in poses]))
     bias = _through(weights, np.array([pose.bias for pose in poses]))
     off = apart - shift
-    misfit = float(np.einsum("ni,nij,nj->", off, information, off))
+    squared_residual = float(np.einsum("ni,nij,nj->", off, information, off))
     at = PlanarPose(*(np.array([middle.x, middle.y, middle.yaw]) + shift))
-    return TagPose(at, _symmetric(noise), _symmetric(bias), misfit)
+    return TagPose(at, _symmetric(noise), _symmetric(bias), squared_residual)
 
 
-def agreeing(poses: Sequence[TagPose], gate: float) -> list[tuple[int, ...]]:
-    """The largest sets of which any two agree.
+def agreeing(poses: Sequence[TagPose], max_squared_distance: float) -> list[tuple[int, ...]]:
+    """The largest sets of poses that agree pairwise.
 
     Args:
-        poses: Of different cameras.
-        gate: Largest squared Mahalanobis distance of two that agree.
+        poses: Poses from different cameras.
+        max_squared_distance: Maximum squared Mahalanobis distance of poses that agree.
 
     Returns:
-        Indices; several sets where equally many agree with each other in different ways, with no
-        camera in all of them.
+        Sets of indices; several if there are equally large sets without a common camera.
     """
     some = sorted(range(len(poses)), key=lambda i: float(np.trace(poses[i].covariance)))
-    some = sorted(some[:MOST_COMPARED])
+    some = sorted(some[:MAX_COMPARED])
     agree = {
         (i, j): distance2(
             poses[i].T_map_base,
             poses[j].T_map_base,
             poses[i].covariance + poses[j].covariance,
         )
-        <= gate
+        <= max_squared_distance
         for i, j in combinations(some, 2)
     }
     for size in range(len(some), 0, -1):
@@ -85,8 +84,10 @@ def agreeing(poses: Sequence[TagPose], gate: float) -> list[tuple[int, ...]]:
             if all(agree[pair] for pair in combinations(chosen, 2))
         ]
         if found and set.intersection(*map(set, found)):
-            # They differ at the gate's edge only: a camera that all of them hold lies between.
-            return [min(found, key=lambda chosen: fused([poses[i] for i in chosen]).misfit)]
+            # The sets have a common camera and differ only at the bound: the best one is used.
+            return [
+                min(found, key=lambda chosen: fused([poses[i] for i in chosen]).squared_residual)
+            ]
         if found:
             return found
     return []

@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.localization.ceiling_image import CeilingImage
-from circumspect.sensing.picture import opened_picture
+from circumspect.sensing.untrusted_files import opened_picture
 
 KINDS = (".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff")
 STAMPS = "stamps.txt"
 FORMATS = ("PNG", "JPEG", "PPM", "BMP", "TIFF")
-"""Pillow knows more, and hands some of them to other programs."""
-MOST_PIXELS = 8192
-"""Along a side; a small file can hold a huge picture of one colour."""
-LARGEST_LIST = 50_000_000
-"""Longer lists of images are something else [bytes]."""
-LATEST = 1e11
-"""No clock says so much [s]: it would be in the year 5138."""
+"""Pillow passes some other formats to external programs."""
+MAX_SIDE_PX = 8192
+"""Maximum image side [px]; a small file can contain a huge image."""
+MAX_LIST_BYTES = 50_000_000
+"""Maximum size of a list of images [bytes]."""
+MAX_STAMP_S = 1e11
+"""Maximum stamp [s]; it lies in the year 5138."""
 
 
 @dataclass(frozen=True)
@@ -35,34 +35,34 @@ class _Entry:
 
 
 class ImageFolder:
-    """A folder with a sub-folder for each camera, named after it.
+    """A folder with a sub-folder per camera, named after it.
 
-    An image's name is its stamp in seconds, 12.340.png, or a file stamps.txt beside the images has
-    a line for each: its name and its stamp. Iterating gives the images of all cameras in the order
-    of their stamps; whatever else gives an iterable of `CeilingImage` can stand in for it.
+    The name of an image is its stamp in seconds, such as 12.340.png, or a file stamps.txt in the
+    sub-folder has a line with name and stamp for each image. Iteration yields the images of all
+    cameras in the order of their stamps. Any iterable of `CeilingImage` can replace this class.
 
     Attributes:
         path: The folder.
-        cameras: Names, sorted.
-        skipped: Files that could not be read so far, with the reason.
+        cameras: Names of the cameras, sorted.
+        skipped: Unreadable files so far, with the reason.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         """List the images.
 
         Raises:
-            InputError: No folder, no camera's sub-folder, or names that are no stamps.
+            InputError: There is no folder, no sub-folder of a camera, or a name is not a stamp.
         """
         self.path = Path(path)
         if not self.path.is_dir():
-            raise InputError(f"{self.path}: is no folder; give one with a sub-folder a camera")
+            raise InputError(f"{self.path}: is not a folder; give one with a sub-folder per camera")
         folders = sorted(folder for folder in self.path.iterdir() if folder.is_dir())
         entries = {folder.name: _entries(folder) for folder in folders}
         self.cameras = tuple(name for name, found in entries.items() if found)
         if not self.cameras:
             raise InputError(
-                f"{self.path}: holds no sub-folder with images ({', '.join(KINDS)}); each camera "
-                "needs one, named after it"
+                f"{self.path}: contains no sub-folder with images ({', '.join(KINDS)}); each "
+                "camera needs one, named after it"
             )
         every = (entry for found in entries.values() for entry in found)
         self._entries = sorted(every, key=lambda entry: (entry.stamp, entry.camera))
@@ -80,22 +80,22 @@ class ImageFolder:
 
 
 def read_grey(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
-    """One image in grey.
+    """Read an image in grey.
 
     Raises:
-        InputError: It can not be read.
+        InputError: The image cannot be read.
     """
-    with opened_picture(Path(path), FORMATS, MOST_PIXELS) as image:
+    with opened_picture(Path(path), FORMATS, MAX_SIDE_PX) as image:
         if image.mode.startswith(("I", "F")):
-            raise InputError(f"{path}: has more than 8 bits; convert it to 8")
+            raise InputError(f"{path}: has more than 8 bits; convert it to 8 bits")
         return np.array(image.convert("L"))
 
 
 def image_files(paths: list[Path]) -> list[Path]:
-    """Images as they are named, and those of folders in the order of their names.
+    """Image files among paths, including those in folders, sorted by name.
 
     Raises:
-        InputError: Nothing is there.
+        InputError: A path does not exist, or there is no image.
     """
     found: list[Path] = []
     for path in paths:
@@ -126,25 +126,25 @@ def _entries(folder: Path) -> list[_Entry]:
             stamp = math.nan
         if not math.isfinite(stamp):
             raise InputError(
-                f"{path}: its name is no stamp in seconds; rename it, as 12.340.png, or write "
-                f"names and stamps into {folder / STAMPS}"
+                f"{path}: its name is not a stamp in seconds; rename it, such as 12.340.png, or "
+                f"write names and stamps into {folder / STAMPS}"
             )
         entries.append(_Entry(_in_seconds(stamp, path), folder.name, path))
     return entries
 
 
 def _in_seconds(stamp: float, path: Path) -> float:
-    if abs(stamp) > LATEST:
+    if abs(stamp) > MAX_STAMP_S:
         raise InputError(f"{path}: a stamp of {stamp:.3g} s; are these nanoseconds? Give seconds")
     return stamp
 
 
 def _listed(path: Path) -> dict[str, float]:
-    """Name to stamp."""
+    """Stamps by name."""
     stamps = {}
     try:
         with path.open("rb") as stream:
-            lines = stream.read(LARGEST_LIST).decode("utf-8").splitlines()
+            lines = stream.read(MAX_LIST_BYTES).decode("utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: can not be read ({error})") from error
     for number, line in enumerate(lines, start=1):

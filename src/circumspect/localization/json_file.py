@@ -1,4 +1,4 @@
-"""Documents in JSON, with errors that name the file and the entry."""
+"""Access to JSON documents; errors name the file and the entry."""
 
 from __future__ import annotations
 
@@ -12,40 +12,40 @@ from typing import Any
 
 from circumspect.errors import InputError, reason_of
 
-MOST_BYTES = 16 << 20
+MAX_BYTES = 16 << 20
 
 
 @contextmanager
 def read_document(path: str | os.PathLike[str]) -> Iterator[dict[str, Any]]:
-    """The file's object; whatever the block finds wrong with it is told with the file's name.
+    """Read the object of a file; errors in the block are reported with its name.
 
     Raises:
-        InputError: The file can not be read, or holds no JSON object.
+        InputError: The file cannot be read, or is not a JSON object.
     """
     file = Path(path)
     try:
         try:
             if file.exists() and not file.is_file() and not file.is_dir():
                 raise InputError("is not a regular file")
-            if file.stat().st_size > MOST_BYTES:
-                raise InputError("is too large to be meant")
+            if file.stat().st_size > MAX_BYTES:
+                raise InputError("is too large")
             document = json.loads(file.read_text(encoding="utf-8"))
         except OSError as error:
             raise InputError(f"can not be read ({reason_of(error)})") from error
         except (ValueError, RecursionError) as error:
-            raise InputError(f"is no JSON ({str(error).splitlines()[0]})") from error
+            raise InputError(f"is not JSON ({str(error).splitlines()[0]})") from error
         if not isinstance(document, dict):
-            raise InputError(f"holds no JSON object but a {type(document).__name__}")
+            raise InputError(f"is not a JSON object but a {type(document).__name__}")
         yield document
     except InputError as error:
         raise type(error)(f"{file}: {error}") from error
 
 
 def section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """An object in an object.
+    """Read an object entry.
 
     Raises:
-        InputError: It is missing or no object.
+        InputError: It is missing or not an object.
     """
     found = document.get(name)
     if not isinstance(found, dict):
@@ -54,10 +54,10 @@ def section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 
 def text(document: Mapping[str, Any], name: str) -> str:
-    """A string in an object.
+    """Read a text entry.
 
     Raises:
-        InputError: It is missing or no string.
+        InputError: It is missing or not a text.
     """
     found = document.get(name)
     if not isinstance(found, str):
@@ -66,10 +66,10 @@ def text(document: Mapping[str, Any], name: str) -> str:
 
 
 def number(document: Mapping[str, Any], name: str, default: float | None = None) -> float:
-    """A finite number in an object.
+    """Read an entry with a finite number.
 
     Raises:
-        InputError: It is missing and there is no default, or it is no finite number.
+        InputError: It is missing without a default, or is not a finite number.
     """
     if default is not None and name not in document:
         return default
@@ -77,10 +77,10 @@ def number(document: Mapping[str, Any], name: str, default: float | None = None)
 
 
 def numbers(document: Mapping[str, Any], name: str, count: int) -> list[float]:
-    """So many finite numbers in an object: a list, or a single one by itself.
+    """Read an entry with a list of finite numbers, or a single one.
 
     Raises:
-        InputError: They are missing, not so many, or not finite numbers.
+        InputError: The entry is missing, of another length, or not finite.
     """
     found = document.get(name)
     listed = found if isinstance(found, list) and count > 1 else [found]
@@ -92,7 +92,7 @@ def numbers(document: Mapping[str, Any], name: str, count: int) -> list[float]:
 
 
 def _finite(value: Any) -> float | None:
-    """A number as such; None for anything else, and for what is too large."""
+    """The value as a finite number; None if it is none."""
     if not isinstance(value, int | float) or isinstance(value, bool):
         return None
     try:

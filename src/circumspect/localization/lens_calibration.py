@@ -1,38 +1,159 @@
-"""Intrinsics from images of a ChArUco board."""
+"""Calibration of the intrinsics from images of a ChArUco board."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
-from circumspect.localization.board_diagnosis import diagnosed_board
-from circumspect.localization.charuco_board import CharucoBoard, coverage
+from circumspect.localization.charuco_board import (
+    DICTIONARY,
+    MAX_MARKERS,
+    CharucoBoard,
+    coverage,
+    opencv_board,
+)
 from circumspect.localization.lens_camera import LensCamera
 from circumspect.localization.opencv import opencv
 
-FEWEST_VIEWS, FEWEST_CORNERS = 6, 8
-LARGEST_RMS = 1.5
-"""Of a calibration that can be meant [px]."""
-OUTLYING = 3.0
-"""A view whose error is so many times the median's is left out once."""
+MIN_VIEWS, MIN_VIEW_CORNERS = 6, 8
+MAX_RMS_PX = 1.5
+"""Maximum reprojection error of a valid calibration [px]."""
+OUTLIER_RATIO = 3.0
+"""Views whose error exceeds this multiple of the median are removed once."""
+MAX_IMAGES = 3
+"""Number of images that are examined."""
+MIN_MARKERS, MIN_CORNERS = 4, 8
+"""Minimum numbers in an image that shows a board."""
+DICTIONARIES = (
+    DICTIONARY,
+    "DICT_4X4_100",
+    "DICT_6X6_100",
+    "DICT_7X7_100",
+    "DICT_ARUCO_ORIGINAL",
+    "DICT_APRILTAG_36h11",
+    "DICT_APRILTAG_36h10",
+    "DICT_APRILTAG_25h9",
+    "DICT_ARUCO_MIP_36h12",
+)
+"""Larger or smaller OpenCV dictionaries of the same kind start with the same markers."""
+
+
+@dataclass(frozen=True)
+class _Markers:
+    """Detected markers.
+
+    Attributes:
+        dictionary: Their dictionary.
+        mirrored: Whether they are only found in the mirrored image.
+    """
+
+    dictionary: str
+    mirrored: bool
+
+
+def board_diagnosis(images: Sequence[NDArray[np.uint8]], board: CharucoBoard) -> str:
+    """Describe how the board in the images differs from the specified one.
+
+    Args:
+        images: Grey images of one camera.
+        board: The specified board.
+
+    Returns:
+        A clause with the remedy; "" if the boards agree or no board is found.
+
+    Raises:
+        MissingExtraError: OpenCV is not installed.
+    """
+    chosen = [images[k] for k in np.linspace(0, len(images) - 1, MAX_IMAGES).astype(int)]
+    found = _markers(chosen)
+    if found is None:
+        return ""
+    turned = [
+        np.ascontiguousarray(np.fliplr(image)) if found.mirrored else image for image in chosen
+    ]
+    sizes = dict.fromkeys([(board.columns, board.rows), (board.rows, board.columns)])
+    for legacy, (columns, rows) in product((False, True), sizes):
+        if _fits(turned, CharucoBoard(columns, rows, board.square), found.dictionary, legacy):
+            swapped = (columns, rows) != (board.columns, board.rows)
+            return _differences(
+                found, legacy, f"--columns {columns} --rows {rows}" if swapped else ""
+            )
+    size = f"a board of {board.columns} x {board.rows} squares does not fit; count its squares"
+    return f"{_differences(found, False, '')}; {size}".removeprefix("; ")
+
+
+def _differences(found: _Markers, legacy: bool, size: str) -> str:
+    """Description of the differences, with remedies."""
+    ours = "print the right board with: circumspect locate board"
+    texts: list[str] = []
+    if found.dictionary != DICTIONARY:
+        texts.append(f"its markers are of {found.dictionary}, not of {DICTIONARY}; {ours}")
+    if legacy:
+        texts.append(f"it has the legacy pattern of OpenCV before 4.6; {ours}")
+    if size:
+        texts.append(f"its columns and rows are swapped; give {size}")
+    if found.mirrored:
+        texts.append("the images are mirrored; switch that off in the camera or its driver")
+    return "; ".join(texts)
+
+
+def _markers(images: Sequence[NDArray[np.uint8]]) -> _Markers | None:
+    """The dictionary with the most markers, if half of the images show enough of them."""
+    mirror = [np.ascontiguousarray(np.fliplr(image)) for image in images]
+    # Search the long list only if the board is not from this program.
+    for names in ((DICTIONARY,), DICTIONARIES[1:]):
+        for mirrored, shown in ((False, images), (True, mirror)):
+            counts = {name: _count(shown, name) for name in names}
+            best = max(counts, key=lambda name: counts[name])
+            if counts[best] >= MIN_MARKERS * len(images) / 2:
+                return _Markers(best, mirrored)
+    return None
+
+
+def _count(images: Sequence[NDArray[np.uint8]], name: str) -> int:
+    """Number of markers of a dictionary in all images."""
+    aruco = opencv().aruco
+    if not hasattr(aruco, name):
+        return 0
+    whole = aruco.getPredefinedDictionary(getattr(aruco, name))
+    # No board has more markers, and detection time grows with their number.
+    first = aruco.Dictionary(
+        whole.bytesList[:MAX_MARKERS], whole.markerSize, whole.maxCorrectionBits
+    )
+    detector = aruco.ArucoDetector(first)
+    found = (detector.detectMarkers(image)[1] for image in images)
+    return sum(len(numbers) for numbers in found if numbers is not None)
+
+
+def _fits(
+    images: Sequence[NDArray[np.uint8]], board: CharucoBoard, dictionary: str, legacy: bool
+) -> bool:
+    """Whether half of the images show enough corners of a board."""
+    detector = opencv().aruco.CharucoDetector(opencv_board(board, dictionary, legacy))
+    shown = 0
+    for image in images:
+        _, numbers, _, _ = detector.detectBoard(image)
+        shown += numbers is not None and len(numbers) >= MIN_CORNERS
+    return shown >= len(images) / 2
 
 
 @dataclass(frozen=True, eq=False)
 class LensCalibration:
-    """A lens and how well it is known.
+    """Calibrated intrinsics and their accuracy.
 
     Attributes:
         lens: Intrinsics.
-        rms_px: Of the reprojection error [px].
+        rms_px: Root mean square reprojection error [px].
         sigmas: (9,) standard deviations of fx, fy, cx, cy [px], k1, k2, p1, p2, k3.
-        views: How many images took part.
-        left_out: Numbers of the images that did not, with the reason.
-        coverage: Share of the image in which corners were.
+        views: Number of images used.
+        left_out: Number of each rejected image, with the reason.
+        coverage: Fraction of the image covered by corners.
     """
 
     lens: LensCamera
@@ -44,45 +165,45 @@ class LensCalibration:
 
 
 def calibrate_lens(images: Sequence[NDArray[np.uint8]], board: CharucoBoard) -> LensCalibration:
-    """Fit focal lengths, principal point and five coefficients of distortion.
+    """Estimate focal lengths, principal point and five distortion coefficients.
 
     Args:
-        images: Grey, of one camera; the board near and far, tilted, and in every corner.
-        board: What they show.
+        images: Grey images of one camera, with the board near and far, tilted, and in every corner.
+        board: The board.
 
     Raises:
-        InputError: Too few usable images, of different sizes, or nothing fits them.
+        InputError: There are too few usable images, their sizes differ, or no lens fits.
         MissingExtraError: OpenCV is not installed.
     """
     sizes = {image.shape for image in images}
     if len(sizes) > 1:
-        told = ", ".join(sorted(f"{w}x{h}" for h, w in sizes))
-        raise InputError(f"the images have different sizes: {told}; they are of one camera?")
+        texts = ", ".join(sorted(f"{w}x{h}" for h, w in sizes))
+        raise InputError(f"the images have different sizes: {texts}; are they from one camera?")
     left_out: dict[int, str] = {}
     views: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
     for number, image in enumerate(images):
         places, pixels = board.find(image)
-        if len(pixels) < FEWEST_CORNERS or _on_a_line(places):
-            left_out[number] = f"{len(pixels)} corners of the board, {FEWEST_CORNERS} are needed"
+        if len(pixels) < MIN_VIEW_CORNERS or _on_a_line(places):
+            left_out[number] = f"{len(pixels)} corners of the board; {MIN_VIEW_CORNERS} are needed"
         else:
             views[number] = (places, pixels)
-    if len(views) < FEWEST_VIEWS and (fault := diagnosed_board(images, board)):
-        raise InputError(f"{_too_few(len(views), len(images))}; {fault}")
+    if len(views) < MIN_VIEWS and (diagnosis := board_diagnosis(images, board)):
+        raise InputError(f"{_too_few(len(views), len(images))}; {diagnosis}")
     _require(len(views), len(images))
     (height, width) = next(iter(sizes))
     fit = _fitted(list(views.values()), (width, height))
-    wild = fit.view_rms > OUTLYING * max(float(np.median(fit.view_rms)), 0.05)
+    wild = fit.view_rms > OUTLIER_RATIO * max(float(np.median(fit.view_rms)), 0.05)
     if wild.any():
         for number, rms in zip([*views], fit.view_rms, strict=True):
-            if rms > OUTLYING * max(float(np.median(fit.view_rms)), 0.05):
+            if rms > OUTLIER_RATIO * max(float(np.median(fit.view_rms)), 0.05):
                 left_out[number] = f"its corners fit badly: {rms:.2f} px"
                 del views[number]
         _require(len(views), len(images))
         fit = _fitted(list(views.values()), (width, height))
-    if not fit.rms < LARGEST_RMS:
+    if not fit.rms < MAX_RMS_PX:
         raise InputError(
-            f"no lens fits the corners better than {fit.rms:.2f} px; see that the board is flat "
-            "and has the columns, rows and squares that were given"
+            f"no lens fits the corners better than {fit.rms:.2f} px; check that the board is flat "
+            "and has the columns, rows and square size that were given"
         )
     shown = coverage([pixels for _, pixels in views.values()], (width, height))
     return LensCalibration(fit.lens, fit.rms, fit.sigmas, len(views), left_out, shown)
@@ -109,7 +230,7 @@ def _fitted(
     except cv2.error as error:
         raise InputError(
             f"the lens can not be calibrated from these images ({str(error).split(chr(10))[0]}); "
-            "take more, with the board tilted"
+            "take more images with the board tilted"
         ) from error
     values = [float(value) for value in np.ravel(bend)[:5]]
     values += [0.0] * (5 - len(values))
@@ -124,9 +245,9 @@ def _on_a_line(places_xyz: NDArray[np.float64]) -> bool:
 
 
 def _require(views: int, images: int) -> None:
-    if views < FEWEST_VIEWS:
+    if views < MIN_VIEWS:
         raise InputError(
-            f"{_too_few(views, images)}; take at least {FEWEST_VIEWS}, near and far, tilted, and "
+            f"{_too_few(views, images)}; take at least {MIN_VIEWS}, near and far, tilted, and "
             "in every corner of the image"
         )
 

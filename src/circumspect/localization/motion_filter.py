@@ -1,4 +1,4 @@
-"""The robot's motion between measurements: a Kalman filter of constant velocity."""
+"""Kalman filter with constant velocity for the motion between measurements."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from circumspect.geometry import PlanarPose
 from circumspect.localization.fusion import difference
 
 SPEED_SIGMA, TURN_SIGMA = 0.5, 1.0
-"""What is known of the velocity when the robot is seen first [m/s], [rad/s]."""
+"""Initial standard deviation of the velocity [m/s], [rad/s]."""
 
 
 class MotionFilter:
@@ -28,14 +28,14 @@ class MotionFilter:
         acceleration: float,
         turn_acceleration: float,
     ) -> None:
-        """Begin where the robot was seen.
+        """Start at a measured pose.
 
         Args:
             stamp: Time [s].
-            pose: Where.
+            pose: Pose of the robot.
             covariance: (3, 3) of x, y [m] and yaw [rad].
-            acceleration: [m/s² per √Hz].
-            turn_acceleration: [rad/s² per √Hz].
+            acceleration: Spectral density of the acceleration [m/s² per √Hz].
+            turn_acceleration: Spectral density of the angular acceleration [rad/s² per √Hz].
         """
         self.stamp = stamp
         self._pose = pose
@@ -47,21 +47,21 @@ class MotionFilter:
 
     @property
     def pose(self) -> PlanarPose:
-        """At the last stamp."""
+        """Pose at the last stamp."""
         return self._pose
 
     @property
     def covariance(self) -> NDArray[np.float64]:
-        """(3, 3) of x, y [m] and yaw [rad] at the last stamp."""
+        """(3, 3) covariance of x, y [m] and yaw [rad] at the last stamp."""
         return self._P[:3, :3].copy()
 
     @property
     def rates(self) -> NDArray[np.float64]:
-        """(3,) of x, y [m/s] and yaw [rad/s]."""
+        """(3,) velocity in x, y [m/s] and yaw [rad/s]."""
         return self._rates.copy()
 
     def advance(self, stamp: float) -> None:
-        """Let time pass without a measurement.
+        """Predict the state at a later time.
 
         Raises:
             InputError: The stamp is not later.
@@ -82,10 +82,10 @@ class MotionFilter:
         self.stamp = stamp
 
     def update(self, pose: PlanarPose, covariance: NDArray[np.float64]) -> None:
-        """Take a measurement of the present time.
+        """Update with a measurement at the current time.
 
         Args:
-            pose: What was measured.
+            pose: Measured pose.
             covariance: (3, 3) of its noise.
         """
         innovation = difference(pose, self._pose)

@@ -1,4 +1,4 @@
-"""OpenCV where it is needed, and a clear word where it is missing."""
+"""Import of OpenCV with a clear error if it is missing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from circumspect.errors import MissingExtraError
 
 
 def opencv() -> Any:
-    """The module `cv2`.
+    """Import `cv2`.
 
     Raises:
         MissingExtraError: It is not installed.

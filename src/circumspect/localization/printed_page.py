@@ -1,4 +1,4 @@
-"""Boards and tags on paper, to scale."""
+"""Printed pages with boards and tags, to scale."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 A4 = (0.210, 0.297)
 """[m]."""
 MARGIN = 0.005
-"""White round everything that printers leave [m]."""
+"""White margin that printers leave [m]."""
 CAPTION = 0.007
-"""Height of the line below a picture [m]."""
+"""Height of the caption [m]."""
 INCH = 0.0254
 FORMATS = (".png", ".pdf")
 
@@ -33,19 +33,19 @@ def print_page(
     dpi: int = 300,
     arrow: bool = False,
 ) -> None:
-    """Write one picture on a page of its own: A4, or as large as it takes.
+    """Write a picture on a page of A4, or larger if necessary.
 
     Args:
-        path: A PNG, which carries its resolution, or a PDF; to be printed at 100 %.
-        picture: Grey, with square pixels of equal size.
-        width: Of the picture on paper [m].
-        caption: Below it.
+        path: A PNG with its resolution, or a PDF; to be printed at 100 %.
+        picture: Grey picture with square pixels.
+        width: Width of the picture on paper [m].
+        caption: Caption below the picture.
         dpi: Dots per inch.
-        arrow: Also an arrow to the right below the picture, the tag's x axis.
+        arrow: Whether to draw an arrow to the right, the tag's x axis.
 
     Raises:
-        InputError: Another format, or a page that is too large.
-        OutputError: The file can not be written.
+        InputError: Unsupported format, or too large a page.
+        OutputError: The file cannot be written.
     """
     if Path(path).suffix.lower() not in FORMATS:
         raise InputError(f"{path}: pages are written as {' or '.join(FORMATS)}")
@@ -83,7 +83,7 @@ def _page(picture: NDArray[np.uint8], width: float, caption: str, dpi: int, arro
 
 
 def _draw_arrow(draw: object, x: float, y: float, length: float, dots: float) -> None:
-    """To the right, with its name."""
+    """Draw an arrow to the right, with its name."""
     from PIL.ImageDraw import ImageDraw
 
     assert isinstance(draw, ImageDraw)

@@ -1,4 +1,4 @@
-"""How the intelligent space weighs and doubts."""
+"""Settings of the intelligent space."""
 
 from __future__ import annotations
 
@@ -10,55 +10,58 @@ from circumspect.localization.tag_pose import COMMON_SIGMA, CORNER_SIGMA
 
 @dataclass(frozen=True)
 class SpaceSettings:
-    """Of `IntelligentSpace`.
+    """Settings of `IntelligentSpace`.
 
     Attributes:
-        corner_sigma: Of a detected corner along each image axis, by itself [px].
-        common_sigma: Of all four corners of a tag alike [px].
-        decimate: See `TagDetector`; None for what the tag's size in each camera's images allows.
-        workers: Detections at a time.
-        gate: Poses whose squared Mahalanobis distance is larger contradict each other; of three
-            degrees of freedom 21.1 is passed by chance once in 10,000 times.
-        misfit_gate: The same of a tag's corners, five degrees of freedom: 40 is passed once in
-            seven million times; more than that is no level tag of the given size.
-        edge: A tag with a corner this near to the image's edge may be cut off [px].
-        slot: Images whose stamps differ by no more than this belong together [s].
-        acceleration: White noise that drives the speed [m/s² per √Hz] …
-        turn_acceleration: … and the turning rate [rad/s² per √Hz].
-        lost_after: Without a measurement for this long the robot is lost [s].
-        watched: So many latest comparisons say whether a camera moved …
-        fewest: … but at least so many must contradict.
+        corner_sigma: Independent standard deviation of a detected corner along each image axis
+            [px].
+        common_sigma: Common standard deviation of the four corners of a tag [px].
+        decimate: See `TagDetector`; None to derive it from the size of the tag in each image.
+        workers: Number of parallel detections.
+        max_squared_distance: Maximum squared Mahalanobis distance of poses that agree; with three
+            degrees of freedom, 21.1 is exceeded by chance once in 10,000 times.
+        max_squared_residual: Maximum squared residual of a tag's corners; with five degrees of
+            freedom, 40 is exceeded by chance once in seven million times.
+        edge: A tag with a corner this close to the edge of the image may be cut off [px].
+        slot: Maximum difference of the stamps of simultaneous images [s].
+        acceleration: Spectral density of the acceleration [m/s² per √Hz].
+        turn_acceleration: Spectral density of the angular acceleration [rad/s² per √Hz].
+        lost_after: Time without a measurement after which the robot is lost [s].
+        comparison_window: Number of recent comparisons that decide whether a camera moved.
+        min_contradictions: Minimum number of contradictions among them.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     corner_sigma: float = CORNER_SIGMA
     common_sigma: float = COMMON_SIGMA
     decimate: float | None = None
     workers: int = 2
-    gate: float = 21.1
-    misfit_gate: float = 40.0
+    max_squared_distance: float = 21.1
+    max_squared_residual: float = 40.0
     edge: float = 3.0
     slot: float = 0.03
     acceleration: float = 0.3
     turn_acceleration: float = 1.0
     lost_after: float = 2.0
-    watched: int = 20
-    fewest: int = 8
+    comparison_window: int = 20
+    min_contradictions: int = 8
 
     def __post_init__(self) -> None:
         positive = (
-            "corner_sigma", "common_sigma", "gate", "misfit_gate", "acceleration",
-            "turn_acceleration", "lost_after",
+            "corner_sigma", "common_sigma", "max_squared_distance", "max_squared_residual",
+            "acceleration", "turn_acceleration", "lost_after",
         )  # fmt: skip
         for name in positive:
             if not 0 < getattr(self, name) < float("inf"):
                 raise InputError(f"{name} must be positive, not {getattr(self, name)}")
         if not (0 <= self.slot < self.lost_after and self.edge >= 0):
-            raise InputError(f"images of one time differ by 0 s or more, not {self.slot} s")
-        if self.workers < 1 or not 1 <= self.fewest <= self.watched:
             raise InputError(
-                f"at least one worker and 1 to {self.watched} comparisons are needed, not "
-                f"{self.workers} and {self.fewest}"
+                f"slot must be from 0 to lost_after, and edge not negative, not {self.slot} s"
+            )
+        if self.workers < 1 or not 1 <= self.min_contradictions <= self.comparison_window:
+            raise InputError(
+                f"at least one worker and 1 to {self.comparison_window} comparisons are needed, "
+                f"not {self.workers} and {self.min_contradictions}"
             )

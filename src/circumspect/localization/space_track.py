@@ -1,10 +1,10 @@
-"""All that the intelligent space said during a run."""
+"""Track of the robot from the intelligent space during a run."""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,22 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import Trajectory
-from circumspect.localization.order_of_time import LATE, LEAP, SET_BACK, apart
-from circumspect.localization.sighting import NO_TAG
-from circumspect.localization.space_fix import BRIDGED, TRACKED, SpaceFix
+from circumspect.localization.space_fix import BRIDGED, NO_TAG, TRACKED, SpaceFix
 from circumspect.storage import atomic_open
 
-_APART = {
-    LATE: "came late",
-    LEAP: "leapt ahead of the others",
-    SET_BACK: "of a clock that was set back overlap others",
+LATE = "late"
+"""A repeated fix, because all images were late."""
+CLOCK_JUMP = "clock jump"
+"""A repeated fix, because the stamps of all images jumped ahead."""
+SET_BACK = "set back"
+"""A fix of a time that occurs twice because a clock was set back; the other clock has more
+poses."""
+
+
+_EXCLUDED = {
+    LATE: "were late",
+    CLOCK_JUMP: "jumped ahead of the others",
+    SET_BACK: "overlap others because a clock was set back",
 }
 
 
@@ -30,10 +37,10 @@ class SpaceTrack:
     """Fixes in the order of time.
 
     Attributes:
-        fixes: One for each time that there were images of: the path.
-        reports: What was noticed about cameras and clocks.
-        arrived: All fixes in the order of arrival, those that are part of no path among them, each
-            with the reason why it is not; see `apart`.
+        fixes: The path: one fix for each time with images.
+        reports: Sentences about cameras and clocks.
+        arrived: All fixes in the order of arrival, with the reason if excluded from the path; see
+            `exclusion_reasons`.
     """
 
     fixes: tuple[SpaceFix, ...]
@@ -42,66 +49,66 @@ class SpaceTrack:
 
     @classmethod
     def of(cls, fixes: Iterable[SpaceFix], reports: Iterable[str] = ()) -> SpaceTrack:
-        """Those that follow each other in time, and the others apart.
+        """Separate the path from the excluded fixes.
 
         Args:
-            fixes: In the order of arrival.
-            reports: What was noticed.
+            fixes: Fixes in the order of arrival.
+            reports: Sentences about cameras and clocks.
         """
         fixes = tuple(fixes)
-        arrived = tuple(zip(fixes, apart(fixes), strict=True))
+        arrived = tuple(zip(fixes, exclusion_reasons(fixes), strict=True))
         counts = Counter(why for _, why in arrived)
-        told = [
-            f"{counts[why]} times {words} and are part of no path"
-            for why, words in _APART.items()
+        document = [
+            f"{counts[why]} fixes {words} and are not part of the path"
+            for why, words in _EXCLUDED.items()
             if counts[why]
         ]
         path = tuple(fix for fix, why in arrived if why is None)
-        return cls(path, (*reports, *told), arrived)
+        return cls(path, (*reports, *document), arrived)
 
     @property
     def late(self) -> tuple[SpaceFix, ...]:
-        """Fixes without news, of images that came late; they are part of no path."""
-        return self._apart(LATE)
+        """Fixes of late images; they are not part of the path."""
+        return self._excluded(LATE)
 
     @property
-    def leaps(self) -> tuple[SpaceFix, ...]:
-        """Fixes without news, of images whose stamps leapt ahead; nor are they."""
-        return self._apart(LEAP)
+    def clock_jumps(self) -> tuple[SpaceFix, ...]:
+        """Fixes of images whose stamps jumped ahead; they are not part of the path."""
+        return self._excluded(CLOCK_JUMP)
 
     @property
     def set_back(self) -> tuple[SpaceFix, ...]:
-        """Fixes of times that were told twice, as a clock was set back; nor are they."""
-        return self._apart(SET_BACK)
+        """Fixes of times that occur twice after a clock was set back; not part of the path."""
+        return self._excluded(SET_BACK)
 
-    def _apart(self, reason: str) -> tuple[SpaceFix, ...]:
+    def _excluded(self, reason: str) -> tuple[SpaceFix, ...]:
         return tuple(fix for fix, why in self.arrived if why == reason)
 
     def write_log(self, path: Path) -> None:
-        """Write a JSON line a fix, in the order of arrival; "apart" says why it is in no path.
+        """Write one JSON line per fix, in the order of arrival; "excluded" is the reason if any.
 
         Args:
             path: The file.
 
         Raises:
-            OutputError: It can not be written.
+            OutputError: The file cannot be written.
         """
         with atomic_open(path) as stream:
             for fix, why in self.arrived:
-                told = fix.summary() if why is None else {**fix.summary(), "apart": why}
-                stream.write(json.dumps(told) + "\n")
+                document = fix.summary() if why is None else {**fix.summary(), "excluded": why}
+                stream.write(json.dumps(document) + "\n")
 
     def known(self, bridged: bool = True) -> tuple[SpaceFix, ...]:
-        """Fixes that have a pose.
+        """Fixes with a pose.
 
         Args:
-            bridged: Those that no camera measured, too.
+            bridged: Whether to include predicted poses.
         """
         states = (TRACKED, BRIDGED) if bridged else (TRACKED,)
         return tuple(fix for fix in self.fixes if fix.state in states)
 
     def trajectory(self, bridged: bool = True) -> Trajectory | None:
-        """Poses of `base_link` in map; None where there is none."""
+        """Poses of `base_link` in map; None if there are none."""
         fixes = self.known(bridged)
         if not fixes:
             return None
@@ -110,23 +117,23 @@ class SpaceTrack:
 
     @property
     def stated_error_m(self) -> float | None:
-        """Root mean square of the places' standard deviations where the robot was tracked [m]."""
+        """Root mean square of the stated position errors of tracked poses [m]."""
         return _rms([fix.position_sigma for fix in self.known(bridged=False)])
 
     @property
     def stated_yaw_error_deg(self) -> float | None:
-        """The same of the heading [degrees]."""
+        """Root mean square of the stated heading errors of tracked poses [degrees]."""
         error = _rms([fix.yaw_sigma for fix in self.known(bridged=False)])
         return None if error is None else float(np.degrees(error))
 
     def summary(self) -> dict[str, Any]:
-        """Counts and stated errors, JSON types."""
+        """Counts and stated errors as JSON types."""
         states = Counter(fix.state for fix in self.fixes)
         views: Counter[str] = Counter(name for fix in self.fixes for name in fix.cameras)
         return {
             "times": len(self.fixes),
             "late": len(self.late),
-            "leaps": len(self.leaps),
+            "clock_jumps": len(self.clock_jumps),
             "set_back": len(self.set_back),
             "states": dict(states),
             "cameras": dict(sorted(views.items())),
@@ -137,12 +144,12 @@ class SpaceTrack:
         }
 
     def _rejected(self) -> dict[str, int]:
-        """How often a camera gave which reason, tags that were seen before those not in view."""
+        """Number of each rejection reason per camera, with missing tags last."""
         refused = [
             sighting for fix, _ in self.arrived for sighting in fix.sightings if sighting.reason
         ]
         counts = Counter((s.camera, s.reason) for s in refused)
-        # A detail, a misfit for example, is another one each time: the first stands for all.
+        # The detail differs each time; the first one is shown.
         first = {(s.camera, s.reason): s.detail for s in reversed(refused)}
         rejected: dict[str, int] = {}
         for key in sorted(counts, key=lambda key: (key[1] == NO_TAG, -counts[key])):
@@ -153,3 +160,53 @@ class SpaceTrack:
 
 def _rms(values: list[float]) -> float | None:
     return float(np.sqrt(np.mean(np.square(values)))) if values else None
+
+
+def exclusion_reasons(fixes: Sequence[SpaceFix]) -> tuple[str | None, ...]:
+    """Why each fix is excluded from the path: `LATE`, `CLOCK_JUMP`, `SET_BACK`; None if it is not.
+
+    Args:
+        fixes: Fixes in the order of arrival.
+    """
+    why: list[str | None] = [None] * len(fixes)
+    segments: list[list[int]] = []
+    before = float("inf")
+    for number, fix in enumerate(fixes):
+        if fix.stamp == before:
+            why[number] = CLOCK_JUMP if _has_jumped(fix) else LATE
+        elif fix.stamp > before:
+            segments[-1].append(number)
+        else:
+            segments.append([number])
+        before = fix.stamp
+    for number in _overlapping(fixes, segments):
+        why[number] = SET_BACK
+    return tuple(why)
+
+
+def _overlapping(fixes: Sequence[SpaceFix], segments: Iterable[list[int]]) -> list[int]:
+    """Numbers of the fixes to exclude so that segments with different clocks form one path."""
+    path: list[int] = []
+    left_out: list[int] = []
+    for segment in segments:
+        begin = fixes[segment[0]].stamp
+        end = fixes[path[-1]].stamp if path else -float("inf")
+        # Fixes of the time span that both contain.
+        old = [number for number in path if fixes[number].stamp >= begin]
+        new = [number for number in segment if fixes[number].stamp <= end]
+        if _poses(fixes, new) > _poses(fixes, old):
+            left_out += old
+            path = [*path[: len(path) - len(old)], *segment]
+        else:
+            left_out += new
+            path += segment[len(new) :]
+    return left_out
+
+
+def _poses(fixes: Sequence[SpaceFix], numbers: Iterable[int]) -> int:
+    return sum(fixes[number].T_map_base is not None for number in numbers)
+
+
+def _has_jumped(fix: SpaceFix) -> bool:
+    """Whether all images are later than the fix."""
+    return bool(fix.sightings) and all(s.stamp > fix.stamp for s in fix.sightings)

@@ -1,4 +1,4 @@
-"""Where tags lie on the floor, as somebody measured it."""
+"""Surveyed positions of tags on the floor."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from circumspect.storage import write_json
 
 POSITION_SIGMA = 0.001
 YAW_SIGMA = float(np.radians(0.5))
-FARTHEST = 1e8
-"""No place on earth is so far from a map's origin, wherever that may be [m]."""
-LARGEST_TAG_M = 5.0
-"""No tag that lies on a floor is larger [m]."""
-LONGEST_NUMBER = 9
-"""Of a tag [digits]."""
+MAX_COORDINATE_M = 1e8
+"""Maximum coordinate of a position on earth [m]."""
+MAX_TAG_SIZE_M = 5.0
+"""Maximum size of a tag [m]."""
+MAX_DIGITS = 9
+"""Maximum number of digits of a tag number."""
 
 
 @dataclass(frozen=True)
 class SurveyedTag:
-    """One tag that lies flat, face up.
+    """A tag that lies flat, face up.
 
     Attributes:
-        x, y, z: Of its middle in map [m].
-        yaw: Of the direction to the right of the print [rad]; None where nobody measured it.
+        x, y, z: Position of its centre in map [m].
+        yaw: Direction to the right of the print [rad]; None if not measured.
     """
 
     x: float
@@ -41,16 +41,16 @@ class SurveyedTag:
 
 @dataclass(frozen=True)
 class Survey:
-    """Tags on the floor.
+    """Surveyed tags on the floor.
 
     Attributes:
-        size: Side of their black squares [m].
-        tags: By number.
-        position_sigma: Of a measured place, along each axis [m].
-        yaw_sigma: Of a measured direction [rad].
+        size: Side of the black squares [m].
+        tags: Tags by number.
+        position_sigma: Standard deviation of a measured position along each axis [m].
+        yaw_sigma: Standard deviation of a measured direction [rad].
 
     Raises:
-        InputError: No tag, one that is nowhere on earth, or a size or sigma that is not positive.
+        InputError: There is no tag, a position is implausible, or a size or sigma is not positive.
     """
 
     size: float
@@ -60,10 +60,10 @@ class Survey:
 
     def __post_init__(self) -> None:
         if not self.tags:
-            raise InputError("the survey holds no tag")
+            raise InputError("the survey contains no tag")
         for tag_id, tag in self.tags.items():
             require_tag_id(tag_id)
-            require_on_earth(f"tag {tag_id}", (tag.x, tag.y, tag.z))
+            require_plausible_position(f"tag {tag_id}", (tag.x, tag.y, tag.z))
         for name in ("size", "position_sigma", "yaw_sigma"):
             if not 0 < getattr(self, name) < np.inf:
                 raise InputError(f"the survey's {name} must be positive")
@@ -71,33 +71,33 @@ class Survey:
 
 
 def _require_size(size: float) -> None:
-    """Check that tags of a size [m] can be printed: more are centimetres or millimetres."""
-    if size > LARGEST_TAG_M:
+    """Check that a tag size [m] is plausible; larger ones are centimetres or millimetres."""
+    if size > MAX_TAG_SIZE_M:
         raise InputError(
             f"the tags' size is {size:g} m; give metres (tag_size_m, and x, y and z of the tags)"
         )
 
 
-def require_on_earth(what: str, place_xyz: Sequence[float]) -> None:
-    """Check that something can be where somebody says.
+def require_plausible_position(what: str, place_xyz: Sequence[float]) -> None:
+    """Check that coordinates are plausible metres.
 
     Args:
-        what: It, for the message.
-        place_xyz: (3,) [m] in map.
+        what: Name for the message.
+        place_xyz: (3,) position in map [m].
 
     Raises:
-        InputError: It can not.
+        InputError: They are too large.
     """
-    if not max(map(abs, place_xyz)) < FARTHEST:
-        told = ", ".join(f"{value:g}" for value in place_xyz)
-        raise InputError(f"{what} is at ({told}) m: nowhere on earth; give metres")
+    if not max(map(abs, place_xyz)) < MAX_COORDINATE_M:
+        coordinates = ", ".join(f"{value:g}" for value in place_xyz)
+        raise InputError(f"{what} is at ({coordinates}) m, too far away; give metres")
 
 
 def write_survey(path: str | os.PathLike[str], survey: Survey) -> None:
     """Write a survey as JSON.
 
     Raises:
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
     """
     tags: dict[str, Any] = {}
     for tag_id, tag in survey.tags.items():
@@ -115,16 +115,16 @@ def write_survey(path: str | os.PathLike[str], survey: Survey) -> None:
 def read_survey(path: str | os.PathLike[str]) -> Survey:
     """Read a survey: `{"tag_size_m": …, "tags": {"10": {"x": …, "y": …, "yaw_deg": …}, …}}`.
 
-    "z" and "yaw_deg" of a tag may be missing, and so may "position_sigma_m" and "yaw_sigma_deg".
+    The entries "z" and "yaw_deg" of a tag, "position_sigma_m" and "yaw_sigma_deg" are optional.
 
     Raises:
-        InputError: The file can not be read, or is no such document.
+        InputError: The file cannot be read or is not a survey.
     """
     with read_document(path) as document:
         tags = {}
         for name in section(document, "tags"):
-            if not name.isdecimal() or len(name) > LONGEST_NUMBER:
-                raise InputError(f"tags are named by their numbers, not '{name[:20]}'")
+            if not name.isdecimal() or len(name) > MAX_DIGITS:
+                raise InputError(f"tags must be named by their numbers, not '{name[:20]}'")
             entry = section(section(document, "tags"), name)
             yaw = entry.get("yaw_deg")
             tags[int(name)] = SurveyedTag(

@@ -1,4 +1,4 @@
-"""Finds tags in grey images, by pupil-apriltags."""
+"""Detection of tags in grey images with pupil-apriltags."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from circumspect.errors import InputError, MissingExtraError
 
 FAMILY = "tag36h11"
 DECIMATIONS = (1.0, 1.5, 2.0, 3.0, 4.0)
-"""The library cuts other fractions down to whole numbers and then finds nothing."""
+"""Supported decimations; the library rounds others down and then finds nothing."""
 HALF_PIXEL = 0.5
-"""The library counts from the top left corner of the top left pixel, we from its centre."""
+"""Offset of the library's origin, the corner of the first pixel instead of its centre."""
 
 
 @dataclass(frozen=True, eq=False)
 class TagDetection:
-    """One tag in an image.
+    """A detected tag.
 
     Attributes:
-        tag_id: Of the family 36h11.
+        tag_id: Number in the family 36h11.
         corners_uv: (4, 2) [px] of the black square: lower left, lower right, upper right and
             upper left of the print.
-        margin: How clearly its bits differ from the threshold, in grey levels.
-        corrected_bits: So many bits were wrong.
+        margin: Mean distance of the bits from the threshold, in grey levels.
+        corrected_bits: Number of corrected bits.
     """
 
     tag_id: int
@@ -44,7 +44,7 @@ class TagDetection:
 
     @property
     def centre_uv(self) -> NDArray[np.float64]:
-        """(2,) [px] where the diagonals cross: the image of the tag's centre, lens aside."""
+        """(2,) intersection of the diagonals [px]: the tag's centre, up to lens distortion."""
         a, b, c, d = self.corners_uv
         along, across = c - a, d - b
         share = np.linalg.solve(np.column_stack([along, -across]), b - a)[0]
@@ -52,28 +52,28 @@ class TagDetection:
 
 
 class TagDetector:
-    """One detector of the library; calls from several threads wait for each other."""
+    """A detector of the library; calls from several threads are serialised."""
 
     def __init__(self, decimate: float = 2.0, threads: int = 1) -> None:
-        """Set up.
+        """Create a detector.
 
         Args:
-            decimate: Quads are looked for in an image so many times smaller; their edges are
-                then fitted in the whole one. 1 finds the smallest tags, 2 is three times as quick.
-            threads: Of one detection.
+            decimate: Quads are searched in an image smaller by this factor; their edges are
+                then fitted in the full one. 1 finds the smallest tags, 2 is three times as fast.
+            threads: Number of threads of a detection.
 
         Raises:
-            InputError: A value makes no sense.
+            InputError: A value is invalid.
             MissingExtraError: pupil-apriltags is not installed.
         """
         if decimate not in DECIMATIONS:
             known = ", ".join(f"{factor:g}" for factor in DECIMATIONS)
-            raise InputError(f"images are made {known} times smaller, not {decimate:g} times")
+            raise InputError(f"decimate must be one of {known}, not {decimate:g}")
         try:
             from pupil_apriltags import Detector
         except ImportError as error:
             raise MissingExtraError("pupil-apriltags", "locate") from error
-        # The library keeps its image and its threads in the detector: one call at a time.
+        # The detector holds the image and threads of a call: one call at a time.
         self._detector = Detector(FAMILY, nthreads=threads, quad_decimate=decimate)
         self._lock = Lock()
         finalize(self, _release, self._detector)
@@ -85,7 +85,7 @@ class TagDetector:
             grey: (height, width) grey levels.
 
         Raises:
-            InputError: It is no grey image of 8 bits.
+            InputError: It is not a grey image of 8 bits.
         """
         if grey.ndim != 2 or grey.dtype != np.uint8:
             raise InputError(
@@ -93,7 +93,7 @@ class TagDetector:
                 f"{grey.shape} {grey.dtype}"
             )
         with self._lock:
-            # Annotated as one detection, but a list of them.
+            # Annotated as one detection, but in fact a list.
             found: Any = self._detector.detect(np.ascontiguousarray(grey))
         return tuple(
             TagDetection(
@@ -107,10 +107,10 @@ class TagDetector:
 
 
 def _release(detector: Any) -> None:
-    """Free a detector of the library, the families last.
+    """Free a detector of the library, and its families last.
 
-    Left to itself the library frees the families first, which the detector then reads: now and
-    then that ends the process.
+    By default the library frees the families first, but the detector then reads them, which
+    sometimes crashes the process.
     """
     pointer, detector.tag_detector_ptr = detector.tag_detector_ptr, None
     detector.libc.apriltag_detector_destroy.restype = None

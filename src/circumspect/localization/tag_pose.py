@@ -1,4 +1,4 @@
-"""From four corners in one image to the robot's place, heading and their covariance."""
+"""Pose and covariance of the robot from the four corners of its tag in an image."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from circumspect.localization.fixed_camera import FixedCamera
 from circumspect.localization.tag_mount import TagMount
 
 CORNER_SIGMA = 0.06
-"""Of a detected corner along each image axis, by itself [px]; see docs/intelligent-space.md."""
+"""Independent standard deviation of a corner [px]; see docs/intelligent-space.md."""
 COMMON_SIGMA = 0.08
-"""Of all four corners alike [px]: what light, and a lens that is known imperfectly, do there."""
-STEPS = 10
-CONVERGED = 1e-10
-"""Steps smaller than this end the iteration [m], [rad]."""
+"""Common standard deviation of the four corners [px], from light and lens errors."""
+MAX_ITERATIONS = 10
+MIN_STEP = 1e-10
+"""Step below which the iteration ends [m], [rad]."""
 REDUNDANCY = 5
-"""Eight coordinates of corners against three of the pose."""
+"""Degrees of freedom: eight corner coordinates minus three of the pose."""
 
 
 @dataclass(frozen=True, eq=False)
 class TagPose:
-    """The robot as one camera sees it, or several do.
+    """Pose of the robot measured by one or several cameras.
 
     Attributes:
         T_map_base: The pose.
-        noise: (3, 3) of x, y [m] and yaw [rad]: what differs from image to image.
-        bias: (3, 3) what stays while the robot does: errors of the camera's place and lens.
-        misfit: Sum of the corners' squared errors over their variance; 5 on the mean.
+        noise: (3, 3) covariance of x, y [m] and yaw [rad] that is independent between images.
+        bias: (3, 3) covariance of constant errors of the camera's pose and lens.
+        squared_residual: Sum of the corners' squared errors over their variance; 5 on average.
     """
 
     T_map_base: PlanarPose
     noise: NDArray[np.float64]
     bias: NDArray[np.float64]
-    misfit: float
+    squared_residual: float
 
     @property
     def covariance(self) -> NDArray[np.float64]:
-        """(3, 3) of x, y [m] and yaw [rad], both parts."""
+        """(3, 3) total covariance of x, y [m] and yaw [rad]."""
         return self.noise + self.bias
 
 
@@ -52,46 +52,46 @@ def tag_pose(
     corner_sigma: float = CORNER_SIGMA,
     common_sigma: float = COMMON_SIGMA,
 ) -> TagPose:
-    """Fit x, y and yaw to the corners of a tag that lies level at a known height.
+    """Fit x, y and yaw to the corners of a horizontal tag at a known height.
 
-    The six degrees of freedom of a tag that is parallel to the image are not asked for: its pitch
-    and roll flip between two solutions that look alike. Three are well determined.
+    All six degrees of freedom are not well determined for a tag parallel to the image: its pitch
+    and roll flip between two similar solutions. Three are well determined.
 
     Args:
-        camera: What saw it.
-        mount: Where the tag is on the robot.
-        corners_uv: (4, 2) [px] as `TagDetector` tells them.
-        corner_sigma: Of each coordinate by itself [px].
-        common_sigma: Of all four corners alike [px].
+        camera: The camera.
+        mount: Mount of the tag on the robot.
+        corners_uv: (4, 2) [px] from `TagDetector`.
+        corner_sigma: Independent standard deviation of each coordinate [px].
+        common_sigma: Common standard deviation of the four corners [px].
 
     Raises:
-        GeometryError: The corners' rays do not meet the tag's plane, or span no square.
+        GeometryError: The rays do not meet the tag's plane, or do not span a square.
     """
     pose = _first(camera, mount, corners_uv)
-    for _ in range(STEPS):
+    for _ in range(MAX_ITERATIONS):
         residual, J, _ = _linear(camera, mount, pose, corners_uv)
         step = np.linalg.lstsq(J, residual, rcond=None)[0]
         pose = PlanarPose(pose.x + step[0], pose.y + step[1], pose.yaw + step[2])
-        if np.abs(step).max() < CONVERGED:
+        if np.abs(step).max() < MIN_STEP:
             break
     residual, J, J_camera = _linear(camera, mount, pose, corners_uv)
-    misfit = float(residual @ residual) / corner_sigma**2
+    squared_residual = float(residual @ residual) / corner_sigma**2
     inverse = np.linalg.inv(J.T @ J)
-    # Corners that fit worse than they should are believed less.
-    noise = inverse * corner_sigma**2 * max(1.0, misfit / REDUNDANCY)
+    # Scale up the covariance of corners that fit worse than expected.
+    noise = inverse * corner_sigma**2 * max(1.0, squared_residual / REDUNDANCY)
     lever = inverse @ J.T @ J_camera
     shift = inverse @ J.T @ np.tile(np.eye(2), (4, 1))
     bias = lever @ camera.covariance @ lever.T + common_sigma**2 * shift @ shift.T
-    return TagPose(pose, _symmetric(noise), _symmetric(bias), misfit)
+    return TagPose(pose, _symmetric(noise), _symmetric(bias), squared_residual)
 
 
 def _first(camera: FixedCamera, mount: TagMount, corners_uv: NDArray[np.float64]) -> PlanarPose:
-    """The rigid motion that brings the square nearest to where the rays meet its plane."""
+    """The rigid motion of the square to the intersections of the rays with its plane."""
     found = camera.on_plane(corners_uv, mount.height)
     if not np.isfinite(found).all():
         raise GeometryError(
             f"camera '{camera.name}': the rays of a tag do not meet its plane at "
-            f"{mount.height} m; see whether the camera's calibration is its own"
+            f"{mount.height} m; check that the calibration belongs to the camera"
         )
     own = mount.corners_xy
     middle, target = own.mean(axis=0), found.mean(axis=0)
@@ -109,7 +109,7 @@ def _linear(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Residuals (8,), their derivatives by x, y, yaw (8, 3) and by the extrinsics (8, 6).
 
-    The residual is what is seen minus what is expected, so that both derivatives are those of the
+    The residual is measured minus expected, so that both derivatives are those of the
     expectation.
     """
     own = mount.corners_xy
@@ -125,16 +125,16 @@ def _linear(
 def corner_slopes(
     camera: FixedCamera, seen_xyz: NDArray[np.float64], around_xy: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """How points of something level move in the image.
+    """Derivatives of the image of points of a horizontal body.
 
     Args:
-        camera: What sees them.
-        seen_xyz: (n, 3) [m] the points in its optical frame.
-        around_xy: (n, 2) [m] the same points in map as seen from where the thing turns about.
+        camera: The camera.
+        seen_xyz: (n, 3) points in its optical frame [m].
+        around_xy: (n, 2) points in map relative to the body's centre of rotation [m].
 
     Returns:
         (n, 2, 6) [px/rad], [px/m] by the camera's pose (φ, ρ), and (n, 2, 3) by x, y [m] and yaw
-        [rad] of the thing.
+        [rad] of the body.
     """
     slopes = camera.lens.projection_slopes(seen_xyz)
     moves = np.zeros((len(seen_xyz), 3, 3))

@@ -1,7 +1,6 @@
-"""How a camera moves between frames: wheel odometry with scale, constant velocity, uncertainty."""
+"""Motion models between frames: wheel odometry with scale, constant velocity, uncertainty."""
 
 from circumspect.motion.motion_model import MotionModel, MotionSettings
-from circumspect.motion.pose_with_covariance import PoseWithCovariance
-from circumspect.motion.relative_motion import RelativeMotion
+from circumspect.motion.pose_with_covariance import PoseWithCovariance, RelativeMotion
 
 __all__ = ["MotionModel", "MotionSettings", "PoseWithCovariance", "RelativeMotion"]

@@ -1,4 +1,4 @@
-"""What is expected of the camera's motion before its image is used."""
+"""Prediction of the camera's motion between two frames."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.geometry import se3_matrices
-from circumspect.motion.relative_motion import RelativeMotion
+from circumspect.motion.pose_with_covariance import RelativeMotion
 from circumspect.sensing import Odometry, RgbdFrame
 
 MAX_STEP_M = 100.0
-"""Odometry that moves farther between two frames is a counter overflow or a corrupt message."""
+"""A longer odometry step between two frames [m] is a counter overflow or a corrupt message."""
 MAX_UNMEASURED_S, MAX_VARIANCE = 1e3, 1e6
 """Bounds that keep covariances invertible in double precision [s; m², rad²]."""
 MAX_GROWTH = 1e100
 """Larger covariances overflow in double precision."""
 MAX_EXTRAPOLATION = 2.5
-"""A velocity is extrapolated over at most this multiple of the time in which it was measured."""
+"""A velocity is extrapolated over at most this multiple of the time of its measurement."""
 MIN_GROWTH_RATIO, ROUNDING = -0.01, 1e-6
-"""Growth of an odometry covariance with a smaller eigenvalue, relative to the largest one, is not
-that of dead reckoning; differences below `ROUNDING` of the covariance are rounding errors."""
+"""Smallest eigenvalue, relative to the largest, of the growth of a dead-reckoning covariance.
+Differences below `ROUNDING` of the covariance are rounding errors."""
 PLANAR, LEVEL = [3, 4, 2], [0, 1, 5]
-"""x, y and yaw in a tangent vector of the base; roll, pitch and height."""
+"""Indices of x, y and yaw, and of roll, pitch and height, in a tangent vector of the base."""
 
 
 @dataclass(frozen=True)
@@ -33,16 +33,16 @@ class MotionSettings:
     Attributes:
         level_rotation: Standard deviation of roll and pitch of a robot on an even floor [rad].
         level_height: Standard deviation of its height [m].
-        odometry_noise: Standard deviation of odometry as a share of distance and of rotation, on
-            top of its scale.
+        odometry_noise: Standard deviation of odometry as a fraction of distance and of rotation, in
+            addition to the error of its scale.
         min_translation_sigma, min_rotation_sigma: Lower bounds of a step's standard deviation
             [m], [rad].
         speed_sigma, spin_sigma: Standard deviation of a velocity that is assumed to be constant
             [m/s], [rad/s] …
-        acceleration_sigma, spin_acceleration_sigma: … as far as such accelerations [m/s²], [rad/s²]
-            change it within the time between two frames.
-        max_extrapolation: A velocity is assumed to last for at most this time [s] after
-            it was measured.
+        acceleration_sigma, spin_acceleration_sigma: … limited by what such accelerations [m/s²],
+            [rad/s²] change between two frames.
+        max_extrapolation: Maximum time over which a velocity is extrapolated after its measurement
+            [s].
     """
 
     level_rotation: float = float(np.radians(0.3))
@@ -75,11 +75,10 @@ class MotionModel:
     def by_odometry(self, before: RgbdFrame, now: RgbdFrame) -> RelativeMotion | None:
         """The motion that wheel odometry reports.
 
-        A mount that changes between both frames, such as a pan-tilt head, moves the camera, too.
+        A mount that changes between the frames, such as a pan-tilt head, is taken into account.
 
         Returns:
-            None if a frame has no odometry or the later one no mount, or if the step is not
-            plausible.
+            None if a frame has no odometry, the later one has no mount, or the step is implausible.
         """
         if before.odometry is None or now.odometry is None or now.T_base_camera is None:
             return None
@@ -101,6 +100,33 @@ class MotionModel:
             to_camera @ covariance @ to_camera.T,
         )
 
+    def by_slipping_wheels(
+        self,
+        odometry: RelativeMotion,
+        T_base_camera: NDArray[np.floating],
+        T_before_measured: NDArray[np.floating],
+        distance: float,
+        rotation: float,
+    ) -> RelativeMotion:
+        """No motion since the last measurement; the reported one is a standard deviation.
+
+        Args:
+            odometry: The reported motion.
+            T_base_camera: (4, 4) mount of the camera.
+            T_before_measured: (4, 4) pose of the camera at the last measurement, relative to the
+                pose before the motion.
+            distance: Predicted distance between both poses [m].
+            rotation: Predicted rotation between both poses [rad].
+        """
+        to_camera = se3_matrices.adjoint(se3_matrices.inverse(T_base_camera))
+        variances = np.zeros(6)
+        variances[PLANAR[:2]] = (distance + odometry.distance) ** 2
+        variances[PLANAR[2]] = (rotation + odometry.rotation) ** 2
+        slip = to_camera * variances @ to_camera.T
+        return RelativeMotion(
+            T_before_measured, np.zeros((6, 2)), odometry.covariance + slip, "slipping wheels"
+        )
+
     def by_constant_velocity(
         self,
         T_before_now: NDArray[np.floating],
@@ -109,14 +135,14 @@ class MotionModel:
         unmeasured: float,
         time_sigma: float = 0.0,
     ) -> RelativeMotion:
-        """The last motion continued.
+        """Extrapolate the last motion.
 
         Args:
             T_before_now: (4, 4) the motion in the last `measured` seconds.
-            measured: How long it took [s].
-            time: How long to continue it [s].
-            unmeasured: For how long [s] the velocity has not been measured.
-            time_sigma: Standard deviation of `time` [s], for frames may be stamped on arrival.
+            measured: Duration of that motion [s].
+            time: Time to extrapolate [s].
+            unmeasured: Time since the velocity was measured [s].
+            time_sigma: Standard deviation of `time` [s]; frames may be stamped on arrival.
         """
         ratio, change = 0.0, se3_matrices.log(T_before_now)
         if measured > 0:
@@ -148,7 +174,7 @@ class MotionModel:
     def _base_covariance(
         self, before: Odometry, now: Odometry, distance: float, rotation: float
     ) -> NDArray[np.floating]:
-        """(6, 6) of an odometry step in the base frame, apart from its scale."""
+        """(6, 6) covariance of an odometry step in the base frame, without its scale error."""
         s = self.settings
         translation_sigma = s.min_translation_sigma + s.odometry_noise * distance
         rotation_sigma = s.min_rotation_sigma + s.odometry_noise * rotation
@@ -161,10 +187,10 @@ class MotionModel:
 
 
 def _growth(speed_sigma: float, acceleration_sigma: float, since: float, until: float) -> float:
-    """Growth of the variance of the position between two times [s] after the last measurement.
+    """Growth of the position variance between two times [s] after the last measurement.
 
     A velocity error persists: after t seconds the standard deviation is min(speed, acceleration t)
-    t. The steps between frames add up to the same at any frame rate.
+    t. The sum over steps does not depend on the frame rate.
     """
     before, after = (min(speed_sigma, acceleration_sigma * t) * t for t in (since, until))
     return after**2 - before**2
@@ -173,8 +199,8 @@ def _growth(speed_sigma: float, acceleration_sigma: float, since: float, until: 
 def _covariance_growth(before: Odometry, now: Odometry) -> NDArray[np.floating]:
     """(3, 3) growth of the reported covariance [m, rad], in the current base frame.
 
-    Some drivers report constants or covariances of other poses. Their difference has negative
-    eigenvalues and is replaced by zero, and so is one that overflows.
+    Some drivers report constants or covariances of other poses. Differences with negative
+    eigenvalues, and differences that overflow, are replaced by zero.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         growth = now.growth_since(before)

@@ -1,4 +1,4 @@
-"""A camera pose with its uncertainty."""
+"""Camera poses and motions between frames, with their uncertainty."""
 
 from __future__ import annotations
 
@@ -6,8 +6,40 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from circumspect.geometry import se3, se3_matrices
+
+
+@dataclass(frozen=True, eq=False)
+class RelativeMotion:
+    """Motion between two consecutive frames, from odometry or from a motion model.
+
+    The motion for an odometry scale s = (s_translation, s_rotation) is, to first order,
+    T exp(G (s - 1)).
+
+    Attributes:
+        T_before_now: (4, 4) T, the motion for a scale of 1, optical frame.
+        by_scale: (6, 2) G, its derivative with respect to the scale [rad, m]; zero for a motion
+            that does not come from odometry.
+        covariance: (6, 6) of right perturbations [rad, m].
+        source: "odometry", "slipping wheels", "constant velocity" or "standing still".
+    """
+
+    T_before_now: NDArray[np.floating]
+    by_scale: NDArray[np.floating]
+    covariance: NDArray[np.floating]
+    source: str = "odometry"
+
+    @property
+    def distance(self) -> float:
+        """Distance between both positions of the camera [m]."""
+        return float(np.linalg.norm(self.T_before_now[:3, 3]))
+
+    @property
+    def rotation(self) -> float:
+        """Angle between both orientations [rad]."""
+        return float(Rotation.from_matrix(self.T_before_now[:3, :3]).magnitude())
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Networks in torch: layers that respect the azimuth, the registry, checkpoints."""
+"""Networks in torch: layers on the azimuth circle, the registry, checkpoints."""
 
 from circumspect.nets.checkpoint import Checkpoint
 from circumspect.nets.cost import Cost, cost_of

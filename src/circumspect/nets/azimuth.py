@@ -1,7 +1,7 @@
-"""Layers that treat the azimuth as the circle it is.
+"""Layers that treat the azimuth as a circle.
 
-A roll of the input along the azimuth rolls the output of every layer here by as much, and
-row-wise pooling then forgets the roll: the answer is exactly the same for turns by whole cells.
+A roll of the input along the azimuth rolls the output of every layer equally (equivariance).
+Row-wise pooling removes the roll: the result is exactly invariant to rotations by whole cells.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from torch import Tensor, nn
 
 
 def wrap(features: Tensor, margin: int, dim: int) -> Tensor:
-    """Continue a circular axis at both ends.
+    """Pad a circular axis at both ends.
 
-    Explicit slices rather than circular padding: they export to ONNX as they are.
+    Uses slices instead of circular padding, because they export to ONNX unchanged.
 
     Args:
-        features: Any shape.
-        margin: Cells to add at each end, at most the axis' length.
+        features: Features of any shape.
+        margin: Number of cells to add at each end, at most the axis' length.
         dim: The circular axis.
 
     Returns:
@@ -31,9 +31,9 @@ def wrap(features: Tensor, margin: int, dim: int) -> Tensor:
 
 
 class RowWisePool(nn.Module):
-    """Row-wise max pooling (RWMP) over the azimuth, with the mean beside it.
+    """Row-wise max pooling (RWMP) over the azimuth, concatenated with the mean.
 
-    (n, c, azimuth) to (n, 2 c).
+    Maps (n, c, azimuth) to (n, 2 c).
     """
 
     def forward(self, features: Tensor) -> Tensor:

@@ -1,10 +1,12 @@
-"""Weights on disk: safetensors, with all that is needed to use them in the header."""
+"""Checkpoints: safetensors files whose header contains everything needed to use the weights."""
 
 from __future__ import annotations
 
 import json
 import math
 import os
+import re
+import stat
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,18 +14,19 @@ from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
 from torch import Tensor, nn
 
-from circumspect.classification import InputRecipe, recipe_from_dict
+from circumspect.classification import InputSpec, input_spec_from_dict
 from circumspect.classification.model_description import checked_classes, require_training_record
 from circumspect.errors import InputError, WeightsError, printable
 from circumspect.nets.registry import build_net, require_known
-from circumspect.nets.tensor_file import save_tensors
+from circumspect.storage import atomic_path
 
 HEADER = "circumspect"
-MOST_INPUTS = 1 << 24
-"""Of one object: 256 cells along each axis. The weights of some networks fit any number."""
-_LONGEST = 300
+MAX_INPUT_NUMBERS = 1 << 24
+"""Maximum input of one object, 256 cells along each axis; some networks accept any number."""
+_MAX_REASON_LENGTH = 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,63 +34,63 @@ class Checkpoint:
     """A trained network.
 
     Attributes:
-        net: Its name in the registry.
-        classes: Class names in the order of its outputs.
-        recipe: What it was shown.
+        net: Name of the network in the registry.
+        classes: Class names in the order of the outputs.
+        input_spec: Input specification.
         weights: Parameter and buffer tensors by name.
-        training: How it was trained, as JSON types: `settings`, what was `reached`, `data`, the
-            digest of the set, and `objects`, the names of those that were not held back.
+        training: Record of the training, JSON types: `settings`, the metrics `reached`, `data` (the
+            digest of the set) and `objects` (the names of the training objects).
     """
 
     net: str
     classes: tuple[str, ...]
-    recipe: InputRecipe
+    input_spec: InputSpec
     weights: Mapping[str, Tensor]
     training: Mapping[str, Any] = field(default_factory=dict)
 
     def build(self) -> nn.Module:
-        """The network, in evaluation mode.
+        """Build the network, in evaluation mode.
 
         Raises:
-            WeightsError: The weights do not fit the network of that name.
+            WeightsError: The weights do not match the network.
             InputError: There is no network of that name, or it does not take such inputs.
         """
         self._require_fitting()
-        module = build_net(self.net, len(self.classes), self.recipe)
+        module = build_net(self.net, len(self.classes), self.input_spec)
         try:
             module.load_state_dict(dict(self.weights))
         except RuntimeError as error:
-            raise self._misfit() from error
+            raise self._mismatch() from error
         return module.eval()
 
     def _require_fitting(self) -> None:
         """Compare names and shapes before a network of the described size is allocated."""
         with torch.device("meta"):
-            described = build_net(self.net, len(self.classes), self.recipe).state_dict()
+            described = build_net(self.net, len(self.classes), self.input_spec).state_dict()
         shapes = {name: value.shape for name, value in self.weights.items()}
         if shapes != {name: value.shape for name, value in described.items()}:
-            raise self._misfit()
+            raise self._mismatch()
 
-    def _misfit(self) -> WeightsError:
+    def _mismatch(self) -> WeightsError:
         return WeightsError(f"the weights do not fit the network '{self.net}' of this version")
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a file.
+        """Write the checkpoint.
 
         Raises:
-            OutputError: It can not be written.
+            OutputError: The file cannot be written.
         """
         header = {
             "net": self.net,
             "classes": list(self.classes),
-            "grid": self.recipe.to_dict(),
+            "grid": self.input_spec.to_dict(),
             "training": dict(self.training),
         }
         save_tensors(path, self.weights, {HEADER: json.dumps(header)})
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Checkpoint:
-        """Read what `save` wrote.
+        """Read a checkpoint from `save`.
 
         Raises:
             WeightsError: The file is missing, broken, of another program, or of a network that is
@@ -102,15 +105,15 @@ class Checkpoint:
             if not isinstance(header["net"], str):
                 raise ValueError("the network's name is no text")
             require_training_record(header["training"])
-            recipe = recipe_from_dict(header["grid"])
-            if math.prod(recipe.input_shape) > MOST_INPUTS:
-                raise ValueError(f"inputs of more than {MOST_INPUTS} numbers")
+            input_spec = input_spec_from_dict(header["grid"])
+            if math.prod(input_spec.input_shape) > MAX_INPUT_NUMBERS:
+                raise ValueError(f"inputs of more than {MAX_INPUT_NUMBERS} numbers")
             if broken := [name for name, value in weights.items() if not value.isfinite().all()]:
                 raise ValueError(f"{broken[0]} holds numbers that are not finite")
             checkpoint = cls(
                 header["net"],
                 checked_classes(header["classes"]),
-                recipe,
+                input_spec,
                 weights,
                 header["training"],
             )
@@ -134,4 +137,35 @@ class Checkpoint:
 
 
 def _first_line(error: BaseException) -> str:
-    return printable(str(error).partition("\n")[0][:_LONGEST])
+    return printable(str(error).partition("\n")[0][:_MAX_REASON_LENGTH])
+
+
+def save_tensors(
+    path: str | os.PathLike[str], tensors: Mapping[str, Tensor], header: Mapping[str, str]
+) -> None:
+    """Write tensors and text.
+
+    Args:
+        path: The file.
+        tensors: Tensors by name, which must not share memory.
+        header: Texts by key.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    contiguous = {name: value.contiguous() for name, value in tensors.items()}
+    with atomic_path(path) as temporary:
+        mode = stat.S_IMODE(temporary.stat().st_mode)
+        try:
+            save_file(contiguous, temporary, dict(header))
+        except SafetensorError as error:
+            raise _as_system_error(error) from error
+        # The library creates a file that only its owner can read.
+        temporary.chmod(mode)
+
+
+def _as_system_error(error: SafetensorError) -> OSError:
+    """The underlying OSError, which the library reports as text."""
+    if code := re.search(r"\(os error (\d+)\)", str(error)):
+        return OSError(int(code[1]), os.strerror(int(code[1])))
+    return OSError(str(error))

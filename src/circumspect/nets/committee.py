@@ -1,4 +1,4 @@
-"""Several trained networks that answer together."""
+"""Committees of trained networks, whose logits are averaged."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class Committee(nn.Module):
     """The mean of its members' logits.
 
     Args:
-        members: Networks with the same input and the same classes.
+        members: Networks with the same inputs and classes.
     """
 
     def __init__(self, members: Iterable[nn.Module]) -> None:
@@ -23,7 +23,7 @@ class Committee(nn.Module):
         """Logits.
 
         Args:
-            inputs: As each member takes them.
+            inputs: Inputs of each member.
 
         Returns:
             (n, classes).

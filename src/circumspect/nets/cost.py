@@ -1,4 +1,4 @@
-"""What a network costs."""
+"""Number of parameters and operations of a network."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from torch.utils.flop_counter import FlopCounterMode
 
 @dataclass(frozen=True)
 class Cost:
-    """Size and work of a network.
+    """Size and computational cost of a network.
 
     Attributes:
-        parameters: Trained numbers.
-        multiply_adds: For one input, of convolutions and matrix products.
+        parameters: Number of trained parameters.
+        multiply_adds: Multiply-adds per input, in convolutions and matrix products.
     """
 
     parameters: int
@@ -26,9 +26,9 @@ def cost_of(net: nn.Module, input_shape: tuple[int, ...], context: int | None = 
     """Count parameters and multiply-adds.
 
     Args:
-        net: Takes (1, *input_shape), and (1, context) where that is given.
-        input_shape: Of one input, as channels where the network is shown states of cells.
-        context: Width of what it is shown beside.
+        net: Network with the input (1, *input_shape), and (1, context) if given.
+        input_shape: Shape of one input, with channels for cell states.
+        context: Width of the context input; None without one.
     """
     training = net.training
     net.eval()

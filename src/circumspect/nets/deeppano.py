@@ -14,14 +14,14 @@ from circumspect.nets.rendering import panorama
 AZIMUTHS, HEIGHTS = 128, 64
 WIDTHS = (32, 64, 128, 256)
 MARGIN = 2
-"""Kernels are 5 x 5."""
+"""Margin of the 5 x 5 kernels."""
 
 
 class DeepPano(nn.Module):
     """Convolutions and pooling on a panorama, then row-wise max pooling along the azimuth.
 
     Args:
-        classes: How many.
+        classes: Number of classes.
     """
 
     def __init__(self, classes: int) -> None:
@@ -45,7 +45,7 @@ class DeepPano(nn.Module):
         """Logits.
 
         Args:
-            points: (n, m, 3) about the axis.
+            points: (n, m, 3) relative to the axis.
 
         Returns:
             (n, classes).

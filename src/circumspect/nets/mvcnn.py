@@ -16,10 +16,10 @@ WIDTHS = (16, 32, 64, 128)
 
 
 class MultiView(nn.Module):
-    """One network for every view, the largest of each feature over the views, and a classifier.
+    """One network for every view, max pooling over the views, and a classifier.
 
     Args:
-        classes: How many.
+        classes: Number of classes.
     """
 
     def __init__(self, classes: int) -> None:
@@ -30,7 +30,7 @@ class MultiView(nn.Module):
             layers += [
                 nn.Conv2d(inputs, outputs, 3, padding=1, bias=False),
                 nn.BatchNorm2d(outputs),
-                # In this order a quarter of the numbers pass the ReLU; the outcome is the same.
+                # Pooling first leaves a quarter of the work for the ReLU, with the same result.
                 nn.MaxPool2d(2),
                 nn.ReLU(),
             ]
@@ -50,7 +50,7 @@ class MultiView(nn.Module):
         """Logits.
 
         Args:
-            points: (n, m, 3) about the axis.
+            points: (n, m, 3) relative to the axis.
 
         Returns:
             (n, classes).

@@ -9,24 +9,24 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 NEIGHBOURS = 24
-"""Of each anchor, itself included."""
+"""Neighbours of each anchor, itself included."""
 EMBEDDED = 32
 STAGES = ((64, 1), (128, 1), (256, 2), (256, 1))
-"""Of each stage the features and the residual blocks, before the pooling and again after it."""
+"""Features of each stage, and its residual blocks before and after the pooling."""
 BOTTLENECK = 4
-"""Within a residual block there are this many times fewer features."""
-SMALLEST_SPREAD = 1e-5
+"""Factor by which a residual block reduces the features."""
+MIN_SPREAD = 1e-5
 
 
 class PointMLP(nn.Module):
     """Anchors gather the features of their neighbours; each of four stages halves the points.
 
-    The anchors of a stage are the first half of its points. The paper takes a farthest point sample
-    of them, and so does this network where the points come farthest first: then every prefix is
+    The anchors of a stage are the first half of its points. In the paper they are a farthest point
+    sample. They are here as well if the points are in farthest-first order, since every prefix is
     such a sample.
 
     Args:
-        classes: How many.
+        classes: Number of classes.
     """
 
     def __init__(self, classes: int) -> None:
@@ -35,7 +35,7 @@ class PointMLP(nn.Module):
         stages: list[nn.Module] = []
         inputs = EMBEDDED
         for width, blocks in STAGES:
-            stages.append(Stage(inputs, width, blocks))
+            stages.append(PointMlpStage(inputs, width, blocks))
             inputs = width
         self.stages = nn.ModuleList(stages)
         self.head = nn.Sequential(
@@ -50,7 +50,7 @@ class PointMLP(nn.Module):
         """Logits.
 
         Args:
-            points: (n, m, 3), the first half farthest first; m at least 8 times `NEIGHBOURS`.
+            points: (n, m, 3), the first half farthest-first; m at least 8 times `NEIGHBOURS`.
 
         Returns:
             (n, classes).
@@ -63,13 +63,13 @@ class PointMLP(nn.Module):
         return self.head(features.max(1).values)
 
 
-class Stage(nn.Module):
+class PointMlpStage(nn.Module):
     """Geometric affine module, residual blocks, pooling over neighbours, residual blocks.
 
     Args:
         inputs: Features of a point.
         width: Features of an anchor.
-        blocks: Residual blocks before the pooling, and again after it.
+        blocks: Residual blocks before the pooling, and after it.
     """
 
     def __init__(self, inputs: int, width: int, blocks: int) -> None:
@@ -101,11 +101,11 @@ class Stage(nn.Module):
         return self.after(pooled).view(n, anchors, -1)
 
     def first_layer(self, features: Tensor, near: Tensor) -> Tensor:
-        """The geometric affine module and the first layer behind it.
+        """The geometric affine module and the layer after it.
 
-        For neighbour j of anchor i that is W1 (α (f_j - f_i) / σ + β) + W2 f_i, α and β by features
-        and σ from `spread`. It is linear in f_j, so W1 is applied to every point once and not to
-        every neighbour of every anchor.
+        For neighbour j of anchor i the result is W1 (α (f_j - f_i) / σ + β) + W2 f_i, with α and β
+        per feature and σ from `spread`. It is linear in f_j, so that W1 is applied once to every
+        point and not to every neighbour of every anchor.
 
         Args:
             features: (n, m, inputs).
@@ -121,10 +121,10 @@ class Stage(nn.Module):
 
 
 class Residual(nn.Module):
-    """Two layers with few features between them, beside what enters.
+    """A residual block of two layers with a bottleneck.
 
     Args:
-        width: Features.
+        width: Number of features.
     """
 
     def __init__(self, width: int) -> None:
@@ -136,44 +136,44 @@ class Residual(nn.Module):
 
     def forward(self, features: Tensor) -> Tensor:
         """(n, width) to (n, width)."""
-        # In place: these are the largest arrays, and memory is what limits a CPU here.
+        # In place, because these are the largest arrays and memory limits training on a CPU.
         return functional.relu(self.wide(self.narrow(features)).add_(features), inplace=True)
 
 
 def nearest(points: Tensor, anchors: int) -> Tensor:
-    """The nearest points of each of the first ones.
+    """The nearest points of each anchor.
 
     Args:
-        points: (n, m, 3), m at least `NEIGHBOURS`.
-        anchors: How many points have neighbours.
+        points: (n, m, 3), the anchors first; m at least `NEIGHBOURS`.
+        anchors: Number of anchors.
 
     Returns:
-        (n, anchors, NEIGHBOURS) indices, in no order.
+        (n, anchors, NEIGHBOURS) indices, unordered.
     """
-    # Not a matrix product: mixed precision would choose other neighbours.
+    # No matrix product, because mixed precision would select other neighbours.
     x, y, z = (axis.unsqueeze(1) - axis[:, :anchors, None] for axis in points.unbind(2))
     away = x.square() + y.square() + z.square()
     return away.topk(NEIGHBOURS, largest=False, sorted=False).indices
 
 
 def spread(features: Tensor, near: Tensor) -> Tensor:
-    """How far the features of neighbours lie from those of their anchors (σ in the paper).
+    """Spread of the neighbours' features around their anchors' (σ in the paper).
 
     Args:
         features: (n, m, c), the anchors first.
         near: (n, anchors, NEIGHBOURS) indices of points.
 
     Returns:
-        (n,) root of the mean square over anchors, neighbours and features; never 0.
+        (n,) root mean square over anchors, neighbours and features; positive.
     """
     anchors = features[:, : near.shape[1]]
     beside = chosen(features, near) - anchors.unsqueeze(2)
-    # Where all points are the same it is 0, at which a root has no gradient.
-    return (beside.square().mean((1, 2, 3)) + SMALLEST_SPREAD**2).sqrt()
+    # The sum is positive even if all points coincide, because the root has no gradient at 0.
+    return (beside.square().mean((1, 2, 3)) + MIN_SPREAD**2).sqrt()
 
 
 def chosen(features: Tensor, near: Tensor) -> Tensor:
-    """The features of the points that are named.
+    """Gather the features of the indexed points.
 
     Args:
         features: (n, m, c).
@@ -189,7 +189,7 @@ def chosen(features: Tensor, near: Tensor) -> Tensor:
 
 
 def _hidden(inputs: int, outputs: int, bias: bool = False) -> nn.Sequential:
-    """A layer on rows of features; a batch norm makes a bias needless, the paper's head has one."""
+    """A linear layer on rows of features, with a batch norm in place of the bias."""
     return nn.Sequential(
         nn.Linear(inputs, outputs, bias=bias), nn.BatchNorm1d(outputs), nn.ReLU(inplace=True)
     )

@@ -1,4 +1,4 @@
-"""Every network by name."""
+"""The registry of networks."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ from typing import Any
 import torch
 from torch import nn
 
-from circumspect.classification import GridRecipe, InputRecipe, PointsRecipe
+from circumspect.classification import GridSpec, InputSpec, PointsSpec
 from circumspect.classification.context import WIDTH
 from circumspect.errors import CircumspectError, InputError, WeightsError, printable
 from circumspect.nets.deeppano import DeepPano
-from circumspect.nets.headed_planes import HeadedPlanes
 from circumspect.nets.moon2018 import Moon2018
 from circumspect.nets.mvcnn import MultiView
-from circumspect.nets.planes import Planes
+from circumspect.nets.planes import HeadedPlanes, Planes
 from circumspect.nets.pointmlp import PointMLP
 from circumspect.nets.pointnet import PointNet
 from circumspect.nets.shapenets import ShapeNets
@@ -35,11 +34,11 @@ from circumspect.plugins import (
 )
 
 MARGIN = 1.1
-"""Of what is trained on objects of varied size; `docs/networks.md` says why."""
-CYLINDER = GridRecipe(margin=MARGIN)
-CUBE = GridRecipe("rectangular", margin=MARGIN)
-SURFACE = PointsRecipe(8192, surface=True, margin=MARGIN)
-"""Images of so many points still have holes, the more the larger an object's surface is."""
+"""Margin for networks that are trained on objects of varying size; see `docs/networks.md`."""
+CYLINDER = GridSpec(margin=MARGIN)
+CUBE = GridSpec("rectangular", margin=MARGIN)
+SURFACE = PointsSpec(8192, surface=True, margin=MARGIN)
+"""Points for networks on images; fewer points leave holes, especially on large surfaces."""
 PLAIN: Mapping[str, Any] = MappingProxyType({"mixing": 0.0, "label_smoothing": 0.0})
 AS_THE_PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -48,30 +47,31 @@ AS_THE_PAPER: Mapping[str, Any] = MappingProxyType(
         "balance": 0.0, "augmented": False, "replicas": 1, "epochs": 12,
     }
 )  # fmt: skip
-"""Plain stochastic gradient descent on the objects as they are; the paper names no epochs."""
+"""Plain stochastic gradient descent without augmentation; the paper does not state the epochs."""
 
 
 @dataclass(frozen=True)
 class NetSpec:
-    """A network that can be built.
+    """Specification of a network.
 
     Attributes:
-        name: Its name on the command line.
-        summary: What it is, in one line.
-        build: Makes it from the number of classes and, where it takes grids, their shape.
-        recipe: What it is meant to be shown.
-        source: Where it comes from.
-        departures: What differs from there, and what was decided where it is silent.
-        training: Settings that it is meant to be trained with, where they differ from the usual.
-        takes_context: It can be shown visibility and size, see `GridRecipe`.
-        whole_cells: Its answer is the same for turns by whole azimuth cells of a 32nd of a turn.
-        heading: It also learns which way objects face, so that all must face the same way.
+        name: Name on the command line.
+        summary: One-line description.
+        build: Builds the network from the number of classes and, if it takes grids, their shape.
+        input_spec: Default input specification.
+        source: Publication.
+        departures: Differences from the publication, and choices that it leaves open.
+        training: Training settings that differ from the default.
+        takes_context: Whether it can take visibility and size, see `GridSpec`.
+        whole_cells: Whether its answer is invariant to rotations by whole azimuth cells of a 32nd
+            of a turn.
+        heading: Whether it also learns the heading, which all training objects must then share.
     """
 
     name: str
     summary: str
     build: Callable[..., nn.Module]
-    recipe: InputRecipe = field(default_factory=GridRecipe)
+    input_spec: InputSpec = field(default_factory=GridSpec)
     source: str = "ours"
     departures: str = ""
     training: Mapping[str, Any] = field(default_factory=dict)
@@ -167,7 +167,7 @@ NETS = {
             "pointnet",
             "every point by itself, the largest of each feature over the points",
             PointNet,
-            PointsRecipe(1024, margin=MARGIN),
+            PointsSpec(1024, margin=MARGIN),
             "Qi et al. 2017",
             "no loss on the feature transform; not trained on turned copies",
             {**PLAIN, "epochs": 30},
@@ -176,7 +176,7 @@ NETS = {
             "pointmlp",
             "four stages, each of anchors that gather the features of their nearest points",
             PointMLP,
-            PointsRecipe(1024, margin=MARGIN, farthest_first=True),
+            PointsSpec(1024, margin=MARGIN, farthest_first=True),
             "Ma et al. 2022",
             "the small form of the paper, PointMLP-elite; every farthest point sample begins with "
             "the outermost point, not with a random one, so that those of all stages are parts of "
@@ -190,7 +190,7 @@ NETS = {
             VoxelNet,
             SURFACE,
             "Zhou and Tuzel 2018",
-            "the feature encoding alone is theirs; points are told by radius, height and where "
+            "the feature encoding alone is theirs; points are encoded by radius, height and where "
             "they lie in their cell, which forgets the azimuth; all points of a cell count",
             PLAIN,
         ),
@@ -199,7 +199,7 @@ NETS = {
 
 
 def _checked(name: str, value: Any) -> NetSpec:
-    """What a plug-in offers, if it is a network.
+    """Check that the object of a plug-in is a `NetSpec`.
 
     Raises:
         InputError: It is not.
@@ -214,27 +214,27 @@ def _checked(name: str, value: Any) -> NetSpec:
         raise InputError(f"has the name of the built-in network {value.name}; choose another")
     if not REFERENCE.fullmatch(name) and name != value.name:
         raise InputError(f"is named {value.name} by its NetSpec; give the entry point that name")
-    if not callable(value.build) or not isinstance(value.recipe, InputRecipe):
-        raise InputError("needs a callable `build` and an input specification as `recipe`")
+    if not callable(value.build) or not isinstance(value.input_spec, InputSpec):
+        raise InputError("needs a callable `build` and an input specification as `input_spec`")
     return value
 
 
 NETWORKS = Registry("network", "circumspect.nets", NETS, _checked)
-"""The networks above, and those of other packages."""
+"""The built-in networks and those of other packages."""
 _REFERENCES: dict[str, str] = {}
-"""Name to MODULE:NAME of the networks that were asked for by it."""
+"""MODULE:NAME of the networks that were loaded by it, by name."""
 
 
 def net_spec(name: str) -> NetSpec:
-    """Look a network up.
+    """Look up a network by its name.
 
     Args:
         name: One of `NETS`, an entry point of the group `circumspect.nets`, or MODULE:NAME of a
-            `NetSpec`, which is known by its own name from then on.
+            `NetSpec`, which is afterwards also available by its own name.
 
     Raises:
-        InputError: No network of that name.
-        PluginError: There is one, but it can not be used.
+        InputError: There is no network of that name.
+        PluginError: The network cannot be used.
     """
     spec = NETWORKS.get(name)
     if REFERENCE.fullmatch(name):
@@ -244,20 +244,20 @@ def net_spec(name: str) -> NetSpec:
 
 
 def net_words(name: str) -> str:
-    """What to type for a network: its name, or MODULE:NAME where it was asked for by that."""
+    """The name that loads a network: its own, or MODULE:NAME if it is not installed."""
     return _REFERENCES.get(name, name)
 
 
 def require_known(name: str, file: str | os.PathLike[str]) -> None:
-    """Check a network that a file names; no code of its choice is imported.
+    """Check the network that a file names, without importing code that the file chooses.
 
     Args:
-        name: As the file says.
-        file: For the message.
+        name: Name of the network in the file.
+        file: The file, for the message.
 
     Raises:
-        WeightsError: No network of that name is known.
-        PluginError: There is one, but it can not be used.
+        WeightsError: There is no network of that name.
+        PluginError: The network cannot be used.
     """
     if NETWORKS.find(name, reference=False) is None:
         raise WeightsError(
@@ -266,27 +266,27 @@ def require_known(name: str, file: str | os.PathLike[str]) -> None:
         )
 
 
-def build_net(name: str, classes: int, recipe: InputRecipe) -> nn.Module:
-    """Build a network with fresh weights, laid out as CPU convolutions like them best.
+def build_net(name: str, classes: int, input_spec: InputSpec) -> nn.Module:
+    """Build a network with new weights, in the memory layout that is fastest on a CPU.
 
     Args:
         name: One of `NETS`.
-        classes: How many.
-        recipe: What it will be shown.
+        classes: Number of classes.
+        input_spec: Inputs of the network.
 
     Raises:
-        InputError: No network of that name, or it can not be shown that.
+        InputError: There is no network of that name, or it does not take such inputs.
     """
     spec = net_spec(name)
-    if isinstance(recipe, PointsRecipe) != isinstance(spec.recipe, PointsRecipe):
-        takes = "points" if isinstance(spec.recipe, PointsRecipe) else "grids"
+    if isinstance(input_spec, PointsSpec) != isinstance(spec.input_spec, PointsSpec):
+        takes = "points" if isinstance(spec.input_spec, PointsSpec) else "grids"
         raise InputError(f"{name} takes {takes}")
-    cells = (recipe.shape,) if isinstance(recipe, GridRecipe) else ()
-    beside = _beside(spec, recipe)
+    cells = (input_spec.shape,) if isinstance(input_spec, GridSpec) else ()
+    beside = _context_arguments(spec, input_spec)
     net = (
         spec.build(classes, *cells, **beside)
         if spec.name in NETS
-        else _built_by_plugin(spec, classes, recipe, cells, beside)
+        else _built_by_plugin(spec, classes, input_spec, cells, beside)
     )
     layouts = {4: torch.channels_last, 5: torch.channels_last_3d}
     for parameter in net.parameters():
@@ -298,14 +298,14 @@ def build_net(name: str, classes: int, recipe: InputRecipe) -> nn.Module:
 def _built_by_plugin(
     spec: NetSpec,
     classes: int,
-    recipe: InputRecipe,
+    input_spec: InputSpec,
     cells: tuple[tuple[int, int, int], ...],
     beside: Mapping[str, int],
 ) -> nn.Module:
-    """A network of foreign code, which gives a score of each class for each input.
+    """Build a network of third-party code, which must return one score per class and input.
 
     Raises:
-        PluginError: It can not be built, or gives something else.
+        PluginError: It cannot be built, or returns something else.
     """
     title = f"network '{spec.name}'"
     try:
@@ -313,8 +313,8 @@ def _built_by_plugin(
         if not isinstance(net, nn.Module):
             raise PluginError(f"{title}: what it builds {kind_of(net)}; a torch Module is needed")
         context = (torch.zeros(2, beside["context"]),) if beside else ()
-        channels = beside.get("channels", recipe.input_shape[0])
-        shape = (channels, *recipe.input_shape[1:]) if cells else recipe.input_shape
+        channels = beside.get("channels", input_spec.input_shape[0])
+        shape = (channels, *input_spec.input_shape[1:]) if cells else input_spec.input_shape
         training = net.training
         with torch.no_grad():
             scores = net.eval()(torch.zeros(2, *shape), *context)
@@ -332,43 +332,43 @@ def _built_by_plugin(
     return net
 
 
-def _beside(spec: NetSpec, recipe: InputRecipe) -> dict[str, int]:
-    """What a network is shown beside occupied cells."""
-    if not recipe.takes_context:
+def _context_arguments(spec: NetSpec, input_spec: InputSpec) -> dict[str, int]:
+    """Arguments for the inputs in addition to occupied cells."""
+    if not input_spec.takes_context:
         return {}
     if not spec.takes_context:
-        raise InputError(f"{spec.name} takes occupancy alone, neither visibility nor size")
-    visible = isinstance(recipe, GridRecipe) and recipe.visibility
+        raise InputError(f"{spec.name} takes occupancy alone, not visibility or size")
+    visible = isinstance(input_spec, GridSpec) and input_spec.visibility
     return {"channels": 2 if visible else 1, "context": WIDTH}
 
 
-def require_takes(name: str, recipe: InputRecipe) -> None:
-    """Find out before long work whether a network can be shown such inputs.
+def require_takes(name: str, input_spec: InputSpec) -> None:
+    """Check before a long run that a network takes such inputs.
 
     Args:
         name: One of `NETS`.
-        recipe: What it would be shown.
+        input_spec: The inputs.
 
     Raises:
-        InputError: No network of that name, or it can not be shown that.
+        InputError: There is no network of that name, or it does not take such inputs.
     """
     if net_spec(name).name not in NETS:
-        # Foreign code need not run without numbers.
-        build_net(name, 2, recipe)
+        # Third-party code may not run on the meta device.
+        build_net(name, 2, input_spec)
         return
-    # Shapes without numbers: the largest of them have millions.
+    # The meta device computes only shapes; the largest inputs have millions of numbers.
     with torch.device("meta"):
-        build_net(name, 2, recipe)
+        build_net(name, 2, input_spec)
 
 
 def require_turnable(name: str) -> None:
-    """Find out before long work whether a network can be trained at random yaw.
+    """Check before a long run that a network can be trained at random yaw.
 
     Args:
         name: One of `NETS`.
 
     Raises:
-        InputError: No network of that name, or it learns which way objects face.
+        InputError: There is no network of that name, or it learns the heading of objects.
     """
     if net_spec(name).heading:
         raise InputError(

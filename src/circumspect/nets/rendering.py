@@ -1,4 +1,4 @@
-"""Images of points, as the first layer of a network."""
+"""Rendering of points to images, as the first layer of a network."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import torch
 from torch import Tensor
 
 BEYOND = 1.05
-"""What is farthest from a camera is told from nothing by this."""
+"""Smallest nearness, which separates the farthest points from the background."""
 
 
 def nearest_of_each(cells: Tensor, values: Tensor, count: int) -> Tensor:
-    """The largest value that falls into each cell, 0 where none does.
+    """Maximum of the values in each cell, 0 for empty cells.
 
     Args:
         cells: (n, m) int64 in 0 … count - 1.
-        values: (n, m) not negative.
-        count: How many cells.
+        values: (n, m), not negative.
+        count: Number of cells.
 
     Returns:
         (n, count).
@@ -27,15 +27,15 @@ def nearest_of_each(cells: Tensor, values: Tensor, count: int) -> Tensor:
 
 
 def panorama(points: Tensor, azimuths: int, heights: int) -> Tensor:
-    """The cylinder round an object, unrolled: how far out the surface reaches.
+    """Panorama of the surface's radius on the unrolled cylinder around an object.
 
     Args:
-        points: (n, m, 3) about the axis, within a cylinder of radius 1 and half height 1.
-        azimuths: Columns.
-        heights: Rows.
+        points: (n, m, 3) relative to the axis, in a cylinder of radius 1 and half height 1.
+        azimuths: Number of columns.
+        heights: Number of rows.
 
     Returns:
-        (n, 1, azimuths, heights), 0 where there is nothing.
+        (n, 1, azimuths, heights), 0 where empty.
     """
     x, y, z = points.unbind(-1)
     column = _cell((torch.atan2(y, x) / math.tau) % 1.0, azimuths)
@@ -46,17 +46,17 @@ def panorama(points: Tensor, azimuths: int, heights: int) -> Tensor:
 
 
 def depth_images(points: Tensor, views: int, size: int, elevation: float) -> Tensor:
-    """Orthographic depth images from a circle of cameras that look at the middle.
+    """Orthographic depth images from a circle of cameras that face the centre.
 
     Args:
-        points: (n, m, 3) about the middle; the pictures reach a little beyond the farthest one,
-            so that objects fill them as they do in the paper.
-        views: Cameras, evenly over the azimuth.
-        size: Pixels along each side.
-        elevation: [rad] of the cameras.
+        points: (n, m, 3) relative to the centre. The images extend slightly beyond the farthest
+            point, so that objects fill them as in the paper.
+        views: Number of cameras, evenly spaced in azimuth.
+        size: Side of the images [px].
+        elevation: Elevation of the cameras [rad].
 
     Returns:
-        (n, views, size, size): nearness, 0 where there is nothing up to 1 at the camera.
+        (n, views, size, size) nearness, from 0 where empty to 1 at the camera.
     """
     angles = torch.arange(views, device=points.device) * (math.tau / views)
     towards = torch.stack(
@@ -70,7 +70,7 @@ def depth_images(points: Tensor, views: int, size: int, elevation: float) -> Ten
     right = torch.stack([-torch.sin(angles), torch.cos(angles), torch.zeros_like(angles)], -1)
     up = torch.linalg.cross(towards, right)
     reach = BEYOND * points.square().sum(-1).amax(1).sqrt().clamp(min=1e-6)
-    # Not a matrix product: mixed precision would move points to other pixels.
+    # No matrix product, because mixed precision would move points to other pixels.
     x, y, z = (points / reach[:, None, None]).unsqueeze(-1).unbind(2)
     u, v, near = (x * a[:, 0] + y * a[:, 1] + z * a[:, 2] for a in (right, up, towards))
     pixel = _cell((v + 1) / 2, size) * size + _cell((u + 1) / 2, size)

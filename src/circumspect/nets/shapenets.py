@@ -15,11 +15,11 @@ class ShapeNets(nn.Module):
     """Three convolutions and two hidden layers on a rectangular grid.
 
     Args:
-        classes: How many.
+        classes: Number of classes.
         shape: Cells along (x, y, z).
 
     Raises:
-        InputError: Too few cells.
+        InputError: The grid has too few cells.
     """
 
     def __init__(self, classes: int, shape: tuple[int, int, int] = (32, 32, 32)) -> None:

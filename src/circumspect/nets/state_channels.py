@@ -1,15 +1,15 @@
-"""The three states of a cell as channels."""
+"""Encoding of cell states as channels."""
 
 from __future__ import annotations
 
 import torch
 from torch import Tensor
 
-from circumspect.grid.occupancy_grid import FREE, OCCUPIED
+from circumspect.grid.grid import FREE, OCCUPIED
 
 
 def state_channels(states: Tensor) -> Tensor:
-    """Occupied and free cells; what is unknown is neither.
+    """Encode occupied and free cells as two channels; unknown cells are 0 in both.
 
     Args:
         states: (n, 1, *shape) uint8.

@@ -1,5 +1,5 @@
-"""VoxelNet's feature encoding on our grid: Y. Zhou, O. Tuzel, "VoxelNet: End-to-End Learning for
-Point Cloud Based 3D Object Detection", CVPR 2018.
+"""VoxelNet's feature encoding on a cylindrical grid: Y. Zhou, O. Tuzel, "VoxelNet: End-to-End
+Learning for Point Cloud Based 3D Object Detection", CVPR 2018.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ COLUMN = 256
 
 
 class FeatureEncoding(nn.Module):
-    """Voxel feature encoding: each point beside the largest features of its cell.
+    """Voxel feature encoding: features of each point, concatenated with the maxima of its cell.
 
     Args:
-        inputs: Features of a point.
-        outputs: Twice the features that are learnt.
+        inputs: Input features of a point.
+        outputs: Output features, twice the number of learnt ones.
     """
 
     def __init__(self, inputs: int, outputs: int) -> None:
@@ -34,17 +34,17 @@ class FeatureEncoding(nn.Module):
         self.each = Shared(inputs, outputs // 2)
 
     def forward(self, features: Tensor, cells: Tensor) -> Tensor:
-        """(n, m, inputs) features and (n, m) cells to (n, m, outputs)."""
+        """Map (n, m, inputs) features and (n, m) cells to (n, m, outputs)."""
         learnt = self.each(features)
         index = cells.unsqueeze(2).expand(-1, -1, learnt.shape[2])
-        return torch.cat([learnt, _largest(learnt, index).gather(1, index)], 2)
+        return torch.cat([learnt, _max_per_cell(learnt, index).gather(1, index)], 2)
 
 
 class VoxelNet(nn.Module):
-    """Points are encoded cell by cell of a cylindrical grid; wrapped convolutions follow.
+    """Voxel feature encoding on a cylindrical grid, followed by wrapped convolutions.
 
     Args:
-        classes: How many.
+        classes: Number of classes.
     """
 
     def __init__(self, classes: int) -> None:
@@ -80,7 +80,7 @@ class VoxelNet(nn.Module):
             features = encoding(features, cells)
         features = self.last(features)
         index = cells.unsqueeze(2).expand(-1, -1, ENCODED)
-        grid = _largest(features, index).transpose(1, 2)
+        grid = _max_per_cell(features, index).transpose(1, 2)
         grid = grid.reshape(-1, ENCODED, RADII, AZIMUTHS, HEIGHTS)
         for convolution, norm in zip(self.convolutions, self.norms, strict=True):
             grid = functional.relu(norm(convolution(wrap(grid, 1, 3))))
@@ -89,14 +89,14 @@ class VoxelNet(nn.Module):
 
 
 def in_cells(points: Tensor) -> tuple[Tensor, Tensor]:
-    """What a point is told by, and the cell that it lies in.
+    """Features of the points, and their cells.
 
     Args:
-        points: (n, m, 3) about the axis, within a cylinder of radius 1 and half height 1.
+        points: (n, m, 3) relative to the axis, in a cylinder of radius 1 and half height 1.
 
     Returns:
-        (n, m, 5): radius, height, and where it lies in its cell along radius, azimuth and height,
-        each within ± 1/2; (n, m) int64 index of the cell.
+        (n, m, 5) radius, height, and offset from the cell's centre along radius, azimuth and
+        height, each within ± 1/2; (n, m) int64 index of the cell.
     """
     x, y, z = points.unbind(-1)
     radius = torch.sqrt(x * x + y * y)
@@ -110,7 +110,7 @@ def in_cells(points: Tensor) -> tuple[Tensor, Tensor]:
     return torch.cat([radius.unsqueeze(-1), z.unsqueeze(-1), within], -1), cells
 
 
-def _largest(features: Tensor, index: Tensor) -> Tensor:
-    """(n, CELLS, c) the largest of each feature in each cell; features are not negative."""
+def _max_per_cell(features: Tensor, index: Tensor) -> Tensor:
+    """(n, CELLS, c) maximum of each feature in each cell; features are not negative."""
     empty = features.new_zeros((features.shape[0], CELLS, features.shape[2]))
     return empty.scatter_reduce(1, index, features, "amax")

@@ -9,18 +9,18 @@ from torch import Tensor, nn
 from circumspect.errors import InputError
 
 SLOPE = 0.1
-"""Of the leaky rectifiers."""
+"""Slope of the leaky rectifiers."""
 
 
 class VoxNet(nn.Module):
     """Two convolutions, pooling and one hidden layer on a rectangular grid.
 
     Args:
-        classes: How many.
+        classes: Number of classes.
         shape: Cells along (x, y, z).
 
     Raises:
-        InputError: Too few cells.
+        InputError: The grid has too few cells.
     """
 
     def __init__(self, classes: int, shape: tuple[int, int, int] = (32, 32, 32)) -> None:

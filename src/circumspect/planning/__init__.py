@@ -1,50 +1,47 @@
-"""Where to look from next, and how to get there."""
+"""View planning and path planning."""
 
-from circumspect.planning.alternatives import alternatives
-from circumspect.planning.answer import Answer
-from circumspect.planning.circle_planner import CirclePlanner
-from circumspect.planning.confidence_planner import ConfidencePlanner
-from circumspect.planning.next_view import Finished, NextView
-from circumspect.planning.plan_view import footprint
-from circumspect.planning.registry import PLANNER_REGISTRY, PLANNERS, make_planner
-from circumspect.planning.rounds import bearing_turned, sectors_visited
-from circumspect.planning.route import NoWay, Route, passable, route
-from circumspect.planning.situation import Situation
-from circumspect.planning.stance import (
-    IMAGE_SHARE,
-    SURFACE_DISTANCE,
+from circumspect.planning.base_pose import (
+    MAX_IMAGE_FRACTION,
+    SURFACE_DISTANCE_M,
+    alternatives,
+    base_pose,
     camera_place,
     fitting_distance,
-    stance,
 )
-from circumspect.planning.stopping_criterion import StoppingCriterion
+from circumspect.planning.circle_planner import CirclePlanner
+from circumspect.planning.confidence_planner import ConfidencePlanner, StoppingCriterion
+from circumspect.planning.orbit_coverage import bearing_turned, sectors_visited
+from circumspect.planning.plan_view import footprint
+from circumspect.planning.planner_input import Answer, Finished, NextView, PlannerInput
+from circumspect.planning.registry import PLANNER_REGISTRY, PLANNERS, make_planner
+from circumspect.planning.route import NoPath, Route, is_free, route
 from circumspect.planning.surface_normal_planner import SurfaceNormalPlanner
 from circumspect.planning.view_planner import ViewPlanner
 
 __all__ = [
-    "IMAGE_SHARE",
+    "MAX_IMAGE_FRACTION",
     "PLANNERS",
     "PLANNER_REGISTRY",
-    "SURFACE_DISTANCE",
+    "SURFACE_DISTANCE_M",
     "Answer",
     "CirclePlanner",
     "ConfidencePlanner",
     "Finished",
     "NextView",
-    "NoWay",
+    "NoPath",
+    "PlannerInput",
     "Route",
-    "Situation",
     "StoppingCriterion",
     "SurfaceNormalPlanner",
     "ViewPlanner",
     "alternatives",
+    "base_pose",
     "bearing_turned",
     "camera_place",
     "fitting_distance",
     "footprint",
+    "is_free",
     "make_planner",
-    "passable",
     "route",
     "sectors_visited",
-    "stance",
 ]

@@ -1,4 +1,4 @@
-"""Views on a circle round what is known of the object."""
+"""Views on a circle around the known part of the object."""
 
 from __future__ import annotations
 
@@ -7,81 +7,80 @@ from dataclasses import dataclass
 import numpy as np
 
 from circumspect.errors import InputError
-from circumspect.planning.next_view import Finished, NextView
-from circumspect.planning.rounds import camera_bearing, next_turn
-from circumspect.planning.situation import Situation
-from circumspect.planning.stance import SURFACE_DISTANCE, fitting_distance, stance
+from circumspect.planning.base_pose import SURFACE_DISTANCE_M, base_pose, fitting_distance
+from circumspect.planning.orbit_coverage import camera_bearing, next_turn
+from circumspect.planning.planner_input import Finished, NextView, PlannerInput
 from circumspect.planning.view_planner import ViewPlanner
 
-NOTHING_KNOWN = "nothing of the object is known yet"
+NOTHING_KNOWN = "no part of the object is known yet"
 ALL_TRIED = "no other view can be reached"
-SMALLEST_STEP, LARGEST_STEP = 5.0, 90.0
-"""A view nearer than the first counts as reached before the robot has moved; steps larger than the
-second leave sides unseen [degrees]."""
+MIN_STEP_DEG, MAX_STEP_DEG = 5.0, 90.0
+"""Limits of the step [degrees]: a smaller one counts as reached at once, a larger one misses
+sides."""
 
 
 @dataclass(frozen=True)
 class CirclePlanner(ViewPlanner):
-    """Goes on by a set angle, looking at the object's centre.
+    """Moves round the object in steps of a fixed angle, facing its centre.
 
     Attributes:
-        step_deg: From one view to the next, counter-clockwise [degrees].
-        distance: Level distance of camera and surface where the object fits the image [m].
+        step_deg: Angle between two views, counter-clockwise [degrees].
+        distance: Horizontal distance between camera and surface if the object fits the image [m].
 
     Raises:
-        InputError: A step outside of 5 … 90 degrees.
+        InputError: The step is outside 5 … 90 degrees.
     """
 
     step_deg: float = 30.0
-    distance: float = SURFACE_DISTANCE
+    distance: float = SURFACE_DISTANCE_M
 
     def __post_init__(self) -> None:
         require_step("step_deg", self.step_deg)
 
-    def next_view(self, situation: Situation) -> NextView | Finished:
-        """See `ViewPlanner.next_view`; views that can not be reached are skipped."""
-        if len(situation.points_xyz) == 0:
+    def next_view(self, planner_input: PlannerInput) -> NextView | Finished:
+        """See `ViewPlanner.next_view`; views that cannot be reached are skipped."""
+        if len(planner_input.points_xyz) == 0:
             return Finished(NOTHING_KNOWN)
-        if (done := self.enough(situation)) is not None:
+        if (done := self.check_finished(planner_input)) is not None:
             return done
         turn = float(np.radians(self.step_deg))
-        if situation.unreachable:
-            return beyond(situation, turn, self.distance)
-        return circle_view(situation, turn, self.distance)
+        if planner_input.unreachable:
+            return view_beyond(planner_input, turn, self.distance)
+        return circle_view(planner_input, turn, self.distance)
 
 
 def require_step(name: str, degrees: float) -> None:
-    """Refuse an angle between views with which no round would come to an end.
+    """Check the angle between two views.
 
     Raises:
-        InputError: It is outside of 5 … 90 degrees.
+        InputError: It is outside 5 … 90 degrees.
     """
-    if not SMALLEST_STEP <= degrees <= LARGEST_STEP:
+    if not MIN_STEP_DEG <= degrees <= MAX_STEP_DEG:
         raise InputError(
-            f"{name} must be {SMALLEST_STEP:g} … {LARGEST_STEP:g} degrees, not {degrees:g}"
+            f"{name} must be {MIN_STEP_DEG:g} … {MAX_STEP_DEG:g} degrees, not {degrees:g}"
         )
 
 
-def beyond(situation: Situation, step: float, distance: float) -> NextView | Finished:
-    """The next view on a circle, `step` [rad] or more beyond those that could not be reached."""
-    turn = next_turn(situation, step)
+def view_beyond(planner_input: PlannerInput, step: float, distance: float) -> NextView | Finished:
+    """The next view on a circle, at least `step` [rad] beyond the unreachable views."""
+    turn = next_turn(planner_input, step)
     if turn is None:
         return Finished(ALL_TRIED)
-    return circle_view(situation, turn, distance)
+    return circle_view(planner_input, turn, distance)
 
 
-def circle_view(situation: Situation, turn: float, distance: float) -> NextView:
-    """The view `turn` [rad] further round than the camera, looking at the object's centre.
+def circle_view(planner_input: PlannerInput, turn: float, distance: float) -> NextView:
+    """The view `turn` [rad] further round than the camera, facing the object's centre.
 
-    The circle is `distance` [m] outside of all that is known, or further off on sides from which
-    the object would not fit the image.
+    The circle is `distance` [m] outside the known part, or farther away on sides from which the
+    object would not fit the image.
     """
-    centre = situation.centre_xy
-    bearing = camera_bearing(situation, situation.T_map_base) + turn
+    centre = planner_input.centre_xy
+    bearing = camera_bearing(planner_input, planner_input.T_map_base) + turn
     outward = np.array([np.cos(bearing), np.sin(bearing)])
-    offset = situation.points_xyz[:, :2] - centre
-    fitting = float((offset @ outward).max()) + fitting_distance(situation, outward, distance)
+    offset = planner_input.points_xyz[:, :2] - centre
+    fitting = float((offset @ outward).max()) + fitting_distance(planner_input, outward, distance)
     away = max(fitting, float(np.linalg.norm(offset, axis=1).max()) + distance)
-    place = stance(centre + away * outward, centre, situation.T_base_camera)
-    why = f"{np.degrees(turn):.0f}° further round, {away:.2f} m from the centre"
-    return NextView(place, (float(centre[0]), float(centre[1])), None, why)
+    place = base_pose(centre + away * outward, centre, planner_input.T_base_camera)
+    reason = f"{np.degrees(turn):.0f}° further round, {away:.2f} m from the centre"
+    return NextView(place, (float(centre[0]), float(centre[1])), None, reason)

@@ -1,56 +1,56 @@
-"""The object seen from above."""
+"""Plan view of the object."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-CELL = 0.02
-"""Points in the same cell of this side [m] are one in plan view."""
+CELL_M = 0.02
+"""Side of the cells [m]."""
 KEY_BITS = 24
-"""Of the number of a cell for y; the rest is for x."""
-MOST_CELLS = 1 << 22
-"""Cells are counted one by one where the box of all has at most so many."""
-FILLS = 1.5
-"""Voxels from 1 / FILLS of a cell's side on: of a level surface many cells have one point only."""
-SOME = 20_000
-"""So many points tell where the middle is."""
-FEWEST = 8
-"""Below so many points a shape is too thin to ignore any of them."""
+"""Number of bits of a cell number that encode y; the others encode x."""
+MAX_CELLS = 1 << 22
+"""Maximum number of cells of the bounding box for counting in an array."""
+MAX_CELL_VOXEL_RATIO = 1.5
+"""Voxels above 1 / this of a cell give one point for many cells of a level surface."""
+MAX_CENTRE_POINTS = 20_000
+"""Maximum number of points used for the centre."""
+MIN_CELLS = 8
+"""Minimum number of cells of a shape whose cells with a single point may be ignored."""
 
 
-def thinned(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
-    """At most `most` of the points, evenly picked."""
-    return points[:: max(1, -(-len(points) // most))]
+def thinned(points: NDArray[np.float64], max_points: int) -> NDArray[np.float64]:
+    """At most `max_points` of the points, evenly chosen."""
+    return points[:: max(1, -(-len(points) // max_points))]
 
 
 def footprint(points_xyz: NDArray[np.float64], voxel: float = 0.0) -> NDArray[np.float64]:
-    """(c, 2) [m] the middles of the plan-view cells in which the object has points.
+    """(c, 2) centres of the plan-view cells that contain points of the object [m].
 
-    Of a larger object, cells with a single point are noise and left out, unless voxels are so
-    large that one fills a cell.
+    Cells with a single point are noise and ignored, unless the object has few cells or its voxels
+    are as large as cells.
 
     Args:
         points_xyz: (n, 3) [m].
-        voxel: Side of the voxels that each have one of the points [m].
+        voxel: Side of the voxels, which have one point each [m].
     """
     keys, counts = _counted(points_xyz)
-    least = 2 if FILLS * voxel < CELL else 1
-    if (counts >= least).sum() >= FEWEST:
-        keys = keys[counts >= least]
-    return cell_middles(keys, CELL)
+    min_count = 2 if MAX_CELL_VOXEL_RATIO * voxel < CELL_M else 1
+    if (counts >= min_count).sum() >= MIN_CELLS:
+        keys = keys[counts >= min_count]
+    return cell_middles(keys, CELL_M)
 
 
 def _counted(points_xyz: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Numbers of the cells that hold points, ascending, and how many each holds."""
+    """Numbers of the occupied cells, ascending, and the number of points of each."""
     if len(points_xyz) == 0:
         return np.empty(0, np.int64), np.empty(0, np.int64)
-    # Column by column, without sorting: many times faster than `np.unique`.
-    x, y = (np.floor(points_xyz[:, axis] / CELL) for axis in range(2))
+    # Without sorting, many times faster than `np.unique`.
+    x, y = (np.floor(points_xyz[:, axis] / CELL_M) for axis in range(2))
     left, low = x.min(), y.min()
     width, depth = x.max() - left + 1, y.max() - low + 1
-    if not width * depth <= MOST_CELLS:
-        return np.unique(cell_keys(points_xyz[:, :2], CELL), return_counts=True)
+    if not width * depth <= MAX_CELLS:
+        return np.unique(cell_keys(points_xyz[:, :2], CELL_M), return_counts=True)
     x -= left
     y -= low
     deep = int(depth)
@@ -60,20 +60,20 @@ def _counted(points_xyz: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArra
 
 
 def cell_keys(places_xy: NDArray[np.floating], side: float) -> NDArray[np.int64]:
-    """(n,) one number for the cell of each (n, 2) place [m]; `side` is that of the cells [m]."""
+    """(n,) numbers of the cells of (n, 2) positions [m]; `side` is the side of the cells [m]."""
     cells = np.floor(places_xy / side).astype(np.int64)
     return (cells[:, 0] << KEY_BITS) + cells[:, 1]
 
 
 def cell_middles(keys: NDArray[np.int64], side: float) -> NDArray[np.float64]:
-    """(n, 2) [m] the middles of cells given by their numbers."""
+    """(n, 2) centres of cells given by their numbers [m]."""
     x = (keys + (1 << (KEY_BITS - 1))) >> KEY_BITS
     return (np.stack([x, keys - (x << KEY_BITS)], axis=1).astype(np.float64) + 0.5) * side
 
 
 def centre_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(2,) [m] the middle of the plan view's bounding box, without the outermost percent."""
-    flat = thinned(points, SOME)[:, :2]
+    """(2,) centre of the plan view's bounding box [m], without the outermost percent."""
+    flat = thinned(points, MAX_CENTRE_POINTS)[:, :2]
     if len(flat) < 100:
         return (flat.min(axis=0) + flat.max(axis=0)) / 2
     low, high = np.quantile(flat, [0.01, 0.99], axis=0)

@@ -1,4 +1,4 @@
-"""Every view planner by name."""
+"""Registry of view planners."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLANNERS: dict[str, type[ViewPlanner]] = {
     "circle": CirclePlanner,
     "confidence": ConfidencePlanner,
 }
-"""Those that are built in; the default comes first."""
+"""Built-in planners; the first is the default."""
 
 
 def _checked(name: str, value: Any) -> type[ViewPlanner]:  # noqa: ARG001
@@ -28,19 +28,19 @@ def _checked(name: str, value: Any) -> type[ViewPlanner]:  # noqa: ARG001
 
 
 PLANNER_REGISTRY = Registry("view planner", "circumspect.planners", PLANNERS, _checked)
-"""The planners above, and those of other packages."""
+"""Built-in planners and those of other packages."""
 
 
 def make_planner(name: str) -> ViewPlanner:
-    """A planner with its default settings.
+    """Create a planner with its default settings.
 
     Args:
         name: One of `PLANNERS`, an entry point of the group `circumspect.planners`, or MODULE:NAME
             of a subclass of `ViewPlanner`.
 
     Raises:
-        InputError: No planner of that name.
-        PluginError: There is one, but it can not be used.
+        InputError: There is no planner of that name.
+        PluginError: The planner cannot be created.
     """
     kind = PLANNER_REGISTRY.get(name)
     try:

@@ -5,9 +5,8 @@ from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
 from circumspect.pose_graph.keyframe import Keyframe
 from circumspect.pose_graph.keyframe_graph import KeyframeSettings
 from circumspect.pose_graph.keyframe_map import KeyframeMap
-from circumspect.pose_graph.marginals import marginal_covariances
 from circumspect.pose_graph.normal_equations import GraphProblem, GraphState
-from circumspect.pose_graph.pose_graph import PoseGraph
+from circumspect.pose_graph.pose_graph import PoseGraph, marginal_covariances
 
 __all__ = [
     "BetweenFactor",

@@ -1,4 +1,4 @@
-"""A frame that the map is made of."""
+"""Keyframes: the frames that the map consists of."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from circumspect.registration import CompactSurface, FreeSpace, ScanSurface
 
 @dataclass(frozen=True, eq=False)
 class Keyframe:
-    """A pose of the graph with what was seen from there.
+    """A pose of the graph with its surface and free space.
 
     Attributes:
-        number: Keyframes are numbered in the order in which they were taken.
+        number: Number of the keyframe, in the order of time.
         T_map_camera: (4, 4) current estimate of the pose.
-        covariance: (6, 6) its marginal covariance since the first keyframe [rad, m].
-        compact: Surface that it shows, optical frame.
-        free_space: Space that it shows to be free.
+        covariance: (6, 6) marginal covariance of the pose since the first keyframe [rad, m].
+        compact: Observed surface, optical frame.
+        free_space: Observed free space.
         depth: Median depth of its scan, at least `MIN_DEPTH_M` [m].
         T_base_camera: (4, 4) mount of the camera; None if unknown.
     """
@@ -44,7 +44,7 @@ class Keyframe:
         normals_xyz: NDArray[np.floating],
         max_distance: float,
     ) -> NDArray[np.bool_]:
-        """Which surface points are visible from this keyframe, from their front side.
+        """Which surface points are visible from this keyframe on their front side.
 
         Args:
             points_xyz: (n, 3) [m] map frame.

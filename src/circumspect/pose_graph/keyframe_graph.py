@@ -7,16 +7,60 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.geometry.composition import orthonormal
-from circumspect.geometry.pose_distance import distances
-from circumspect.pose_graph.culled_keyframes import CulledKeyframes
+from circumspect.geometry.composition import distances, orthonormal
 from circumspect.pose_graph.culling import prune_factors, transfer_factors
 from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
 from circumspect.pose_graph.keyframe import Keyframe
-from circumspect.pose_graph.marginals import marginal_covariances
-from circumspect.pose_graph.pose_graph import PoseGraph
+from circumspect.pose_graph.pose_graph import PoseGraph, marginal_covariances
 
 MAX_FACTORS_PER_KEYFRAME = 8
+MAX_CULLED = 4096
+"""Maximum number of culled keyframes that are remembered; the oldest are forgotten first."""
+
+
+class CulledKeyframes:
+    """Poses of culled keyframes relative to their substitutes."""
+
+    def __init__(self, max_culled: int = MAX_CULLED) -> None:
+        """Start empty.
+
+        Args:
+            max_culled: Maximum number that is remembered.
+        """
+        self._max = max_culled
+        self._substitutes: dict[int, tuple[int, NDArray[np.floating]]] = {}
+
+    def __len__(self) -> int:
+        return len(self._substitutes)
+
+    def add(self, culled: int, substitute: int, T_substitute_culled: NDArray[np.floating]) -> None:
+        """Record a culled keyframe.
+
+        Args:
+            culled: Number of the culled keyframe.
+            substitute: Number of its substitute.
+            T_substitute_culled: (4, 4) pose of the culled keyframe relative to the substitute.
+        """
+        self._substitutes[culled] = (substitute, T_substitute_culled)
+        if len(self._substitutes) > self._max:
+            del self._substitutes[next(iter(self._substitutes))]
+
+    def substitute(
+        self, number: int, T_number_x: NDArray[np.floating]
+    ) -> tuple[int, NDArray[np.floating]]:
+        """The keyframe that represents a possibly culled one, and a pose relative to it.
+
+        Args:
+            number: Number of a keyframe, which may have been culled.
+            T_number_x: (4, 4) a pose relative to that keyframe.
+
+        Returns:
+            The number of a keyframe that exists or was forgotten, and `T_substitute_x`.
+        """
+        while number in self._substitutes:
+            number, T_substitute_number = self._substitutes[number]
+            T_number_x = T_substitute_number @ T_number_x
+        return number, T_number_x
 
 
 @dataclass(frozen=True)
@@ -25,13 +69,13 @@ class KeyframeSettings:
 
     Attributes:
         max_baseline: A frame becomes a keyframe if it is farther than this from its reference
-            keyframe, as a share of its median depth …
+            keyframe, as a fraction of its median depth …
         max_rotation: … or rotated by more than this [rad], …
-        min_overlap: … or if less than this share of its points lies on the map, and it is as far as
-            `min_step` of the other bounds.
-        max_keyframes: If there are more, the one nearest to another is culled.
-        min_correction, min_correction_rotation: Smaller corrections of all keyframes [m], [rad]
-            wait until the tracker is finalised.
+        min_overlap: … or if a smaller fraction of its points lies on the map and it has reached the
+            fraction `min_step` of the other bounds.
+        max_keyframes: Maximum number; beyond it the keyframe nearest to another is culled.
+        min_correction, min_correction_rotation: Smaller corrections [m], [rad] are applied when the
+            tracker is finalised.
     """
 
     max_baseline: float = 0.2
@@ -44,14 +88,14 @@ class KeyframeSettings:
 
 
 class KeyframeGraph:
-    """Keyframes by tsubstitute number, in the order in which they were added."""
+    """Keyframes by their number, in the order in which they were added."""
 
     def __init__(self, level_covariance: NDArray[np.floating], settings: KeyframeSettings) -> None:
         """Start empty.
 
         Args:
             level_covariance: (3, 3) of roll [rad], pitch [rad] and height [m] of the base.
-            settings: Distances of keyframes and tsubstitute largest number.
+            settings: Distances and maximum number of keyframes.
         """
         self.settings = settings
         self.poses: NDArray[np.floating] = np.empty((0, 4, 4))
@@ -69,12 +113,12 @@ class KeyframeGraph:
 
     @property
     def numbers(self) -> list[int]:
-        """Of all keyframes."""
+        """Numbers of all keyframes."""
         return list(self._keyframes)
 
     @property
     def keyframes(self) -> list[Keyframe]:
-        """All of them, in the order of `poses`."""
+        """All keyframes, in the order of `poses`."""
         return list(self._keyframes.values())
 
     @property
@@ -82,8 +126,8 @@ class KeyframeGraph:
         """Measurements between keyframes; `first` and `second` are numbers of keyframes."""
         return tuple(self._factors)
 
-    def next_number(self) -> int:
-        """A number for the next keyframe."""
+    def take_number(self) -> int:
+        """Take a number for a new keyframe."""
         number, self._next = self._next, self._next + 1
         return number
 
@@ -102,26 +146,26 @@ class KeyframeGraph:
         return self[number].T_map_camera @ T_keyframe_camera
 
     def neighbours(self, number: int) -> list[int]:
-        """A keyframe, or the one that replaced it, and those connected to it by a factor."""
+        """A keyframe, or its substitute, and the keyframes connected to it by a factor."""
         number, _ = self._culled.substitute(number, np.eye(4))
         ends = [(factor.first, factor.second) for factor in self._factors]
         return [number, *(b if a == number else a for a, b in ends if number in (a, b))]
 
     def apart(self, T_map_camera: NDArray[np.floating]) -> NDArray[np.floating]:
-        """(n,) distances to all keyframes; from 1 on a frame shows a new view."""
+        """(n,) normalised distances to all keyframes; a frame at 1 or more shows a new view."""
         translation, rotation = distances(self.poses, T_map_camera)
         depths = np.array([key.depth for key in self._keyframes.values()])
         s = self.settings
         return np.maximum(translation / (s.max_baseline * depths), rotation / s.max_rotation)
 
     def optimise(self, anyway: bool = False) -> bool:
-        """Optimise the graph, move keyframes, and recompute tsubstitute covariances.
+        """Optimise the graph, move keyframes, and recompute their covariances.
 
         Args:
-            anyway: Move them even if the correction is small.
+            anyway: Move keyframes even if the correction is small.
 
         Returns:
-            Whether they were moved.
+            Whether keyframes were moved.
         """
         optimised = self._pose_graph().optimised()
         there = np.stack([pose.as_matrix() for pose in optimised.poses])
@@ -152,10 +196,10 @@ class KeyframeGraph:
     def cull(self) -> int:
         """Remove the keyframe nearest to another one, never the first or the last.
 
-        Its factors are transferred to that one.
+        Its factors are transferred to the other one.
 
         Returns:
-            Its number.
+            The number of the culled keyframe.
         """
         numbers = self.numbers
         _, index, substitute_index = min(map(self._nearest_other, range(1, len(numbers) - 1)))

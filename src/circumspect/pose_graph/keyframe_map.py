@@ -1,4 +1,4 @@
-"""The map: keyframes, the pose graph over them, and the surface that they show together."""
+"""The keyframe map: keyframes, their pose graph and their surface map."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ from circumspect.registration import (
 from circumspect.sensing import RgbdFrame
 
 MAP_SIGMAS = np.array([np.radians(0.03)] * 3 + [0.0005] * 3)
-"""Errors of the local map that all scans registered to it share [rad, m]."""
+"""Standard deviations of the local map's errors, shared by all scans registered to it [rad, m]."""
 FIRST_SIGMA = 1e-4
 """Standard deviation of the first keyframe [rad, m]: it defines the map frame."""
 MIN_DEPTH_M = 0.5
-"""Baselines of keyframes are not compared with smaller depths."""
+"""Lower bound of the depth that baselines of keyframes are compared with [m]."""
 MAX_PENDING = 4
-"""If more pairs wait for registration, two are registered per frame instead of one."""
+"""If more pairs are pending, two are registered per frame instead of one."""
 MAX_LOOP_DELAY = 3
-"""A closed loop is optimised after at most so many frames."""
+"""Maximum number of frames until a closed loop is optimised."""
 MERGED_TOGETHER = 8
-"""Surfaces merged into the surface map at once; more would take more memory."""
+"""Number of surfaces merged into the surface map at once; bounds the memory."""
 NEARBY_KEYFRAMES = 40
-"""Free space is looked up in so many of the nearest keyframes."""
+"""Number of nearest keyframes in which free space is looked up."""
 
 
 class KeyframeMap:
     """A bounded number of keyframes with their pose graph and surface map.
 
     Attributes:
-        surface_map: What scans are registered to.
-        corrections: How often keyframes were moved by the graph.
+        surface_map: Target of scan registration.
+        corrections: Number of times that optimisation moved keyframes.
     """
 
     def __init__(
@@ -62,8 +62,8 @@ class KeyframeMap:
         Args:
             voxel: Resolution of the surface map [m].
             level_covariance: (3, 3) of roll [rad], pitch [rad] and height [m] of the base.
-            settings: Selection and correction.
-            registration: Of keyframes to each other.
+            settings: Selection and correction of keyframes.
+            registration: Settings of the registration between keyframes.
         """
         self.surface_map = SurfaceMap(voxel)
         self.corrections = 0
@@ -92,18 +92,18 @@ class KeyframeMap:
 
     @property
     def violated(self) -> NDArray[np.int64]:
-        """Keys of map points that a keyframe sees through, ascending: means over thin parts."""
+        """Ascending keys of map points that a keyframe sees through: means over thin parts."""
         return self._violated
 
     def pose_of(self, number: int, T_keyframe_camera: NDArray[np.floating]) -> NDArray[np.floating]:
-        """(4, 4) current `T_map_camera` of a frame that was taken near a keyframe.
+        """(4, 4) current `T_map_camera` of a frame near a keyframe.
 
         Args:
-            number: The keyframe, which may have been culled.
-            T_keyframe_camera: (4, 4) pose of the frame in the keyframe.
+            number: Number of the keyframe, which may have been culled.
+            T_keyframe_camera: (4, 4) pose of the frame relative to the keyframe.
 
         Raises:
-            KeyError: The keyframe was culled so long ago that it is forgotten.
+            KeyError: The keyframe was culled too long ago.
         """
         return self._graph.pose_of(number, T_keyframe_camera)
 
@@ -114,7 +114,7 @@ class KeyframeMap:
         is referenced to the recent ones until a loop closure connects both.
 
         Args:
-            T_map_camera: (4, 4).
+            T_map_camera: (4, 4) pose of the camera.
             last: Reference keyframe of the last frame; None after relocalisation.
         """
         numbers, apart = np.array(self._graph.numbers), self._graph.apart(T_map_camera)
@@ -136,12 +136,12 @@ class KeyframeMap:
     def shows_new_view(
         self, T_map_camera: NDArray[np.floating], reference: int, overlap: float
     ) -> bool:
-        """Whether a frame shows enough new to become a keyframe.
+        """Whether the view of a frame is new enough for a keyframe.
 
         Args:
-            T_map_camera: (4, 4) its pose.
+            T_map_camera: (4, 4) pose of the frame.
             reference: Its reference keyframe.
-            overlap: Share of its points that lie on the map.
+            overlap: Fraction of its points that lie on the map.
         """
         apart = self._graph.apart(T_map_camera)[self._graph.numbers.index(reference)]
         s = self._graph.settings
@@ -156,9 +156,9 @@ class KeyframeMap:
             frame: The frame.
             scan: Its scan.
             pose: Its pose with the covariance in the local map.
-            reference: Its reference keyframe; None for the first keyframe of all.
+            reference: Its reference keyframe; None for the first keyframe.
         """
-        number = self._graph.next_number()
+        number = self._graph.take_number()
         T, mount = pose.T_map_camera, frame.T_base_camera
         surface = ScanSurface.from_scan(scan)
         if mount is not None:
@@ -184,7 +184,7 @@ class KeyframeMap:
         return key
 
     def _connect(self, key: Keyframe, pose: PoseWithCovariance, reference: int) -> None:
-        """Add the factor of tracking, and note which keyframes to register to this one."""
+        """Add the factor of tracking, and queue the registration of covisible keyframes."""
         first = self[reference]
         measured = orthonormal(first.relative_pose(key.T_map_camera))
         information = np.linalg.inv(pose.covariance + np.diag(MAP_SIGMAS**2))
@@ -199,7 +199,7 @@ class KeyframeMap:
 
         Args:
             points_xyz: (n, 3) [m] map frame.
-            T_map_camera: (4, 4) of the camera.
+            T_map_camera: (4, 4) pose of the camera.
         """
         numbers, apart = self._graph.numbers, self._graph.apart(T_map_camera)
         free = np.zeros(len(points_xyz), bool)
@@ -212,13 +212,13 @@ class KeyframeMap:
 
     @property
     def has_pending(self) -> bool:
-        """Whether pairs of keyframes wait for registration."""
+        """Whether registrations of keyframe pairs are pending."""
         return bool(self._pending)
 
     def process_pending(self) -> bool:
         """Register one or two pending pairs, and optimise after a loop closure.
 
-        Optimisation waits until no pair is pending, but at most for `MAX_LOOP_DELAY` frames.
+        Optimisation waits until no pair is pending, for at most `MAX_LOOP_DELAY` frames.
 
         Returns:
             Whether keyframes were moved.
@@ -237,13 +237,13 @@ class KeyframeMap:
         return len(self) > 1 and self.optimise(anyway=True)
 
     def optimise(self, anyway: bool = False) -> bool:
-        """Optimise the graph, and build the surface map again if keyframes were moved.
+        """Optimise the graph, and rebuild the surface map if keyframes were moved.
 
         Args:
-            anyway: Move them even if the correction is small.
+            anyway: Move keyframes even if the correction is small.
 
         Returns:
-            Whether they were moved.
+            Whether keyframes were moved.
         """
         self._loop_is_new, self._frames_since_loop = False, 0
         moved = self._graph.optimise(anyway)

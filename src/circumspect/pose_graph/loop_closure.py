@@ -1,4 +1,4 @@
-"""Keyframes that show the same surface, registered to each other."""
+"""Covisibility of keyframes, and registration between covisible ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry.pose_distance import distances
+from circumspect.geometry.composition import distances
 from circumspect.pose_graph.factors import BetweenFactor
 from circumspect.pose_graph.keyframe import Keyframe
 from circumspect.registration import (
@@ -20,38 +20,38 @@ from circumspect.registration import (
 from circumspect.registration.scan_surface import MAX_FLOOR_HEIGHT_M
 
 LOOP_GAP = 12
-"""Covisible keyframes whose numbers differ by more close a loop."""
+"""Covisible keyframes close a loop if their numbers differ by more than this."""
 COVISIBILITY_GAPS = (2, 4, LOOP_GAP)
-"""A keyframe is registered to one covisible keyframe of each of these differences or more."""
+"""A keyframe is registered to one covisible keyframe per gap, a minimum difference of numbers."""
 MIN_COVISIBILITY, MAX_DEPTH_DIFFERENCE_M = 0.3, 0.15
-"""Share of the surface off the floor that a covisible keyframe shows, and how closely."""
+"""Minimum fraction of the surface off the floor that a covisible keyframe shows, and maximum
+difference from its measured depth [m]."""
 COVISIBILITY_SAMPLE = 300
 MAX_VIEW_ANGLE = float(np.radians(75.0))
-"""Views that differ by more [rad] show different sides."""
+"""Views that differ by more than this show different sides [rad]."""
 NEIGHBOUR_SIGMAS = np.array([np.radians(0.3)] * 3 + [0.005] * 3)
 LOOP_SIGMAS = np.array([np.radians(2.0)] * 3 + [0.05] * 3)
-"""Prior of a registration of keyframes [rad, m]; it guides the search and is taken off again."""
+"""Prior of a loop closure's registration [rad, m]; guides the search and is then subtracted."""
 VIEW_SIGMAS = np.array([np.radians(0.25)] * 3 + [0.01] * 3)
 """Error of a registration per radian between the two views [rad, m]: edges and thin parts look
 different from different sides."""
 MIN_VIEW_ANGLE = 0.01
 MIN_INLIERS, MIN_OVERLAP, MAX_RESIDUAL = 200, 0.35, 2.5
-"""A registration that is used has so many inliers, this overlap, and at most this residual in
-standard deviations."""
+"""Bounds of an accepted registration; the residual is in standard deviations."""
 MAX_SQUARED_INNOVATION = 38.0
-"""χ² with six degrees of freedom exceeds this once in a million."""
+"""Exceeded by χ² with six degrees of freedom once in a million."""
 STRIDE = 2
-"""Every second point is enough to register two keyframes."""
+"""Keyframes are registered with every n-th point."""
 
 
 def covisible(
     key: Keyframe, others: Sequence[Keyframe], poses: NDArray[np.floating]
 ) -> list[Keyframe]:
-    """The keyframes to register a new one to: the most covisible one of each gap.
+    """Select keyframes to register a new one to: the most covisible one of each gap.
 
     Args:
         key: The new keyframe.
-        others: All others.
+        others: All other keyframes.
         poses: (n, 4, 4) `T_map_camera` of the others.
     """
     surface, T = key.surface, key.T_map_camera
@@ -63,22 +63,22 @@ def covisible(
         return []
     points, normals = points[off_floor], normals[off_floor]
     _, angles = distances(poses, T)
-    shares = {
+    covisibilities = {
         n: float(other.shows(points, normals, MAX_DEPTH_DIFFERENCE_M).mean())
         for n, (other, angle) in enumerate(zip(others, angles, strict=True))
         if angle < MAX_VIEW_ANGLE
     }
     chosen: list[int] = []
     for gap in COVISIBILITY_GAPS:
-        old = [n for n in shares if key.number - others[n].number >= gap]
-        best = max(old, key=lambda n: shares[n], default=None)
-        if best is not None and shares[best] >= MIN_COVISIBILITY and best not in chosen:
+        old = [n for n in covisibilities if key.number - others[n].number >= gap]
+        best = max(old, key=lambda n: covisibilities[n], default=None)
+        if best is not None and covisibilities[best] >= MIN_COVISIBILITY and best not in chosen:
             chosen.append(best)
     return [others[n] for n in chosen]
 
 
 def closes_loop(first: int, second: int) -> bool:
-    """Whether two keyframes, by their numbers, were taken long after each other."""
+    """Whether two keyframes are far enough apart, by their numbers, to close a loop."""
     return abs(second - first) > LOOP_GAP
 
 
@@ -91,10 +91,10 @@ def registered(
         first: The earlier keyframe.
         second: The later keyframe.
         voxel: Resolution of the surface map of the first [m].
-        settings: Of the registration.
+        settings: Settings of the registration.
 
     Returns:
-        The measured relative pose; None if the two do not fit.
+        The measured relative pose; None if the registration is rejected.
     """
     expected = first.relative_pose(second.T_map_camera)
     sigmas = LOOP_SIGMAS if closes_loop(first.number, second.number) else NEIGHBOUR_SIGMAS
@@ -119,7 +119,7 @@ def registered(
 def with_further_noise(
     information: NDArray[np.floating], further: NDArray[np.floating]
 ) -> NDArray[np.floating]:
-    """(6, 6) (C + V)⁻¹ of C⁻¹, which may be singular, and V⁻¹, which may not."""
+    """(6, 6) (C + V)⁻¹ from C⁻¹, which may be singular, and V⁻¹, which must not be."""
     return further - further @ np.linalg.solve(information + further, further)
 
 

@@ -32,7 +32,7 @@ class GraphProblem:
         second: (m,) index of the second pose.
         T_second_first: (m, 4, 4) inverse measurements Z⁻¹.
         information: (m, 6, 6) Ω.
-        robust: (m,) bool: weighted by Cauchy's kernel.
+        robust: (m,) bool, weighted by Cauchy's kernel.
         level_pose: (k,) index of the level pose.
         T_base_camera: (k, 4, 4) mounts of the level poses.
         level_information: (k, 3, 3) information of roll, pitch and height.

@@ -1,4 +1,4 @@
-"""Poses with factors between them, and their optimisation."""
+"""The pose graph: optimisation and marginal covariances."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry import se3_matrices
 from circumspect.geometry.composition import orthonormal
 from circumspect.pose_graph.factors import BetweenFactor, LevelFactor
 from circumspect.pose_graph.normal_equations import MIN_INFORMATION, GraphProblem, GraphState
@@ -20,8 +22,7 @@ MAX_ITERATIONS = 30
 CONVERGENCE_TOLERANCE = 1e-7
 """The iteration has converged if no pose changes by more than this [rad], [m]."""
 MIN_DAMPING, MIN_RAISED_DAMPING, MAX_DAMPING = 1e-9, 1e-6, 1e6
-"""Damping starts at the first value. It is at least the second one after a rejected step, and the
-iteration ends beyond the third one."""
+"""Initial damping, minimum damping after a rejected step, and damping that ends the iteration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +32,7 @@ class PoseGraph:
     Attributes:
         poses: At least one pose.
         between_factors: Relative measurements.
-        level_factors: Level robots.
+        level_factors: Measurements of level robots.
     """
 
     poses: tuple[RigidTransform, ...]
@@ -74,7 +75,7 @@ class PoseGraph:
 
     @property
     def hessian(self) -> csc_array:
-        """(6 n, 6 n) of half the cost, with robust weights; poses without factors have little."""
+        """(6 n, 6 n) Hessian of half the cost, with robust weights."""
         from scipy.sparse import csc_array, eye_array
 
         H, _ = self._state.linearised()
@@ -84,3 +85,33 @@ class PoseGraph:
     def _state(self) -> GraphState:
         poses = np.stack([pose.as_matrix() for pose in self.poses])
         return GraphProblem.from_factors(self.between_factors, self.level_factors).at(poses)
+
+
+def marginal_covariances(
+    graph: PoseGraph, first_covariance: NDArray[np.floating]
+) -> NDArray[np.floating]:
+    """Marginal covariances of all poses at the current estimate.
+
+    They are the diagonal blocks of the inverse Hessian (Kaess and Dellaert, "Covariance recovery
+    from a square root information matrix for data association", 2009) with robust weights. The
+    graph fixes its first pose; the covariance of the first pose is added to all others.
+
+    Args:
+        graph: A graph at its optimum. Poses that no path of factors connects to the first one have
+            no finite covariance.
+        first_covariance: (6, 6) of the first pose [rad, m].
+
+    Returns:
+        (n, 6, 6) [rad, m], in the frame of each pose.
+    """
+    n = len(graph.poses)
+    covariances = np.zeros((n, 6, 6))
+    if n > 1:
+        # The inverse is dense; dense algebra computes it fastest.
+        inverse = np.linalg.inv(graph.hessian[6:, 6:].toarray()).reshape(n - 1, 6, n - 1, 6)
+        k = np.arange(n - 1)
+        covariances[1:] = inverse[k, :, k]
+    poses = np.stack([pose.as_matrix() for pose in graph.poses])
+    Ad = se3_matrices.adjoint(se3_matrices.inverse(poses) @ poses[0])
+    covariances += Ad @ first_covariance @ np.swapaxes(Ad, -1, -2)
+    return (covariances + np.swapaxes(covariances, -1, -2)) / 2

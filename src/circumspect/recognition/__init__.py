@@ -1,11 +1,9 @@
 """Recognition of one object: track, segment, fuse, grid, classify."""
 
 from circumspect.recognition.frame_outcome import FrameOutcome
-from circumspect.recognition.observer import PipelineObserver
 from circumspect.recognition.recognition_pipeline import RecognitionPipeline
-from circumspect.recognition.recognition_result import RecognitionResult
-from circumspect.recognition.recognition_step import RecognitionStep
-from circumspect.recognition.runner import run_pipeline
+from circumspect.recognition.recognition_step import RecognitionResult, RecognitionStep
+from circumspect.recognition.runner import PipelineObserver, run_pipeline
 
 __all__ = [
     "FrameOutcome",

@@ -1,4 +1,4 @@
-"""The answer to what the object is, provisional or final."""
+"""The answer of the classifier about the object, provisional or final."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from circumspect.recognition.object_grids import ObjectGrids
 from circumspect.reconstruction import ObjectModel
 
 MAX_GRIDS_A_FRAME = 4
-"""Grids that are classified with each frame; the final answer is that of all grids."""
+"""Maximum number of grids classified with each frame; the final answer uses all grids."""
 STABLE_ANSWERS = 3
-"""After so many equal answers in a row the first grid alone is classified, until it differs."""
+"""After so many equal answers only the first grid is classified, until its answer differs."""
 
 
 class ObjectAnswer:
     """Grids and classifies the object model.
 
-    After a frame, a few grids of the preview model give a provisional answer. Once no more frames
-    come, all grids of the full model give the final one.
+    After a frame, a few grids of the preview model give a provisional answer. After the last
+    frame, all grids of the full model give the final one.
 
     Attributes:
         grids: The grids of the object.
@@ -38,7 +38,7 @@ class ObjectAnswer:
         self._equal_answers = 0
 
     def grid(self, model: ObjectModel) -> FrameOutcome | None:
-        """Grid the model after a frame; an object that is too wide loses its answer.
+        """Grid the model after a frame; drop the answer if the object is too wide.
 
         Returns:
             Why the object cannot be classified; None if it can.
@@ -49,7 +49,7 @@ class ObjectAnswer:
         return outcome
 
     def classify(self, model: ObjectModel) -> None:
-        """Classify the grids; one grid alone confirms an answer, and never changes it."""
+        """Classify the grids; a single grid can confirm an answer but not change it."""
         prediction = self._prediction()
         is_equal = _same(prediction, self.prediction)
         if not is_equal and self._equal_answers >= STABLE_ANSWERS:
@@ -67,7 +67,7 @@ class ObjectAnswer:
         self.is_provisional = False
 
     def on_replaced(self, model: ObjectModel) -> None:
-        """Use a model that replaces the former one; it is classified with the next frame."""
+        """Use a model that replaces the previous one; it is classified with the next frame."""
         self.is_provisional = True  # even if the next frame is not used
         if self.grids.points_xyz is not None:
             self.grids.points_xyz = model.preview.points_xyz
@@ -83,5 +83,5 @@ class ObjectAnswer:
 
 
 def _same(one: Prediction, other: Prediction | None) -> bool:
-    """Whether two answers name the same class, with the same trust."""
+    """Whether two answers have the same class and confidence."""
     return other is not None and (one.label, one.confident) == (other.label, other.confident)

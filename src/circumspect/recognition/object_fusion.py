@@ -1,4 +1,4 @@
-"""The object model of a run, which follows corrections of earlier poses."""
+"""Fusion of the object model of a run, with corrections of earlier poses."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ReferenceKeyframe: TypeAlias = tuple[int, RigidTransform]
 
 
 class ObjectFusion:
-    """Fuses frames into a model, and fuses the model again when poses are corrected.
+    """Fuses frames into a model, and rebuilds the model when poses are corrected.
 
     Submaps are updated and fused in the background. For each frame call `follow`, then `fuse`, then
     join the background worker before the next frame.
@@ -42,8 +42,8 @@ class ObjectFusion:
         """Start with an empty model.
 
         Args:
-            settings: How frames are fused.
-            tracker: Returns the poses of keyframes.
+            settings: Settings of fusion.
+            tracker: Provides the poses of keyframes.
             background: Updates and fuses the submaps.
         """
         self.model = ObjectModel(settings)
@@ -56,10 +56,10 @@ class ObjectFusion:
         self._reference: ReferenceKeyframe | None = None
 
     def follow(self, pose: PoseEstimate) -> bool:
-        """Follow the corrections of earlier poses that came with a frame.
+        """Apply the corrections of earlier poses that came with a frame.
 
-        A complete fusion of submaps replaces the model. New corrections start another fusion, of
-        which a part is done in the background.
+        A complete fusion of submaps replaces the model. New corrections start another fusion,
+        which continues in the background.
 
         Args:
             pose: The pose of the frame.
@@ -68,7 +68,7 @@ class ObjectFusion:
             Whether the model was replaced.
         """
         is_replaced = self._swap_model()
-        # A fusion is completed first. Frequent corrections cannot postpone a new model for ever.
+        # A fusion is completed first, so that frequent corrections cannot postpone it for ever.
         if self._submap_fusion is None:
             self._start_submap_fusion()
         number = pose.reference
@@ -85,7 +85,7 @@ class ObjectFusion:
             T_map_camera: Pose of the camera.
 
         Returns:
-            True if the model changed. It does not if the surface is empty, or if enough frames
+            Whether the model changed. It does not if the surface is empty, or if enough frames
             were taken from the same viewpoint.
         """
         contribution = self.model.contribution(surface)
@@ -107,7 +107,7 @@ class ObjectFusion:
         return self._swap_model()
 
     def _start_submap_fusion(self) -> None:
-        """Start to fuse the submaps again if poses were corrected since the last start."""
+        """Start a fusion of the submaps if poses were corrected since the last start."""
         if self._tracker.corrections == self._corrections:
             return
         self._corrections = self._tracker.corrections

@@ -1,4 +1,4 @@
-"""From frames to a class: track, segment, fuse, grid, classify."""
+"""The recognition pipeline: track, segment, fuse, grid, classify."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 
 from circumspect.classification import Classifier, Prediction
 from circumspect.grid import OccupancyGrid
-from circumspect.recognition.background_tracker import BackgroundTracker
-from circumspect.recognition.background_worker import BackgroundWorker, waits_on_error
-from circumspect.recognition.frame_check import FrameCheck
-from circumspect.recognition.frame_outcome import FrameOutcome
+from circumspect.recognition.background_worker import (
+    BackgroundTracker,
+    BackgroundWorker,
+    waits_on_error,
+)
+from circumspect.recognition.frame_outcome import FrameCheck, FrameOutcome
 from circumspect.recognition.object_answer import ObjectAnswer
 from circumspect.recognition.object_fusion import ObjectFusion
 from circumspect.recognition.recognition_step import RecognitionStep
@@ -29,7 +31,7 @@ class RecognitionPipeline:
         classifier: Classifies the object's grids.
         frame_count: Number of frames so far; the index of the next step.
         clock: Times the stages of the latest frame.
-        background: Runs the work that no answer waits for.
+        background: Runs work that answers do not depend on.
     """
 
     def __init__(
@@ -45,7 +47,7 @@ class RecognitionPipeline:
             segmentation: Finds the pixels of the object.
             tracker: Estimates the poses of frames.
             classifier: Classifies the object. Its input specification defines the grids.
-            settings: How frames are fused.
+            settings: Settings of fusion.
         """
         self.background = BackgroundWorker()
         self.segmentation = segmentation
@@ -74,15 +76,15 @@ class RecognitionPipeline:
 
     @property
     def coverage(self) -> float:
-        """Share of the azimuth from which the object has been seen, 0 … 1."""
+        """Fraction of the azimuth from which the object has been seen, 0 … 1."""
         return self._answer.grids.coverage
 
     @waits_on_error
     def step(self, frame: RgbdFrame) -> RecognitionStep:
         """Process one frame.
 
-        A frame that cannot be used changes neither model nor answer; the outcome of the step is
-        the reason. Work that no answer needs may continue until the next frame.
+        An unusable frame changes neither model nor answer; the outcome of the step is the reason.
+        Background work may continue until the next frame.
 
         Raises:
             InputError: The frame has no pose and the pose estimator needs one.
@@ -103,12 +105,12 @@ class RecognitionPipeline:
         return self._finished(frame, FrameOutcome.CLASSIFIED, pose, mask)
 
     def finalise(self) -> bool:
-        """Do all work that was deferred: no more frames come for now.
+        """Do all deferred work after the last frame; more frames may follow.
 
-        Loops are closed, and all grids of the full model are classified, not of its preview.
+        Loops are closed, and all grids of the full model are classified in place of its preview.
 
         Returns:
-            Whether that may have changed poses, model or answer.
+            Whether poses, model or answer may have changed.
         """
         self.background.join()
         self.tracker.finalise()
@@ -120,15 +122,15 @@ class RecognitionPipeline:
         return True
 
     def _unusable(self, frame: RgbdFrame) -> FrameOutcome | None:
-        """Start the clock of a frame; why the frame cannot be tracked, None if it can."""
+        """Start the clock of a frame; return why it cannot be tracked, None if it can."""
         self.clock = StageClock()
-        return self._check.outcome(frame)
+        return self._check.check(frame)
 
     @timed("register")
     def _track(self, frame: RgbdFrame) -> PoseEstimate:
         """Estimate the pose of the camera; the model follows corrections of earlier poses."""
         self.background.join()
-        pose = self.tracker.track(self._odometry_check.checked(frame))
+        pose = self.tracker.track(self._odometry_check.filter(frame))
         self._odometry_check.update(frame, pose)
         if self._fusion.follow(pose):
             self._answer.on_replaced(self.model)
@@ -139,16 +141,16 @@ class RecognitionPipeline:
         """Why the pose cannot be used; None if it can."""
         if not pose.reliable:
             return FrameOutcome.NO_POSE
-        # Once the object is known the floor may be out of view.
+        # Once the object is modelled, the floor may be out of view.
         if self._answer.grids.points_xyz is not None:
             return None
         with self.clock.stage("segment"):
-            fault = self.segmentation.fault(frame)
-        return None if fault is None else FrameOutcome(fault.value)
+            problem = self.segmentation.problem(frame)
+        return None if problem is None else FrameOutcome(problem.value)
 
     @timed("segment")
     def _segment(self, frame: RgbdFrame) -> NDArray[np.bool_]:
-        """(height, width) the pixels that show the object."""
+        """(height, width) mask of the object's pixels."""
         return self.segmentation.object_mask(frame, self._answer.grids.points_xyz)
 
     @timed("fuse")
@@ -160,7 +162,7 @@ class RecognitionPipeline:
 
     @timed("grid")
     def _grid(self) -> FrameOutcome | None:
-        """Grid the model around its principal axis (section 3.2); why not, if that fails."""
+        """Grid the model around its principal axis (section 3.2); return why if that fails."""
         return self._answer.grid(self.model)
 
     @timed("classify")
@@ -181,7 +183,7 @@ class RecognitionPipeline:
         pose: PoseEstimate,
         mask: NDArray[np.bool_] | None = None,
     ) -> RecognitionStep:
-        """The step of a tracked frame; its background work may continue until the next one."""
+        """The step of a tracked frame; background work may continue until the next one."""
         return self._recorded(frame, outcome, pose, 0 if mask is None else int(mask.sum()))
 
     def _recorded(

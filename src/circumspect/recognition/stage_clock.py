@@ -1,4 +1,4 @@
-"""How long each stage took."""
+"""Processing times of the stages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 
 class StageClock:
-    """Adds up the time of named stages [ms]."""
+    """Sums up the time of named stages [ms]."""
 
     def __init__(self) -> None:
         self.milliseconds: dict[str, float] = {}
@@ -27,7 +27,7 @@ class StageClock:
 
 
 class Timed(Protocol):
-    """Has a clock."""
+    """An object with a clock."""
 
     @property
     def clock(self) -> StageClock:
@@ -43,7 +43,7 @@ T = TypeVar("T", bound=Timed)
 def timed(
     stage: str,
 ) -> Callable[[Callable[Concatenate[T, P], R]], Callable[Concatenate[T, P], R]]:
-    """Count every call of a method to a stage of its object's clock."""
+    """Decorate a method to add its time to a stage of its object's clock."""
 
     def decorated(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P], R]:
         @functools.wraps(method)

@@ -52,7 +52,7 @@ class FrameContribution:
         return cls(surface, voxel, _sums(surface, voxel), areas, ends, on_object)
 
     def transformed(self, T_target_map: RigidTransform) -> FrameContribution:
-        """The same contribution in the target frame, summed over the voxels of that frame."""
+        """The contribution in the target frame, summed over the voxels of that frame."""
         local = self.surface.transformed(T_target_map)
         return FrameContribution(
             local,

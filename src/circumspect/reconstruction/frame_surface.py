@@ -16,7 +16,7 @@ POINT_BLOCK_PX = 2
 NORMAL_BLOCK_PX = 4
 """Normals are computed from the means over blocks of this side [px]."""
 MAX_DEPTH_JUMP = 0.04
-"""Neighbours further apart than this share of their depth are on different surfaces."""
+"""Neighbours farther apart than this fraction of their depth are on different surfaces."""
 MIN_INCIDENCE_COSINE = 0.2
 """Lower bound of the cosine of the incidence angle; limits the areas of grazing views."""
 MAX_RAY_DISTANCE_M = 0.3
@@ -64,7 +64,7 @@ class FrameSurface:
             noise: Noise of the camera; determines the weights.
 
         Raises:
-            ValueError: The mask has not the size of the frame.
+            ValueError: The mask and the frame differ in size.
         """
         if object_mask.shape != frame.depth.shape:
             raise ValueError(f"a mask of {frame.depth.shape}, not {object_mask.shape}")
@@ -84,7 +84,7 @@ class FrameSurface:
         return cls(matrix[:3, 3], *surface, background)
 
     def transformed(self, T_target_map: RigidTransform) -> FrameSurface:
-        """The same surface in the target frame."""
+        """The surface in the target frame."""
         matrix = T_target_map.as_matrix()
         R, t = matrix[:3, :3], matrix[:3, 3]
         return replace(

@@ -1,4 +1,4 @@
-"""The object model: the fused surface, and the rays that observed it."""
+"""The object model: fused surface and sight rays."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,15 +28,18 @@ from circumspect.reconstruction.occupancy import occupancies, occupancy
 from circumspect.reconstruction.sight_rays import SightRays
 from circumspect.sensing import RgbdFrame
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 MAX_FINE_VOXELS = 40_000
 """The preview of a model with more voxels than this has voxels of twice the side."""
 MAX_PENDING_ROWS = 60_000
-"""Rows of sums of a large model that are kept apart before they are added at once."""
+"""Maximum number of rows of sums that a large model collects before it adds them."""
 
 
 @dataclass(frozen=True)
 class ModelSettings:
-    """How frames are fused.
+    """Settings of fusion.
 
     Attributes:
         voxel: Side of the voxels over which points are averaged [m]. None means 1/150 of the
@@ -60,7 +64,7 @@ class ObjectModel:
     """The fused surface of one object, map frame. Models are immutable; `fused` returns a new one.
 
     Attributes:
-        settings: How frames are fused.
+        settings: Settings of fusion.
         voxel: Side of the voxels [m]; None before the first frame.
         base: Sums per voxel over frames, without the pending ones.
         areas: Area and frame count per surface patch; see `surface_area`.
@@ -138,7 +142,7 @@ class ObjectModel:
             A new model; this one if the mask contains no valid depth.
 
         Raises:
-            ValueError: The mask has not the size of the frame.
+            ValueError: The mask and the frame differ in size.
         """
         return self.with_surface(FrameSurface.from_frame(frame, object_mask, T_map_camera))
 
@@ -224,16 +228,46 @@ class ObjectModel:
 
         Raises:
             GeometryError: No frame is fused yet.
-            InputError: The grids are of another kind, or do not share their axis.
+            InputError: The grids are not cylindrical, or do not share their axis.
         """
         return occupancies(grids, self.cloud().points_xyz, self.rays)
+
+    def plot(
+        self, axes: Axes | None = None, azimuth_deg: float = -60.0, elevation_deg: float = 25.0
+    ) -> Axes:
+        """Draw the surface in parallel projection; see `PointCloud.plot`.
+
+        Args:
+            axes: Axes to draw into; None for a new figure.
+            azimuth_deg: Azimuth of the viewer as seen from the object [degrees].
+            elevation_deg: Elevation of the viewer above the horizon [degrees].
+
+        Raises:
+            GeometryError: No frame is fused yet.
+            MissingExtraError: matplotlib is not installed.
+        """
+        return self.cloud().plot(axes, azimuth_deg, elevation_deg)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Number of points and frames, voxel and size of the object [m], in JSON types.
+
+        Raises:
+            GeometryError: No frame is fused yet.
+        """
+        points = self.cloud().points_xyz
+        return {
+            "points": len(points),
+            "frames": self.frames,
+            "voxel_m": self.voxel,
+            "size_m": np.ptp(points, axis=0).tolist(),
+        }
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the cloud as PLY, with `frames_seen` as the vertex property "frames".
 
         Raises:
             GeometryError: No frame is fused yet.
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         write_ply(path, self.cloud(), {"frames": self.frames_seen()})
 

@@ -25,7 +25,7 @@ class SightRays:
         keys: (n,) int64, ascending: the cells of end and origin.
         origins_xyz: (n, 3) float32 [m].
         ends_xyz: (n, 3) float32 [m].
-        on_object: (n,) bool: the ray ends on the object, not on the background.
+        on_object: (n,) bool, whether the ray ends on the object, not on the background.
     """
 
     keys: NDArray[np.int64]
@@ -43,7 +43,7 @@ class SightRays:
         return len(self.keys)
 
     def __getitem__(self, rows: slice | NDArray[np.intp]) -> SightRays:
-        """Some of the rays, in ascending order."""
+        """A selection of the rays, in ascending order."""
         return SightRays(
             np.ascontiguousarray(self.keys[rows]),
             np.ascontiguousarray(self.origins_xyz[rows]),
@@ -78,7 +78,7 @@ class SightRays:
         ends_xyz: NDArray[np.floating],
         on_object: NDArray[np.bool_],
     ) -> SightRays:
-        """These rays and those of the given ones whose pair of cells has no ray yet.
+        """These rays, and the given rays whose pair of cells has no ray yet.
 
         Args:
             origins_xyz: (m, 3) [m].

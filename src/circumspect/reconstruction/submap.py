@@ -1,21 +1,120 @@
-"""A submap: the object as observed by the frames near one keyframe."""
+"""Submaps: the object as observed by the frames near one keyframe each."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
+from circumspect.geometry.composition import composed
 from circumspect.geometry.voxel_sums import VoxelSums
 from circumspect.reconstruction import surface_area
-from circumspect.reconstruction.compact_sums import CompactSums
-from circumspect.reconstruction.frame_contribution import COLUMNS, FrameContribution
+from circumspect.reconstruction.frame_contribution import (
+    COLUMNS,
+    NORMAL,
+    POINT,
+    WEIGHT,
+    FrameContribution,
+)
 from circumspect.reconstruction.sight_rays import SightRays
 
 MAX_PENDING_FRAMES = 8
-"""Sums of this many frames are kept apart before they are added to the submap at once."""
+"""Number of frames whose sums are collected before they are added to the submap."""
+MAX_SUBMAPS = 300
+"""Maximum number of submaps; beyond it, the one with the fewest frames is removed."""
+MAX_SUBMAP_FRAMES = 40
+"""Maximum number of frames per submap. The noise of more would keep adding voxels."""
+UNCORRECTED_TOLERANCE = 1e-9
+"""A keyframe pose is uncorrected if no matrix entry differs by this much."""
+
+
+@dataclass(frozen=True, eq=False)
+class CompactSums:
+    """The sums of a `FrameContribution` in half the memory.
+
+    Means are stored in place of sums, because rounding errors of sums accumulate over frames.
+    Points are stored relative to a nearby centre: single precision resolves 0.2 µm at 3 m, but only
+    a centimetre at 100 km.
+
+    Attributes:
+        keys: (n,) int64 voxel keys.
+        means: (n, columns) float32 in the columns of a `FrameContribution`: weight, mean point
+            relative to the centre, mean normal, frames.
+        centre_xyz: (3,) [m].
+    """
+
+    keys: NDArray[np.int64]
+    means: NDArray[np.float32]
+    centre_xyz: NDArray[np.float64]
+
+    @classmethod
+    def from_sums(cls, sums: VoxelSums, centre_xyz: NDArray[np.floating]) -> CompactSums:
+        """Round sums to single precision.
+
+        Args:
+            sums: In the columns of a `FrameContribution`.
+            centre_xyz: (3,) [m] a position near the points.
+        """
+        means, weights = sums.totals.copy(), sums.totals[:, WEIGHT, None]
+        means[:, POINT] = means[:, POINT] / weights - centre_xyz
+        means[:, NORMAL] /= weights
+        return cls(sums.keys, means.astype(np.float32), np.asarray(centre_xyz, np.float64))
+
+    def expanded(self) -> VoxelSums:
+        """The sums in double precision."""
+        totals = self.means.astype(np.float64)
+        weights = totals[:, WEIGHT, None]
+        totals[:, POINT] = weights * (totals[:, POINT] + self.centre_xyz)
+        totals[:, NORMAL] *= weights
+        return VoxelSums(self.keys, totals)
+
+
+@dataclass(frozen=True, eq=False)
+class SubmapCollection:
+    """Submaps by the number of their keyframe; `with_contribution` returns a new collection.
+
+    Attributes:
+        submaps: Number of the keyframe to its submap.
+        latest: Number of the keyframe of the last contribution; only its submap has pending sums.
+    """
+
+    submaps: Mapping[int, Submap] = field(default_factory=lambda: MappingProxyType({}))
+    latest: int | None = None
+
+    def with_contribution(
+        self, keyframe: int, T_map_keyframe: RigidTransform, contribution: FrameContribution
+    ) -> SubmapCollection:
+        """The collection with the contribution of one more frame.
+
+        Args:
+            keyframe: Number of the frame's reference keyframe.
+            T_map_keyframe: Current pose of that keyframe.
+            contribution: The contribution, map frame.
+
+        Returns:
+            A new collection; this one if the keyframe's submap has `MAX_SUBMAP_FRAMES` frames.
+        """
+        old = self.submaps.get(keyframe)
+        if old is None:
+            old = Submap.empty(T_map_keyframe.inv(), contribution.surface.origin_xyz)
+        if len(old.views_xyz) >= MAX_SUBMAP_FRAMES:
+            return self
+        # Map and submap frame differ after a correction of the keyframe.
+        T_map_submap = composed(T_map_keyframe, old.T_keyframe_submap)
+        deviation = np.abs(T_map_submap.as_matrix() - np.eye(4)).max()
+        uncorrected = deviation < UNCORRECTED_TOLERANCE
+        local = contribution if uncorrected else contribution.transformed(T_map_submap.inv())
+        submaps = {**self.submaps, keyframe: old.with_contribution(local)}
+        if self.latest is not None and self.latest != keyframe:
+            submaps[self.latest] = submaps[self.latest].compacted()
+        if len(submaps) > MAX_SUBMAPS:
+            others = [number for number in submaps if number != keyframe]
+            del submaps[min(others, key=lambda number: len(submaps[number].views_xyz))]
+        return SubmapCollection(MappingProxyType(submaps), keyframe)
 
 
 @dataclass(frozen=True, eq=False)

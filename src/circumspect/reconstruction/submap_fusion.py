@@ -20,11 +20,10 @@ from circumspect.reconstruction.frame_contribution import (
     FrameContribution,
 )
 from circumspect.reconstruction.object_model import ModelSettings, ObjectModel
-from circumspect.reconstruction.submap import Submap
-from circumspect.reconstruction.submap_collection import SubmapCollection
+from circumspect.reconstruction.submap import Submap, SubmapCollection
 
 DEFAULT_VOXEL_M = 0.01
-"""Side of the voxels where neither settings nor frames determine it [m]."""
+"""Side of the voxels if neither settings nor frames determine it [m]."""
 
 
 class SubmapFusion:

@@ -8,7 +8,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.geometry.growing_table import GrowingTable
 
 MAX_SIMILAR_VIEWS = 40
-"""Views accepted from one viewpoint. The noise of further ones would keep adding voxels."""
+"""Maximum number of views accepted from one viewpoint. More noise would keep adding voxels."""
 SIMILAR_DISTANCE_M = 0.1
 """Similar views are at most this far apart [m]."""
 MIN_SIMILAR_COSINE = float(np.cos(np.radians(12.0)))

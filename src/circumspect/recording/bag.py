@@ -1,4 +1,4 @@
-"""Messages of a bag, whatever its format, as they come and without loading it."""
+"""Bags of any format as streams of messages that are never loaded as a whole."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Topic:
-    """What a bag holds of a topic.
+    """A topic of a bag.
 
     Attributes:
-        name: Such as /odom.
-        kind: Its type, such as nav_msgs/msg/Odometry.
-        count: Messages.
-        first, last: When the first and the last one were heard [ns]; of a bag with an index, when
-            the first and the last message of all topics were. None where nothing tells.
+        name: For example /odom.
+        kind: Message type, for example nav_msgs/msg/Odometry.
+        count: Number of messages.
+        first, last: Log times of the first and last message [ns]; for a bag with an index, of the
+            first and last message of all topics. None if unknown.
     """
 
     name: str
@@ -31,57 +31,57 @@ class Topic:
 
 @dataclass(frozen=True)
 class BagMessage:
-    """One message.
+    """A message of a bag.
 
     Attributes:
-        topic: Where it was published.
-        log_time: When it was heard [ns].
-        told: The message.
+        topic: Topic it was published on.
+        log_time: Time it was recorded [ns].
+        msg: The decoded message.
     """
 
     topic: str
     log_time: int
-    told: Any
+    msg: Any
 
 
 class Bag(ABC):
-    """A recording of messages; its file is open only while it is read.
+    """A recording of messages; its file is open only while it is being read.
 
     Attributes:
         path: The file or folder.
-        kind: Its format, in words.
-        topics: By name.
-        notes: What was kept with the messages by whoever recorded them.
-        fault: Why reading ended before the bag's end; None while it did not.
-        damage: What was damaged in the bag and left out, and how much of it; None for nothing.
-        undecoded: How many messages read last are not what they should be, by topic and type.
+        kind: Name of its format.
+        topics: Topics by name.
+        notes: Metadata that the recorder stored with the messages.
+        error: Why reading ended before the end of the bag; None if it did not.
+        damage: Description of the damaged parts that were skipped; None if there are none.
+        undecoded: Number of messages of the last read that could not be decoded, by topic and type.
     """
 
     path: Path
     kind: str
     topics: dict[str, Topic]
     notes: dict[str, str]
-    fault: str | None
+    error: str | None
     damage: str | None
     undecoded: Counter[tuple[str, str]]
 
     @abstractmethod
     def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
-        """The messages of some topics, in the order in which they were heard.
+        """Iterate over the messages of some topics in the order they were recorded.
 
-        One that can not be decoded is left out and counted.
+        Messages that cannot be decoded are skipped and counted.
 
         Raises:
-            InputError: The bag can not be opened, or a topic holds no messages of ROS.
+            InputError: The bag cannot be opened, or a topic does not hold ROS messages.
         """
 
     @property
     def left_out(self) -> dict[str, str]:
-        """What is missing among the messages read last, each with the reason."""
-        told = {
-            f"messages on {topic}": f"{count} {'is' if count == 1 else 'are'} no {kind}"
+        """What is missing from the messages of the last read, each with the reason."""
+        reasons = {
+            f"messages on {topic}": f"{count} {'is' if count == 1 else 'are'} not of type {kind}"
             for (topic, kind), count in sorted(self.undecoded.items())
         }
         if self.damage is not None:
-            told["what is damaged"] = self.damage
-        return told if self.fault is None else {**told, "the end": self.fault}
+            reasons["damaged parts"] = self.damage
+        return reasons if self.error is None else {**reasons, "the end": self.error}

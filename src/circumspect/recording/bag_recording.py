@@ -1,4 +1,4 @@
-"""The frames of a bag."""
+"""A bag read as a recording of RGB-D frames."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from circumspect.recording.bag_preview import BagPreview, preview
 from circumspect.recording.frame_assembly import AssemblySettings, ClockError, FrameAssembly
 from circumspect.recording.recording import Recording
 from circumspect.recording.run_recorder import MAP, SYNCHRONOUS, SYSTEMATIC_DISPARITY
-from circumspect.recording.topic_choice import TopicNames, chosen, require_info
+from circumspect.recording.topic_choice import TopicNames, choose_topics, require_info
 from circumspect.sensing import RgbdFrame
 
-SHOWN = 12
-"""Of the names of frames that a complaint lists."""
-UNTOLD = "frames without a place"
-"""Under this name they are kept among what is skipped."""
+MAX_LISTED_FRAMES = 12
+"""Number of frame names that an error message lists."""
+UNLOCATED = "frames without a pose"
+"""Key of these frames in `skipped`."""
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class BagSettings:
-    """How a bag is to be understood.
+    """How to interpret a bag.
 
     Attributes:
-        topics: Those that are known; others are guessed.
-        camera: Instead of CameraInfo.
-        T_base_camera: Instead of transforms.
-        map_frame: In which transforms tell poses.
-        depth_scale: Metres a unit of the depth images; None for those of their encoding.
+        topics: Known topic names; the others are guessed.
+        camera: Intrinsics to use instead of CameraInfo.
+        T_base_camera: Mount to use instead of transforms.
+        map_frame: Frame of the recorded poses.
+        depth_scale: Metres per unit of the depth images; None for the default of their encoding.
     """
 
     topics: TopicNames = field(default_factory=TopicNames)
@@ -46,9 +46,9 @@ class BagSettings:
 
 
 class BagRecording(Recording):
-    """Frames of a bag, with odometry and mount where it tells them.
+    """Frames of a bag, with wheel odometry and camera mount if the bag contains them.
 
-    Memory does not grow with the bag: messages are read one after the other.
+    Messages are read one after the other, so memory does not grow with the bag.
     """
 
     def __init__(
@@ -62,26 +62,29 @@ class BagRecording(Recording):
 
         Args:
             bag: The messages.
-            every: Take each n-th frame only.
-            poses: Whether frames bring along the poses that transforms tell.
-            settings: How the bag is to be understood.
+            every: Use every n-th frame only.
+            poses: Whether frames carry the poses given by transforms.
+            settings: How to interpret the bag.
 
         Raises:
-            InputError: No topic holds depth images, or several may; nothing tells of the camera;
-                `every` is below 1.
+            InputError: No topic, or more than one, may hold the depth images; the camera is
+                unknown; `every` is below 1.
         """
-        super().__init__(bag.path)
-        if every < 1:
-            raise InputError(f"every {every}: take each first, second, … frame")
-        self.bag, self.every, self.poses = bag, every, poses
+        super().__init__(bag.path, every, poses)
+        self.bag = bag
         self.settings = settings or BagSettings()
-        self.topics = chosen(bag, self.settings.topics)
+        self.topics = choose_topics(bag, self.settings.topics)
         if self.settings.camera is None:
             require_info(bag, self.topics)
 
     @property
+    def has_floor(self) -> bool:
+        """See `Recording.has_floor`; the map of a bag starts on the floor under the robot."""
+        return True
+
+    @property
     def systematic_disparity(self) -> float | None:
-        """Systematic error of the camera's disparity [rad]; None if the bag holds no valid note."""
+        """Systematic error of the camera's disparity [rad]; None if the bag has no valid note."""
         try:
             error = float(self.bag.notes.get(SYSTEMATIC_DISPARITY, "nan"))
         except ValueError:
@@ -93,70 +96,70 @@ class BagRecording(Recording):
         return -(-self.bag.topics[self.topics.depth].count // self.every)
 
     def __iter__(self) -> Iterator[RgbdFrame]:
-        """See `Recording.__iter__`; of a bag that breaks off the frames before are given."""
-        return self._given(self._assembly())
+        """See `Recording.__iter__`; a truncated bag yields the frames before the break."""
+        return self._readable_frames(self._assembly())
 
-    def placed(self) -> Iterator[RgbdFrame]:
-        """See `Recording.placed`; the mount says it, or a recorded pose."""
+    def from_first_pose(self) -> Iterator[RgbdFrame]:
+        """See `Recording.from_first_pose`; the pose is the mount or a recorded pose."""
         assembly = self._assembly()
-        frames = self._given(assembly)
-        lack = "where the camera is mounted on the robot", "give --mount X Y Z PAN TILT"
-        for first in self._told(frames, _has_place, assembly, *lack):
+        frames = self._readable_frames(assembly)
+        missing = "mount of the camera on the robot", "give --mount X Y Z PAN TILT"
+        for first in self._located(frames, _has_place, assembly, *missing):
             yield first
             yield from frames
 
     def with_poses(self) -> Iterator[RgbdFrame]:
-        """The frames with their recorded poses; those without one are left out.
+        """Iterate over the frames with recorded poses; frames without a pose are skipped.
 
         Raises:
-            InputError: Transforms tell none at all; see `__iter__` for what else.
+            InputError: No frame has a pose; see `__iter__` for other errors.
         """
         assembly = self._assembly()
-        lack = (
-            f"where the camera is in the frame '{self.settings.map_frame}'",
-            "name another by --map-frame, or leave --poses out",
+        missing = (
+            f"pose of the camera in the frame '{self.settings.map_frame}'",
+            "choose another frame with --map-frame, or omit --poses",
         )
-        return self._told(self._given(assembly), _has_pose, assembly, *lack)
+        return self._located(self._readable_frames(assembly), _has_pose, assembly, *missing)
 
-    def _told(
+    def _located(
         self,
         frames: Iterator[RgbdFrame],
-        is_told: Callable[[RgbdFrame], bool],
+        is_located: Callable[[RgbdFrame], bool],
         assembly: FrameAssembly,
         what: str,
         remedy: str,
     ) -> Iterator[RgbdFrame]:
-        """The frames for which transforms tell what is needed; there must be one."""
-        given = left = 0
+        """The frames whose pose is given by transforms; there must be at least one."""
+        count = left = 0
         for frame in frames:
-            if is_told(frame):
-                given += 1
+            if is_located(frame):
+                count += 1
                 yield frame
                 continue
             left += 1
-            self.skipped[UNTOLD] = f"{left}, for no transforms told {what} at their time"
-        if not given:
-            # Who reads the complaint need not be told of every frame as well.
-            self.skipped.pop(UNTOLD)
+            self.skipped[UNLOCATED] = f"{left}: no transform gives the {what} at their times"
+        if not count:
+            # One error replaces the note on each frame.
+            self.skipped.pop(UNLOCATED)
             names = sorted(assembly.known_frames)
-            told = ", ".join(names[:SHOWN]) + (", …" if len(names) > SHOWN else "")
+            known = ", ".join(names[:MAX_LISTED_FRAMES]) + ", …" * (len(names) > MAX_LISTED_FRAMES)
             raise InputError(
-                f"{self.path}: no transforms tell {what} when an image was taken; they tell of: "
-                f"{told or 'none'}; {remedy}"
+                f"{self.path}: no transform gives the {what} at the time of any image; known "
+                f"frames: {known or 'none'}; {remedy}"
             )
 
-    def _given(self, assembly: FrameAssembly) -> Iterator[RgbdFrame]:
-        given = 0
+    def _readable_frames(self, assembly: FrameAssembly) -> Iterator[RgbdFrame]:
+        count = 0
         for number, frame in enumerate(self._frames(assembly)):
             if number % self.every:
                 continue
-            given += 1
+            count += 1
             yield frame
         for name, reason in self.bag.left_out.items():
             self.skipped[name] = reason
             _log.warning("%s: %s left out: %s", self.path, name, reason)
-        if not given:
-            name, reason = next(iter(self.skipped.items()), ("the depth", "there is no image"))
+        if not count:
+            name, reason = next(iter(self.skipped.items()), ("depth", "there is no image"))
             raise InputError(f"{self.path}: no frame can be read: {name}: {reason}")
 
     def _assembly(self) -> FrameAssembly:
@@ -177,11 +180,11 @@ class BagRecording(Recording):
         try:
             for message in self.bag.messages(self.topics.all):
                 begin.clocks.correct(message)
-                yield from assembly.heard(message)
+                yield from assembly.on_message(message)
         except ClockError as error:
             self.skipped["the rest"] = str(error)
             _log.warning("%s: %s", self.path, error)
-        yield from assembly.rest()
+        yield from assembly.remaining_frames()
 
 
 def _has_pose(frame: RgbdFrame) -> bool:
@@ -189,5 +192,5 @@ def _has_pose(frame: RgbdFrame) -> bool:
 
 
 def _has_place(frame: RgbdFrame) -> bool:
-    """Whether registration can begin with it."""
+    """Whether registration can start with this frame."""
     return frame.T_base_camera is not None or _has_pose(frame)

@@ -1,4 +1,4 @@
-"""What is looked at before a bag of a stranger is handed to the library that reads it."""
+"""Checks of an untrusted bag before a library reads it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from typing import Any
 from circumspect.errors import InputError
 from circumspect.recording.ros_types import COMPRESSED_IMAGE, IMAGE
 
-LARGEST_INDEX = 4 << 20
-"""An index in YAML of more bytes is something else."""
-LONGEST_ARRAY = 1 << 20
-"""Of a fixed length, in messages."""
-MOST_TABLES = 100
-LARGEST_MESSAGE = 4 << 20
-"""Of any message but an image [bytes]; in memory its parts take many times as much."""
-LARGEST_IMAGE = 200 << 20
-"""Of a message with an image [bytes]."""
+MAX_INDEX_BYTES = 4 << 20
+"""Maximum size of a YAML index [bytes]."""
+MAX_ARRAY_LENGTH = 1 << 20
+"""Maximum length of a fixed-length array in a message."""
+MAX_TABLES = 100
+MAX_MESSAGE_BYTES = 4 << 20
+"""Maximum size of a message other than an image [bytes]; decoded, it takes many times as much."""
+MAX_IMAGE_BYTES = 200 << 20
+"""Maximum size of an image message [bytes]."""
 _COMPUTED = re.compile(r"\b(?:AS|VIRTUAL)\b", re.IGNORECASE)
 _ALIAS = re.compile(rb"(?:^|[\s\[{,:-])\*\w+\s*(?:$|[\s,\]}])")
 _INDEX, _SQLITE = "metadata.yaml", b"SQLite format 3\0"
@@ -29,13 +29,15 @@ def require_plain_bag(path: Path) -> None:
     """Check the files of a bag.
 
     Raises:
-        InputError: It is no regular file, has a huge index, or a data base that computes what it
-            holds, by which a few bytes could give rows without end.
+        InputError: It is not a regular file, has a huge index, or is a database whose rows are
+            computed, so that a few bytes could yield endless rows.
     """
     if path.is_dir():
         index = path / _INDEX
-        if index.exists() and (not index.is_file() or index.stat().st_size > LARGEST_INDEX):
-            raise InputError(f"{path}: its {_INDEX} is no file of at most {LARGEST_INDEX} bytes")
+        if index.exists() and (not index.is_file() or index.stat().st_size > MAX_INDEX_BYTES):
+            raise InputError(
+                f"{path}: its {_INDEX} is not a file of at most {MAX_INDEX_BYTES} bytes"
+            )
         _require_no_aliases(index)
         files = [file for file in path.iterdir() if file.name != _INDEX]
     else:
@@ -48,7 +50,7 @@ def require_plain_bag(path: Path) -> None:
 
 
 def _require_no_aliases(index: Path) -> None:
-    """A list of lists of lists, each named ten times, is short until somebody prints it."""
+    """Refuse YAML aliases: nested aliases are short in the file but huge when expanded."""
     if index.exists() and _ALIAS.search(index.read_bytes()):
         raise InputError(f"{index}: holds references (*name), which no recorder writes")
 
@@ -56,62 +58,64 @@ def _require_no_aliases(index: Path) -> None:
 def _require_stored_rows(file: Path) -> None:
     with file.open("rb") as stream:
         if stream.read(len(_SQLITE)) != _SQLITE:
-            return  # Of another kind, packed or broken: the library tells.
+            return  # Another kind, compressed or broken: the library reports it.
     try:
         base = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         base.text_factory = lambda text: text.decode("latin-1")
         try:
-            rows = base.execute("SELECT type, sql FROM sqlite_master").fetchmany(MOST_TABLES + 1)
+            rows = base.execute("SELECT type, sql FROM sqlite_master").fetchmany(MAX_TABLES + 1)
         finally:
             base.close()
-    # SQLite's own complaints may hold bytes of the file that are no text.
+    # SQLite's error messages may contain bytes of the file that are not text.
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: is a broken data base ({error})") from error
-    if len(rows) > MOST_TABLES:
-        raise InputError(f"{file}: has more than {MOST_TABLES} tables; no recording has")
+        raise InputError(f"{file}: is a broken database ({error})") from error
+    if len(rows) > MAX_TABLES:
+        raise InputError(f"{file}: has more than {MAX_TABLES} tables, unlike any recording")
     for kind, text in rows:
         if kind not in ("table", "index") or _COMPUTED.search(str(text or "")):
-            raise InputError(f"{file}: a data base that computes its rows is no recording")
+            raise InputError(f"{file}: is a database with computed rows, not a recording")
 
 
 def require_possible_size(kind: str, size: int) -> None:
-    """Check a message before it is decoded.
+    """Check the size of a message before it is decoded.
 
     Args:
-        kind: Its type.
-        size: Its length [bytes].
+        kind: Message type.
+        size: Length of the message [bytes].
 
     Raises:
-        InputError: No such message is as large.
+        InputError: The message is larger than the limit of its type.
     """
-    largest = LARGEST_IMAGE if kind in (IMAGE, COMPRESSED_IMAGE) else LARGEST_MESSAGE
+    largest = MAX_IMAGE_BYTES if kind in (IMAGE, COMPRESSED_IMAGE) else MAX_MESSAGE_BYTES
     if size > largest:
-        raise InputError(f"a {kind} of {size} bytes; {largest} are read")
+        raise InputError(f"a {kind} of {size} bytes exceeds the limit of {largest}")
 
 
 def require_bounded_messages(definitions: Mapping[str, Any]) -> None:
-    """Check message types that a bag brings along.
+    """Check the message types that are defined in a bag.
 
     Args:
-        definitions: Type to (constants, fields), as rosbags has them.
+        definitions: Type to (constants, fields), as in rosbags.
 
     Raises:
-        InputError: Arrays of a type without content, or endless ones: a message of a few bytes
-            could hold billions of elements.
+        InputError: A field is an array of an empty type or a very long array: a message of a few
+            bytes could then decode to billions of elements.
     """
     for name, (_, fields) in definitions.items():
         for field, (node, detail) in fields:
             if node.name not in ("ARRAY", "SEQUENCE"):
                 continue
             (inner, kind), length = detail
-            if node.name == "ARRAY" and length > LONGEST_ARRAY:
-                raise InputError(f"{name}.{field} has {length} elements; no message does")
+            if node.name == "ARRAY" and length > MAX_ARRAY_LENGTH:
+                raise InputError(
+                    f"{name}.{field} has {length} elements, more than any known message"
+                )
             if inner.name == "NAME" and not _takes_room(kind, definitions, ()):
-                raise InputError(f"{name}.{field} is an array of nothing; no message has one")
+                raise InputError(f"{name}.{field} is an array of an empty type")
 
 
 def _takes_room(name: str, definitions: Mapping[str, Any], within: tuple[str, ...]) -> bool:
-    """Whether a message of that type takes at least a byte."""
+    """Whether a message of a type takes at least one byte."""
     if name not in definitions or name in within or len(within) > 64:
         return False
     for _, (node, detail) in definitions[name][1]:

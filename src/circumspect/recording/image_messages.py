@@ -1,4 +1,4 @@
-"""Depth and colour images as `sensor_msgs` has them."""
+"""Conversion of depth and colour images to and from `sensor_msgs`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
-from circumspect.recording.compressed_depth import LARGEST, compressed_depth, scaled
+from circumspect.recording.compressed_depth import MAX_SIDE_PX, compressed_depth, scaled
 from circumspect.recording.ros_time import header
 from circumspect.recording.ros_types import CAMERA_INFO, IMAGE, message
 from circumspect.sensing.millimetres import metres, millimetres
-from circumspect.sensing.picture import opened_picture
+from circumspect.sensing.untrusted_files import opened_picture
 
 DEPTH_16, DEPTH_32 = "16UC1", "32FC1"
 DEPTH_TYPES = {DEPTH_16: "u2", "mono16": "u2", DEPTH_32: "f4"}
@@ -25,17 +25,17 @@ CHANNELS = {
     "bgra8": [2, 1, 0],
     "mono8": [0, 0, 0],
 }
-"""Encoding to where red, green and blue are."""
+"""Encoding to the channels of red, green and blue."""
 BYTES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
 
 
 def depth_message(depth: NDArray[np.float32], stamp: float, frame_id: str) -> Any:
-    """A `sensor_msgs/Image`: 16UC1 where that loses nothing, else 32FC1.
+    """Encode depth as `sensor_msgs/Image`: 16UC1 if that is lossless, else 32FC1.
 
     Args:
         depth: (height, width) [m], NaN where invalid.
-        stamp: [s].
-        frame_id: The optical frame.
+        stamp: Time [s].
+        frame_id: Name of the optical frame.
     """
     whole = millimetres(depth)
     if np.array_equal(metres(whole), depth, equal_nan=True):
@@ -44,12 +44,12 @@ def depth_message(depth: NDArray[np.float32], stamp: float, frame_id: str) -> An
 
 
 def colour_message(colour: NDArray[np.uint8], stamp: float, frame_id: str) -> Any:
-    """A `sensor_msgs/Image` in rgb8 of (height, width, 3) colours."""
+    """Encode (height, width, 3) colours as `sensor_msgs/Image` in rgb8."""
     return _image(colour, "rgb8", stamp, frame_id)
 
 
 def grey_message(grey: NDArray[np.uint8], stamp: float, frame_id: str) -> Any:
-    """A `sensor_msgs/Image` in mono8 of (height, width) brightness."""
+    """Encode (height, width) brightness as `sensor_msgs/Image` in mono8."""
     return _image(grey, "mono8", stamp, frame_id)
 
 
@@ -62,24 +62,24 @@ def _image(pixels: NDArray[Any], encoding: str, stamp: float, frame_id: str) -> 
 
 
 def depth_of(image: Any, scale: float | None = None) -> NDArray[np.float32]:
-    """Depth of a `sensor_msgs/Image` or a `CompressedImage`.
+    """Decode depth from `sensor_msgs/Image` or `CompressedImage`.
 
     Args:
         image: The message.
-        scale: Metres a unit; None for millimetres in whole numbers and metres in others.
+        scale: Metres per unit; None for millimetres in integer and metres in float images.
 
     Returns:
         (height, width) float32 [m], NaN where invalid.
 
     Raises:
-        InputError: Another encoding, or data that do not fill the image.
+        InputError: Unknown encoding, or data that do not fill the image.
     """
     if hasattr(image, "format"):
         return compressed_depth(image, scale)
     kind = DEPTH_TYPES.get(image.encoding)
     if kind is None:
         raise InputError(
-            f"depth in the encoding {image.encoding[:20]!r}; known are {', '.join(DEPTH_TYPES)}"
+            f"unknown depth encoding {image.encoding[:20]!r}; known: {', '.join(DEPTH_TYPES)}"
         )
     pixels = _rows(image, np.dtype(kind))
     if kind == "f4":
@@ -88,24 +88,24 @@ def depth_of(image: Any, scale: float | None = None) -> NDArray[np.float32]:
 
 
 def colour_of(image: Any) -> NDArray[np.uint8]:
-    """(height, width, 3) RGB of a `sensor_msgs/Image`.
+    """Decode (height, width, 3) RGB from `sensor_msgs/Image`.
 
     Raises:
-        InputError: Another encoding, or data that do not fill the image.
+        InputError: Unknown encoding, or data that do not fill the image.
     """
     if image.encoding not in CHANNELS:
         raise InputError(
-            f"colour in the encoding {image.encoding[:20]!r}; known are {', '.join(CHANNELS)}"
+            f"unknown colour encoding {image.encoding[:20]!r}; known: {', '.join(CHANNELS)}"
         )
     pixels = _rows(image, np.dtype((np.uint8, (BYTES[image.encoding],))))
     return np.ascontiguousarray(pixels[..., CHANNELS[image.encoding]])
 
 
 def grey_of(image: Any) -> NDArray[np.uint8]:
-    """(height, width) brightness of a `sensor_msgs/Image` or a `CompressedImage`.
+    """Decode (height, width) brightness from `sensor_msgs/Image` or `CompressedImage`.
 
     Raises:
-        InputError: Another encoding, or data that are no image.
+        InputError: Unknown encoding, or data that are not an image.
     """
     from PIL import Image
 
@@ -118,19 +118,19 @@ def grey_of(image: Any) -> NDArray[np.uint8]:
 
 
 def _decoded(image: Any) -> NDArray[np.uint8]:
-    """(height, width) brightness of a JPEG or PNG of 8 bits."""
+    """(height, width) brightness of an 8-bit JPEG or PNG."""
     packed, name = bytes(image.data), "a compressed image"
-    with opened_picture(packed, ("JPEG", "PNG"), LARGEST, name) as picture:
+    with opened_picture(packed, ("JPEG", "PNG"), MAX_SIDE_PX, name) as picture:
         if picture.mode.startswith(("I", "F")):
             raise InputError(f"an image in mode {picture.mode}")
         return np.array(picture.convert("L"))
 
 
 def _rows(image: Any, pixel: np.dtype[Any]) -> NDArray[Any]:
-    """(height, width, …) pixels without the padding of rows, in this machine's byte order."""
+    """(height, width, …) pixels without row padding, in native byte order."""
     height, width, step = image.height, image.width, image.step
     held = step >= width * pixel.itemsize and len(image.data) >= step * height
-    if not (0 < height <= LARGEST and 0 < width <= LARGEST and held):
+    if not (0 < height <= MAX_SIDE_PX and 0 < width <= MAX_SIDE_PX and held):
         raise InputError(
             f"an image of {width} x {height} pixels with {len(image.data)} bytes in rows of {step}"
         )
@@ -145,12 +145,12 @@ def _rows(image: Any, pixel: np.dtype[Any]) -> NDArray[Any]:
 def camera_info(
     camera: PinholeCamera, stamp: float, frame_id: str, distortion: Sequence[float] = (0.0,) * 5
 ) -> Any:
-    """A `sensor_msgs/CameraInfo`.
+    """Create a `sensor_msgs/CameraInfo`.
 
     Args:
-        camera: Its image and focal lengths.
-        stamp: [s].
-        frame_id: The optical frame.
+        camera: Image size and focal lengths.
+        stamp: Time [s].
+        frame_id: Name of the optical frame.
         distortion: k1, k2, p1, p2, k3 ("plumb_bob").
     """
     K = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
@@ -167,31 +167,31 @@ def camera_info(
 
 
 def camera_of(info: Any) -> PinholeCamera:
-    """The camera of rectified images by a `sensor_msgs/CameraInfo`, of ROS 2 or ROS 1.
+    """Camera of the rectified images, from a `sensor_msgs/CameraInfo` of ROS 2 or ROS 1.
 
-    P is of the rectified image. Some drivers leave it empty; then K, of the raw one, has to do.
+    P describes the rectified image. Some drivers leave it empty; then K of the raw image is used.
 
     Raises:
-        InputError: It states no focal length, or binned images.
+        InputError: It has no focal length, or the images are binned.
     """
-    P = _stated(info, "p", (3, 4))[:, :3]
-    matrix = P if P[0, 0] > 0 else _stated(info, "k", (3, 3))
+    P = _matrix_field(info, "p", (3, 4))[:, :3]
+    matrix = P if P[0, 0] > 0 else _matrix_field(info, "k", (3, 3))
     (fx, _, cx), (_, fy, cy), _ = matrix.tolist()
     if not matrix.any():
         raise InputError("the CameraInfo is all zero: the driver has no calibration of the camera")
     if not np.isfinite(matrix).all() or not (fx > 0 and fy > 0):
-        raise InputError("the CameraInfo states no focal length: is the camera calibrated?")
+        raise InputError("the CameraInfo has no focal length: is the camera calibrated?")
     if max(info.binning_x, info.binning_y) > 1:
-        raise InputError("the CameraInfo tells of binned images, which are not known here")
+        raise InputError("binned images (see the CameraInfo) are not supported")
     return PinholeCamera(info.width, info.height, fx, fy, cx, cy)
 
 
-def _stated(info: Any, name: str, shape: tuple[int, int]) -> NDArray[np.float64]:
-    """A matrix of a CameraInfo, whose names ROS 1 writes in capitals; zeros where it is none."""
-    stated = np.asarray(getattr(info, name if hasattr(info, name) else name.upper()), np.float64)
-    return stated.reshape(shape) if stated.size == shape[0] * shape[1] else np.zeros(shape)
+def _matrix_field(info: Any, name: str, shape: tuple[int, int]) -> NDArray[np.float64]:
+    """A matrix of a CameraInfo (upper-case names in ROS 1); zeros if it is missing."""
+    values = np.asarray(getattr(info, name if hasattr(info, name) else name.upper()), np.float64)
+    return values.reshape(shape) if values.size == shape[0] * shape[1] else np.zeros(shape)
 
 
 def is_distorted(info: Any) -> bool:
-    """Whether a `sensor_msgs/CameraInfo` tells of distortion."""
+    """Whether a `sensor_msgs/CameraInfo` has distortion coefficients."""
     return bool(np.any(np.asarray(info.d if hasattr(info, "d") else info.D, np.float64) != 0))

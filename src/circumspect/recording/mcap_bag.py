@@ -1,8 +1,9 @@
-"""MCAP files, whole or broken off."""
+"""MCAP files, complete or truncated."""
 
 from __future__ import annotations
 
 import os
+import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import replace
@@ -12,8 +13,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 from circumspect.errors import InputError, MissingExtraError, reason_of
 from circumspect.recording.bag import Bag, BagMessage, Topic
 from circumspect.recording.bag_safety import require_possible_size
-from circumspect.recording.bounded_unpacking import LARGEST
-from circumspect.recording.mcap_messages import KNOWN, Decoder, decoder_of, kind_of
+from circumspect.recording.bounded_decompression import MAX_UNPACKED_BYTES
+from circumspect.recording.mcap_messages import SUPPORTED_ENCODINGS, Decoder, decoder_of, kind_of
 from circumspect.recording.mcap_records import MAGIC, McapRecords
 from circumspect.recording.mcap_writer import NOTES
 from circumspect.recording.ros_types import typestore
@@ -21,28 +22,29 @@ from circumspect.recording.ros_types import typestore
 if TYPE_CHECKING:
     from mcap.records import Channel, Message, Metadata, Schema
 
-MOST_NOTES = 1000
-"""An index that points to more of them is not believed: all may be the same large one."""
-LONGEST_NOTES = 4 << 20
-"""What exceeds so many characters of notes is left out."""
-LARGEST_INDEX = 16 << 20
-"""In memory an index takes many times its size [bytes]; with a larger one the file is read."""
-MOST_TOPICS = 10_000
-_FOOTER_AND_MAGIC, _SUMMARY_START = 37, slice(9, 17)
+MAX_NOTE_RECORDS = 1000
+"""Maximum number of note records in an index; more may all point to the same large record."""
+MAX_NOTES_LENGTH = 4 << 20
+"""Maximum length of the notes [characters]; further ones are ignored."""
+MAX_INDEX_BYTES = 16 << 20
+"""Maximum size of the index [bytes]; with a larger one the whole file is read instead."""
+MAX_TOPICS = 10_000
+_FOOTER_AND_MAGIC, _CRC_AND_MAGIC = 37, 12
+_SUMMARY_START, _SUMMARY_CRC = slice(9, 17), slice(25, 29)
 
 
 class McapBag(Bag):
-    """An MCAP file of ROS 2, ROS 1 or Foxglove, read from its beginning to its end.
+    """An MCAP file of ROS 2, ROS 1 or Foxglove, read sequentially.
 
-    A file that breaks off, as that of a process that was killed, is read as far as it goes. What
-    is damaged within costs its chunk.
+    A truncated file, such as that of a killed process, is read up to the break. Damaged chunks
+    within the file are skipped.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        """Look the file over: by its index, or without one by reading it through.
+        """Scan the file, using its index if there is one.
 
         Raises:
-            InputError: It can not be read, is no MCAP file, or holds nothing.
+            InputError: The file cannot be read, is not an MCAP file, or is empty.
             MissingExtraError: mcap or rosbags is not installed.
         """
         try:
@@ -50,7 +52,7 @@ class McapBag(Bag):
         except ImportError as error:
             raise MissingExtraError("mcap", "bags") from error
         self.path = Path(path)
-        self.kind, self.fault, self.undecoded = "MCAP", None, Counter()
+        self.kind, self.error, self.undecoded = "MCAP", None, Counter()
         self.damage = None
         self.topics: dict[str, Topic] = {}
         self.notes: dict[str, str] = {}
@@ -60,7 +62,7 @@ class McapBag(Bag):
                 raise InputError(f"{path}: is not a regular file")
             with self.path.open("rb") as stream:
                 if stream.read(len(MAGIC)) != MAGIC:
-                    raise InputError(f"{path}: is no MCAP file, or holds nothing")
+                    raise InputError(f"{path}: is not an MCAP file, or is empty")
         except OSError as error:
             raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
         self._described: dict[int, tuple[str, str, str]] = {}
@@ -68,22 +70,22 @@ class McapBag(Bag):
             self._described.clear()
             self._by_reading()
         if not self.topics:
-            raise InputError(f"{path}: holds no messages")
+            raise InputError(f"{path}: contains no messages")
 
     def _by_index(self) -> bool:
-        """Take the topics from the index at the end; False where there is none to rely on."""
+        """Read the topics from the index at the end; False if there is no usable index."""
         from mcap.reader import SeekingReader
 
         try:
             with self.path.open("rb") as stream:
-                if _index_size(stream) > LARGEST_INDEX:
+                if not _is_index_usable(stream):
                     return False
                 stream.seek(0)
-                reader = SeekingReader(stream, record_size_limit=LARGEST)
+                reader = SeekingReader(stream, record_size_limit=MAX_UNPACKED_BYTES)
                 summary = reader.get_summary()
                 if summary is None or summary.statistics is None or not summary.channels:
                     return False
-                if len(summary.metadata_indexes) > MOST_NOTES:
+                if len(summary.metadata_indexes) > MAX_NOTE_RECORDS:
                     return False
                 statistics = summary.statistics
                 counts = statistics.channel_message_counts
@@ -91,14 +93,14 @@ class McapBag(Bag):
                     return False
                 first, last = statistics.message_start_time, statistics.message_end_time
                 for number, channel in summary.channels.items():
-                    # Where the chunk that describes a topic is damaged, the index still does.
+                    # The index still describes a topic whose chunk is damaged.
                     schema = summary.schemas[channel.schema_id].name
                     self._described[number] = channel.topic, schema, channel.message_encoding
                     if count := counts.get(number, 0):
                         self._count(channel.topic, kind_of(schema), count, first, last)
                 for record in reader.iter_metadata():
                     self._note(record)
-        except Exception:  # whatever a parser makes of a broken index
+        except Exception:  # any error of a parser on a broken index
             self.topics.clear()
             return False
         return True
@@ -124,10 +126,10 @@ class McapBag(Bag):
                     pass
 
     def _count(self, topic: str, kind: str, count: int, first: int, last: int) -> None:
-        if topic not in self.topics and len(self.topics) >= MOST_TOPICS:
-            raise InputError(f"{self.path}: holds more than {MOST_TOPICS} topics")
+        if topic not in self.topics and len(self.topics) >= MAX_TOPICS:
+            raise InputError(f"{self.path}: contains more than {MAX_TOPICS} topics")
         known = self.topics.get(topic, Topic(topic, kind, 0))
-        # Time may well be 0, in simulation.
+        # In simulation, time may be 0.
         earliest = first if known.first is None else min(known.first, first)
         latest = last if known.last is None else max(known.last, last)
         self.topics[topic] = replace(known, count=known.count + count, first=earliest, last=latest)
@@ -135,7 +137,7 @@ class McapBag(Bag):
     def _note(self, record: Any) -> None:
         if record.name == NOTES:
             noted = {**self.notes, **record.metadata}
-            if sum(len(key) + len(value) for key, value in noted.items()) <= LONGEST_NOTES:
+            if sum(len(key) + len(value) for key, value in noted.items()) <= MAX_NOTES_LENGTH:
                 self.notes = noted
 
     def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
@@ -144,7 +146,7 @@ class McapBag(Bag):
 
         self.undecoded = Counter()
         kinds: dict[int, str] = {}
-        # What the file itself says on the way replaces what its index says.
+        # Records of the file replace those of its index.
         wanted = {
             number: (topic, kind_of(schema), self._decoder(topic, schema, encoding))
             for number, (topic, schema, encoding) in self._described.items()
@@ -167,11 +169,11 @@ class McapBag(Bag):
                     topic, kind, decode = wanted[record.channel_id]
                     try:
                         require_possible_size(kind, len(record.data))
-                        told = decode(record.data)
-                    except Exception:  # whatever a parser makes of broken bytes
+                        msg = decode(record.data)
+                    except Exception:  # any error of a parser on broken data
                         self.undecoded[topic, kind] += 1
                         continue
-                    yield BagMessage(topic, record.log_time, told)
+                    yield BagMessage(topic, record.log_time, msg)
                 case _:
                     pass
 
@@ -180,20 +182,20 @@ class McapBag(Bag):
         if decode is None:
             raise InputError(
                 f"{self.path}: {topic} holds {schema or 'messages without a type'} as "
-                f"{encoding or 'nothing'}; known are {KNOWN}"
+                f"{encoding or 'nothing'}; supported: {SUPPORTED_ENCODINGS}"
             )
         return decode
 
     def _records(self) -> Iterator[Channel | Message | Metadata | Schema]:
-        """All records in order, up to the end or to where the file breaks off."""
-        self.fault, self.damage = None, None
+        """All records in order, up to the end or the truncation."""
+        self.error, self.damage = None, None
         with self.path.open("rb") as stream:
             size = os.fstat(stream.fileno()).st_size
             records = McapRecords(stream)
             yield from records
-            if (left := records.cut_bytes) is not None:
-                where = f": of {size} bytes the last {left} are no record"
-                self.fault = f"broken off{where if left else ' after a whole record'}"
+            if (left := records.truncated_bytes) is not None:
+                where = f": the last {left} of {size} bytes are not a record"
+                self.error = f"truncated{where if left else ' after a complete record'}"
             if parts := records.damaged_parts:
                 self.damage = (
                     f"{parts} damaged part{'s' * (parts > 1)}, {records.damaged_bytes} of "
@@ -201,9 +203,19 @@ class McapBag(Bag):
                 )
 
 
-def _index_size(stream: BinaryIO) -> int:
-    """From the beginning of the index to the end of the file [bytes]."""
+def _is_index_usable(stream: BinaryIO) -> bool:
+    """Whether the index at the end is small and its checksum is that of the footer.
+
+    The checksum is of all from the start of the index to the checksum itself; 0 means none
+    (MCAP specification, "Footer").
+    """
     end = stream.seek(0, os.SEEK_END)
     stream.seek(max(end - _FOOTER_AND_MAGIC, 0))
     footer = stream.read(_FOOTER_AND_MAGIC)
-    return end - int.from_bytes(footer[_SUMMARY_START], "little")
+    start = int.from_bytes(footer[_SUMMARY_START], "little")
+    if end - start > MAX_INDEX_BYTES:
+        return False
+    checksum = int.from_bytes(footer[_SUMMARY_CRC], "little")
+    stream.seek(start)
+    content = stream.read(max(end - start - _CRC_AND_MAGIC, 0))
+    return checksum in (0, zlib.crc32(content))

@@ -1,4 +1,4 @@
-"""The odometry of a frame, among messages that come at other times."""
+"""Odometry at the time of a frame, from messages at other times."""
 
 from __future__ import annotations
 
@@ -6,68 +6,75 @@ from collections import deque
 from dataclasses import replace
 
 from circumspect.geometry import PlanarPose
-from circumspect.recording.pose_interpolation import APART, KEPT, NEAR, between
+from circumspect.recording.pose_interpolation import (
+    HISTORY_S,
+    MAX_INTERPOLATION_GAP_S,
+    MAX_STAMP_DISTANCE_S,
+    interpolated,
+)
 from circumspect.robot import arc
 from circumspect.sensing import Odometry
 
 
 class OdometryBuffer:
-    """The last odometry messages."""
+    """The odometry messages of the last seconds."""
 
     def __init__(self) -> None:
-        self._heard: deque[Odometry] = deque()
+        self._messages: deque[Odometry] = deque()
 
-    def heard(self, odometry: Odometry) -> None:
-        """Take a message in; one that comes late is left out.
+    def add(self, odometry: Odometry) -> None:
+        """Add a message; a late one is ignored.
 
-        One that is older than all that is kept belongs to a clock that was set back, or the last
-        ones had stamps from nowhere: it begins anew.
+        A message older than the whole history means that the clock was set back or that the last
+        stamps were wrong; the buffer then starts again.
         """
-        if self._heard and odometry.stamp < self._heard[-1].stamp - KEPT:
-            self._heard.clear()
-        if self._heard and odometry.stamp <= self._heard[-1].stamp:
+        if self._messages and odometry.stamp < self._messages[-1].stamp - HISTORY_S:
+            self._messages.clear()
+        if self._messages and odometry.stamp <= self._messages[-1].stamp:
             return
-        self._heard.append(odometry)
-        while odometry.stamp - self._heard[0].stamp > KEPT:
-            self._heard.popleft()
+        self._messages.append(odometry)
+        while odometry.stamp - self._messages[0].stamp > HISTORY_S:
+            self._messages.popleft()
 
-    def reaches(self, stamp: float) -> bool:
-        """Whether messages from a time on [s] are there already."""
-        return bool(self._heard) and self._heard[-1].stamp >= stamp
+    def covers(self, stamp: float) -> bool:
+        """Whether a message at or after a time [s] has arrived."""
+        return bool(self._messages) and self._messages[-1].stamp >= stamp
 
     def at(self, stamp: float) -> Odometry | None:
-        """The odometry at a time [s], or None where no message within `NEAR` tells it.
+        """Odometry at a time [s]; None without a message within `MAX_STAMP_DISTANCE_S`.
 
-        Between two messages no further than `APART` from each other it is on the even arc. A
-        message that is left alone by a gap or by the end is carried on by its own velocity.
+        Between messages at most `MAX_INTERPOLATION_GAP_S` apart, motion along an arc is assumed.
+        Next to a larger gap or at the end, the nearest message is extrapolated with its velocity.
         """
-        after = next((k for k, o in enumerate(self._heard) if o.stamp >= stamp), len(self._heard))
-        around = [self._heard[k] for k in (after - 1, after) if 0 <= k < len(self._heard)]
+        after = next(
+            (k for k, o in enumerate(self._messages) if o.stamp >= stamp), len(self._messages)
+        )
+        around = [self._messages[k] for k in (after - 1, after) if 0 <= k < len(self._messages)]
         nearest = min(around, key=lambda odometry: abs(odometry.stamp - stamp), default=None)
-        if nearest is None or abs(nearest.stamp - stamp) > NEAR:
+        if nearest is None or abs(nearest.stamp - stamp) > MAX_STAMP_DISTANCE_S:
             return None
         if nearest.stamp == stamp:
             return nearest
-        if len(around) == 2 and around[1].stamp - around[0].stamp <= APART:
-            return _on_the_arc(around[0], around[1], stamp)
-        return _carried(nearest, stamp)
+        if len(around) == 2 and around[1].stamp - around[0].stamp <= MAX_INTERPOLATION_GAP_S:
+            return _interpolated(around[0], around[1], stamp)
+        return _extrapolated(nearest, stamp)
 
 
-def _on_the_arc(before: Odometry, after: Odometry, stamp: float) -> Odometry:
-    """The odometry between two messages, as if the robot had driven an even arc."""
-    share = (stamp - before.stamp) / (after.stamp - before.stamp)
+def _interpolated(before: Odometry, after: Odometry, stamp: float) -> Odometry:
+    """Odometry between two messages, assuming uniform motion along an arc."""
+    fraction = (stamp - before.stamp) / (after.stamp - before.stamp)
     ends = before.T_odom_base.as_transform(), after.T_odom_base.as_transform()
     return Odometry(
         stamp,
-        PlanarPose.from_transform(between(*ends, share)),
-        (1 - share) * before.covariance + share * after.covariance,
-        (1 - share) * before.forward + share * after.forward,
-        (1 - share) * before.turn + share * after.turn,
+        PlanarPose.from_transform(interpolated(*ends, fraction)),
+        (1 - fraction) * before.covariance + fraction * after.covariance,
+        (1 - fraction) * before.forward + fraction * after.forward,
+        (1 - fraction) * before.turn + fraction * after.turn,
     )
 
 
-def _carried(odometry: Odometry, stamp: float) -> Odometry:
-    """The odometry a little later or earlier, at the same velocity."""
+def _extrapolated(odometry: Odometry, stamp: float) -> Odometry:
+    """Odometry extrapolated with constant velocity."""
     time = stamp - odometry.stamp
     moved = arc(odometry.forward * time, odometry.turn * time)
     return replace(odometry, stamp=stamp, T_odom_base=odometry.T_odom_base @ moved)

@@ -1,4 +1,4 @@
-"""Recordings by what they are."""
+"""Opening of recordings by their format."""
 
 from __future__ import annotations
 
@@ -21,12 +21,31 @@ from circumspect.recording.recording import Recording
 from circumspect.recording.ros_bag import RosBag
 from circumspect.recording.seven_scenes import DEPTH_NAME, SevenScenesFolder
 from circumspect.recording.tum_rgbd import DEPTH_LIST, TumRgbdFolder
-from circumspect.recording.unread_kinds import unread_kind
-from circumspect.sensing.regular_file import require_regular
+from circumspect.sensing.untrusted_files import require_regular
 
 BAG_INDEX = "metadata.yaml"
 MCAP_SUFFIX = ".mcap"
 BAG_SUFFIXES = (MCAP_SUFFIX, ".db3", ".bag")
+REMEDIES = {
+    ".bag.active": (
+        "is a ROS 1 bag that was not closed; repair it with: rosbag reindex {path}, and rename it "
+        "to end in .bag"
+    ),
+    ".bag.gz": "is a compressed bag; decompress it with: gunzip {path}",
+    ".mcap.zst": "is a compressed MCAP file; decompress it with: zstd -d {path}",
+    ".mcap.zstd": "is a compressed MCAP file; decompress it with: zstd -d {path} -o NEW.mcap",
+    ".mcap.gz": "is a compressed MCAP file; decompress it with: gunzip {path}",
+    ".mcap.lz4": "is a compressed MCAP file; decompress it with: lz4 -d {path}",
+    ".db3.zst": "is a compressed file of a bag; decompress it with: zstd -d {path}",
+    ".db3.zstd": (
+        "is a compressed file of a bag; give the bag's folder with its metadata.yaml, or "
+        "decompress it with: zstd -d {path} -o NEW.db3"
+    ),
+    ".sens": "is a ScanNet file; export it with ScanNet's SensReader, and give the folder",
+    ".klg": "is a recording of ElasticFusion's logger; convert it to a folder or a bag",
+    ".oni": "is a recording of OpenNI; play it with openni2_camera and record a bag",
+}
+"""End of a file name to a description of the file and the remedy."""
 
 
 def open_recording(
@@ -36,19 +55,19 @@ def open_recording(
     settings: BagSettings | None = None,
     depth_scale: float | None = None,
 ) -> Recording:
-    """Open a recording, whichever kind it is.
+    """Open a recording of any supported format.
 
     Args:
         path: An MCAP file, a bag of ROS 2 (folder or db3 file) or ROS 1, or a folder of 7-Scenes
-            (frame-*.depth.png), of TUM RGB-D or ETH3D (depth.txt), of ScanNet or Open3D (depth/).
-        every: Take each n-th frame only.
-        poses: Whether frames bring the recorded poses along.
-        settings: How a bag is to be understood.
-        depth_scale: Metres a unit of the depth images; None for that of the layout or encoding.
+            (frame-*.depth.png), TUM RGB-D or ETH3D (depth.txt), ScanNet or Open3D (depth/).
+        every: Use every n-th frame only.
+        poses: Whether frames carry the recorded poses.
+        settings: How to interpret a bag.
+        depth_scale: Metres per unit of the depth images; None for the default of the format.
 
     Raises:
-        InputError: No such file or folder, one of no known layout, or something in it is broken.
-        MissingExtraError: It is a bag, and what reads bags is not installed.
+        InputError: The path does not exist, has an unknown layout, or is broken.
+        MissingExtraError: The libraries that read bags are not installed.
     """
     if is_bag(path):
         if depth_scale is not None:
@@ -70,23 +89,23 @@ def open_recording(
         kind = ScanNetFolder if is_scannet else Open3dFolder
         return kind(folder, every, poses, depth_scale)
     raise InputError(
-        f"{folder}: holds neither {BAG_INDEX} (a bag), nor frame-*.depth.png (7-Scenes), nor "
-        f"{DEPTH_LIST} (TUM RGB-D, ETH3D), nor {DEPTH_FOLDER}/ (ScanNet, Open3D)"
+        f"{folder}: contains none of {BAG_INDEX} (a bag), frame-*.depth.png (7-Scenes), "
+        f"{DEPTH_LIST} (TUM RGB-D, ETH3D) and {DEPTH_FOLDER}/ (ScanNet, Open3D)"
     )
 
 
 def require_known_kind(path: str | os.PathLike[str]) -> None:
-    """Check that a file is none of those that look like recordings and are not read as they are.
+    """Refuse files of formats that must be converted or decompressed first.
 
     Raises:
-        InputError: It is one; the message says what to do.
+        InputError: The file has such a format; the message names the remedy.
     """
     if (remedy := unread_kind(Path(path))) is not None:
         raise InputError(f"{path}: {remedy}")
 
 
 def is_bag(path: str | os.PathLike[str]) -> bool:
-    """Whether a path names a bag, by its suffix or by the index in its folder."""
+    """Whether a path is a bag, by its suffix or by the index in its folder."""
     place = Path(path)
     if place.is_dir():
         return (place / BAG_INDEX).exists() or bool(_bag_files(place))
@@ -97,8 +116,8 @@ def open_bag(path: str | os.PathLike[str]) -> Bag:
     """Open a bag.
 
     Raises:
-        InputError: It can not be read.
-        MissingExtraError: What reads bags is not installed.
+        InputError: The bag cannot be read.
+        MissingExtraError: The libraries that read bags are not installed.
     """
     place = Path(path)
     if place.is_dir():
@@ -109,7 +128,7 @@ def open_bag(path: str | os.PathLike[str]) -> Bag:
 
 
 def _open_folder(folder: Path) -> Bag:
-    """A bag in a folder; one of a recorder that was killed may lack the index."""
+    """Open the bag in a folder; after a killed recorder the index may be missing."""
     files = _bag_files(folder)
     if len(files) == 1 and files[0].suffix.lower() == MCAP_SUFFIX:
         return McapBag(files[0])
@@ -126,16 +145,24 @@ def _open_folder(folder: Path) -> Bag:
     kinds = {file.suffix.lower() for file in files}
     storage = "mcap" if kinds == {MCAP_SUFFIX} else "sqlite3"
     raise InputError(
-        f"{folder}: holds {len(files)} files of a bag but no {BAG_INDEX}; write it with: "
+        f"{folder}: contains {len(files)} files of a bag but no {BAG_INDEX}; create it with: "
         f"ros2 bag reindex -s {storage} {folder}, or give one of the files"
     )
 
 
 def _bag_files(folder: Path) -> list[Path]:
-    """Files of a bag, whole or packed, in a folder."""
+    """Files of a bag in a folder, compressed ones included."""
     return sorted(
         file
         for file in folder.iterdir()
         if any(word in (".mcap", ".db3") for word in map(str.lower, file.suffixes[-2:]))
         and (file.suffix.lower() in BAG_SUFFIXES or unread_kind(file) is not None)
     )
+
+
+def unread_kind(path: Path) -> str | None:
+    """Description of an unsupported file with the remedy; None for other files."""
+    name = path.name.lower()
+    ends = (end for end in REMEDIES if name.endswith(end))
+    end = next(ends, None)
+    return None if end is None else REMEDIES[end].format(path=path)

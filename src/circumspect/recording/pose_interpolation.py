@@ -1,34 +1,36 @@
-"""Poses at times between those at which they were told."""
+"""Interpolation of poses in time."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-NEAR = 0.2
-"""What was told further away in time [s] says nothing of where something that moves is."""
-APART = 0.5
-"""Between two poses no further apart in time [s] the motion is taken as even."""
-KEPT = 10.0
-"""What was told longer ago is forgotten [s]."""
+MAX_STAMP_DISTANCE_S = 0.2
+"""Maximum time between a query and the nearest pose of a moving frame [s]."""
+MAX_INTERPOLATION_GAP_S = 0.5
+"""Maximum time between two poses that are interpolated [s]."""
+HISTORY_S = 10.0
+"""Duration of the history that is kept [s]."""
 
 
-def between(T_a_before: RigidTransform, T_a_after: RigidTransform, share: float) -> RigidTransform:
-    """The pose at a share of the way from one to another, as if the motion was an even screw.
+def interpolated(
+    T_a_before: RigidTransform, T_a_after: RigidTransform, fraction: float
+) -> RigidTransform:
+    """Interpolate between two poses along a screw motion, which is an arc on the floor.
 
-    On the floor that is an arc. Where both are the same, it is exactly that one.
+    Identical poses are returned unchanged.
 
     Args:
-        T_a_before: At share 0.
-        T_a_after: At share 1.
-        share: Of the time.
+        T_a_before: Pose at fraction 0.
+        T_a_after: Pose at fraction 1.
+        fraction: Fraction of the time between them.
     """
-    if same(T_a_before, T_a_after):
+    if is_same_pose(T_a_before, T_a_after):
         return T_a_before
     screw = (T_a_before.inv() * T_a_after).as_exp_coords()
-    return T_a_before * RigidTransform.from_exp_coords(share * screw)
+    return T_a_before * RigidTransform.from_exp_coords(fraction * screw)
 
 
-def same(one: RigidTransform, other: RigidTransform) -> bool:
-    """Whether two poses are exactly the same."""
+def is_same_pose(one: RigidTransform, other: RigidTransform) -> bool:
+    """Whether two poses are exactly equal."""
     return np.array_equal(one.as_matrix(), other.as_matrix())

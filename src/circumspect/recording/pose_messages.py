@@ -1,4 +1,4 @@
-"""Odometry and transforms as ROS has them."""
+"""Conversion of odometry and transforms to and from ROS messages."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from circumspect.recording.ros_types import ODOMETRY, TRANSFORMS, message
 from circumspect.sensing import Odometry
 
 PLANAR = [0, 1, 5]
-"""x, y and yaw among ROS's six."""
+"""Indices of x, y and yaw in a 6-D ROS covariance."""
 FARTHEST = 1e9
-"""No robot is further away from where its frame begins [m]."""
+"""Maximum distance from the origin of a frame [m]."""
 
 
 def odometry_message(odometry: Odometry, frame_id: str, child_frame_id: str) -> Any:
-    """A `nav_msgs/Odometry`."""
+    """Encode odometry as `nav_msgs/Odometry`."""
     covariance = np.zeros((6, 6))
     covariance[np.ix_(PLANAR, PLANAR)] = odometry.covariance
     T, turn = odometry.T_odom_base.as_transform(), odometry.turn
@@ -36,28 +36,28 @@ def odometry_message(odometry: Odometry, frame_id: str, child_frame_id: str) -> 
     )  # fmt: skip
 
 
-def odometry_of(told: Any) -> Odometry:
-    """The odometry of a `nav_msgs/Odometry`.
+def odometry_of(msg: Any) -> Odometry:
+    """Decode a `nav_msgs/Odometry`.
 
     Raises:
-        InputError: Pose, stamp or velocity is not finite, or its quaternion is none.
+        InputError: Pose, stamp or velocity is not finite, or the quaternion is invalid.
     """
-    pose, covariance = told.pose.pose, np.reshape(told.pose.covariance, (6, 6))
+    pose, covariance = msg.pose.pose, np.reshape(msg.pose.covariance, (6, 6))
     T = transform_of(pose.position, pose.orientation)
     planar = covariance[np.ix_(PLANAR, PLANAR)]
     return Odometry(
-        seconds(told), PlanarPose.from_transform(T), (planar + planar.T) / 2,
-        float(told.twist.twist.linear.x), float(told.twist.twist.angular.z),
+        seconds(msg), PlanarPose.from_transform(T), (planar + planar.T) / 2,
+        float(msg.twist.twist.linear.x), float(msg.twist.twist.angular.z),
     )  # fmt: skip
 
 
 def transforms_message(transforms: list[Any]) -> Any:
-    """A `tf2_msgs/TFMessage` of several `transform_message`."""
+    """Encode several `transform_message` as `tf2_msgs/TFMessage`."""
     return message(TRANSFORMS, transforms=transforms)
 
 
 def transform_message(T: RigidTransform, stamp: float, target: str, source: str) -> Any:
-    """A `geometry_msgs/TransformStamped` that maps source coordinates into target."""
+    """Encode a transform as `geometry_msgs/TransformStamped`; it maps source into target."""
     transform = message("geometry_msgs/msg/Transform", translation=vector_message(T.translation),
                         rotation=_quaternion(T.rotation))  # fmt: skip
     return message("geometry_msgs/msg/TransformStamped", header=header(stamp, target),
@@ -65,29 +65,28 @@ def transform_message(T: RigidTransform, stamp: float, target: str, source: str)
 
 
 def pose_message(T: RigidTransform) -> Any:
-    """A `geometry_msgs/Pose`."""
+    """Encode a pose as `geometry_msgs/Pose`."""
     place = message("geometry_msgs/msg/Point", **_xyz(T.translation))
     return message("geometry_msgs/msg/Pose", position=place, orientation=_quaternion(T.rotation))
 
 
 def transform_of(place: Any, orientation: Any) -> RigidTransform:
-    """A pose of its two parts, whatever their types are called.
+    """Decode a pose from a position or translation and a quaternion.
 
     Raises:
-        InputError: It is not finite, or further away than any, or the quaternion's length is far
-            from 1.
+        InputError: It is not finite or too far away, or the quaternion is not normalised.
     """
     xyz = np.array([place.x, place.y, place.z])
     xyzw = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
-    length = math.hypot(*xyzw)  # Unlike NumPy's it can not overflow.
+    length = math.hypot(*xyzw)  # Unlike NumPy's norm it cannot overflow.
     if not (np.abs(xyz) <= FARTHEST).all() or not abs(length - 1) < 0.01:
         at = [round(value, 3) for value in xyz.tolist()]
-        raise InputError(f"a pose at {at} with the quaternion {xyzw.tolist()}")
+        raise InputError(f"an invalid pose at {at} with the quaternion {xyzw.tolist()}")
     return RigidTransform.from_components(xyz, Rotation.from_quat(xyzw))
 
 
 def vector_message(xyz: Any) -> Any:
-    """A `geometry_msgs/Vector3`."""
+    """Encode a `geometry_msgs/Vector3`."""
     return message("geometry_msgs/msg/Vector3", **_xyz(xyz))
 
 

@@ -1,4 +1,4 @@
-"""RealSense cameras without ROS, and the files that their SDK records."""
+"""RealSense cameras without ROS, and recordings of their SDK."""
 
 from __future__ import annotations
 
@@ -27,31 +27,31 @@ DEPTH_RANGES = {
     "D457": (0.6, 6.0),
     "L515": (0.25, 9.0),
 }
-"""Model to its ideal range by the maker's data sheets [m]."""
-OTHER_RANGE = DEPTH_RANGES["D435"]
+"""Model to its ideal range according to the data sheet [m]."""
+DEFAULT_RANGE = DEPTH_RANGES["D435"]
 LIVE_TIMEOUT_S, FILE_TIMEOUT_S = 5.0, 2.0
-"""So long a frame is waited for."""
+"""Maximum time to wait for a frame [s]."""
 POLL_S = 0.2
-"""So often it is checked whether a file is at its end."""
+"""Interval of the checks for the end of a file [s]."""
 
 
 class RealSenseCamera(RgbdCamera):
-    """A connected camera, or a file that the SDK recorded, played without leaving frames out.
+    """A connected camera, or a recording of the SDK, played without dropping frames.
 
-    Colour is aligned to the depth. A context manager: streams end with it.
+    Colour is aligned to the depth. The class is a context manager that stops the streams.
 
     Attributes:
-        name: Of the device, such as "Intel RealSense D435".
+        name: Device name, such as "Intel RealSense D435".
     """
 
     def __init__(self, file: str | os.PathLike[str] | None = None) -> None:
-        """Begin to stream.
+        """Start the streams.
 
         Args:
-            file: A recording of the SDK; None means the first camera that is connected.
+            file: A recording of the SDK; None for the first connected camera.
 
         Raises:
-            InputError: No camera is connected, or the file can not be played.
+            InputError: No camera is connected, or the file cannot be played.
             MissingExtraError: pyrealsense2 is not installed.
         """
         self._sdk = realsense_sdk()
@@ -60,7 +60,9 @@ class RealSenseCamera(RgbdCamera):
             raise InputError(f"{file}: no such file")
         context = self._sdk.context()
         if self._file is None and not len(context.query_devices()):
-            raise InputError("no RealSense camera is connected; see cable, USB port and udev rules")
+            raise InputError(
+                "no RealSense camera is connected; check cable, USB port and udev rules"
+            )
         self._pipeline = self._sdk.pipeline(context)
         try:
             profile = self._started()
@@ -72,7 +74,7 @@ class RealSenseCamera(RgbdCamera):
             sensor = device.first_depth_sensor()
             depth = profile.get_stream(self._sdk.stream.depth).as_video_stream_profile()
         except RuntimeError as error:
-            raise InputError(self._refusal(error)) from error
+            raise InputError(self._open_error(error)) from error
         self._scale = float(sensor.get_depth_scale())
         self.name = self._device_name(device)
         self._range = self._device_range(sensor)
@@ -89,10 +91,10 @@ class RealSenseCamera(RgbdCamera):
         self.close()
 
     def __iter__(self) -> Iterator[RgbdFrame]:
-        """The frames, without end or up to that of the file.
+        """The frames, without end or up to the end of the file.
 
         Raises:
-            InputError: A connected camera sends none any more.
+            InputError: A connected camera stopped sending frames.
         """
         while (frame := self._next()) is not None:
             yield frame
@@ -104,23 +106,23 @@ class RealSenseCamera(RgbdCamera):
 
     @property
     def depth_range(self) -> tuple[float, float]:
-        """See `RgbdCamera.depth_range`: as the device says, or else by its model."""
+        """See `RgbdCamera.depth_range`: from the device, or else from its model."""
         return self._range
 
     def capture(self) -> RgbdFrame:
         """See `RgbdCamera.capture`.
 
         Raises:
-            InputError: No frame comes any more.
+            InputError: No frame arrives.
         """
         frame = self._next()
         if frame is None:
-            raise InputError(f"{self._file}: holds no more frames")
+            raise InputError(f"{self._file}: contains no more frames")
         return frame
 
     def close(self) -> None:
-        """End the streams."""
-        with suppress(RuntimeError):  # They have ended.
+        """Stop the streams."""
+        with suppress(RuntimeError):  # They have already stopped.
             self._pipeline.stop()
 
     def _started(self) -> Any:
@@ -138,14 +140,14 @@ class RealSenseCamera(RgbdCamera):
             plain.enable_stream(self._sdk.stream.depth)
             return self._pipeline.start(plain)
 
-    def _refusal(self, error: RuntimeError) -> str:
-        said = (str(error).splitlines() or ["no reason"])[0].rstrip(".")
+    def _open_error(self, error: RuntimeError) -> str:
+        reason = (str(error).splitlines() or ["no reason"])[0].rstrip(".")
         if self._file is not None:
             return (
-                f"{self._file}: the RealSense SDK can not play it ({said}); a bag of ROS is read "
-                f"by: circumspect replay {self._file}"
+                f"{self._file}: the RealSense SDK can not play it ({reason}); play a ROS bag "
+                f"with: circumspect replay {self._file}"
             )
-        return f"no RealSense camera can be opened ({said}); see cable, USB port and udev rules"
+        return f"no RealSense camera can be opened ({reason}); check cable, USB port and udev rules"
 
     def _device_name(self, device: Any) -> str:
         info = self._sdk.camera_info.name
@@ -158,10 +160,10 @@ class RealSenseCamera(RgbdCamera):
             farthest = float(sensor.get_option(option.max_distance))
             if 0 < nearest < farthest:
                 return nearest, farthest
-        return next((r for model, r in DEPTH_RANGES.items() if model in self.name), OTHER_RANGE)
+        return next((r for model, r in DEPTH_RANGES.items() if model in self.name), DEFAULT_RANGE)
 
     def _next(self) -> RgbdFrame | None:
-        """The next frame whose stamp is later than all before; None at the end of a file."""
+        """The next frame with a later stamp than all before; None at the end of a file."""
         waited = 0.0
         while True:
             came, frames = self._pipeline.try_wait_for_frames(round(1e3 * POLL_S))
@@ -179,7 +181,7 @@ class RealSenseCamera(RgbdCamera):
             return RgbdFrame(metres, self._intrinsics, self._stamp, colour=self._colour(frames))
 
     def _has_ended(self, waited: float) -> bool:
-        """Whether no more frames come, after none came for a time [s]."""
+        """Whether the file has ended, after a time without frames [s]."""
         if self._playback is not None:
             stopped = self._playback.current_status() == self._sdk.playback_status.stopped
             return stopped or waited >= FILE_TIMEOUT_S
@@ -188,7 +190,7 @@ class RealSenseCamera(RgbdCamera):
         return False
 
     def _colour(self, frames: Any) -> NDArray[np.uint8] | None:
-        """(height, width, 3) on the depth image, where the camera sees colours."""
+        """(height, width, 3) colours aligned to the depth image, if the camera has them."""
         if self._align is None:
             return None
         colour = self._align.process(frames).get_color_frame()
@@ -200,15 +202,15 @@ class RealSenseCamera(RgbdCamera):
 
 
 def realsense_sdk() -> Any:
-    """The module `pyrealsense2`.
+    """Import `pyrealsense2`.
 
     Raises:
-        MissingExtraError: It is not installed, or its library of USB is missing.
+        MissingExtraError: It or its USB library is not installed.
     """
     with suppress(ImportError):
         return import_module("pyrealsense2")
     try:
-        # Its wheel leaves libusb to the system, which may have none.
+        # The wheel depends on the system's libusb, which may be missing.
         library = import_module("libusb_package").get_library_path()
         ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
         return import_module("pyrealsense2")
@@ -216,5 +218,12 @@ def realsense_sdk() -> Any:
         raise MissingExtraError("pyrealsense2", "realsense") from error
 
 
-def _pinhole(stated: Any) -> PinholeCamera:
-    return PinholeCamera(stated.width, stated.height, stated.fx, stated.fy, stated.ppx, stated.ppy)
+def _pinhole(intrinsics: Any) -> PinholeCamera:
+    return PinholeCamera(
+        intrinsics.width,
+        intrinsics.height,
+        intrinsics.fx,
+        intrinsics.fy,
+        intrinsics.ppx,
+        intrinsics.ppy,
+    )

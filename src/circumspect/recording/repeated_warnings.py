@@ -1,4 +1,4 @@
-"""Warnings that may come with every message: the first is logged, the others are counted."""
+"""Rate limit for repeated warnings: the first is logged, the others are counted."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import logging
 import re
 
 MAX_KINDS = 200
-"""Kinds of warnings that are counted each by itself; further ones are counted together."""
+"""Maximum number of kinds that are counted separately; further kinds share one counter."""
 _NUMBERS = re.compile(r"\d+(\.\d+)?")
 
 
 class RepeatedWarnings:
-    """Logs the first warning of each kind; warnings that differ in numbers alone are of a kind."""
+    """Logs the first warning of each kind; warnings that differ only in numbers are one kind."""
 
     def __init__(self, log: logging.Logger) -> None:
-        """Begin with nothing logged.
+        """Start with empty counters.
 
         Args:
-            log: Takes the warnings.
+            log: Receives the warnings.
         """
         self._log = log
         self._counts: dict[str, tuple[str, int]] = {}
@@ -33,7 +33,7 @@ class RepeatedWarnings:
             self._log.warning("%s", text)
 
     def log_counts(self) -> None:
-        """Log how often each repeated warning came, and forget them."""
+        """Log the number of each repeated warning, and reset the counters."""
         for first, count in self._counts.values():
             if count > 1:
                 self._log.warning("%s (%d times like this)", first, count)

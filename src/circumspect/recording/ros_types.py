@@ -1,4 +1,4 @@
-"""The ROS 2 messages that recordings hold, by rosbags."""
+"""ROS message types used in recordings, provided by rosbags."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 DETECTIONS = "vision_msgs/msg/Detection3DArray"
 
-# Fields of vision_msgs 4 (ros-perception/vision_msgs, branch ros2), which rosbags does not bring.
+# Fields of vision_msgs 4 (ros-perception/vision_msgs, branch ros2), which rosbags does not include.
 _VISION = {
     "vision_msgs/msg/ObjectHypothesis": "string class_id\nfloat64 score",
     "vision_msgs/msg/ObjectHypothesisWithPose": (
@@ -34,7 +34,7 @@ _VISION = {
 
 @cache
 def typestore() -> Typestore:
-    """Types of ROS 2 Jazzy and of vision_msgs.
+    """Types of ROS 2 Jazzy and vision_msgs.
 
     Raises:
         MissingExtraError: rosbags is not installed.
@@ -53,7 +53,7 @@ def typestore() -> Typestore:
 
 @cache
 def ros1_typestore() -> Typestore:
-    """Types of ROS 1 Noetic, with those of transforms.
+    """Types of ROS 1 Noetic, including transforms.
 
     Raises:
         MissingExtraError: rosbags is not installed.
@@ -69,10 +69,10 @@ def ros1_typestore() -> Typestore:
 
 
 def message(name: str, /, **fields: Any) -> Any:
-    """A message of a type.
+    """Create a message.
 
     Args:
-        name: Such as `IMAGE`.
-        fields: All of them.
+        name: Message type, such as `IMAGE`.
+        fields: Values of all fields.
     """
     return typestore().types[name](**fields)

@@ -1,4 +1,4 @@
-"""What a run sees and says, as ROS 2 would record it."""
+"""Recording of a run as ROS 2 messages."""
 
 from __future__ import annotations
 
@@ -43,6 +43,7 @@ from circumspect.recording.ros_types import (
     TRANSFORMS,
     message,
 )
+from circumspect.robot import MobileRobot, WrappedRobot
 from circumspect.sensing import Odometry, RgbdFrame
 
 DEPTH_TOPIC, DEPTH_INFO = "/camera/depth/image_raw", "/camera/depth/camera_info"
@@ -51,24 +52,36 @@ ODOMETRY_TOPIC, TF_TOPIC, STATIC_TOPIC = "/odom", "/tf", "/tf_static"
 DETECTIONS_TOPIC = "/circumspect/detections"
 MAP, ODOM, BASE, OPTICAL = "map", "odom", "base_link", "camera_optical"
 SYNCHRONOUS = "synchronous"
-"""Note of a recording in which the odometry before each depth image is that image's own."""
+"""Note: the odometry before each depth image belongs to that image."""
 SYSTEMATIC_DISPARITY = "systematic_disparity"
-"""Note of a recording whose camera has this systematic error [rad], see `DepthNoise`."""
-
+"""Note: systematic disparity error of the camera [rad], see `DepthNoise`."""
 _log = logging.getLogger(__name__)
 
 
-class RunRecorder:
-    """Records frames and answers into one MCAP file.
+class RecordingRobot(WrappedRobot):
+    """Records each observed frame and returns it as the recording contains it."""
 
-    A disk that is full ends the recording but not the run: the fault is kept in `failure`.
+    def __init__(self, robot: MobileRobot, recorder: RunRecorder) -> None:
+        """Wrap a robot; this must be the outermost wrapper."""
+        super().__init__(robot)
+        self._recorder = recorder
+
+    def observe(self) -> RgbdFrame:
+        """See `MobileRobot.observe`."""
+        return self._recorder.frame(self.robot.observe())
+
+
+class RunRecorder:
+    """Records frames and predictions into one MCAP file.
+
+    A write error, such as a full disk, ends the recording but not the run; see `failure`.
 
     Attributes:
-        failure: Why recording ended early; None while it goes on.
+        failure: Why the recording ended early; None otherwise.
     """
 
     def __init__(self, path: str | os.PathLike[str], notes: Mapping[str, str]) -> None:
-        """Begin a new file; see `McapWriter`."""
+        """Create a file; see `McapWriter`."""
         self._writer = McapWriter(path, {SYNCHRONOUS: "true", **notes})
         self.failure: OutputError | None = None
         self._mount: RigidTransform | None = None
@@ -78,11 +91,11 @@ class RunRecorder:
         """Record a frame.
 
         Returns:
-            What reading the recording gives: depth, stamps and poses are rounded as messages hold
-            them, so that a replay is the run again. What the recording can not hold, a stamp
-            before 0, is left out of it, and the frame comes back as it is.
+            The frame as read from the recording: depth, stamps and poses are rounded as in the
+            messages, so that a replay repeats the run exactly. A frame that cannot be recorded
+            (its stamp is negative) is returned unchanged.
         """
-        with self._going_on("a frame"):
+        with self._logged_errors("a frame"):
             return self._recorded(frame)
         return frame
 
@@ -108,23 +121,23 @@ class RunRecorder:
     ) -> RigidTransform | None:
         if T_base_camera is None:
             return None
-        told = transform_message(T_base_camera, stamp, BASE, OPTICAL)
+        msg = transform_message(T_base_camera, stamp, BASE, OPTICAL)
         before = self._mount
         if before is None or not np.array_equal(before.as_matrix(), T_base_camera.as_matrix()):
             self._writer.write(
-                STATIC_TOPIC, TRANSFORMS, log_time, transforms_message([told]), latched=True
+                STATIC_TOPIC, TRANSFORMS, log_time, transforms_message([msg]), latched=True
             )
             self._mount = T_base_camera
-        return transform_of(told.transform.translation, told.transform.rotation)
+        return transform_of(msg.transform.translation, msg.transform.rotation)
 
     def _recorded_odometry(self, odometry: Odometry | None, log_time: int) -> Odometry | None:
         if odometry is None:
             return None
-        told = odometry_message(odometry, ODOM, BASE)
-        self._writer.write(ODOMETRY_TOPIC, ODOMETRY, log_time, told)
+        msg = odometry_message(odometry, ODOM, BASE)
+        self._writer.write(ODOMETRY_TOPIC, ODOMETRY, log_time, msg)
         moved = transform_message(odometry.T_odom_base.as_transform(), odometry.stamp, ODOM, BASE)
         self._writer.write(TF_TOPIC, TRANSFORMS, log_time, transforms_message([moved]))
-        return odometry_of(told)
+        return odometry_of(msg)
 
     def answer(
         self,
@@ -133,15 +146,15 @@ class RunRecorder:
         extent_xyz: NDArray[np.floating] | None,
         T_map_odom: PlanarPose | None,
     ) -> None:
-        """Record what a frame led to.
+        """Record the result of a frame.
 
         Args:
-            stamp: Of the frame [s].
-            prediction: The answer so far, or None.
-            extent_xyz: (2, 3) lowest and highest corner of the model [m] map frame, or None.
-            T_map_odom: What corrects the odometry, or None.
+            stamp: Stamp of the frame [s].
+            prediction: Current prediction, or None.
+            extent_xyz: (2, 3) lowest and highest corner of the model in the map frame [m], or None.
+            T_map_odom: Correction of the odometry, or None.
         """
-        with self._going_on("an answer"):
+        with self._logged_errors("a prediction"):
             self._answer(stamp, prediction, extent_xyz, T_map_odom)
 
     def _answer(
@@ -156,18 +169,18 @@ class RunRecorder:
             moved = transform_message(T_map_odom.as_transform(), stamp, MAP, ODOM)
             self._writer.write(TF_TOPIC, TRANSFORMS, log_time, transforms_message([moved]))
         if prediction is not None and extent_xyz is not None:
-            told = detections_message(prediction, extent_xyz, stamp)
-            self._writer.write(DETECTIONS_TOPIC, DETECTIONS, log_time, told)
+            msg = detections_message(prediction, extent_xyz, stamp)
+            self._writer.write(DETECTIONS_TOPIC, DETECTIONS, log_time, msg)
 
     def ceiling_image(self, image: CeilingImage, lens: LensCamera) -> None:
-        """Record an image of a ceiling camera, on /CAMERA/image_raw, with its CameraInfo.
+        """Record an image of a ceiling camera on /CAMERA/image_raw, with its CameraInfo.
 
         Args:
             image: The image.
-            lens: Of its camera.
+            lens: Lens of its camera.
         """
         name, stamp = image.camera, image.stamp
-        with self._going_on(f"an image of {name}"):
+        with self._logged_errors(f"an image of {name}"):
             log_time = max(self._last, nanoseconds(stamp))
             info = camera_info(lens.pinhole, stamp, name, lens.distortion)
             self._writer.write(f"/{name}/camera_info", CAMERA_INFO, log_time, info)
@@ -175,17 +188,17 @@ class RunRecorder:
             self._writer.write(f"/{name}/image_raw", IMAGE, log_time, grey)
 
     def close(self) -> None:
-        """Write the index and close the file; a fault is kept in `failure`."""
-        with self._going_on("the index"):
+        """Write the index and close the file; an error is stored in `failure`."""
+        with self._logged_errors("the index"):
             self._writer.close()
 
     def discard(self) -> None:
-        """Remove the recording of a run that could not begin."""
+        """Remove the recording of a run that could not start."""
         self._writer.discard()
 
     @contextmanager
-    def _going_on(self, what: str) -> Iterator[None]:
-        """Whatever happens to the recording, the run goes on."""
+    def _logged_errors(self, what: str) -> Iterator[None]:
+        """Log errors of the recording so that the run continues."""
         try:
             yield
         except OutputError as error:
@@ -193,19 +206,19 @@ class RunRecorder:
                 self.failure = error
                 _log.warning("%s", error)
         except InputError as error:
-            _log.warning("%s is left out of the recording: %s", what, error)
+            _log.warning("%s is missing from the recording: %s", what, error)
 
 
 def detections_message(
     prediction: Prediction, extent_xyz: NDArray[np.floating], stamp: float, frame_id: str = MAP
 ) -> object:
-    """A `vision_msgs/Detection3DArray` of one object: all classes, the likeliest first.
+    """Create a `vision_msgs/Detection3DArray` of one object with all classes, most likely first.
 
     Args:
-        prediction: The answer.
-        extent_xyz: (2, 3) lowest and highest corner [m] map frame.
-        stamp: [s].
-        frame_id: What the map frame is called.
+        prediction: Prediction of the object.
+        extent_xyz: (2, 3) lowest and highest corner in the map frame [m].
+        stamp: Time [s].
+        frame_id: Name of the map frame.
     """
     centre = pose_message(RigidTransform.from_translation(extent_xyz.mean(axis=0)))
     unknown = message("geometry_msgs/msg/PoseWithCovariance", pose=centre, covariance=np.zeros(36))

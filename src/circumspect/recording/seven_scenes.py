@@ -1,4 +1,4 @@
-"""Folders in the layout of Microsoft's 7-Scenes data set."""
+"""Folders in the layout of Microsoft's 7-Scenes dataset."""
 
 from __future__ import annotations
 
@@ -11,31 +11,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.errors import InputError
-from circumspect.recording.frame_folder import GRAVITY_FILE, FrameFolder
-from circumspect.recording.image_files import read_colour
-from circumspect.recording.matrix_file import read_pose
+from circumspect.recording.frame_folder import GRAVITY_FILE, FrameFolder, read_colour, read_pose
 from circumspect.sensing import RgbdFrame
 
 FRAME_RATE = 30.0
-"""The Kinect's frames a second; the data set has no time stamps."""
+"""Frame rate of the Kinect [Hz]; the dataset has no time stamps."""
 KINECT_MATRIX = np.array([[585.0, 0.0, 320.0], [0.0, 585.0, 240.0], [0.0, 0.0, 1.0]])
-"""Intrinsics the data set states for its depth camera, where the folder holds none."""
+"""Intrinsics of the depth camera according to the dataset, if the folder has none."""
 DEPTH_NAME = re.compile(r"frame-(\d+)\.depth\.png")
 
 _log = logging.getLogger(__name__)
 
 
 class SevenScenesFolder(FrameFolder):
-    """The frames of a folder, in order.
+    """Frames of a 7-Scenes folder, in order.
 
     Files: `frame-NNNNNN.depth.png` (16 bit, millimetres, 0 and 65535 invalid),
-    `frame-NNNNNN.pose.txt` (4 x 4, camera to world), and where present
+    `frame-NNNNNN.pose.txt` (4 x 4, camera to world), and optionally
     `frame-NNNNNN.color.jpg` or `.png`, `camera-intrinsics.txt` (3 x 3) and
     `gravity-direction.txt` (down, in world).
 
-    The map frame is the world frame of the poses, with the same origin, turned the shortest way
-    so that z points up. A frame with a missing or broken depth image or pose is left out and the
-    reason kept in `skipped`; a broken colour image costs only the colour.
+    The map frame has the origin of the poses' world frame and is rotated by the smallest angle so
+    that z points up. A frame with a missing or broken depth image or pose is skipped, with the
+    reason in `skipped`; a frame with a broken colour image is used without colour.
     """
 
     def __init__(
@@ -45,16 +43,16 @@ class SevenScenesFolder(FrameFolder):
         poses: bool = True,
         depth_scale: float | None = None,
     ) -> None:
-        """Look the folder over; frames are read when they are asked for.
+        """Read the layout; frames are read on demand.
 
         Args:
             path: The folder.
-            every: Take each n-th frame only.
-            poses: Whether frames bring the recorded poses along.
-            depth_scale: Metres a unit of the depth images; None for millimetres.
+            every: Use every n-th frame only.
+            poses: Whether frames carry the recorded poses.
+            depth_scale: Metres per unit of the depth images; None for millimetres.
 
         Raises:
-            InputError: No such folder, no frames in it, broken intrinsics or gravity direction.
+            InputError: No such folder, no frames, broken intrinsics or gravity direction.
         """
         super().__init__(path, every, poses, depth_scale)
         numbered = sorted(
@@ -63,15 +61,15 @@ class SevenScenesFolder(FrameFolder):
             if (match := DEPTH_NAME.fullmatch(file.name))
         )
         if not numbered:
-            raise InputError(f"{self.path}: holds no frame-*.depth.png")
+            raise InputError(f"{self.path}: contains no frame-*.depth.png")
         self._files = numbered[::every]
         own = self._own_matrix()
         self._matrix = KINECT_MATRIX if own is None else own
-        if poses and (turn := self._upright()) is not None:
+        if poses and (turn := self._gravity_alignment()) is not None:
             self.T_map_world = turn
         elif poses:
             file = self.path / GRAVITY_FILE
-            _log.warning("%s: missing; the world's z is taken for up", file)
+            _log.warning("%s: missing; the world's z axis is assumed to point up", file)
 
     @property
     def names(self) -> list[str]:

@@ -15,38 +15,42 @@ from scipy.spatial.transform import RigidTransform, Slerp
 
 from circumspect.errors import InputError, reason_of
 from circumspect.geometry import Trajectory, read_tum
-from circumspect.recording.frame_folder import INTRINSICS_FILE, FrameFolder, require_matrix
-from circumspect.recording.image_files import read_colour
-from circumspect.recording.matrix_file import read_numbers
+from circumspect.recording.frame_folder import (
+    INTRINSICS_FILE,
+    FrameFolder,
+    read_colour,
+    read_numbers,
+    require_matrix,
+)
 from circumspect.sensing import RgbdFrame
-from circumspect.sensing.regular_file import require_regular
+from circumspect.sensing.untrusted_files import require_regular
 
 DEPTH_LIST, COLOUR_LIST, POSE_LIST = "depth.txt", "rgb.txt", "groundtruth.txt"
 CALIBRATION_FILE = "calibration.txt"
-"""Holds fx fy cx cy in the RGB-D benchmark of ETH3D, which has the same layout."""
-TOLERANCE = 0.02
-"""Depth, colour and pose belong together when their stamps differ by no more than this [s]."""
-APART = 0.05
-"""Between two poses no further apart in time [s] the motion is taken as even."""
-LARGEST_LIST = 50_000_000
-"""Longer lists of images are something else [bytes]."""
-# fx, fy, cx, cy that the benchmark states for the colour cameras, onto which depth is registered.
-_FREIBURG = {
+"""Contains fx fy cx cy in ETH3D's RGB-D benchmark, which has the same layout."""
+MAX_STAMP_DIFFERENCE_S = 0.02
+"""Maximum difference between the stamps of depth, colour and pose [s]."""
+MAX_INTERPOLATION_GAP_S = 0.05
+"""Maximum time between two poses that are interpolated [s]."""
+MAX_LIST_BYTES = 50_000_000
+"""Maximum size of a list of images [bytes]."""
+# fx, fy, cx, cy of the benchmark's colour cameras, to which depth is registered.
+_FREIBURG_INTRINSICS = {
     "1": (517.3, 516.5, 318.6, 255.3),
     "2": (520.9, 521.0, 325.1, 249.7),
     "3": (535.4, 539.2, 320.1, 247.6),
 }
-_OTHER = (525.0, 525.0, 319.5, 239.5)
+_DEFAULT_INTRINSICS = (525.0, 525.0, 319.5, 239.5)
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class StampedFile:
-    """An image of a list.
+    """An entry of a list of images.
 
     Attributes:
-        stamp: [s].
+        stamp: Time [s].
         name: Path inside the folder.
     """
 
@@ -55,19 +59,23 @@ class StampedFile:
 
 
 class TumRgbdFolder(FrameFolder):
-    """The frames of a folder, in the order of their stamps.
+    """Frames of a TUM RGB-D folder, in the order of their stamps.
 
-    Files: `depth.txt` (lines `stamp file`; 16 bit images, 5000 a metre unless `depth_scale` says
-    otherwise, 0 and 65535 invalid), and
-    where present `rgb.txt` (the same for colour images), `groundtruth.txt` (lines
-    `stamp tx ty tz qx qy qz qw`, camera to world), `gravity-direction.txt` (down, in world, where
-    its z is not up as in the benchmark) and `camera-intrinsics.txt` (3 x 3) or `calibration.txt`
-    (`fx fy cx cy`, as ETH3D has it), instead of the benchmark's own figures for freiburg1, 2 or 3,
-    told by the folder's name.
+    Files:
 
-    A frame has the colour image nearest in time, and a pose between the two nearest in time. Where
-    there is a `groundtruth.txt`, a frame without a pose within 20 ms is left out; without the file
-    frames have no poses. The reason of each frame left out is kept in `skipped`.
+    - `depth.txt`: lines `stamp file`; 16-bit images, by default 5000 units per metre, 0 and 65535
+      invalid.
+    - `rgb.txt` (optional): the same for colour images.
+    - `groundtruth.txt` (optional): lines `stamp tx ty tz qx qy qz qw`, camera to world.
+    - `gravity-direction.txt` (optional): down in world, if z is not up as in the benchmark.
+    - `camera-intrinsics.txt` (3 x 3) or `calibration.txt` (`fx fy cx cy`, as in ETH3D): optional.
+
+    Without intrinsics the benchmark's values for freiburg1, 2 or 3 are used, according to the
+    folder's name.
+
+    A frame has the colour image nearest in time and a pose interpolated between the nearest two. If
+    there is a `groundtruth.txt`, frames without a pose within 20 ms are skipped; without the file
+    frames have no poses. `skipped` holds the reasons.
     """
 
     DEPTH_SCALE: ClassVar[float] = 1 / 5000
@@ -79,29 +87,29 @@ class TumRgbdFolder(FrameFolder):
         poses: bool = True,
         depth_scale: float | None = None,
     ) -> None:
-        """Look the folder over; frames are read when they are asked for.
+        """Read the layout; frames are read on demand.
 
         Args:
             path: The folder.
-            every: Take each n-th frame only.
-            poses: Whether frames bring the recorded poses along.
-            depth_scale: Metres a unit of the depth images; None for 1/5000.
+            every: Use every n-th frame only.
+            poses: Whether frames carry the recorded poses.
+            depth_scale: Metres per unit of the depth images; None for 1/5000.
 
         Raises:
-            InputError: No such folder, no list of depth images or none in it, a broken list of
-                poses, broken intrinsics or gravity direction.
+            InputError: No such folder, no depth images, or broken poses, intrinsics or gravity
+                direction.
         """
         super().__init__(path, every, poses, depth_scale)
         self._depth = read_list(self.path / DEPTH_LIST)[::every]
         colour = self.path / COLOUR_LIST
         self._colour = read_list(colour) if colour.exists() else []
         self._colour_stamps = np.array([file.stamp for file in self._colour])
-        if poses and (turn := self._upright()) is not None:
+        if poses and (turn := self._gravity_alignment()) is not None:
             self.T_map_world = turn
         self.truth = self._truth()
-        """The recorded poses, map frame; None without them."""
+        """Recorded poses in the map frame; None if there are none."""
         own = self._own_matrix()
-        self._matrix = self._stated_matrix() if own is None else own
+        self._matrix = self._layout_matrix() if own is None else own
 
     @property
     def names(self) -> list[str]:
@@ -127,7 +135,7 @@ class TumRgbdFolder(FrameFolder):
         if len(self._colour) == 0:
             return None
         nearest = int(np.argmin(np.abs(self._colour_stamps - stamp)))
-        if abs(self._colour_stamps[nearest] - stamp) > TOLERANCE:
+        if abs(self._colour_stamps[nearest] - stamp) > MAX_STAMP_DIFFERENCE_S:
             return None
         return read_colour(self.path / self._colour[nearest].name, size)
 
@@ -135,49 +143,51 @@ class TumRgbdFolder(FrameFolder):
         file = self.path / POSE_LIST
         return read_tum(file).moved(self.T_map_world) if file.exists() else None
 
-    def _stated_matrix(self) -> NDArray[np.float64]:
+    def _layout_matrix(self) -> NDArray[np.float64]:
         calibration = self.path / CALIBRATION_FILE
         if calibration.exists():
             fx, fy, cx, cy = read_numbers(calibration, 4)
-            stated = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
-            return require_matrix(stated, calibration)
+            matrix = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+            return require_matrix(matrix, calibration)
         found = re.search(r"(?:freiburg|fr)_?([123])(?![0-9])", self.path.resolve().name)
         if found is None:
             _log.warning(
-                "%s: the name tells no camera (freiburg1, 2 or 3) and there is no %s or %s; taking "
-                "fx = fy = 525, cx = 319.5, cy = 239.5",
+                "%s: the name contains no camera (freiburg1, 2 or 3), and there is no %s or %s; "
+                "using fx = fy = 525, cx = 319.5, cy = 239.5",
                 self.path,
                 INTRINSICS_FILE,
                 CALIBRATION_FILE,
             )
-        fx, fy, cx, cy = _OTHER if found is None else _FREIBURG[found.group(1)]
+        fx, fy, cx, cy = (
+            _DEFAULT_INTRINSICS if found is None else _FREIBURG_INTRINSICS[found.group(1)]
+        )
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
 def read_list(path: Path) -> list[StampedFile]:
-    """Read the list of a folder's images: lines `stamp file`, # begins a comment.
+    """Read a list of images: lines `stamp file`; # starts a comment.
 
     Returns:
         The images in the order of their stamps.
 
     Raises:
-        InputError: The file can not be read, holds another line, or no images.
+        InputError: The file cannot be read, has an invalid line, or lists no images.
     """
     try:
         require_regular(path)
         with path.open("rb") as stream:
-            lines = stream.read(LARGEST_LIST).decode("utf-8").splitlines()
+            lines = stream.read(MAX_LIST_BYTES).decode("utf-8").splitlines()
     except OSError as error:
         raise InputError(f"{path}: can not be read ({reason_of(error)})") from error
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is no text; lines 'stamp file' are expected") from error
+        raise InputError(f"{path}: is not text; lines 'stamp file' are expected") from error
     files: list[StampedFile] = []
     for number, line in enumerate(lines, start=1):
         words = line.split("#", 1)[0].split(maxsplit=1)
         if words:
             files.append(_entry(words, f"{path}: line {number}"))
     if not files:
-        raise InputError(f"{path}: names no images")
+        raise InputError(f"{path}: lists no images")
     return sorted(files, key=lambda file: file.stamp)
 
 
@@ -190,28 +200,29 @@ def _entry(words: list[str], place: str) -> StampedFile:
         raise InputError(f"{place}: is not 'stamp file' but {' '.join(words)[:80]!r}")
     name = words[1].strip()
     if Path(name).is_absolute() or ".." in Path(name).parts:
-        raise InputError(f"{place}: {name[:80]!r} lies outside of the folder")
+        raise InputError(f"{place}: {name[:80]!r} is outside the folder")
     return StampedFile(stamp, name)
 
 
 def pose_at(trajectory: Trajectory, stamp: float) -> RigidTransform:
-    """The pose at a time: between the two around it, or the nearest one where they are far apart.
+    """Interpolated pose at a time; the nearest pose if its neighbours are far apart.
 
     Raises:
-        InputError: The nearest is more than `TOLERANCE` away in time.
+        InputError: The nearest pose is more than `MAX_STAMP_DIFFERENCE_S` away.
     """
     stamps = trajectory.stamps
     after = int(np.searchsorted(stamps, stamp))
     around = [index for index in (after - 1, after) if 0 <= index < len(stamps)]
     nearest = min(around, key=lambda index: abs(stamps[index] - stamp), default=None)
-    if nearest is None or abs(stamps[nearest] - stamp) > TOLERANCE:
+    if nearest is None or abs(stamps[nearest] - stamp) > MAX_STAMP_DIFFERENCE_S:
         raise InputError(
-            f"no true pose within {TOLERANCE * 1e3:.0f} ms of {stamp:.4f} s in {POSE_LIST}"
+            f"no true pose within {MAX_STAMP_DIFFERENCE_S * 1e3:.0f} ms of {stamp:.4f} s in "
+            f"{POSE_LIST}"
         )
     gap = stamps[around[-1]] - stamps[around[0]]
-    if not 0 < gap <= APART:
+    if not 0 < gap <= MAX_INTERPOLATION_GAP_S:
         return trajectory.T_map_camera[nearest]
-    share = (stamp - stamps[around[0]]) / gap
+    fraction = (stamp - stamps[around[0]]) / gap
     pair = trajectory.T_map_camera[around]
-    place = (1 - share) * pair.translation[0] + share * pair.translation[1]
-    return RigidTransform.from_components(place, Slerp([0.0, 1.0], pair.rotation)(share))
+    place = (1 - fraction) * pair.translation[0] + fraction * pair.translation[1]
+    return RigidTransform.from_components(place, Slerp([0.0, 1.0], pair.rotation)(fraction))

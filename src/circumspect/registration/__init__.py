@@ -1,8 +1,7 @@
-"""Registration of scans to a surface map by point-to-plane ICP with a prior, and free space."""
+"""Scan-to-map registration by point-to-plane ICP with a prior, and free-space violations."""
 
-from circumspect.registration.compact_surface import CompactSurface
-from circumspect.registration.free_space import FreeSpace
-from circumspect.registration.free_space_violations import (
+from circumspect.registration.free_space import (
+    FreeSpace,
     violated_count,
     violated_points,
     violation_ratio,
@@ -10,7 +9,7 @@ from circumspect.registration.free_space_violations import (
 from circumspect.registration.point_to_plane import PointToPlaneProblem, Weighting, linearised
 from circumspect.registration.registration import Registration, RegistrationSettings, register
 from circumspect.registration.scan import DownsamplingSettings, Scan
-from circumspect.registration.scan_surface import ScanSurface
+from circumspect.registration.scan_surface import CompactSurface, ScanSurface
 from circumspect.registration.surface_map import SurfaceMap
 
 __all__ = [

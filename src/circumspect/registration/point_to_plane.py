@@ -1,4 +1,4 @@
-"""The point-to-plane problem, linearised at one pose."""
+"""Linearisation of the point-to-plane problem."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ class Weighting:
 
 
 COARSE = Weighting(correlation_factor=3.5, roughness_factor=0.0, min_cutoff=1.0)
-"""Far from the optimum. Rims show the direction, and large residuals are not outliers yet."""
+"""Weights far from the optimum: rims show the direction, large residuals are no outliers yet."""
 FINE = Weighting(correlation_factor=1.0, roughness_factor=3.0, min_cutoff=0.0)
-"""At the optimum, and for its information. The planes of rims, which are fitted to both of their
-sides, err by far more than the sensor noise."""
+"""Weights at the optimum, and for its information. Planes at rims are fitted to both sides, so that
+their error is far larger than the sensor noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class PointToPlaneProblem:
         spurious: (6, 6) spurious information: what noise of the normals is expected to add to the
             Hessian.
         gradient: (6,) of half the sum of weighted squares.
-        inliers: See `Registration`, as for the following figures.
+        inliers: See `Registration`, also for the next attributes.
         overlap: Fraction of the points that have a correspondence.
         distance: Mean distance to the map's planes [m].
         residual: Root mean square distance of the inliers [m].
@@ -104,7 +104,7 @@ def linearised(
 ) -> PointToPlaneProblem:
     """Linearise the point-to-plane problem at one pose.
 
-    The computation is in C++. Its reference in NumPy is `numpy_reference.linearised`.
+    The computation is in C++. The tests compare it with a reference in NumPy.
 
     Args:
         scan: The scan.

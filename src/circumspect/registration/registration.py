@@ -22,18 +22,18 @@ from circumspect.registration.scan import Scan
 from circumspect.registration.surface_map import SurfaceMap
 
 COARSE_SCAN_STEP = 3
-"""The coarse phase uses every point at this step."""
+"""The coarse phase uses every n-th point."""
 COARSE_TOLERANCE_FACTOR = 5.0
 """Multiple of the tolerances at which the coarse phase ends."""
 NEGLIGIBLE_STEP_SIGMAS = 0.3
-"""The coarse phase also ends at a step of fewer standard deviations of the result."""
+"""The coarse phase also ends at a step of fewer standard deviations of the optimum."""
 SEARCH_SIGMAS = 1.0
 """Maximum correspondence distance of the coarse phase, in standard deviations of the prior's
 position, if that is larger than the settings' distance."""
 MAX_COARSE_DISTANCE_M = 0.15
 """Upper bound of the distance that follows from `SEARCH_SIGMAS` [m]."""
 MIN_CONDITION = 1e-6
-"""Eigenvalues of the Hessian below this share of the largest are taken as zero."""
+"""Eigenvalues of the Hessian below this fraction of the largest are taken as zero."""
 MAX_CORRESPONDENCE_DISTANCE_M = 0.5
 """Upper bound of `RegistrationSettings.max_distance` [m]. The search visits cell by cell."""
 
@@ -46,7 +46,7 @@ class RegistrationSettings:
         max_distance: Maximum correspondence distance [m], at most
             `MAX_CORRESPONDENCE_DISTANCE_M`.
         max_iterations: Maximum number of Gauss-Newton steps.
-        rotation_tolerance: The iteration has converged if a step is smaller than this [rad] …
+        rotation_tolerance: The iteration has converged at a step smaller than this [rad] …
         translation_tolerance: … and than this [m].
 
     Raises:
@@ -108,7 +108,7 @@ class Registration:
         return self.information - self.hessian
 
     def measured(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What the scan alone measures, without the prior.
+        """The measurement of the scan alone, without the prior.
 
         The optimum of the scan alone is -H⁻¹g away from the joint optimum, with H the Hessian and g
         the gradient of the scan's cost.
@@ -160,8 +160,9 @@ def register(
     Minimises Σ ρ(rᵢ / ςᵢ) / c + ½ ‖log(T_prior⁻¹ T)‖²_Λ over T by Gauss-Newton with Tukey's ρ.
     rᵢ = nᵢ · (T pᵢ - qᵢ) is the distance of point pᵢ to the plane (qᵢ, nᵢ) of its nearest point in
     the map (Chen and Medioni 1991). ςᵢ² is the variance of the noise of both, scaled to the
-    residuals, plus that of the plane's roughness. c is `FINE.correlation`, Λ is
-    `prior_information`. Directions with spurious information only are left to the prior.
+    residuals, plus that of the plane's roughness. c is `Scan.correlations` times the factor of
+    `FINE`, Λ is `prior_information`. Directions with only spurious information are left to the
+    prior.
 
     Args:
         scan: The scan.
@@ -170,10 +171,10 @@ def register(
         prior_information: (6, 6) inverse covariance of the prior, for changes of the pose in the
             optical frame.
         settings: Correspondences and convergence.
-        T_map_start: Where the iteration starts; None means at the prior.
+        T_map_start: Initial pose of the iteration; None means the prior.
 
     Returns:
-        The optimum. The prior, not converged, if too few points have a correspondence.
+        The optimum; the prior, not converged, if too few points have a correspondence.
     """
     s = settings or RegistrationSettings()
     prior = T_map_prior.as_matrix()
@@ -200,7 +201,7 @@ def register(
 
 
 class _GaussNewton:
-    """Gauss-Newton from the start: a coarse phase with few points, then a fine one with all."""
+    """Gauss-Newton iteration: a coarse phase with few points, then a fine one with all."""
 
     def __init__(
         self,

@@ -11,13 +11,14 @@ from circumspect.sensing import DepthBlocks, DepthNoise, RgbdFrame
 
 PATCHES_PER_ROW = 1 << 20
 WHITE_CORRELATION = 4.0
-"""Points whose white noise carries the information of one independent measurement: averaging over
-blocks, voxels and normals makes the errors of neighbours alike (measured, docs/derivations.md)."""
+"""Number of points whose white noise carries the information of one independent measurement.
+Averaging over blocks, voxels and normals correlates the errors of neighbours (measured,
+docs/derivations.md)."""
 
 
 @dataclass(frozen=True)
 class DownsamplingSettings:
-    """How a frame becomes a scan.
+    """Settings of the downsampling of a frame to a scan.
 
     Attributes:
         block: Depths are averaged over square blocks of this side [px].
@@ -40,9 +41,9 @@ class Scan:
 
     Attributes:
         points_xyz: (n, 3) float64 [m].
-        sigmas: (n,) [m] standard deviation of the depth, of white and systematic errors.
+        sigmas: (n,) [m] standard deviation of the depth, from white and systematic errors.
         correlations: (n,) number of points that carry the information of one.
-        tilts: (n,) [rad²] variance of the surface's slope by systematic errors.
+        tilts: (n,) [rad²] variance of the surface's slope from systematic errors.
     """
 
     points_xyz: NDArray[np.float64]
@@ -56,7 +57,7 @@ class Scan:
 
         Args:
             frame: The frame.
-            settings: How it is downsampled.
+            settings: Settings of the downsampling.
         """
         s = settings or DownsamplingSettings()
         blocks = DepthBlocks.of(frame.depth, frame.camera, s.block)
@@ -68,7 +69,7 @@ class Scan:
 
     @classmethod
     def with_white_noise(cls, points_xyz: NDArray[np.float64], sigmas: NDArray[np.float64]) -> Scan:
-        """Points without systematic errors; see the attributes."""
+        """A scan without systematic errors; see the attributes."""
         ones = np.ones(len(points_xyz))
         return cls(points_xyz, sigmas, WHITE_CORRELATION * ones, 0 * ones)
 
@@ -86,9 +87,9 @@ def _errors(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Standard deviations [m], correlations and tilts [rad²] of points.
 
-    The depth error has a white part with variance σ², of which `WHITE_CORRELATION` points carry
-    the information of one, and a systematic part with variance ς². All n points of a patch share
-    the latter, so that they inform as one measurement with variance (c σ² + n ς²) / n.
+    The depth error has a white part with variance σ² and a systematic part with variance ς². Of the
+    white part, c = `WHITE_CORRELATION` points carry the information of one. All n points of a patch
+    share the systematic part: the patch is one measurement with variance (c σ² + n ς²) / n.
     """
     z = points_xyz[:, 2]
     white = noise.axial_sigma(z).astype(np.float64) ** 2

@@ -1,4 +1,4 @@
-"""The map of the static scene that scans are registered to."""
+"""The surface map of the static scene, the target of scan registration."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ class SurfaceMap:
         Args:
             points_xyz: (n, 3) [m] map frame.
             camera_xyz: (3,) [m] map frame.
-            max_distance: Farther map points do not count [m].
+            max_distance: Maximum distance to the map point [m].
 
         Returns:
             (n,) indices; -1 where there is none.

@@ -1,10 +1,9 @@
-"""The mobile robot: its interface, its kinematics, its odometry, and how it follows a path."""
+"""Mobile robots: base class, kinematics, odometry and path following."""
 
 from circumspect.robot.differential_drive import DifferentialDrive, arc
-from circumspect.robot.mobile_robot import MobileRobot
+from circumspect.robot.mobile_robot import MobileRobot, Velocity
 from circumspect.robot.operated_robot import OperatedRobot, Operator, RunStopped
 from circumspect.robot.path_follower import PathFollower
-from circumspect.robot.velocity import Velocity
 from circumspect.robot.wheel_odometry import WheelOdometry
 from circumspect.robot.wrapped_robot import WrappedRobot
 

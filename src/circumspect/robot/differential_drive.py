@@ -1,4 +1,4 @@
-"""The kinematics of two wheels on one axle."""
+"""Kinematics of a differential drive."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 
 from circumspect.errors import InputError
 from circumspect.geometry import PlanarPose
-from circumspect.robot.velocity import Velocity
+from circumspect.robot.mobile_robot import Velocity
 
 
 @dataclass(frozen=True)
 class DifferentialDrive:
-    """Two driven wheels; `base_link` lies on the floor under the middle of their axle.
+    """Two driven wheels; `base_link` is on the floor below the centre of their axle.
 
-    The defaults are a Pioneer 3-DX.
+    The defaults are those of a Pioneer 3-DX.
 
     Attributes:
-        wheel_radius: [m].
-        track: Distance of the wheels [m].
+        wheel_radius: Radius of the wheels [m].
+        track: Distance between the wheels [m].
 
     Raises:
         InputError: A length is not positive.
@@ -35,7 +35,7 @@ class DifferentialDrive:
             )
 
     def wheel_speeds(self, velocity: Velocity) -> tuple[float, float]:
-        """Left and right wheel [rad/s]: (v ∓ ω b/2) / r."""
+        """Left and right wheel speed [rad/s]: (v ∓ ω b/2) / r."""
         half = velocity.turn * self.track / 2
         return (
             (velocity.forward - half) / self.wheel_radius,
@@ -43,14 +43,14 @@ class DifferentialDrive:
         )
 
     def velocity(self, left: float, right: float) -> Velocity:
-        """Of wheel speeds [rad/s]: v = r (ωᵣ + ωₗ) / 2, ω = r (ωᵣ − ωₗ) / b."""
+        """Velocity from wheel speeds [rad/s]: v = r (ωᵣ + ωₗ) / 2, ω = r (ωᵣ − ωₗ) / b."""
         return Velocity(
             self.wheel_radius * (right + left) / 2,
             self.wheel_radius * (right - left) / self.track,
         )
 
     def motion(self, left: float, right: float) -> PlanarPose:
-        """Where the robot stands after its wheels turned by these angles [rad], evenly.
+        """Motion of the robot while its wheels turn uniformly by given angles [rad].
 
         Returns:
             `T_before_after`, on the exact arc.
@@ -60,13 +60,13 @@ class DifferentialDrive:
 
 
 def arc(length: float, turn: float) -> PlanarPose:
-    """Where a circular arc ends that starts at the origin along +x.
+    """End of a circular arc that starts at the origin along +x.
 
     With chord = s sin(Δ/2) / (Δ/2) the end is at (chord cos(Δ/2), chord sin(Δ/2)).
 
     Args:
-        length: s, along the arc [m].
-        turn: Δ, of the heading [rad].
+        length: Length s of the arc [m].
+        turn: Change of heading Δ [rad].
     """
     chord = length * np.sinc(turn / (2 * np.pi))  # np.sinc(x) is sin(πx) / (πx).
     return PlanarPose(chord * np.cos(turn / 2), chord * np.sin(turn / 2), turn)

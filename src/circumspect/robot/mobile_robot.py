@@ -1,36 +1,67 @@
-"""The interface of every robot that carries a camera: real, replayed or simulated."""
+"""Base class of robots with a camera, and their velocity."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.robot.velocity import Velocity
+from circumspect.errors import InputError
 from circumspect.sensing import Odometry, RgbdCamera, RgbdFrame
 
 
-class MobileRobot(ABC):
-    """Drives on a floor, says what its wheels did, and carries one RGB-D camera.
+@dataclass(frozen=True)
+class Velocity:
+    """Forward speed and turning rate of `base_link`.
 
-    What it tells is what a real robot can know: where it really is stays hidden.
+    Attributes:
+        forward: Speed [m/s]; negative is backward.
+        turn: Turning rate [rad/s], counter-clockwise seen from above.
+
+    Raises:
+        InputError: A value is not finite.
+    """
+
+    forward: float = 0.0
+    turn: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not np.isfinite([self.forward, self.turn]).all():
+            raise InputError(f"a velocity must be finite, not {self.forward}, {self.turn}")
+
+    def clipped(self, max_forward: float, max_turn: float) -> Velocity:
+        """The velocity within limits; its arc is kept.
+
+        Args:
+            max_forward: Maximum speed in both directions [m/s].
+            max_turn: Maximum turning rate in both directions [rad/s].
+        """
+        excess = max(abs(self.forward) / max_forward, abs(self.turn) / max_turn, 1.0)
+        return Velocity(self.forward / excess, self.turn / excess)
+
+
+class MobileRobot(ABC):
+    """A robot on a floor with wheel odometry and one RGB-D camera.
+
+    Its interface is that of a real robot; it does not provide the true pose.
     """
 
     @property
     @abstractmethod
     def camera(self) -> RgbdCamera:
-        """The camera it carries."""
+        """The camera."""
 
     @property
     @abstractmethod
     def T_base_camera(self) -> RigidTransform:
-        """Where the camera is mounted (optical frame), by the robot's drawings."""
+        """Mount of the camera (optical frame), from the robot's drawings."""
 
     @property
     @abstractmethod
     def radius(self) -> float:
-        """Of the circle round `base_link` that holds the footprint [m]."""
+        """Radius of the footprint around `base_link` [m]."""
 
     @property
     @abstractmethod
@@ -38,37 +69,37 @@ class MobileRobot(ABC):
         """Time [s]."""
 
     @property
-    def held(self) -> float:
-        """How much of that time somebody made it stand, who is no obstacle [s]."""
+    def paused_seconds(self) -> float:
+        """Total time for which an operator paused the robot [s]."""
         return 0.0
 
     @property
     @abstractmethod
     def max_forward(self) -> float:
-        """The largest speed that `drive` takes [m/s]."""
+        """Maximum speed of `drive` [m/s]."""
 
     @property
     @abstractmethod
     def max_turn(self) -> float:
-        """The largest turning rate that `drive` takes [rad/s]."""
+        """Maximum turning rate of `drive` [rad/s]."""
 
     @abstractmethod
     def odometry(self) -> Odometry | None:
-        """What the wheels say now; None where they say nothing."""
+        """Current wheel odometry; None if unavailable."""
 
     @abstractmethod
     def drive(self, velocity: Velocity) -> None:
-        """Set the velocity to keep from now on; what is too fast is slowed down."""
+        """Set the velocity, clipped to the limits."""
 
     @abstractmethod
     def wait(self, seconds: float) -> None:
-        """Let time pass [s], driving on as told."""
+        """Let time pass at the commanded velocity [s]."""
 
     def stop(self) -> None:
-        """Stand still."""
+        """Set the velocity to zero."""
         self.drive(Velocity())
 
     def observe(self) -> RgbdFrame:
-        """Take a frame that carries the odometry of its time and the camera's mounting."""
+        """Take a frame with the odometry of its time and the mount of the camera."""
         frame = self.camera.capture()
         return replace(frame, odometry=self.odometry(), T_base_camera=self.T_base_camera)

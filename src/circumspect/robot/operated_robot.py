@@ -1,4 +1,4 @@
-"""A robot with an operator at its side, who may pause it, slow it down, and hinder its camera."""
+"""A robot with an operator, who can pause it, slow it down and disturb its camera."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from circumspect.robot.wrapped_robot import WrappedRobot
 from circumspect.sensing import RgbdFrame
 
 FRAME_PERIOD = 0.5
-"""Time to the next frame after one was lost [s]."""
-MOST_DROPPED = 0.9
+"""Time until the next frame after a lost one [s]."""
+MAX_DROPPED_FRACTION = 0.9
 
 
 class RunStopped(Exception):  # noqa: N818 - no fault, but a wish
-    """Raised from `OperatedRobot.observe` when the operator wants the run to end."""
+    """Raised by `OperatedRobot.observe` when the operator stops the run."""
 
 
 class Operator:
-    """What a person wants of a robot; may be told, and asked, from any thread."""
+    """Commands of an operator; thread-safe."""
 
     def __init__(self) -> None:
-        """Let the robot run as fast as it can."""
+        """Start without a pause and without a limit of the frame rate."""
         self._changed = threading.Condition()
         self._paused = self._stopped = self._covered = False
         self._steps = 0
@@ -41,86 +41,90 @@ class Operator:
 
     @property
     def covered(self) -> bool:
-        """Whether a hand is before the camera."""
+        """Whether the camera is covered."""
         return self._covered
 
     @property
     def dropped(self) -> float:
-        """Share of the frames that are lost."""
+        """Fraction of the frames that are lost."""
         return self._dropped
 
     def pause(self) -> None:
-        """Hold the next frame back."""
+        """Hold back the next frame."""
         with self._changed:
             self._paused, self._steps = True, 0
 
     def resume(self) -> None:
-        """Let frames through again."""
+        """Release the frames."""
         with self._changed:
             self._paused = False
             self._changed.notify_all()
 
     def step(self) -> None:
-        """Let one frame through, and pause."""
+        """Release one frame, and pause again."""
         with self._changed:
             self._paused = True
             self._steps = 1
             self._changed.notify_all()
 
     def stop(self) -> None:
-        """End the run."""
+        """Stop the run."""
         with self._changed:
             self._stopped = True
             self._changed.notify_all()
 
     def cover(self, covered: bool) -> None:
-        """Put a hand before the camera, or take it away."""
+        """Cover or uncover the camera."""
         self._covered = bool(covered)
 
-    def drop(self, share: float) -> None:
-        """Lose a share of the frames.
+    def drop(self, fraction: float) -> None:
+        """Drop a fraction of the frames.
 
         Raises:
-            InputError: Not from 0 to `MOST_DROPPED`.
+            InputError: The fraction is not from 0 to `MAX_DROPPED_FRACTION`.
         """
-        if not 0 <= share <= MOST_DROPPED:
-            raise InputError(f"a share of 0 to {MOST_DROPPED} of the frames is lost, not {share}")
-        self._dropped = float(share)
+        if not 0 <= fraction <= MAX_DROPPED_FRACTION:
+            raise InputError(
+                f"the fraction of lost frames must be 0 to {MAX_DROPPED_FRACTION}, not {fraction}"
+            )
+        self._dropped = float(fraction)
 
-    def hurry(self, frames_per_second: float | None) -> None:
-        """Let frames through at most so often; None means as fast as they come.
+    def set_pace(self, frames_per_second: float | None) -> None:
+        """Limit the frame rate; None for no limit.
 
         Raises:
-            InputError: Not from 0.1 to 1000.
+            InputError: The rate is not from 0.1 to 1000.
         """
         if frames_per_second is not None and not 0.1 <= frames_per_second <= 1000:
-            raise InputError(f"a pace is from 0.1 to 1000 frames/s, not {frames_per_second}")
+            raise InputError(
+                f"the pace must be 0.1 to 1000 frames per second, not {frames_per_second}"
+            )
         with self._changed:
             self._pace = frames_per_second
             self._changed.notify_all()
 
-    def admit(self, before_waiting: Callable[[], None] | None = None) -> None:
+    def wait_for_frame(self, on_wait: Callable[[], None] | None = None) -> None:
         """Wait until a frame may be taken.
 
         Args:
-            before_waiting: Called once where it can not be taken at once.
+            on_wait: Called once if it cannot be taken immediately.
 
         Raises:
-            RunStopped: The run is to end.
+            RunStopped: The operator stopped the run.
         """
         with self._changed:
-            while not self._stopped and (wait := self._wait()) != 0:
-                if before_waiting is not None:
-                    before_waiting()
-                    before_waiting = None
+            while not self._stopped and (wait := self._remaining_wait()) != 0:
+                if on_wait is not None:
+                    on_wait()
+                    on_wait = None
                 self._changed.wait(wait)
             if self._stopped:
                 raise RunStopped("stopped by the operator")
             self._steps = 0
             self._last = time.monotonic()
 
-    def _wait(self) -> float | None:
-        """How long to wait before asking again [s]; None until something changes."""
+    def _remaining_wait(self) -> float | None:
+        """Time until the next check [s]; None until something changes."""
         if self._paused:
             return 0 if self._steps else None
         if self._pace is None:
@@ -129,40 +133,40 @@ class Operator:
 
 
 class OperatedRobot(WrappedRobot):
-    """Does what its operator wants; wrap it round whatever else makes the robot."""
+    """Follows the commands of its operator; the outermost wrapper of a robot."""
 
     def __init__(self, robot: MobileRobot, operator: Operator, seed: int = 0) -> None:
         """Wrap a robot.
 
         Args:
             robot: The robot.
-            operator: Told by somebody else.
-            seed: Says which frames are lost.
+            operator: Its operator.
+            seed: Seed that selects lost frames.
         """
         super().__init__(robot)
         self._operator = operator
         self._rng = np.random.default_rng(seed)
-        self._held = 0.0
+        self._paused_seconds = 0.0
 
     @property
-    def held(self) -> float:
-        """See `MobileRobot.held`."""
-        return self.robot.held + self._held
+    def paused_seconds(self) -> float:
+        """See `MobileRobot.paused_seconds`."""
+        return self.robot.paused_seconds + self._paused_seconds
 
     def observe(self) -> RgbdFrame:
-        """See `MobileRobot.observe`; waits for the operator, the robot standing still.
+        """See `MobileRobot.observe`; waits for the operator while the robot stands still.
 
         Raises:
-            RunStopped: The operator wants the run to end.
+            RunStopped: The operator stopped the run.
         """
         asked = self.now
-        self._operator.admit(before_waiting=self.stop)
+        self._operator.wait_for_frame(on_wait=self.stop)
         while self._rng.random() < self._operator.dropped:
-            # Nobody drives on without seeing anything.
+            # The robot must not drive on without frames.
             self.stop()
             self.robot.wait(FRAME_PERIOD)
-        self._held += self.now - asked
+        self._paused_seconds += self.now - asked
         return super().observe()
 
-    def _seen(self, frame: RgbdFrame) -> RgbdFrame:
+    def _on_frame(self, frame: RgbdFrame) -> RgbdFrame:
         return frame.covered() if self._operator.covered else frame

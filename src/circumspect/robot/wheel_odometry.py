@@ -11,25 +11,25 @@ from circumspect.robot.differential_drive import DifferentialDrive, arc
 from circumspect.sensing import Odometry
 
 TRAVEL_VARIANCE = 2.5e-4
-"""What a metre of travel adds to the variance of a wheel's travel [m²/m].
+"""Variance of a wheel's travel per metre of travel [m²/m].
 
-Slip that changes every l metres with a standard deviation of a share s adds s² l: 0.05² times
-0.1 m, the simulated robot's 5 % (see `simulation.WheelSlip`).
+Slip that changes every l metres with a standard deviation s adds s² l: 0.05² times 0.1 m for the
+simulated robot with 5 % (see `simulation.WheelSlip`).
 """
 SKID_VARIANCE = 1e-6
-"""What a metre of travel adds to the variance of the way sideways [m²/m]."""
+"""Variance of the sideways motion per metre of travel [m²/m]."""
 
 
 class WheelOdometry:
-    """Integrates encoder angles on exact arcs; errors of the two wheels are independent.
+    """Integrates encoder angles on exact arcs, with independent errors of the two wheels.
 
     With u = (Δsᵣ, Δsₗ) the travels of the wheels and x = (x, y, θ),
     P ← F P Fᵀ + G diag(k |Δsᵣ|, k |Δsₗ|, q |Δs|) Gᵀ, where F = ∂x'/∂x and G = ∂x'/∂(u, sideways)
     at the middle of the step's arc (Siegwart, Nourbakhsh and Scaramuzza, "Introduction to
     Autonomous Mobile Robots", 2nd ed. 2011, section 5.2.4).
 
-    The covariance describes what varies about a known mean. A constant error, say of a wheel's
-    radius or a slip whose mean nobody calibrated, grows faster than it does.
+    The covariance describes random errors with a known mean. A constant error, such as a wrong
+    wheel radius or an uncalibrated slip, grows faster.
     """
 
     def __init__(
@@ -42,20 +42,20 @@ class WheelOdometry:
         """Start at the origin of the odom frame, without error.
 
         Args:
-            drive: The wheels; None means a Pioneer 3-DX.
-            expected_slip: Share of the wheels' travel that on the mean does not become motion,
-                as a calibration drive finds it; it is taken off.
-            travel_variance: k [m²/m].
-            skid_variance: q [m²/m].
+            drive: Kinematics; None for a Pioneer 3-DX.
+            expected_slip: Mean fraction of the wheel travel lost to slip, from a calibration drive;
+                it is subtracted.
+            travel_variance: k, see `TRAVEL_VARIANCE` [m²/m].
+            skid_variance: q, see `SKID_VARIANCE` [m²/m].
 
         Raises:
-            InputError: A share or a variance makes no sense.
+            InputError: The slip or a variance is invalid.
         """
         if not 0 <= expected_slip < 1:
-            raise InputError(f"the expected slip is a share from 0 to below 1, not {expected_slip}")
+            raise InputError(f"the expected slip must be from 0 to below 1, not {expected_slip}")
         if not (0 < travel_variance < np.inf and 0 < skid_variance < np.inf):
             raise InputError(
-                f"variances a metre must be positive, not {travel_variance}, {skid_variance}"
+                f"variances per metre must be positive, not {travel_variance}, {skid_variance}"
             )
         self._drive = drive or DifferentialDrive()
         self._grip = 1 - expected_slip
@@ -66,12 +66,12 @@ class WheelOdometry:
         self._speeds = (0.0, 0.0)
 
     def update(self, stamp: float, left: float, right: float) -> Odometry:
-        """Take encoder readings.
+        """Add encoder readings.
 
         Args:
-            stamp: Time [s], later than before.
-            left: Angle that the left wheel has turned in all [rad]; the first reading is zero.
-            right: The same of the right wheel.
+            stamp: Time [s], later than the previous one.
+            left: Total angle of the left wheel [rad]; the first reading is zero.
+            right: Total angle of the right wheel [rad].
 
         Raises:
             InputError: A reading is not finite.
@@ -110,7 +110,7 @@ class WheelOdometry:
 def _jacobians(
     heading: float, length: float, track: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """F (3, 3) by the pose before, and G (3, 3) by right travel, left travel and sideways."""
+    """F (3, 3) by the previous pose, and G (3, 3) by right travel, left travel and skid."""
     c, s = np.cos(heading), np.sin(heading)
     F = np.array([[1, 0, -length * s], [0, 1, length * c], [0, 0, 1]])
     bend = length / (2 * track)

@@ -1,6 +1,6 @@
-"""A robot around another one: to record it, to watch it, to make it fail.
+"""Base class of wrappers that record, observe or disturb a robot.
 
-What derives from it acts on `observe` and `odometry`, not on `camera`; wrappers can be combined.
+Subclasses change the results of `observe` and `odometry`, not of `camera`; they can be nested.
 """
 
 from __future__ import annotations
@@ -9,20 +9,19 @@ from dataclasses import replace
 
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.robot.mobile_robot import MobileRobot
-from circumspect.robot.velocity import Velocity
+from circumspect.robot.mobile_robot import MobileRobot, Velocity
 from circumspect.sensing import Odometry, RgbdCamera, RgbdFrame
 
 
 class WrappedRobot(MobileRobot):
-    """A robot that passes everything on; see `MobileRobot`."""
+    """Passes all calls to a robot; see `MobileRobot`."""
 
     def __init__(self, robot: MobileRobot) -> None:
         self.robot = robot
 
     @property
     def camera(self) -> RgbdCamera:
-        """The camera itself, past the wrapper."""
+        """The camera itself, not affected by the wrapper."""
         return self.robot.camera
 
     @property
@@ -41,9 +40,9 @@ class WrappedRobot(MobileRobot):
         return self.robot.now
 
     @property
-    def held(self) -> float:
-        """See `MobileRobot.held`."""
-        return self.robot.held
+    def paused_seconds(self) -> float:
+        """See `MobileRobot.paused_seconds`."""
+        return self.robot.paused_seconds
 
     @property
     def max_forward(self) -> float:
@@ -65,18 +64,18 @@ class WrappedRobot(MobileRobot):
 
     def odometry(self) -> Odometry | None:
         """See `MobileRobot.odometry`."""
-        return self._told(self.robot.odometry())
+        return self._on_odometry(self.robot.odometry())
 
     def observe(self) -> RgbdFrame:
         """See `MobileRobot.observe`."""
-        frame = self._seen(self.robot.observe())
-        told = self._told(frame.odometry)
-        return frame if told is frame.odometry else replace(frame, odometry=told)
+        frame = self._on_frame(self.robot.observe())
+        changed = self._on_odometry(frame.odometry)
+        return frame if changed is frame.odometry else replace(frame, odometry=changed)
 
-    def _seen(self, frame: RgbdFrame) -> RgbdFrame:
-        """What becomes of a frame."""
+    def _on_frame(self, frame: RgbdFrame) -> RgbdFrame:
+        """Change a frame."""
         return frame
 
-    def _told(self, odometry: Odometry | None) -> Odometry | None:
-        """What becomes of the odometry; asked several times for one instant."""
+    def _on_odometry(self, odometry: Odometry | None) -> Odometry | None:
+        """Change an odometry reading; may be called several times for one instant."""
         return odometry

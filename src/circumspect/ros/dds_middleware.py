@@ -1,4 +1,4 @@
-"""ROS 2 without ROS: messages straight over DDS, by Cyclone DDS."""
+"""ROS 2 communication over Cyclone DDS without a ROS installation."""
 
 from __future__ import annotations
 
@@ -9,41 +9,44 @@ from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from circumspect.errors import CircumspectError, InputError, MissingExtraError
-from circumspect.recording.ros_types import typestore
+from circumspect.recording.ros_types import message, typestore
 from circumspect.ros.dds_settings import DdsSettings
-from circumspect.ros.middleware import LATEST, Heard, Middleware, Quality
+from circumspect.ros.middleware import LATEST, MessageCallback, Middleware, Quality
 from circumspect.ros.names import dds_topic
-from circumspect.ros.node_graph import ENTITIES, TOPIC, entities_message
-from circumspect.ros.wire_messages import packed
+from circumspect.ros.wire_messages import serialized
 
 if TYPE_CHECKING:
     from cyclonedds.core import Qos
     from cyclonedds.sub import DataReader
 
 WAKE_MS = 100
-"""So often the receiving thread looks whether it is to end [ms]."""
-BATCH = 64
+"""Interval at which the receiving thread checks for shutdown [ms]."""
+BATCH_SIZE = 64
 RELIABILITY = 11
 POLICIES = {2: "durability", 4: "deadline", 8: "liveliness", RELIABILITY: "reliability"}
-"""Numbers of DDS (2.2.3, table of QoS policies) to the words of ROS."""
-
+"""DDS policy numbers (2.2.3, table of QoS policies) to ROS names."""
 _log = logging.getLogger(__name__)
+TOPIC = "ros_discovery_info"
+"""Name of the discovery topic in DDS, without the topic prefix."""
+ENTITIES = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 
 
 class DdsMiddleware(Middleware):
-    """A participant of a DDS domain, and the thread in which messages are heard."""
+    """A participant of a DDS domain with a thread that receives messages."""
 
     def __init__(self, settings: DdsSettings, node: str) -> None:
         """Join a domain.
 
         Args:
-            settings: Where the others are.
-            node: Full name under which `ros2 node list` shows it; "" for none.
+            settings: Domain and discovery.
+            node: Full name shown by `ros2 node list`; "" for none.
 
         Raises:
             MissingExtraError: cyclonedds or rosbags is not installed.
-            InputError: Cyclone DDS refuses its settings.
+            InputError: Cyclone DDS rejects its settings.
         """
         try:
             from cyclonedds.core import DDSException, GuardCondition, WaitSet
@@ -59,59 +62,59 @@ class DdsMiddleware(Middleware):
             )
         except DDSException as error:
             raise InputError(
-                f"Cyclone DDS can not join domain {settings.domain} ({_said(error)}); see "
+                f"Cyclone DDS can not join domain {settings.domain} ({_reason(error)}); check "
                 "CYCLONEDDS_URI and ROS_AUTOMATIC_DISCOVERY_RANGE"
             ) from error
-        self._refused = DDSException
+        self._dds_error = DDSException
         self._lock = threading.Lock()
-        self._readers: list[tuple[str, DataReader[Any], Heard]] = []
+        self._readers: list[tuple[str, DataReader[Any], MessageCallback]] = []
         self._endpoints: list[Any] = []
         self._node = node
-        self._guids: tuple[list[bytes], list[bytes]] = ([], [])
-        self._graph = self._announced() if node else None
-        self._waiting = WaitSet(self._participant)
+        self._endpoint_guids: tuple[list[bytes], list[bytes]] = ([], [])
+        self._graph = self._graph_writer() if node else None
+        self._wait_set = WaitSet(self._participant)
         self._wake = GuardCondition(self._participant)
-        self._waiting.attach(self._wake)
-        self._going = True
-        self._thread = threading.Thread(target=self._listen, name="dds", daemon=True)
+        self._wait_set.attach(self._wake)
+        self._is_open = True
+        self._thread = threading.Thread(target=self._receive, name="dds", daemon=True)
         self._thread.start()
 
-    def subscribe(self, topic: str, kind: str, quality: Quality, heard: Heard) -> None:
+    def subscribe(self, topic: str, kind: str, quality: Quality, callback: MessageCallback) -> None:
         """See `Middleware.subscribe`."""
         from cyclonedds.core import ReadCondition
         from cyclonedds.sub import DataReader
 
-        with self._refusals(topic):
-            about = self._topic(dds_topic(topic), kind)
-            reader = DataReader(self._participant, about, _qos(kind, quality))
+        with self._dds_errors(topic):
+            topic_entity = self._topic(dds_topic(topic), kind)
+            reader = DataReader(self._participant, topic_entity, _qos(kind, quality))
             condition = ReadCondition(reader, _any_state())
         with self._lock:
-            self._readers.append((topic, reader, heard))
-            self._endpoints += [about, reader, condition]
-        self._waiting.attach(condition)
+            self._readers.append((topic, reader, callback))
+            self._endpoints += [topic_entity, reader, condition]
+        self._wait_set.attach(condition)
         self._wake.set(True)
-        self._announce(readers=[reader])
+        self._update_graph(readers=[reader])
 
     def advertise(self, topic: str, kind: str, quality: Quality) -> Callable[[bytes], None]:
         """See `Middleware.advertise`."""
         from cyclonedds.pub import DataWriter
 
-        from circumspect.ros.dds_types import packed_type
+        from circumspect.ros.dds_types import serialized_type
 
-        with self._refusals(topic):
-            about = self._topic(dds_topic(topic), kind)
-            writer: Any = DataWriter(self._participant, about, _qos(kind, quality))
-        self._endpoints += [about, writer]
-        self._announce(writers=[writer])
-        sample = packed_type(kind)
+        with self._dds_errors(topic):
+            topic_entity = self._topic(dds_topic(topic), kind)
+            writer: Any = DataWriter(self._participant, topic_entity, _qos(kind, quality))
+        self._endpoints += [topic_entity, writer]
+        self._update_graph(writers=[writer])
+        sample = serialized_type(kind)
 
         def publish(data: bytes) -> None:
-            if not self._going:
+            if not self._is_open:
                 return
             try:
                 writer.write(sample(data))
-            except self._refused as error:
-                _log.warning("%s: a message could not be sent (%s)", topic, _said(error))
+            except self._dds_error as error:
+                _log.warning("%s: a message could not be sent (%s)", topic, _reason(error))
 
         return publish
 
@@ -145,80 +148,82 @@ class DdsMiddleware(Middleware):
 
     def close(self) -> None:
         """See `Middleware.close`."""
-        if not self._going:
+        if not self._is_open:
             return
-        self._going = False
+        self._is_open = False
         self._wake.set(True)
         self._thread.join()
         with self._lock:
             self._readers.clear()
-        # Others are to notice now, not when the last reference to a writer goes.
-        self._waiting.__del__()
+        # Notify others now, not when the last reference to a writer is released.
+        self._wait_set.__del__()
         self._participant.__del__()
 
-    def _announced(self) -> Any:
-        """The writer that tells which topics are the node's."""
+    def _graph_writer(self) -> Any:
+        """Writer of the message that lists the topics of the node."""
         from cyclonedds.pub import DataWriter
 
-        with self._refusals(TOPIC):
-            about = self._topic(TOPIC, ENTITIES)
-            self._endpoints.append(about)
-            return DataWriter(self._participant, about, _qos(ENTITIES, LATEST))
+        with self._dds_errors(TOPIC):
+            topic_entity = self._topic(TOPIC, ENTITIES)
+            self._endpoints.append(topic_entity)
+            return DataWriter(self._participant, topic_entity, _qos(ENTITIES, LATEST))
 
-    def _announce(self, readers: Sequence[Any] = (), writers: Sequence[Any] = ()) -> None:
-        from circumspect.ros.dds_types import packed_type
+    def _update_graph(self, readers: Sequence[Any] = (), writers: Sequence[Any] = ()) -> None:
+        from circumspect.ros.dds_types import serialized_type
 
         if self._graph is None:
             return
-        self._guids[0].extend(reader.guid.bytes for reader in readers)
-        self._guids[1].extend(writer.guid.bytes for writer in writers)
-        told = entities_message(self._participant.guid.bytes, self._node, *self._guids)
-        self._graph.write(packed_type(ENTITIES)(packed(ENTITIES, told)))
+        self._endpoint_guids[0].extend(reader.guid.bytes for reader in readers)
+        self._endpoint_guids[1].extend(writer.guid.bytes for writer in writers)
+        msg = entities_message(self._participant.guid.bytes, self._node, *self._endpoint_guids)
+        self._graph.write(serialized_type(ENTITIES)(serialized(ENTITIES, msg)))
 
     def _topic(self, name: str, kind: str) -> Any:
         from cyclonedds.topic import Topic
 
-        from circumspect.ros.dds_types import packed_type
+        from circumspect.ros.dds_types import serialized_type
 
-        return Topic(self._participant, name, packed_type(kind))
+        return Topic(self._participant, name, serialized_type(kind))
 
     @contextmanager
-    def _refusals(self, topic: str) -> Iterator[None]:
+    def _dds_errors(self, topic: str) -> Iterator[None]:
         try:
             yield
-        except self._refused as error:
-            raise InputError(f"{topic}: Cyclone DDS refuses it ({_said(error)})") from error
+        except self._dds_error as error:
+            raise InputError(
+                f"{topic}: Cyclone DDS rejects the topic ({_reason(error)})"
+            ) from error
 
-    def _listen(self) -> None:
-        while self._going:
-            self._waiting.wait(WAKE_MS * 1_000_000)
+    def _receive(self) -> None:
+        while self._is_open:
+            self._wait_set.wait(WAKE_MS * 1_000_000)
             self._wake.set(False)
             with self._lock:
                 readers = list(self._readers)
-            for topic, reader, heard in readers:
-                self._hear(topic, reader, heard)
+            for topic, reader, callback in readers:
+                self._deliver(topic, reader, callback)
 
-    def _hear(self, topic: str, reader: DataReader[Any], heard: Heard) -> None:
+    def _deliver(self, topic: str, reader: DataReader[Any], callback: MessageCallback) -> None:
         try:
-            samples = reader.take(BATCH)
-        except self._refused as error:
-            _log.warning("%s: can not be read (%s)", topic, _said(error))
+            samples = reader.take(BATCH_SIZE)
+        except self._dds_error as error:
+            _log.warning("%s: can not be read (%s)", topic, _reason(error))
             return
         for sample in samples:
-            # A publisher that goes leaves a sample without data.
+            # A disappearing publisher leaves a sample without data.
             if not getattr(sample.sample_info, "valid_data", False):
                 continue
             try:
-                heard(sample.data)
+                callback(sample.data)
             except CircumspectError as error:
                 _log.warning("%s: %s", topic, error)
-            except Exception:  # one message must not make the node deaf
-                _log.exception("%s: a message could not be worked on", topic)
+            except Exception:  # one message must not stop the thread
+                _log.exception("%s: a message could not be processed", topic)
 
 
 @cache
 def _domain(number: int, config: str) -> Any:
-    """A domain is set up once in a process, and stays."""
+    """A domain, created once per process."""
     from cyclonedds.domain import Domain
 
     return Domain(number, config)
@@ -239,10 +244,34 @@ def _qos(kind: str, quality: Quality) -> Qos:
         Policy.Durability.TransientLocal if quality.latched else Policy.Durability.Volatile,
         Policy.History.KeepLast(quality.depth),
         Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
-        # Since Iron, nodes tell each other by a hash how they understand a type (REP 2011).
+        # Since Iron, nodes exchange a hash of the type definition (REP 2011).
         Policy.Userdata(f"typehash={typestore().hash_rihs01(kind)};".encode()),
     )
 
 
-def _said(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     return str(error).split("Occurred")[0].strip().rstrip(".")
+
+
+def entities_message(
+    participant: bytes, node: str, readers: list[bytes], writers: list[bytes]
+) -> Any:
+    """Create a `rmw_dds_common/ParticipantEntitiesInfo` of a participant with one node.
+
+    Args:
+        participant: (16,) bytes of its GUID.
+        node: Full name of the node.
+        readers: GUIDs of its readers.
+        writers: GUIDs of its writers.
+    """
+    namespace, name = node.rsplit("/", 1)
+    info = message(
+        "rmw_dds_common/msg/NodeEntitiesInfo", node_namespace=namespace or "/", node_name=name,
+        reader_gid_seq=[_gid(guid) for guid in readers],
+        writer_gid_seq=[_gid(guid) for guid in writers],
+    )  # fmt: skip
+    return message(ENTITIES, gid=_gid(participant), node_entities_info_seq=[info])
+
+
+def _gid(guid: bytes) -> Any:
+    return message("rmw_dds_common/msg/Gid", data=np.frombuffer(guid, np.uint8))

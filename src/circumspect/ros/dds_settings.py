@@ -1,4 +1,4 @@
-"""How DDS is to find others: by the variables that ROS 2 goes by."""
+"""DDS discovery settings from the environment variables of ROS 2."""
 
 from __future__ import annotations
 
@@ -10,110 +10,114 @@ from dataclasses import dataclass, replace
 
 from circumspect.errors import InputError
 
-LAST_DOMAIN = 232
-"""Of higher domains the ports would be no ports any more."""
-LONGEST_NUMBER = 9
-"""Of a domain [digits]."""
+MAX_DOMAIN = 232
+"""Maximum domain; higher ones have no valid ports."""
+MAX_DOMAIN_DIGITS = 9
+"""Maximum number of digits of a domain."""
 RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
-LARGEST_SAMPLE = 64 * 2**20
-"""Messages of more bytes are thrown away before they are put together."""
+MAX_SAMPLE_BYTES = 64 * 2**20
+"""Maximum message size [bytes]; larger messages are dropped before they are assembled."""
 HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]*[A-Za-z0-9])?")
 
 
 @dataclass(frozen=True)
 class DdsSettings:
-    """Where the node is on the network.
+    """Network settings of the node.
 
     Attributes:
-        domain: Number of the DDS domain; only nodes of the same one hear each other.
-        reach: One of `RANGES`.
-        peers: Hosts that are asked besides, where the reach is LOCALHOST or SUBNET.
-        config: Cyclone DDS's own settings, which win over these: XML, or where they are.
+        domain: DDS domain; only nodes of the same domain communicate.
+        discovery_range: One of `RANGES`.
+        peers: Additional hosts, for the ranges LOCALHOST and SUBNET.
+        config: Additional settings of Cyclone DDS, which take precedence: XML or its location.
     """
 
     domain: int = 0
-    reach: str = "SUBNET"
+    discovery_range: str = "SUBNET"
     peers: tuple[str, ...] = ()
     config: str = ""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.domain <= LAST_DOMAIN:
-            raise InputError(f"the ROS domain is 0 to {LAST_DOMAIN}, not {self.domain}")
-        if self.reach not in RANGES:
-            raise InputError(f"no discovery range {self.reach[:40]!r}; known: {', '.join(RANGES)}")
+        if not 0 <= self.domain <= MAX_DOMAIN:
+            raise InputError(f"the ROS domain is 0 to {MAX_DOMAIN}, not {self.domain}")
+        if self.discovery_range not in RANGES:
+            raise InputError(
+                f"no discovery range {self.discovery_range[:40]!r}; known: {', '.join(RANGES)}"
+            )
         for peer in self.peers:
             if not _is_host(peer):
-                raise InputError(f"ROS_STATIC_PEERS: {peer[:60]!r} is no host")
+                raise InputError(f"ROS_STATIC_PEERS: {peer[:60]!r} is not a host")
 
     @classmethod
     def from_environment(cls, environ: Mapping[str, str]) -> DdsSettings:
-        """What ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE,
-        ROS_STATIC_PEERS and CYCLONEDDS_URI say.
+        """Read ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE,
+        ROS_STATIC_PEERS and CYCLONEDDS_URI.
 
         Raises:
-            InputError: One of them makes no sense.
+            InputError: A value is invalid.
         """
         number = environ.get("ROS_DOMAIN_ID", "").strip() or "0"
-        if not number.isdecimal() or len(number) > LONGEST_NUMBER:
+        if not number.isdecimal() or len(number) > MAX_DOMAIN_DIGITS:
             raise InputError(
-                f"ROS_DOMAIN_ID is {number[:20]!r}; give a number from 0 to {LAST_DOMAIN}"
+                f"ROS_DOMAIN_ID is {number[:20]!r}; give a number from 0 to {MAX_DOMAIN}"
             )
-        reach = environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip().upper() or "SUBNET"
+        discovery_range = (
+            environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip().upper() or "SUBNET"
+        )
         hosts = [host.strip() for host in environ.get("ROS_STATIC_PEERS", "").split(";")]
         peers = tuple(host for host in hosts if host)
-        # The older variable goes before the newer ones, as in ROS 2.
+        # The older variable takes precedence, as in ROS 2.
         if environ.get("ROS_LOCALHOST_ONLY", "").strip() == "1":
-            reach, peers = "LOCALHOST", ()
-        return cls(int(number), reach, peers, environ.get("CYCLONEDDS_URI", "").strip())
+            discovery_range, peers = "LOCALHOST", ()
+        return cls(int(number), discovery_range, peers, environ.get("CYCLONEDDS_URI", "").strip())
 
-    def on_this_machine(self) -> DdsSettings:
-        """The same, but nobody on another machine, peers included."""
-        return replace(self, reach="LOCALHOST", peers=())
+    def local_only(self) -> DdsSettings:
+        """The same settings restricted to this machine, without peers."""
+        return replace(self, discovery_range="LOCALHOST", peers=())
 
     @property
-    def where(self) -> str:
-        """How others are reached, in words."""
-        if self.reach == "OFF":
-            return f"of nobody (discovery is OFF), domain {self.domain}"
-        if self.reach != "LOCALHOST":
+    def description(self) -> str:
+        """How other nodes are reached, as text."""
+        if self.discovery_range == "OFF":
+            return f"with nobody (discovery is OFF), domain {self.domain}"
+        if self.discovery_range != "LOCALHOST":
             return f"on the network, domain {self.domain}"
         besides = " and the ROS_STATIC_PEERS" if self.peers else ""
         return f"on this machine{besides}, domain {self.domain}"
 
     def cyclone(self) -> str:
-        """All of it in Cyclone DDS's words; what comes later in the list wins."""
-        own = (
+        """The settings in the format of Cyclone DDS; later entries take precedence."""
+        settings = (
             "<CycloneDDS><Domain>"
             f"<General>{self._general()}</General>"
             f"<Discovery>{self._discovery()}</Discovery>"
-            f"<Internal><MaxSampleSize>{LARGEST_SAMPLE} B</MaxSampleSize>"
+            f"<Internal><MaxSampleSize>{MAX_SAMPLE_BYTES} B</MaxSampleSize>"
             '<SocketReceiveBufferSize max="16 MiB"/>'
-            # Whoever went without a word must not hold up the end, once for each topic.
+            # A peer that vanished must not delay the shutdown, once for each topic.
             "<WriterLingerDuration>200 ms</WriterLingerDuration></Internal>"
             "</Domain></CycloneDDS>"
         )
-        return f"{own},{self.config}" if self.config else own
+        return f"{settings},{self.config}" if self.config else settings
 
     def _general(self) -> str:
-        # Peers on other machines are not reached over loopback.
-        if self.reach == "LOCALHOST" and not self.peers:
+        # Peers on other machines are not reachable over loopback.
+        if self.discovery_range == "LOCALHOST" and not self.peers:
             return '<Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
-        quiet = self.reach in ("OFF", "LOCALHOST")
-        return "<AllowMulticast>false</AllowMulticast>" if quiet else ""
+        is_local = self.discovery_range in ("OFF", "LOCALHOST")
+        return "<AllowMulticast>false</AllowMulticast>" if is_local else ""
 
     def _discovery(self) -> str:
-        if self.reach == "SYSTEM_DEFAULT":
+        if self.discovery_range == "SYSTEM_DEFAULT":
             return ""
-        if self.reach == "OFF":
-            # Others find no port to knock at, and would have to give the same tag.
+        if self.discovery_range == "OFF":
+            # Other nodes would need the same tag and find no port.
             tag = f"circumspect_discovery_off_{os.getpid()}"
             return f"<ParticipantIndex>none</ParticipantIndex><Tag>{tag}</Tag>"
-        # Without multicast, participants are found by knocking at the usual ports.
-        here = ("127.0.0.1",) if self.reach == "LOCALHOST" else ()
-        asked = "".join(f'<Peer address="{peer}"/>' for peer in (*here, *self.peers))
-        found = f"<Peers>{asked}</Peers>" if asked else ""
+        # Without multicast, participants are found at the default ports.
+        local = ("127.0.0.1",) if self.discovery_range == "LOCALHOST" else ()
+        addresses = "".join(f'<Peer address="{peer}"/>' for peer in (*local, *self.peers))
+        peers = f"<Peers>{addresses}</Peers>" if addresses else ""
         index = "<ParticipantIndex>auto</ParticipantIndex>"
-        return f"{index}<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>{found}"
+        return f"{index}<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>{peers}"
 
 
 def _is_host(name: str) -> bool:

@@ -1,4 +1,4 @@
-"""Types of ROS messages as DDS knows them; what they hold stays packed."""
+"""DDS types of ROS messages, whose content stays serialized."""
 
 from __future__ import annotations
 
@@ -16,76 +16,76 @@ SCALARS = {
     **{name: name for name in ("uint8", "uint16", "uint32", "uint64")},
     "char": "uint8",
 }
-"""ROS's names of scalars to those of the DDS library; a ROS `char` has no sign and is a number."""
+"""ROS scalar types to those of the DDS library; a ROS `char` is an unsigned number."""
 
 
-class Packed:
-    """A message as it goes over the wire, encapsulation header first."""
+class SerializedMessage:
+    """A serialized message including its encapsulation header."""
 
     sample_info: Any
-    """What the DDS library tells of a message that was heard."""
+    """Information of the DDS library on a received message."""
 
     def __init__(self, data: bytes) -> None:
         self.data = data
 
     def serialize(self, **_: Any) -> bytes:
-        """The bytes themselves: they were packed before."""
+        """Return the bytes, which are already serialized."""
         return self.data
 
     @classmethod
     def deserialize(cls, data: bytes, **_: Any) -> Self:
-        """Leave the bytes packed: whoever wants them unpacks them, with limits."""
+        """Keep the bytes; `wire_messages.deserialized` decodes them with limits."""
         return cls(data)
 
     @classmethod
     def deserialize_key(cls, data: bytes, **_: Any) -> Self:
-        """The same, of what a publisher leaves behind when it goes."""
+        """Keep the bytes of the sample that a disappearing publisher leaves."""
         return cls(data)
 
 
 @cache
-def packed_type(kind: str) -> Any:
-    """The class that the DDS library wants for a topic: its messages are `Packed`.
+def serialized_type(kind: str) -> Any:
+    """The DDS class of a topic, whose messages are `SerializedMessage`.
 
-    Its declaration is the true one, so that peers which compare declarations agree with it.
+    It has the true type declaration, so that peers that compare declarations accept it.
 
     Args:
-        kind: A message type such as "sensor_msgs/msg/Image".
+        kind: Message type, such as "sensor_msgs/msg/Image".
     """
-    declared: Any = _declared(kind)
+    idl_type: Any = _idl_struct(kind)
     for name in ("__init__", "serialize", "deserialize", "deserialize_key"):
-        setattr(declared, name, Packed.__dict__[name])
-    return declared
+        setattr(idl_type, name, SerializedMessage.__dict__[name])
+    return idl_type
 
 
 def dds_type(kind: str) -> str:
-    """A type's name in DDS: "sensor_msgs::msg::dds_::Image_"."""
+    """The DDS name of a type: "sensor_msgs::msg::dds_::Image_"."""
     package, folder, name = kind.split("/")
     return f"{package}::{folder}::dds_::{name}_"
 
 
 @cache
-def _declared(kind: str) -> Any:
+def _idl_struct(kind: str) -> Any:
     from cyclonedds.idl import make_idl_struct
 
     return make_idl_struct(kind.replace("/", "_"), dds_type(kind), _fields(kind))
 
 
 def _fields(kind: str) -> dict[str, Any]:
-    return {name: _field(what) for name, what in typestore().fielddefs[kind][1]}
+    return {name: _field(field_type) for name, field_type in typestore().fielddefs[kind][1]}
 
 
-def _field(what: Any) -> Any:
+def _field(field_type: Any) -> Any:
     from cyclonedds.idl import types
     from rosbags.interfaces import Nodetype
 
-    shape, detail = what
+    shape, detail = field_type
     match shape:
         case Nodetype.BASE:
             scalar = SCALARS[detail[0]]
             return getattr(types, scalar) if isinstance(scalar, str) else scalar
         case Nodetype.NAME:
-            return _declared(detail)
+            return _idl_struct(detail)
         case Nodetype.ARRAY:
             return types.array[_field(detail[0]), detail[1]]
         case _:

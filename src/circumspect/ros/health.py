@@ -1,4 +1,4 @@
-"""How the node fares: what came in, what was left out and why."""
+"""Status of the node: received messages, skipped frames and reasons."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from circumspect.classification import Prediction
 from circumspect.recognition import FrameOutcome, RecognitionStep
 from circumspect.tracking import PoseEstimate
 
-WELL, WARNING, ERROR = 0, 1, 2
-SILENT = 3.0
-"""So long without a message [s], and it is missing."""
-RECENT = 5.0
-"""A fault is told for so long after it happened [s]."""
-MOST_REASONS = 20
-"""Kinds of faults that are counted one by one."""
+OK, WARNING, ERROR = 0, 1, 2
+MAX_SILENCE_S = 3.0
+"""Time without a message after which an input counts as missing [s]."""
+RECENT_S = 5.0
+"""Time for which an error determines the status [s]."""
+MAX_REASONS = 20
+"""Maximum number of reasons that are counted separately."""
 
 
 @dataclass(frozen=True)
 class Status:
-    """A status, as diagnostics have it.
+    """A status for diagnostics.
 
     Attributes:
-        level: `WELL`, `WARNING` or `ERROR`.
-        text: In words.
-        values: Told beside it.
+        level: `OK`, `WARNING` or `ERROR`.
+        text: Description.
+        values: Additional values.
     """
 
     level: int
@@ -40,21 +40,27 @@ class Status:
 
 
 class Health:
-    """Counts; may be told and asked from any thread."""
+    """Counters of the node; thread-safe.
+
+    Attributes:
+        taken: Frames passed to the queue.
+        dropped: Frames dropped because newer ones arrived.
+        with_odometry: Whether the last frame had odometry.
+    """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        """Begin with nothing counted.
+        """Start with all counters at zero.
 
         Args:
-            clock: Gives the time [s].
+            clock: Current time [s].
         """
         self._clock = clock
         self._lock = threading.Lock()
-        self._born = clock()
-        self._heard: Counter[str] = Counter()
+        self._created = clock()
+        self._received: Counter[str] = Counter()
         self._last: dict[str, float] = {}
-        self._faults: Counter[str] = Counter()
-        self._fault: tuple[float, str] | None = None
+        self._errors: Counter[str] = Counter()
+        self._last_error: tuple[float, str] | None = None
         self._outcomes: Counter[str] = Counter()
         self._outcome: tuple[float, str] | None = None
         self._milliseconds = 0.0
@@ -64,36 +70,36 @@ class Health:
         self._pose: PoseEstimate | None = None
         self._warning = ""
 
-    def message(self, what: str) -> None:
-        """A message of an input came: "depth", "camera info", …."""
+    def on_message(self, what: str) -> None:
+        """Count a message of an input: "depth", "camera info", …."""
         with self._lock:
-            self._heard[what] += 1
+            self._received[what] += 1
             self._last[what] = self._clock()
 
-    def fault(self, reason: str) -> None:
-        """Something was left out."""
+    def report_error(self, reason: str) -> None:
+        """Count a skipped message or frame."""
         with self._lock:
-            known = reason in self._faults or len(self._faults) < MOST_REASONS
-            self._faults[reason if known else "other reasons"] += 1
-            self._fault = self._clock(), reason
+            known = reason in self._errors or len(self._errors) < MAX_REASONS
+            self._errors[reason if known else "other reasons"] += 1
+            self._last_error = self._clock(), reason
 
-    def frame(self, with_odometry: bool) -> None:
-        """A frame is whole and waits for the pipeline."""
+    def on_frame(self, with_odometry: bool) -> None:
+        """Count a frame that is ready for the pipeline."""
         with self._lock:
             self.taken += 1
             self.with_odometry = with_odometry
 
-    def drop(self) -> None:
-        """A frame had to give way to a newer one."""
+    def on_drop(self) -> None:
+        """Count a frame that was dropped for a newer one."""
         with self._lock:
             self.dropped += 1
 
-    def step(self, step: RecognitionStep, milliseconds: float) -> None:
-        """A frame went through the pipeline.
+    def on_step(self, step: RecognitionStep, milliseconds: float) -> None:
+        """Record the result of a frame.
 
         Args:
-            step: What it led to.
-            milliseconds: How long that took [ms].
+            step: Result of the pipeline.
+            milliseconds: Processing time [ms].
         """
         with self._lock:
             self._outcomes[step.outcome] += 1
@@ -102,68 +108,68 @@ class Health:
             self._prediction, self._pose = step.prediction, step.pose
             self._warning = step.odometry_warning
 
-    def settled(self, prediction: Prediction) -> None:
-        """What is known when no more frames come for now.
+    def on_finalised(self, prediction: Prediction) -> None:
+        """Record the final answer while no more frames arrive.
 
         Args:
-            prediction: Over all grids.
+            prediction: Prediction from all grids.
         """
         with self._lock:
             self._prediction = prediction
 
-    def forget_answer(self) -> None:
-        """The object is modelled anew."""
+    def reset(self) -> None:
+        """Forget the answer, because a new model is started."""
         with self._lock:
             self._prediction, self._pose = None, None
 
     def count(self, what: str) -> int:
-        """How many messages of an input came."""
+        """Number of messages of an input."""
         with self._lock:
-            return self._heard[what]
+            return self._received[what]
 
-    def silent(self, what: str) -> bool:
-        """Whether nothing of an input came for too long."""
+    def is_silent(self, what: str) -> bool:
+        """Whether an input has been missing for too long."""
         with self._lock:
-            return self._clock() - self._last.get(what, self._born) > SILENT
+            return self._clock() - self._last.get(what, self._created) > MAX_SILENCE_S
 
     def status(self, running: bool, missing: str | None, lost: int) -> Status:
-        """All of it.
+        """The current status.
 
         Args:
-            running: Frames are taken.
-            missing: What the inputs lack, in words; None where they are complete.
-            lost: Messages that went missing on the wire.
+            running: Whether frames are processed.
+            missing: Description of missing input; None if complete.
+            lost: Messages lost in transport.
         """
         with self._lock:
-            level, text = self._judged(running, missing)
+            level, text = self._level_and_text(running, missing)
             values = {
                 "state": "running" if running else "stopped",
                 **self._answer(),
-                **_placed(self._pose),
-                **{f"{what} heard": number for what, number in sorted(self._heard.items())},
+                **_pose_values(self._pose),
+                **{f"{what} received": number for what, number in sorted(self._received.items())},
                 "frames taken": self.taken,
                 "frames dropped": self.dropped,
-                "messages lost on the wire": lost,
-                "time a frame [ms]": f"{self._milliseconds:.0f}",
+                "messages lost in transport": lost,
+                "time per frame [ms]": f"{self._milliseconds:.0f}",
                 **{f"frames: {what}": number for what, number in self._outcomes.items()},
-                **{f"left out: {why}": number for why, number in self._faults.items()},
+                **{f"skipped: {why}": number for why, number in self._errors.items()},
             }
         return Status(level, text, values)
 
-    def _judged(self, running: bool, missing: str | None) -> tuple[int, str]:
+    def _level_and_text(self, running: bool, missing: str | None) -> tuple[int, str]:
         now = self._clock()
         if not running:
-            return WELL, "stopped; publish to the start topic to go on"
+            return OK, "stopped; publish to the start topic to resume"
         if missing is not None:
             return ERROR, missing
-        if self._fault is not None and now - self._fault[0] < RECENT:
-            # Where frames go through all the same, it is no more than a warning.
-            through = self._outcome is not None and now - self._outcome[0] < RECENT
-            return (WARNING if through else ERROR), f"left out: {self._fault[1]}"
+        if self._last_error is not None and now - self._last_error[0] < RECENT_S:
+            # As long as other frames are processed, it is only a warning.
+            is_processing = self._outcome is not None and now - self._outcome[0] < RECENT_S
+            return (WARNING if is_processing else ERROR), f"skipped: {self._last_error[1]}"
         if self._outcome is None:
             return WARNING, "waiting for the first frame"
-        if now - self._outcome[0] > RECENT:
-            return WARNING, "no frame went through the pipeline lately"
+        if now - self._outcome[0] > RECENT_S:
+            return WARNING, "no frame was processed recently"
         if self._pose is not None and not self._pose.reliable:
             return WARNING, f"pose not reliable: {self._pose.reason}"
         if self._warning:
@@ -171,23 +177,25 @@ class Health:
         if self._outcome[1] != FrameOutcome.CLASSIFIED:
             return WARNING, str(self._outcome[1])
         if not self.with_odometry:
-            return WARNING, "no odometry at the time of the frames: poses by registration alone"
+            return WARNING, "no odometry at the time of the frames: poses from registration only"
         if self._prediction is not None and (why := self._prediction.reason):
-            return WELL, f"the object is in view and named, not confident: {why}"
-        return WELL, "the object is in view and named"
+            return OK, f"the object is visible and classified, not confident: {why}"
+        return OK, "the object is visible and classified"
 
     def _answer(self) -> dict[str, str]:
-        told = self._prediction
-        if told is None:
-            return {"answer": "none yet"}
-        coverage = "unknown" if told.coverage is None else f"{told.coverage:.2f}"
+        prediction = self._prediction
+        if prediction is None:
+            return {"answer": "none"}
+        coverage = "unknown" if prediction.coverage is None else f"{prediction.coverage:.2f}"
         return {
-            "answer": told.label,
-            "confident": _yes_or_no(told.confident),
-            "reason": told.reason,
-            "in_distribution": _yes_or_no(told.in_distribution),
-            "probability": f"{told.probability:.3f}",
-            "alternatives": ", ".join(f"{name} {p:.3f}" for name, p in told.alternatives.items()),
+            "answer": prediction.label,
+            "confident": _yes_or_no(prediction.confident),
+            "reason": prediction.reason,
+            "in_distribution": _yes_or_no(prediction.in_distribution),
+            "probability": f"{prediction.probability:.3f}",
+            "alternatives": ", ".join(
+                f"{name} {p:.3f}" for name, p in prediction.alternatives.items()
+            ),
             "coverage": coverage,
         }
 
@@ -196,8 +204,8 @@ def _yes_or_no(value: bool) -> str:
     return "yes" if value else "no"
 
 
-def _placed(pose: PoseEstimate | None) -> dict[str, str]:
-    """How well the place of the latest frame is known."""
+def _pose_values(pose: PoseEstimate | None) -> dict[str, str]:
+    """Accuracy of the pose of the latest frame."""
     if pose is None or pose.sigmas is None:
         return {}
     turn, place = pose.sigmas

@@ -1,4 +1,4 @@
-"""The same fault again and again is one line now and then."""
+"""Rate limit of repeated log messages."""
 
 from __future__ import annotations
 
@@ -8,41 +8,41 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 
-MOST = 200
-"""Kinds of lines that are remembered."""
+MAX_KINDS = 200
+"""Maximum number of message kinds that are remembered."""
 _NUMBERS = re.compile(r"\d+")
 
 
 class LogThrottle(logging.Filter):
-    """Lets each kind of line through once in a while; says how many were held back.
+    """Passes each kind of message once per interval and reports how many were suppressed.
 
-    Lines of a logger that differ in numbers alone, such as stamps, are of a kind.
+    Messages of a logger that differ only in numbers, such as stamps, are one kind.
     """
 
     def __init__(self, seconds: float = 5.0, clock: Callable[[], float] = time.monotonic) -> None:
-        """Begin with nothing said.
+        """Start without history.
 
         Args:
-            seconds: Between two lines of a kind [s].
-            clock: Gives the time [s].
+            seconds: Interval between two messages of a kind [s].
+            clock: Current time [s].
         """
         super().__init__()
         self._seconds, self._clock = seconds, clock
-        self._said: OrderedDict[tuple[str, str], tuple[float, int]] = OrderedDict()
+        self._logged: OrderedDict[tuple[str, str], tuple[float, int]] = OrderedDict()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Whether a line is to be said."""
+        """Whether a message is logged."""
         kind = record.name, _NUMBERS.sub("#", record.getMessage())
         now = self._clock()
-        before, held = self._said.get(kind, (-float("inf"), 0))
+        before, suppressed = self._logged.get(kind, (-float("inf"), 0))
         if now - before < self._seconds:
-            self._said[kind] = before, held + 1
+            self._logged[kind] = before, suppressed + 1
             return False
-        self._said[kind] = now, 0
-        self._said.move_to_end(kind)
-        if len(self._said) > MOST:
-            self._said.popitem(last=False)
-        if held:
-            record.msg = f"{record.getMessage()} (and {held} more like this)"
+        self._logged[kind] = now, 0
+        self._logged.move_to_end(kind)
+        if len(self._logged) > MAX_KINDS:
+            self._logged.popitem(last=False)
+        if suppressed:
+            record.msg = f"{record.getMessage()} (and {suppressed} more like this)"
             record.args = ()
         return True

@@ -1,4 +1,4 @@
-"""The interface of everything that carries messages: DDS itself, or rclpy."""
+"""Interface of the message transport: DDS or rclpy."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
-Heard = Callable[[bytes], None]
-"""Is given each message as it went over the wire: CDR with its encapsulation header."""
+MessageCallback = Callable[[bytes], None]
+"""Receives each serialized message: CDR with its encapsulation header."""
 
 
 @dataclass(frozen=True)
 class Quality:
-    """Quality of service, as far as it is chosen here.
+    """Quality of service of a subscription or publisher.
 
     Attributes:
-        reliable: What is lost is sent again.
-        latched: Who comes late gets what was sent last ("transient local").
-        depth: So many messages are kept.
+        reliable: Lost messages are sent again.
+        latched: Late subscribers receive the last messages ("transient local").
+        depth: Number of messages that are kept.
     """
 
     reliable: bool = True
@@ -26,14 +26,14 @@ class Quality:
 
 
 SENSOR = Quality(reliable=False, depth=30)
-"""ROS 2's profile for sensor data, which hears best effort and reliable publishers, but deeper:
-on a busy robot the receiving thread may have to wait, and a camera has 30 images a second."""
-TRANSFORMS_HEARD = Quality(reliable=False, depth=100)
+"""ROS 2's sensor data profile, compatible with best-effort and reliable publishers, but deeper:
+on a busy robot the receiving thread may have to wait, and a camera sends 30 images per second."""
+TRANSFORMS_QUALITY = Quality(reliable=False, depth=100)
 STATIC_TRANSFORMS = Quality(latched=True, depth=100)
 STATIC_TRANSFORMS_VOLATILE = Quality(reliable=False, depth=100)
-"""A publisher that does not keep its static transforms for latecomers matches nothing else."""
+"""The only profile that matches publishers whose static transforms are not latched."""
 CAMERA_INFO_LATCHED = Quality(latched=True, depth=1)
-"""Some drivers publish CameraInfo once and keep it for latecomers."""
+"""Some drivers publish CameraInfo only once, latched."""
 COMMANDS = Quality()
 LATEST = Quality(latched=True, depth=1)
 ANSWERS = Quality(latched=True, depth=10)
@@ -41,51 +41,51 @@ REPORTS = Quality()
 
 
 class Middleware(ABC):
-    """Carries packed messages of ROS 2; topic names are absolute."""
+    """Transport of serialized ROS 2 messages; topic names are absolute."""
 
     @abstractmethod
-    def subscribe(self, topic: str, kind: str, quality: Quality, heard: Heard) -> None:
-        """Hear a topic.
+    def subscribe(self, topic: str, kind: str, quality: Quality, callback: MessageCallback) -> None:
+        """Subscribe to a topic.
 
         Args:
-            topic: Such as "/odom".
-            kind: Its type, such as "nav_msgs/msg/Odometry".
-            quality: What is asked of publishers.
-            heard: Called with every message, in a thread of the middleware, one at a time.
+            topic: Topic, such as "/odom".
+            kind: Message type, such as "nav_msgs/msg/Odometry".
+            quality: Requested quality of service.
+            callback: Called with every message, one at a time, in a thread of the middleware.
 
         Raises:
-            InputError: The middleware refuses.
+            InputError: The middleware rejects the topic.
         """
 
     @abstractmethod
     def advertise(self, topic: str, kind: str, quality: Quality) -> Callable[[bytes], None]:
-        """Offer a topic.
+        """Advertise a topic.
 
         Args:
-            topic: Such as "/circumspect/model".
-            kind: Its type.
-            quality: What is promised to subscribers.
+            topic: Topic, such as "/circumspect/model".
+            kind: Message type.
+            quality: Offered quality of service.
 
         Returns:
-            Publishes a packed message; may be called from any thread.
+            A thread-safe function that publishes a serialized message.
 
         Raises:
-            InputError: The middleware refuses.
+            InputError: The middleware rejects the topic.
         """
 
     @abstractmethod
     def publishers(self, topic: str) -> int:
-        """How many publishers match the subscriptions to a topic."""
+        """Number of publishers that match the subscriptions to a topic."""
 
     def incompatible(self, topic: str) -> str:
-        """The policy of quality of service that no publisher of a topic meets.
+        """The quality of service policy that no publisher of a topic meets.
 
         Args:
-            topic: One that is subscribed to; perhaps with several qualities.
+            topic: A subscribed topic.
 
         Returns:
-            "reliability", "durability" or another quality of service; "" where somebody can be
-            heard, nobody publishes, or the middleware does not say it.
+            "reliability", "durability" or another policy; "" if a publisher matches, there is none,
+            or the policy is unknown.
         """
         del topic
         return ""
@@ -93,8 +93,8 @@ class Middleware(ABC):
     @property
     @abstractmethod
     def lost(self) -> int:
-        """Messages that went missing on the wire, as far as that is noticed."""
+        """Number of messages lost in transport, as far as known."""
 
     @abstractmethod
     def close(self) -> None:
-        """Leave the network; nothing is heard any more when this returns."""
+        """Leave the network; no callback is called after this returns."""

@@ -1,4 +1,4 @@
-"""Names of nodes and topics as ROS 2 has them, and as DDS does."""
+"""Names of nodes and topics in ROS 2 and DDS."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import re
 from circumspect.errors import InputError
 
 TOKEN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-LONGEST = 248
-"""Characters of a topic's name; DDS allows 256, prefix included."""
+MAX_TOPIC_LENGTH = 248
+"""Maximum length of a topic name; DDS allows 256 including the prefix."""
 
 
 def node_path(namespace: str, name: str) -> str:
     """The full name of a node: "/robot1/circumspect".
 
     Args:
-        namespace: Such as "/robot1"; "" and "/" for none.
-        name: Such as "circumspect".
+        namespace: Namespace such as "/robot1"; "" and "/" for none.
+        name: Name such as "circumspect".
 
     Raises:
-        InputError: ROS does not allow the name.
+        InputError: The name is invalid in ROS.
     """
     if not TOKEN.fullmatch(name):
         raise InputError(
-            f"a node can not be called {name[:40]!r}; names are letters, digits and _, and do not "
-            "begin with a digit"
+            f"{name[:40]!r} is not a valid node name; names are letters, digits and _, and do not "
+            "start with a digit"
         )
     return _checked(f"/{namespace.strip('/')}/{name}".replace("//", "/"))
 
@@ -37,7 +37,7 @@ def topic_path(name: str, node: str) -> str:
         node: The node's full name.
 
     Raises:
-        InputError: ROS does not allow the name.
+        InputError: The name is invalid in ROS.
     """
     if name.startswith("/"):
         return _checked(name)
@@ -47,15 +47,15 @@ def topic_path(name: str, node: str) -> str:
 
 
 def dds_topic(topic: str) -> str:
-    """A topic's name in DDS: "rt/odom" (design.ros2.org, Topic and Service names)."""
+    """The DDS name of a topic: "rt/odom" (design.ros2.org, Topic and Service names)."""
     return f"rt{topic}"
 
 
 def _checked(path: str) -> str:
     tokens = path.removeprefix("/").split("/")
-    if len(path) > LONGEST or not all(TOKEN.fullmatch(token) for token in tokens):
+    if len(path) > MAX_TOPIC_LENGTH or not all(TOKEN.fullmatch(token) for token in tokens):
         raise InputError(
-            f"ROS allows no name such as {path[:60]!r}; names are letters, digits and _ between "
-            "slashes, and do not begin with a digit"
+            f"{path[:60]!r} is not a valid ROS name; names are letters, digits and _ between "
+            "slashes, and do not start with a digit"
         )
     return path

@@ -1,4 +1,4 @@
-"""Where a robot that others drive should look from next."""
+"""Next-view recommendations for a robot that is driven by others."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from circumspect.planning import (
     Answer,
     Finished,
     NextView,
-    Situation,
+    PlannerInput,
     SurfaceNormalPlanner,
     ViewPlanner,
     footprint,
@@ -22,62 +22,62 @@ from circumspect.planning import (
 from circumspect.recognition import RecognitionStep
 from circumspect.sensing import RgbdFrame
 
-STRIDE = 0.02
-"""Places nearer than this to the last one are not kept [m]."""
-MOST_PLACES, MOST_ANSWERS = 5000, 500
+MIN_STEP_M = 0.02
+"""Minimum distance between two remembered poses [m]."""
+MAX_POSES, MAX_ANSWERS = 5000, 500
 
 
 class NextViews:
-    """Remembers where the robot was and what stands about, and asks a planner."""
+    """Records poses and obstacles of the robot and queries a planner."""
 
     def __init__(
         self, depth_range: tuple[float, float], planner: ViewPlanner | None = None
     ) -> None:
-        """Know nothing.
+        """Start without history.
 
         Args:
-            depth_range: The nearest and the farthest depth that the camera measures [m].
-            planner: Chooses; None means the paper's rule.
+            depth_range: Minimum and maximum depth of the camera [m].
+            planner: View planner; None for the paper's rule.
         """
         self._depth_range = depth_range
         self._planner = planner or SurfaceNormalPlanner()
-        self._visited: deque[PlanarPose] = deque(maxlen=MOST_PLACES)
-        self._answers: deque[Answer] = deque(maxlen=MOST_ANSWERS)
+        self._visited: deque[PlanarPose] = deque(maxlen=MAX_POSES)
+        self._answers: deque[Answer] = deque(maxlen=MAX_ANSWERS)
         self._obstacles = ObstacleMap()
 
-    def heard(self, step: RecognitionStep, frame: RgbdFrame) -> None:
-        """Take what a frame led to."""
+    def update(self, step: RecognitionStep, frame: RgbdFrame) -> None:
+        """Record the result of a frame."""
         if step.pose is None or not step.pose.reliable:
             return
         self._obstacles = self._obstacles.with_frame(frame, step.pose.T_map_camera)
         here = step.pose.T_map_base
         if here is not None and (
-            not self._visited or np.linalg.norm(here.xy - self._visited[-1].xy) >= STRIDE
+            not self._visited or np.linalg.norm(here.xy - self._visited[-1].xy) >= MIN_STEP_M
         ):
             self._visited.append(here)
         if (answer := step.answer) is not None:
             self._answers.append(answer)
 
-    def advice(self, step: RecognitionStep, frame: RgbdFrame) -> NextView | Finished | None:
-        """The next view; None while the robot's own place is not known.
+    def next_view(self, step: RecognitionStep, frame: RgbdFrame) -> NextView | Finished | None:
+        """The recommended next view; None if the pose of the robot is unknown.
 
         Args:
-            step: The latest one.
+            step: The latest step.
             frame: Its frame.
         """
         mount, pose = frame.T_base_camera, step.pose
         if mount is None or pose is None or pose.T_map_base is None or not pose.reliable:
             return None
-        situation = self._situation(step, frame, mount, pose.T_map_base)
-        return None if situation is None else self._planner.next_view(situation)
+        planner_input = self._planner_input(step, frame, mount, pose.T_map_base)
+        return None if planner_input is None else self._planner.next_view(planner_input)
 
-    def _situation(
+    def _planner_input(
         self,
         step: RecognitionStep,
         frame: RgbdFrame,
         T_base_camera: RigidTransform,
         T_map_base: PlanarPose,
-    ) -> Situation | None:
+    ) -> PlannerInput | None:
         preview = step.model.preview
         try:
             cloud = preview.cloud()
@@ -85,7 +85,7 @@ class NextViews:
             return None
         points, normals = cloud.points_xyz, cloud.normals_xyz
         flat = footprint(points, preview.voxel or 0.0)
-        return Situation(
+        return PlannerInput(
             points_xyz=points,
             normals_xyz=np.zeros_like(points) if normals is None else normals,
             footprint_xy=flat,

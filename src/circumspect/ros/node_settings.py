@@ -1,11 +1,13 @@
-"""What a node can be told: its parameters."""
+"""Parameters of the node."""
 
 from __future__ import annotations
 
 import difflib
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_type_hints
 
 from circumspect.errors import InputError
@@ -14,14 +16,19 @@ from circumspect.ros.names import node_path, topic_path
 if TYPE_CHECKING:
     from circumspect.sensing import DepthNoise
 
+MAX_FILE_BYTES = 2**18
+"""Maximum size of a parameter file [bytes]."""
+PARAMETERS_KEY = "ros__parameters"
+ANY_NODE = "/**"
+
 
 @dataclass(frozen=True)
 class Driver:
-    """What is usual of a driver.
+    """Defaults of a camera driver.
 
     Attributes:
         depth: Topic of the depth images.
-        depth_range: The nearest and the farthest depth that its camera measures well [m].
+        depth_range: Minimum and maximum depth that the camera measures well [m].
     """
 
     depth: str
@@ -33,8 +40,8 @@ DRIVERS = {
     "orbbec": Driver("/camera/depth/image_raw", (0.6, 5.0)),
     "openni": Driver("/camera/depth/image", (0.8, 3.5)),
 }
-"""Drivers of cameras, with the ideal ranges that makers state: RealSense D435, Orbbec Astra 2 (its
-data sheet v1.0), Xtion PRO."""
+"""Camera drivers with the ideal depth ranges of the data sheets: RealSense D435, Orbbec Astra 2
+(data sheet v1.0), Xtion PRO."""
 LENGTHS = {
     "mount": (0, 5),
     "box": (0, 6),
@@ -42,54 +49,52 @@ LENGTHS = {
     "size": (2,),
     "depth_range": (0, 2),
 }
-"""Parameters that are lists of numbers to how many those may be."""
-MOST_PIXELS = 8192
-"""Along a side of the images."""
-INTEGER = 2**63
-"""Whole numbers of ROS parameters are smaller."""
-ROS_OWN = ("use_sim_time",)
-"""Parameters that every node has; ours goes by the stamps of messages anyway."""
+"""Parameters that are lists of numbers, with the allowed lengths."""
+MAX_SIDE_PX = 8192
+"""Maximum image side [px]."""
+INTEGER_LIMIT = 2**63
+"""Bound of the absolute value of integer ROS parameters."""
+ROS_PARAMETERS = ("use_sim_time",)
+"""Parameters of every node, without effect here: this node uses the stamps of messages."""
 
 
 @dataclass(frozen=True)
 class NodeSettings:
-    """Parameters of the node; each is a flag and an entry of a parameter file as well.
+    """Parameters of the node, as flags or in a parameter file.
 
-    The metadata "off" of a field is the help of its flag where that switches something off.
+    The metadata "off" of a field is the help text of the flag that disables it.
 
     Attributes:
-        name: Of the node; its own topics are below it.
-        namespace: Before the name; "" for none.
-        driver: Whose usual depth topic and depth range are taken: realsense, orbbec or openni.
-        depth: Depth images (16UC1 or 32FC1); "" for the driver's.
-        info: Their CameraInfo; "" for camera_info beside the depth images.
-        odometry: nav_msgs/Odometry; "" takes it from transforms.
-        odom_frame: Frame of the odometry in transforms; its messages name theirs themselves.
-        base_frame: The robot's frame.
-        poses: "found": by registration, from odometry. "given": transforms from map_frame to the
-            camera are taken as true.
+        name: Name of the node; its topics are below it.
+        namespace: Namespace of the node; "" for none.
+        driver: Driver whose depth topic and range are the defaults: realsense, orbbec or openni.
+        depth: Depth images (16UC1 or 32FC1); "" for the default of the driver.
+        info: CameraInfo of the depth camera; "" for camera_info next to the depth images.
+        odometry: nav_msgs/Odometry; "" to use transforms instead.
+        odom_frame: Frame of the odometry in transforms; odometry messages name their own frame.
+        base_frame: Frame of the robot.
+        poses: "found": estimate poses by registration and odometry. "given": use the transforms
+            from map_frame to the camera.
         map_frame: Frame of given poses.
-        frame: What the frame is called in which the node tells everything, where it finds poses
-            itself: it is the odometry's, corrected.
-        transforms: Whether to tell on /tf where that frame lies.
-        mount: Where the camera stands on the robot [m] and looks [degrees]: x, y, z, pan
-            (counter-clockwise from straight on), tilt (down); empty takes it from transforms.
-        intrinsics: fx, fy, cx, cy [px] of a camera without CameraInfo; empty with.
-        size: Width and height [px] of the images that intrinsics describe.
-        depth_range: The nearest and the farthest depth [m] that the camera measures; empty for
-            those of the driver's camera. Without a box what stands beyond is no object, and next
-            views are such that the object lies within.
-        box: Two opposite corners x y z x y z [m] of a box round the object; empty takes what
-            stands on the floor before the camera.
-        rate: Frames a second that are taken of those that come; 0 for all.
-        queue: Frames that may wait; when more come, the oldest give way.
-        reliable: Ask for sensor data again that went missing; then publishers must be reliable.
-        autostart: Whether to begin at once; otherwise when told to.
-        model: Name of a shipped classifier (`circumspect models` lists them), or an ONNX file of
-            your own.
+        frame: Name of the output frame if poses are found: the corrected odometry frame.
+        transforms: Whether to publish the transform to the output frame on /tf.
+        mount: Pose of the camera on the robot [m, degrees]: x, y, z, pan (counter-clockwise from
+            straight ahead), tilt (down); empty to use transforms.
+        intrinsics: fx, fy, cx, cy [px] of a camera without CameraInfo; empty otherwise.
+        size: Width and height of the images described by intrinsics [px].
+        depth_range: Minimum and maximum depth of the camera [m]; empty for the default of the
+            driver. Without a box, points outside this range are not part of the object; planned
+            views keep the object inside it.
+        box: Two opposite corners x y z x y z [m] of a box around the object; empty to use whatever
+            stands on the floor in front of the camera.
+        rate: Maximum number of frames per second to process; 0 for all.
+        queue: Maximum number of waiting frames; further frames replace the oldest.
+        reliable: Request reliable delivery of sensor data; publishers must then be reliable.
+        autostart: Whether to start immediately, without a message on ~/start.
+        model: Name of an included classifier (see `circumspect models`), or your own ONNX file.
 
     Raises:
-        InputError: A value makes no sense.
+        InputError: A value is invalid.
     """
 
     name: str = "circumspect"
@@ -103,9 +108,7 @@ class NodeSettings:
     poses: Literal["found", "given"] = "found"
     map_frame: str = "map"
     frame: str = "circumspect_map"
-    transforms: bool = field(
-        default=True, metadata={"off": "Do not tell on /tf where that frame lies."}
-    )
+    transforms: bool = field(default=True, metadata={"off": "Do not publish that transform."})
     mount: tuple[float, ...] = ()
     intrinsics: tuple[float, ...] = ()
     size: tuple[float, ...] = (640.0, 480.0)
@@ -114,20 +117,20 @@ class NodeSettings:
     rate: float = 5.0
     queue: int = 4
     reliable: bool = False
-    autostart: bool = field(default=True, metadata={"off": "Wait until told to begin, on ~/start."})
+    autostart: bool = field(default=True, metadata={"off": "Wait for a message on ~/start."})
     model: str = "robot"
 
     def __post_init__(self) -> None:
         if self.driver not in DRIVERS:
             raise InputError(f"no driver {self.driver[:40]!r}; known: {', '.join(DRIVERS)}")
         if self.poses not in ("found", "given"):
-            raise InputError(f"poses are found or given, not {self.poses[:40]!r}")
+            raise InputError(f"poses must be found or given, not {self.poses[:40]!r}")
         for name, lengths in LENGTHS.items():
             if len(getattr(self, name)) not in lengths:
                 raise InputError(f"{name} takes {lengths[-1]} numbers, not {getattr(self, name)}")
-        if not all(1 <= side <= MOST_PIXELS and side == int(side) for side in self.size):
+        if not all(1 <= side <= MAX_SIDE_PX and side == int(side) for side in self.size):
             raise InputError(
-                f"the size is width and height in whole pixels up to {MOST_PIXELS}, not "
+                f"the size is width and height in whole pixels up to {MAX_SIDE_PX}, not "
                 f"{self.size[0]:g} x {self.size[1]:g}"
             )
         if not 0 <= self.rate <= 1000:
@@ -142,15 +145,15 @@ class NodeSettings:
 
     @classmethod
     def from_parameters(cls, values: Mapping[str, Any]) -> NodeSettings:
-        """Settings of parameters by name, defaults for the others.
+        """Create settings from parameters, with defaults for the others.
 
         Raises:
-            InputError: A name is not known, or a value is of another kind or makes no sense.
+            InputError: A name is unknown, or a value has the wrong type or is invalid.
         """
         kinds, known = get_type_hints(cls), [field.name for field in fields(cls)]
         read: dict[str, Any] = {}
         for name, value in values.items():
-            if name in ROS_OWN:
+            if name in ROS_PARAMETERS:
                 continue
             if name not in known:
                 near = difflib.get_close_matches(name, known, 1)
@@ -161,15 +164,15 @@ class NodeSettings:
 
     @property
     def node(self) -> str:
-        """The node's full name."""
+        """Full name of the node."""
         return node_path(self.namespace, self.name)
 
     @property
     def noise(self) -> DepthNoise:
-        """The camera's: the Xtion PRO's noise within its own range.
+        """Depth noise of the Xtion PRO within the range of the camera.
 
         Raises:
-            InputError: The range is none.
+            InputError: The range is invalid.
         """
         from circumspect.sensing import DepthNoise
 
@@ -178,30 +181,30 @@ class NodeSettings:
 
     @property
     def depth_topic(self) -> str:
-        """Full name of the depth images' topic."""
+        """Full name of the depth topic."""
         return topic_path(self.depth or DRIVERS[self.driver].depth, self.node)
 
     @property
     def info_topic(self) -> str | None:
-        """Full name of the CameraInfo's topic; None where intrinsics are given."""
+        """Full name of the CameraInfo topic; None if intrinsics are given."""
         if self.intrinsics:
             return None
-        beside = f"{self.depth_topic.rsplit('/', 1)[0]}/camera_info"
-        return topic_path(self.info, self.node) if self.info else beside
+        default = f"{self.depth_topic.rsplit('/', 1)[0]}/camera_info"
+        return topic_path(self.info, self.node) if self.info else default
 
     @property
     def odometry_topic(self) -> str | None:
-        """Full name of the odometry's topic; None where transforms tell it."""
+        """Full name of the odometry topic; None if transforms are used."""
         return topic_path(self.odometry, self.node) if self.odometry else None
 
     @property
-    def told_frame(self) -> str:
-        """The frame in which the node tells everything."""
+    def output_frame(self) -> str:
+        """Frame of all published results."""
         return self.map_frame if self.poses == "given" else self.frame
 
 
 def _read(name: str, value: Any, kind: Any) -> Any:
-    """A value as its parameter wants it."""
+    """A parameter value converted to its type."""
     if kind is bool and isinstance(value, bool):
         return value
     if kind is int and isinstance(value, int) and _is_number(value):
@@ -214,22 +217,68 @@ def _read(name: str, value: Any, kind: Any) -> Any:
     if kind not in (bool, int, float) and not listed and isinstance(value, str):
         return value
     wanted = {bool: "true or false", int: "a whole number", float: "a number"}
-    what = "a list of numbers" if listed else wanted.get(kind, "a text")
-    raise InputError(f"the parameter {name} is {what}, not {_told(value)}")
+    expected = "a list of numbers" if listed else wanted.get(kind, "a text")
+    raise InputError(f"the parameter {name} is {expected}, not {_shortened(value)}")
 
 
-def _told(value: Any) -> str:
-    """The beginning of a value, for a message."""
+def _shortened(value: Any) -> str:
+    """The beginning of a value, for an error message."""
     too_long = "one of more than 18 digits"
-    if isinstance(value, int) and abs(value) >= INTEGER:
+    if isinstance(value, int) and abs(value) >= INTEGER_LIMIT:
         return too_long
     try:
         return repr(str(value)[:40])
-    except ValueError:  # A list of such: Python writes no number of thousands of digits.
+    except ValueError:  # Python does not print integers of thousands of digits.
         return too_long
 
 
 def _is_number(value: Any) -> bool:
     if isinstance(value, int):
-        return not isinstance(value, bool) and abs(value) < INTEGER
+        return not isinstance(value, bool) and abs(value) < INTEGER_LIMIT
     return isinstance(value, float) and math.isfinite(value)
+
+
+def read_parameters(path: str | os.PathLike[str], node: str) -> dict[str, Any]:
+    """Read the parameters of a node from a file.
+
+    Args:
+        path: YAML file: node names, below each `ros__parameters`, below it names and values.
+            Parameters below `/**` apply to every node.
+        node: Full name of the node.
+
+    Raises:
+        InputError: The file cannot be read, is not a parameter file, or has no parameters of the
+            node.
+        MissingExtraError: PyYAML is not installed.
+    """
+    # A command has these settings as its flags, which are parsed without NumPy.
+    from circumspect.sensing.untrusted_files import read_yaml
+
+    document = read_yaml(Path(path), MAX_FILE_BYTES, "a parameter file", "ros2")
+    found: dict[str, dict[str, Any]] = {}
+    _collect(document, "", found, path)
+    names = (ANY_NODE, node.rsplit("/", 1)[-1], node.removeprefix("/"), node)
+    matching = [found[name] for name in names if name in found]
+    if not matching:
+        raise InputError(
+            f"{path}: contains no {PARAMETERS_KEY} of the node {node}; nodes: "
+            f"{', '.join(found) or 'none'}; give --name, or /** for any node"
+        )
+    return {name: value for one in matching for name, value in one.items()}
+
+
+def _collect(
+    document: Any, name: str, found: dict[str, dict[str, Any]], path: str | os.PathLike[str]
+) -> None:
+    """Collect the parameters of all nodes; namespaces may be nested."""
+    if not isinstance(document, dict):
+        raise InputError(f"{path}: is not a parameter file of nodes with {PARAMETERS_KEY}")
+    for key, value in document.items():
+        if key == PARAMETERS_KEY:
+            if not isinstance(value, dict) or not all(isinstance(one, str) for one in value):
+                raise InputError(
+                    f"{path}: {PARAMETERS_KEY} of {name or 'no node'} must contain names and values"
+                )
+            found[name] = value
+        else:
+            _collect(value, f"{name}/{key}" if name else str(key), found, path)

@@ -1,4 +1,4 @@
-"""The node: hears a robot, models and names what stands before it, and tells."""
+"""The recognition node: subscribes to a robot, models and classifies the object, publishes."""
 
 from __future__ import annotations
 
@@ -13,48 +13,48 @@ from circumspect.classification import Classifier, Prediction
 from circumspect.errors import CircumspectError, InputError
 from circumspect.planning import NextView
 from circumspect.recognition import FrameOutcome, RecognitionPipeline, RecognitionStep
-from circumspect.ros.announcer import Announcer
 from circumspect.ros.health import Health, Status
 from circumspect.ros.live_frames import LiveFrames
 from circumspect.ros.middleware import COMMANDS, Middleware
 from circumspect.ros.node_settings import NodeSettings
-from circumspect.ros.outgoing import EMPTY
+from circumspect.ros.output_messages import EMPTY
+from circumspect.ros.result_publisher import ResultPublisher
 from circumspect.sensing import BoxSegmentation, GroundSegmentation, RgbdFrame
 from circumspect.tracking import KnownPoses, PoseEstimator, Tracker, TrackingSettings
 
 START, STOP, RESET = "start", "stop", "reset"
-REPORT_EVERY = 1.0
-"""Between two diagnostics [s]."""
-MOST_COMMANDS = 16
-FAULT = "a fault inside; see the log"
+REPORT_INTERVAL_S = 1.0
+"""Interval of diagnostics [s]."""
+MAX_COMMANDS = 16
+INTERNAL_ERROR = "internal error; see the log"
 
 _log = logging.getLogger(__name__)
 
 
 class NodeObserver(Protocol):
-    """Watches a node: a terminal."""
+    """Observer of a node, such as a terminal."""
 
     def on_step(self, step: RecognitionStep) -> None:
-        """A frame went through."""
+        """Called after each processed frame."""
 
-    def on_settled(self, prediction: Prediction) -> None:
-        """No more frames come for now: the answer by all that is known."""
+    def on_finalised(self, prediction: Prediction) -> None:
+        """Called with the final prediction while no more frames arrive."""
 
     def on_status(self, status: Status) -> None:
-        """A status was published."""
+        """Called after a status was published."""
 
     def on_command(self, command: str) -> None:
-        """Somebody told the node to start, stop or reset, or it did so by itself."""
+        """Called when the node was started, stopped or reset, by a command or by itself."""
 
 
 class RecognitionNode:
-    """Turns the messages of a robot into answers; works in the thread that calls `work`.
+    """Computes predictions from a robot's messages, in the thread that calls `work`.
 
     Attributes:
         settings: Parameters.
-        observers: Are told what happens.
-        health: What came, what was left out.
-        frame: The latest one that was worked on.
+        observers: Observers of the node.
+        health: Counters and status.
+        frame: The last processed frame.
     """
 
     def __init__(
@@ -64,29 +64,29 @@ class RecognitionNode:
         classifier: Classifier,
         observers: tuple[NodeObserver, ...] = (),
     ) -> None:
-        """Subscribe and advertise; with `autostart` frames are taken from now on.
+        """Subscribe and advertise; with `autostart`, frames are processed from now on.
 
         Args:
-            middleware: Carries the messages; is closed by `close`.
+            middleware: Transport of the messages; `close` closes it.
             settings: Parameters.
-            classifier: Names the object.
-            observers: Are told what happens.
+            classifier: Classifier of the object.
+            observers: Observers of the node.
 
         Raises:
-            InputError: A parameter makes no sense, or the middleware refuses a topic.
+            InputError: A parameter is invalid, or the middleware rejects a topic.
         """
         self.settings, self.observers = settings, observers
         self.health = Health()
         self.frame: RgbdFrame | None = None
         self._middleware, self._classifier = middleware, classifier
         self._pipeline = self._new_pipeline()
-        self._announcer = Announcer(middleware, settings)
+        self._publisher = ResultPublisher(middleware, settings)
         self._frames = LiveFrames(middleware, settings, self.health)
-        self._leaps_back = 0
-        self._commands: deque[str] = deque(maxlen=MOST_COMMANDS)
+        self._backward_jumps = 0
+        self._commands: deque[str] = deque(maxlen=MAX_COMMANDS)
         for command in (START, STOP, RESET):
             middleware.subscribe(
-                f"{settings.node}/{command}", EMPTY, COMMANDS, self._commander(command)
+                f"{settings.node}/{command}", EMPTY, COMMANDS, self._command_callback(command)
             )
         self._closing = threading.Event()
         self._reporter = threading.Thread(target=self._report, name="diagnostics", daemon=True)
@@ -95,56 +95,56 @@ class RecognitionNode:
 
     @property
     def running(self) -> bool:
-        """Whether frames are taken."""
+        """Whether frames are processed."""
         return self._frames.taking
 
     @property
     def target(self) -> NextView | None:
-        """The view that was advised last."""
-        return self._announcer.advised
+        """The last recommended view."""
+        return self._publisher.next_view
 
     @property
     def ended(self) -> str | None:
-        """Why no frames are taken; None while they are."""
+        """Why no frames are processed; None while they are."""
         return None if self.running else "the node is stopped"
 
     def command(self, command: str) -> None:
-        """Have the node start, stop or reset, soon; may be called from any thread.
+        """Schedule a command (start, stop or reset); thread-safe.
 
         Raises:
-            InputError: It knows no such command.
+            InputError: The command is unknown.
         """
         if command not in (START, STOP, RESET):
             raise InputError(f"no command {command!r}; known: {START}, {STOP}, {RESET}")
         self._commands.append(command)
 
-    def spin(self, going_on: Callable[[], bool] = lambda: True) -> None:
-        """Work as long as that is wanted."""
-        while going_on():
+    def spin(self, is_running: Callable[[], bool] = lambda: True) -> None:
+        """Work while `is_running` returns true."""
+        while is_running():
             self.work()
 
     def work(self, timeout: float = 0.1) -> RecognitionStep | None:
-        """Obey the commands that came, then take one frame, where there is one.
+        """Execute pending commands, then process a frame if there is one.
 
         Args:
-            timeout: So long a frame is waited for [s].
+            timeout: Maximum time to wait for a frame [s].
         """
         while self._commands:
-            self._obey(self._commands.popleft())
-        if self._frames.leaps_back != self._leaps_back:
-            self._leaps_back = self._frames.leaps_back
-            _log.warning("the clock was set back: the object is modelled anew")
-            self._begin_anew()
-            self._tell(RESET)
+            self._execute(self._commands.popleft())
+        if self._frames.backward_jumps != self._backward_jumps:
+            self._backward_jumps = self._frames.backward_jumps
+            _log.warning("the clock was set back: starting a new model")
+            self._reset()
+            self._notify(RESET)
         frame = self._frames.take(timeout)
         return None if frame is None else self._step(frame)
 
     def close(self) -> None:
-        """End the run: settle, tell the last answer, leave the network."""
+        """Finalise the model, publish the last answer and leave the network."""
         self._closing.set()
         self._reporter.join()
         if self.running:
-            self._obey(STOP)
+            self._execute(STOP)
         self._middleware.close()
 
     def _new_pipeline(self) -> RecognitionPipeline:
@@ -162,79 +162,79 @@ class RecognitionNode:
         self.frame = frame
         try:
             step = self._pipeline.step(frame)
-            self._announcer.step(step, frame, self._pipeline.tracker, self._frames.odom_frame)
+            self._publisher.step(step, frame, self._pipeline.tracker, self._frames.odom_frame)
         except CircumspectError as error:
             self._failed(str(error))
             return None
-        except Exception:  # one frame must not end the node
-            _log.exception("a frame could not be worked on")
-            self._failed(FAULT)
+        except Exception:  # one frame must not stop the node
+            _log.exception("a frame could not be processed")
+            self._failed(INTERNAL_ERROR)
             return None
         spent = 1e3 * (time.perf_counter() - start)
         if step.outcome != FrameOutcome.CLASSIFIED:
-            _log.warning("a frame left the model as it was: %s", step.outcome)
+            _log.warning("a frame did not change the model: %s", step.outcome)
         if step.pose is not None and not step.pose.reliable:
             _log.warning("pose not reliable: %s", step.pose.reason)
-        self.health.step(step, spent)
+        self.health.on_step(step, spent)
         for observer in self.observers:
             observer.on_step(step)
         return step
 
     def _failed(self, reason: str) -> None:
-        self.health.fault(reason)
-        _log.warning("a frame left out: %s", reason)
+        self.health.report_error(reason)
+        _log.warning("frame skipped: %s", reason)
 
-    def _commander(self, command: str) -> Callable[[bytes], None]:
-        def heard(_: bytes) -> None:
+    def _command_callback(self, command: str) -> Callable[[bytes], None]:
+        def on_message(_: bytes) -> None:
             self.command(command)
 
-        return heard
+        return on_message
 
-    def _obey(self, command: str) -> None:
+    def _execute(self, command: str) -> None:
         if command == START:
             self._frames.taking = True
         elif command == STOP:
             self._frames.taking = False
             self._frames.clear()
-            self._settle()
+            self._finalise()
         else:
             self._frames.clear()
-            self._begin_anew()
-        self._tell(command)
+            self._reset()
+        self._notify(command)
 
-    def _tell(self, command: str) -> None:
+    def _notify(self, command: str) -> None:
         for observer in self.observers:
             observer.on_command(command)
 
-    def _begin_anew(self) -> None:
+    def _reset(self) -> None:
         self._pipeline = self._new_pipeline()
-        self._announcer.reset()
-        self.health.forget_answer()
+        self._publisher.reset()
+        self.health.reset()
 
-    def _settle(self) -> None:
-        """Tell what is known when no more frames come for now."""
+    def _finalise(self) -> None:
+        """Finalise the model and publish the final answer."""
         try:
             self._pipeline.finalise()
-            self._announcer.settled(self._pipeline)
+            self._publisher.finalised(self._pipeline)
             if (prediction := self._pipeline.prediction) is not None:
-                self.health.settled(prediction)
+                self.health.on_finalised(prediction)
                 for observer in self.observers:
-                    observer.on_settled(prediction)
-        except Exception:  # a fault here must not keep the node from stopping
-            _log.exception("the model could not be settled")
-            self.health.fault(FAULT)
+                    observer.on_finalised(prediction)
+        except Exception:  # an error must not keep the node from stopping
+            _log.exception("the model could not be finalised")
+            self.health.report_error(INTERNAL_ERROR)
 
     def _report(self) -> None:
-        while not self._closing.wait(REPORT_EVERY):
+        while not self._closing.wait(REPORT_INTERVAL_S):
             try:
-                if fault := self._frames.odometry_fault():
-                    self.health.fault(fault)
-                    _log.warning("%s", fault)
+                if error := self._frames.odometry_error():
+                    self.health.report_error(error)
+                    _log.warning("%s", error)
                 status = self.health.status(
                     self.running, self._frames.missing(), self._middleware.lost
                 )
-                self._announcer.status(status)
+                self._publisher.status(status)
                 for observer in self.observers:
                     observer.on_status(status)
-            except Exception:  # diagnostics must go on
-                _log.exception("the diagnostics could not be told")
+            except Exception:  # diagnostics must continue
+                _log.exception("the diagnostics could not be published")

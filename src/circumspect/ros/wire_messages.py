@@ -1,4 +1,4 @@
-"""Messages packed for the wire, and unpacked with limits."""
+"""Serialization of ROS messages, and deserialization with limits."""
 
 from __future__ import annotations
 
@@ -6,40 +6,40 @@ from typing import Any
 
 from circumspect.errors import InputError
 from circumspect.recording.ros_types import IMAGE, typestore
-from circumspect.ros.dds_settings import LARGEST_SAMPLE
+from circumspect.ros.dds_settings import MAX_SAMPLE_BYTES
 
-LARGEST = {IMAGE: LARGEST_SAMPLE}
-LARGEST_OTHER = 2**20
-"""Bytes of a message; what is larger was not meant for us, or is meant to harm."""
-HEAD = 4
-"""Bytes of the encapsulation header."""
+MAX_BYTES = {IMAGE: MAX_SAMPLE_BYTES}
+MAX_OTHER_BYTES = 2**20
+"""Maximum size of other messages [bytes]; larger ones are mistaken or malicious."""
+HEADER_BYTES = 4
+"""Size of the encapsulation header [bytes]."""
 
 
-def packed(kind: str, told: Any) -> bytes:
-    """A message as CDR, encapsulation header first.
+def serialized(kind: str, msg: Any) -> bytes:
+    """Serialize a message to CDR with encapsulation header.
 
     Args:
-        kind: Its type, such as "nav_msgs/msg/Path".
-        told: The message.
+        kind: Message type, such as "nav_msgs/msg/Path".
+        msg: The message.
     """
-    return bytes(typestore().serialize_cdr(told, kind))
+    return bytes(typestore().serialize_cdr(msg, kind))
 
 
-def unpacked(kind: str, data: bytes) -> Any:
-    """The message that CDR holds.
+def deserialized(kind: str, data: bytes) -> Any:
+    """Deserialize a CDR message.
 
     Args:
-        kind: The type it should be of.
-        data: Encapsulation header first; either byte order.
+        kind: Expected message type.
+        data: CDR of either byte order, with encapsulation header.
 
     Raises:
-        InputError: It is none of that type, or larger than any such message.
+        InputError: The data are not of that type, or too large.
     """
-    if len(data) > LARGEST.get(kind, LARGEST_OTHER):
-        raise InputError(f"a {kind} of {len(data)} bytes is left out")
-    if len(data) <= HEAD or data[0] != 0 or data[1] > 1:
-        raise InputError(f"a {kind} that is not in plain CDR is left out")
+    if len(data) > MAX_BYTES.get(kind, MAX_OTHER_BYTES):
+        raise InputError(f"a {kind} of {len(data)} bytes is too large")
+    if len(data) <= HEADER_BYTES or data[0] != 0 or data[1] > 1:
+        raise InputError(f"a {kind} is not in plain CDR")
     try:
         return typestore().deserialize_cdr(data, kind)
-    except Exception as error:  # whatever a parser makes of broken bytes
-        raise InputError(f"bytes that are no {kind} are left out") from error
+    except Exception as error:  # any error of a parser on broken data
+        raise InputError(f"the data are not a {kind}") from error

@@ -1,7 +1,6 @@
-"""Runs on disk and in pictures: run folder, playback, figures."""
+"""Files and figures of runs: run folder, playback, picture."""
 
-from circumspect.runs.camera_path import camera_path
 from circumspect.runs.run_folder import RunFolder
-from circumspect.runs.run_path import PlannedView, RunPath
+from circumspect.runs.run_path import PlannedView, RunPath, camera_path
 
 __all__ = ["PlannedView", "RunFolder", "RunPath", "camera_path"]

@@ -1,4 +1,4 @@
-"""The plan view of a run: room, object, paths, and the views that were chosen."""
+"""The plan view of a run: room, object, paths and chosen views."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from circumspect.geometry import PointCloud, Trajectory
 from circumspect.recognition import RecognitionResult
-from circumspect.runs.camera_path import camera_path
-from circumspect.runs.run_path import PlannedView, RunPath
+from circumspect.runs.run_path import PlannedView, RunPath, camera_path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,15 +20,15 @@ if TYPE_CHECKING:
 PATH_COLOUR, START_COLOUR, VIEW_COLOUR, INK = "#c2410c", "#15803d", "#1d4ed8", "0.25"
 ODOMETRY_COLOUR, TRUTH_COLOUR, MISSED_COLOUR = "#7c3aed", "0.1", "0.5"
 NORMAL_LENGTH = 0.06
-"""Of the arrows that show surface normals, as a share of the view's width."""
+"""Length of the arrows of surface normals, as a fraction of the view's width."""
 SPACING = 0.015
 """Side of a point as drawn [m]."""
 LABEL_OFFSET, LABEL_ROOM = 15, 22
-"""From a place to the middle of its label, and from there to the next view's number [points]."""
+"""Distance from a position to the centre of its label, and from there to a number [pt]."""
 LEGEND_WIDTH, LEGEND_LINES = 46, 5
-"""Letters in a line of the legend, and lines of what it says of one thing."""
+"""Characters in a line of the legend, and maximum number of lines of an entry."""
 MARGIN = 0.25
-"""Round everything that is shown [m]."""
+"""Margin around the shown region [m]."""
 
 
 def draw_plan(
@@ -39,10 +38,10 @@ def draw_plan(
     run_path: RunPath,
     why_missed: Sequence[str] = (),
 ) -> None:
-    """Draw into given axes; unknown parts of the path are left out.
+    """Draw the plan view; unknown parts of the path are left out.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw into.
         cloud: The model.
         result: The run.
         run_path: The path of the robot.
@@ -74,7 +73,7 @@ def draw_plan(
 
 def _draw_object(axes: Axes, cloud: PointCloud, half: float) -> None:
     points = cloud.points_xyz
-    # As large as the points' spacing, so that a surface looks closed.
+    # Markers as large as the points' spacing make a surface look closed.
     side = SPACING / _metres_a_point(axes, half)
     shades = axes.scatter(
         points[:, 0], points[:, 1], c=points[:, 2], s=max(1.0, side**2), cmap="viridis",
@@ -86,7 +85,7 @@ def _draw_object(axes: Axes, cloud: PointCloud, half: float) -> None:
 def _draw_paths(
     axes: Axes, path: Trajectory | None, run_path: RunPath
 ) -> list[NDArray[np.float64]]:
-    """The places of all paths."""
+    """Draw the paths; returns the positions on them."""
     looks = (
         (run_path.truth, TRUTH_COLOUR, "-", 3.0, 0.28, "true path"),
         (run_path.odometry, ODOMETRY_COLOUR, "--", 1.3, 1.0, "path by odometry alone"),
@@ -103,9 +102,9 @@ def _draw_paths(
 
 
 def _draw_view(axes: Axes, view: PlannedView, number: int, length: float) -> None:
-    """The robot's stand with a number, what it looks at, and the surface's normal there."""
+    """Draw a numbered base pose, the point that the camera faces, and the surface normal there."""
     stand, target = view.T_map_base.xy, np.asarray(view.looks_at_xy)
-    label = "base's stand (camera beside it), what it faces" if number == 1 else None
+    label = "base pose (camera beside it), point that it faces" if number == 1 else None
     axes.plot(*np.stack([stand, target]).T, ":", color=VIEW_COLOUR, lw=0.9, zorder=3, label=label)
     if view.normal_xy is not None:
         axes.annotate(
@@ -122,7 +121,7 @@ def _draw_view(axes: Axes, view: PlannedView, number: int, length: float) -> Non
 
 
 def _draw_missed(axes: Axes, views: tuple[PlannedView, ...], why: Sequence[str]) -> None:
-    """Numbered crosses; the legend lists the reasons by these numbers."""
+    """Draw numbered crosses; the legend lists the reasons by number."""
     if not views:
         return
     places = np.array([view.T_map_base.xy for view in views])
@@ -138,7 +137,7 @@ def _draw_missed(axes: Axes, views: tuple[PlannedView, ...], why: Sequence[str])
 
 
 def _reasons(why: Sequence[str]) -> str:
-    """Each reason once, without its distances, with the numbers of the views."""
+    """The distinct reasons, without distances, with the numbers of their views."""
     numbers: dict[str, list[str]] = {}
     for number, reason in enumerate(why, start=1):
         numbers.setdefault(re.sub(r"[\d.]+ m\b", "… m", reason), []).append(str(number))
@@ -147,7 +146,7 @@ def _reasons(why: Sequence[str]) -> str:
 
 
 def _draw_directions(axes: Axes, path: Trajectory, half: float) -> None:
-    """Where the camera looked, now and then along its path."""
+    """Draw viewing directions of the camera at some points of its path."""
     places = path.positions_xyz[:, :2]
     far = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
     some = np.unique(np.searchsorted(far, np.arange(0, far[-1] + 1e-9, half / 7)))
@@ -182,7 +181,7 @@ def _free_side(
     stands: list[NDArray[np.float64]],
     metres_a_point: float,
 ) -> NDArray[np.float64]:
-    """Unit vector to where the label meets no view's number; outward if there is a choice."""
+    """Unit vector towards free space for the label; outward if there is a choice."""
     outward = np.arctan2(*(place - middle)[::-1])
     turns = outward + np.radians([0.0, 50.0, -50.0, 100.0, -100.0, 180.0])
     sides = np.column_stack([np.cos(turns), np.sin(turns)])
@@ -194,7 +193,7 @@ def _free_side(
 
 
 def _metres_a_point(axes: Axes, half: float) -> float:
-    """How much of the view, 2 `half` wide, a typographic point shows [m]."""
+    """Size [m] of a typographic point in a view of width 2 `half` [m]."""
     return 2 * half * axes.figure.dpi / (72 * axes.bbox.width)
 
 
@@ -203,7 +202,7 @@ def _pair(xy: NDArray[np.floating]) -> tuple[float, float]:
 
 
 def _frame(axes: Axes, points_xy: NDArray[np.float64]) -> float:
-    """Set square limits round what matters; walls further off are cut. Half their width [m]."""
+    """Set square limits around the relevant parts; return half their width [m]."""
     low, high = points_xy.min(axis=0), points_xy.max(axis=0)
     x, y = (low + high) / 2
     half = float((high - low).max()) / 2 + MARGIN + 0.1 * float((high - low).max())

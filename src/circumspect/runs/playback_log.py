@@ -1,4 +1,4 @@
-"""Writes moments of a run to its folder, for playback."""
+"""Log of a run's moments in its folder, for playback."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from circumspect.errors import GeometryError
 from circumspect.exploration.object_scan import ObjectScan
 from circumspect.planning import NextView
 from circumspect.recognition import RecognitionResult, RecognitionStep
-from circumspect.runs.odometry_path import OdometryPath
 from circumspect.runs.playback_moment import PlaybackMoment, thinned
 from circumspect.runs.run_folder import PLAYBACK
+from circumspect.runs.run_path import OdometryPath
 from circumspect.runs.surroundings import Surroundings
 from circumspect.sensing import RgbdFrame
-from circumspect.simulation import Scene, Witness
+from circumspect.simulation import GroundTruthRecorder, Scene
 from circumspect.storage import atomic_open
 
 MAX_MOMENTS = 96
-"""If there are more, every second one is removed, and half as many are kept from then on."""
+"""Maximum number of moments; beyond it, every second one is removed and the rate is halved."""
 NO_POINTS = np.empty((0, 3))
 
 
 class PlaybackLog:
     """Writes playback/NUMBER.npz, surroundings and odometry; a `PipelineObserver`.
 
-    A moment takes up to about 100 kB, so a run of any length less than 10 MB.
+    A moment takes up to about 100 kB, so that a run of any length takes less than 10 MB.
     """
 
     def __init__(
@@ -35,17 +35,17 @@ class PlaybackLog:
         scan: ObjectScan,
         folder: Path,
         scene: Scene | None = None,
-        witness: Witness | None = None,
+        ground_truth: GroundTruthRecorder | None = None,
     ) -> None:
-        """Write nothing yet.
+        """Set what to log; nothing is written yet.
 
         Args:
-            scan: The scan that is observed.
-            folder: Of the run.
+            scan: The observed scan.
+            folder: Folder of the run.
             scene: The simulated scene, if there is one.
-            witness: Knows the pose of the robot in the scene.
+            ground_truth: Recorder of the robot's pose in the scene.
         """
-        self._scan, self._scene, self._witness = scan, scene, witness
+        self._scan, self._scene, self._ground_truth = scan, scene, ground_truth
         self._folder = folder / PLAYBACK
         self._kept: list[int] = []
         self._every = 1
@@ -53,10 +53,10 @@ class PlaybackLog:
         self.surroundings: Surroundings | None = None
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Write the moment if it is one to keep.
+        """Write the moment of the step if it is due.
 
         Raises:
-            OutputError: A file can not be written.
+            OutputError: A file cannot be written.
         """
         frame = self._scan.frame
         if frame is None:
@@ -78,7 +78,7 @@ class PlaybackLog:
         """Write the path by odometry alone.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         if not self._odometry.frames:
             return
@@ -108,13 +108,13 @@ class PlaybackLog:
         )  # fmt: skip
 
     def _begin(self, step: RecognitionStep) -> None:
-        """Write the surroundings once the first pose aligns scene and map."""
+        """Write the surroundings at the first pose, which aligns scene and map."""
         if self.surroundings is not None or step.pose is None:
             return
-        if self._scene is None or self._witness is None:
+        if self._scene is None or self._ground_truth is None:
             return
         pose = step.pose.T_map_camera
-        self.surroundings = Surroundings.witnessed(self._scene, self._witness, pose)
+        self.surroundings = Surroundings.with_ground_truth(self._scene, self._ground_truth, pose)
         self.surroundings.save(self._folder / "surroundings.npz")
 
 

@@ -16,17 +16,17 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.errors import CircumspectError, InputError
 from circumspect.geometry import PinholeCamera
-from circumspect.geometry.npy_stream import read_arrays
+from circumspect.geometry.formats.npy_stream import read_arrays
 from circumspect.grid import CylindricalGrid, OccupancyGrid
 from circumspect.sensing.millimetres import metres, millimetres
 from circumspect.storage import atomic_open
 
 MAX_POINTS = 16_000
-"""Maximum number of points of a moment; of more, every n-th is kept."""
+"""Maximum number of points of a moment; larger clouds are thinned to every n-th point."""
 THUMBNAIL_WIDTH = 160
-"""Images are thinned to at most about this width [px]."""
+"""Approximate maximum width of images [px]."""
 MAX_ARRAY_BYTES = 16 << 20
-"""Of all arrays of a file."""
+"""Maximum size of all arrays of a file [bytes]."""
 MIN_STEP_M = 5e-4
 """Resolution of coordinates; coarser if the object is too large for 16 bits."""
 MAX_STEPS = 32767
@@ -36,7 +36,7 @@ KINDS: dict[str, str] = dict.fromkeys(
     ("frame", "origin_xyz", "step", "points", "normals", "frames_seen", "depth", "camera", "colour",
      "target", "mount", "occupied", "cells", "bounds"), "fiu",
 )  # fmt: skip
-"""Arrays of a file; unknown ones are empty."""
+"""Arrays of a file and their kinds; unknown ones are empty."""
 OPTIONAL = ("step",)
 """Arrays that are missing in older files."""
 
@@ -49,14 +49,14 @@ class PlaybackMoment:
         frame: Number of the frame.
         points_xyz: (n, 3) [m] the object, map frame; n may be 0.
         normals_xyz: (n, 3) unit normals.
-        frames_seen: (n,) how many frames showed each point.
-        grid: The object's grid where it is a cylindrical one; what is free is not kept.
+        frames_seen: (n,) number of frames that observed each point.
+        grid: The object's grid if it is cylindrical, without free cells; else None.
         depth: (height, width) [m], thinned.
         colour: (height, width, 3) uint8 RGB, thinned; or None.
-        camera: Of the whole image.
-        T_base_camera: The mount; None where not known.
-        target: (6,) x [m], y [m], yaw [rad] of the robot's next view, the place that it faces, and
-            as the last one the azimuth [rad] of the normal there, NaN where unknown; or None.
+        camera: Intrinsics of the whole image.
+        T_base_camera: Mount of the camera; None if unknown.
+        target: (6,) the robot's next view, or None: x [m], y [m] and yaw [rad] of the base, x [m]
+            and y [m] of the faced point, azimuth [rad] of the normal there, NaN if unknown.
     """
 
     frame: int
@@ -71,10 +71,10 @@ class PlaybackMoment:
     target: NDArray[np.floating] | None
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write as npz, quickly rather than small.
+        """Write as npz, optimised for speed rather than size.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         with (
             atomic_open(path, "wb") as stream,
@@ -124,7 +124,7 @@ class PlaybackMoment:
         """Read what `save` wrote.
 
         Raises:
-            InputError: Missing, broken, too large, or something else.
+            InputError: The file is missing, broken, too large, or of another kind.
         """
         arrays = read_arrays(Path(path), KINDS, MAX_ARRAY_BYTES, OPTIONAL)
         try:
@@ -136,7 +136,7 @@ class PlaybackMoment:
 
 
 def thinned(image: NDArray[Any], width: int = THUMBNAIL_WIDTH) -> NDArray[Any]:
-    """Every n-th pixel of an image along rows and columns, so that at most ~`width` remain."""
+    """Every n-th row and column of an image, so that at most about `width` columns remain."""
     every = max(1, round(image.shape[1] / width))
     return image[::every, ::every]
 

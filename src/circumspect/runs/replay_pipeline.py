@@ -1,4 +1,4 @@
-"""The pipeline for a recording."""
+"""The recognition pipeline for a recording."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from scipy.spatial.transform import RigidTransform
 from circumspect.classification import Classifier
 from circumspect.errors import InputError
 from circumspect.recognition import RecognitionPipeline
-from circumspect.recording import BagRecording, Recording
+from circumspect.recording import Recording
 from circumspect.sensing import DepthNoise, GroundSegmentation, Segmentation
 from circumspect.tracking import KnownPoses, PoseEstimator, Tracker, TrackingSettings
 
@@ -20,15 +20,14 @@ def replay_pipeline(
     T_map_first: RigidTransform | None = None,
     noise: DepthNoise | None = None,
 ) -> RecognitionPipeline:
-    """Make the pipeline that a live run on the same frames has.
+    """Create the pipeline of a live run on the same frames.
 
     Args:
-        recording: What is replayed.
+        recording: The recording.
         classifier: Classifies the object.
-        segmentation: Finds the object; None means what stands on the floor before the robot.
+        segmentation: Finds the object; None means the object on the floor in front of the robot.
         hidden: Whether poses are tracked; else the recorded ones are taken as true.
-        T_map_first: Pose of the first frame, above a floor at z = 0; None means the one
-            of the recording.
+        T_map_first: Pose of the first frame, above a floor at z = 0; None means the recorded one.
         noise: The camera's noise and range; None means the Xtion PRO's.
 
     Raises:
@@ -36,7 +35,7 @@ def replay_pipeline(
     """
     noise = noise or DepthNoise()
     if segmentation is None:
-        if not isinstance(recording, BagRecording) and T_map_first is None:
+        if not recording.has_floor and T_map_first is None:
             raise InputError(
                 f"{recording.path}: the floor is unknown; give the object's --box "
                 "X Y Z X Y Z, or --first-pose X Y Z PAN TILT"

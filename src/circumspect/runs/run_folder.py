@@ -1,12 +1,15 @@
-"""A run on disk."""
+"""The folder of a run."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from circumspect.errors import MissingExtraError, OutputError, reason_of
 from circumspect.exploration.view_record import ViewOutcome
@@ -14,10 +17,8 @@ from circumspect.folder_lock import lock_folder
 from circumspect.geometry import write_tum
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.recognition.recognition_step import answer_record
-from circumspect.runs.camera_path import camera_path
-from circumspect.runs.run_path import RunPath
-from circumspect.runs.stage_times import stage_times
-from circumspect.storage import append_line, atomic_open, require_no_strangers, write_json
+from circumspect.runs.run_path import RunPath, camera_path
+from circumspect.storage import append_line, atomic_open, require_no_foreign_files, write_json
 
 if TYPE_CHECKING:
     from circumspect.exploration.object_scan import ObjectScan
@@ -26,21 +27,22 @@ RESULTS = (
     "result.json", "scan.json", "replay.json", "model.ply", "grid.npz", "trajectory.txt",
     "picture.png", "calibration.json", "space.txt", "space.jsonl", "space.png",
 )  # fmt: skip
-"""Written when a run ends, calibration.json as soon as it has a folder; those of an earlier run are
-removed when one begins."""
+"""Files written at the end of a run, and calibration.json, which is written at its start. Files of
+an earlier run are removed at the start."""
 CONFIG, LOG = "config.json", "log.jsonl"
-"""Written when a run begins: what makes a folder that of a run."""
+"""Files written at the start; they identify the folder of a run."""
 PLAYBACK = "playback"
-"""Folder of what `circumspect view` plays back; files of an earlier run are removed, too."""
+"""Folder that `circumspect view` plays back; files of an earlier run are removed as well."""
+PLAN, FRAME = "plan", "frame"
 
 
 class RunFolder:
-    """Writes a run to a folder while it runs; a `PipelineObserver`.
+    """Writes a run to a folder; a `PipelineObserver`.
 
     - config.json: the configuration of the run
-    - log.jsonl: one line a frame
-    - result.json: the answer, the outcomes of the frames, time a stage
-    - scan.json: scans only: why it ended, what came of the views, errors
+    - log.jsonl: one line per frame
+    - result.json: the answer, the outcomes of the frames, time per stage
+    - scan.json: scans only: end reason, outcomes of the views, errors
     - replay.json: replays only: skipped frames, errors against the recorded poses
     - model.ply: the object's surface
     - grid.npz: its occupancy grid
@@ -51,21 +53,21 @@ class RunFolder:
     """
 
     def __init__(self, path: str | os.PathLike[str], config: Mapping[str, Any]) -> None:
-        """Make the folder and write the config.
+        """Create the folder and write the config.
 
         Args:
-            path: The folder; made where missing. Files of an earlier run in it are replaced,
-                others are left alone.
-            config: What the run was started with, JSON types. "truth" and "start_deg", where
+            path: The folder; created if missing. Files of an earlier run are replaced, other files
+                are kept.
+            config: Configuration of the run, JSON types. "truth" and "start_deg", where
                 given, appear in the picture.
 
         Raises:
-            OutputError: Another run writes to the folder, it can not be written, holds a file that
-                is of no run and would be replaced, or a folder in the place of a run's file.
+            OutputError: Another run writes to the folder, it cannot be written, or it contains a
+                foreign file or folder with the name of a run's file.
         """
         self.path = Path(path)
         names, signs = (CONFIG, LOG, *RESULTS, PLAYBACK), (CONFIG, LOG)
-        require_no_strangers(self.path, names, signs)
+        require_no_foreign_files(self.path, names, signs)
         self._lock = lock_folder(self.path)
         earlier = [self.path / name for name in RESULTS]
         earlier += (self.path / PLAYBACK).glob("*.npz")
@@ -74,7 +76,10 @@ class RunFolder:
         self.run_path = RunPath()
         """The path of the robot, for the picture; set before the run ends."""
         self.scan: ObjectScan | None = None
-        """The scan, for planning times and missed views; set before the run begins."""
+        """The scan, for planning times and missed views; set before the run starts."""
+        self.completeness: Callable[[RecognitionResult], Mapping[str, float]] = lambda _: {}
+        """Measures modelled fractions of the true surface, by name, for the picture; empty if the
+        true shape is unknown."""
         self.picture_missing: str | None = None
         """Why there is no picture; None if there is one."""
         write_json(self.path / CONFIG, self.config)
@@ -87,15 +92,15 @@ class RunFolder:
         """Append the step to the log.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         append_line(self.path / LOG, json.dumps(step.summary()))
 
     def on_end(self, result: RecognitionResult) -> None:
-        """Write everything else.
+        """Write all other files.
 
         Raises:
-            OutputError: A file can not be written.
+            OutputError: A file cannot be written.
         """
         write_json(self.path / "result.json", self.document(result))
         if (path := camera_path(result)) is not None:
@@ -110,7 +115,8 @@ class RunFolder:
             from circumspect.runs.picture import draw_run
 
             picture, missed = self.path / "picture.png", self._why_missed()
-            draw_run(picture, result, self.config, self.run_path, missed)
+            shares = self.completeness(result)
+            draw_run(picture, result, self.config, self.run_path, missed, shares)
         except MissingExtraError as error:
             self.picture_missing = str(error)
 
@@ -125,7 +131,7 @@ class RunFolder:
 
 
 def _require_no_folders(files: Sequence[Path]) -> None:
-    """Before anything of an earlier run is touched."""
+    """Check before any file of an earlier run is removed."""
     for file in files:
         if file.is_dir() and not file.is_symlink():
             raise OutputError(
@@ -149,22 +155,44 @@ def result_document(
 
     Args:
         result: The run.
-        config: "truth" is copied, if given.
+        config: Configuration of the run; "truth" is copied if given.
         plan: Planning time after each frame [ms].
     """
-    last = result.last
-    outcomes: dict[str, int] = {}
-    for step in result.steps:
-        outcomes[step.outcome.value] = outcomes.get(step.outcome.value, 0) + 1
     return {
         **answer_record(result.prediction),
         "truth": config.get("truth"),
-        "frames": len(result.steps),
-        "outcomes": outcomes,
-        "lost_from": result.lost_from,
-        "coverage": 0.0 if last is None else last.coverage,
-        "points": len(result.points_xyz),
-        "interrupted": result.interrupted,
-        "end_reason": result.end_reason or None,
+        **result.to_dict(),
         "milliseconds": stage_times(result.steps, plan),
+    }
+
+
+def stage_lists(
+    steps: Sequence[RecognitionStep], plan: Sequence[float] = ()
+) -> dict[str, list[float]]:
+    """Times of each stage [ms], one per frame that reached it; "frame" is the sum of a frame.
+
+    Args:
+        steps: The steps of a run.
+        plan: Planning time after each frame [ms]; the last frame may have none.
+    """
+    times: dict[str, list[float]] = {}
+    for step, planned in zip_longest(steps, plan):
+        stages = dict(step.milliseconds) | ({} if planned is None else {PLAN: planned})
+        for name, spent in stages.items():
+            times.setdefault(name, []).append(spent)
+        if stages:
+            times.setdefault(FRAME, []).append(sum(stages.values()))
+    return times
+
+
+def stage_times(
+    steps: Sequence[RecognitionStep], plan: Sequence[float] = ()
+) -> dict[str, dict[str, float]]:
+    """Median and 95th percentile of each stage [ms]; see `stage_lists`."""
+    return {
+        name: {
+            "median": round(float(np.median(spent)), 3),
+            "p95": round(float(np.percentile(spent, 95)), 3),
+        }
+        for name, spent in stage_lists(steps, plan).items()
     }

@@ -1,4 +1,4 @@
-"""Logs the path of a scan."""
+"""Log of the path of a scan."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from circumspect.runs.run_path import RunPath
 class RunPathLog:
     """Logs odometry, distance and views of a scan; a `PipelineObserver`.
 
-    List it before the run's folder, so that the folder has the path when it draws.
+    List this observer before the run's folder, which draws the path.
     """
 
     def __init__(
@@ -29,10 +29,10 @@ class RunPathLog:
         truth: Callable[[], Trajectory | None] | None = None,
         walls_xy: tuple[NDArray[np.float64], ...] = (),
     ) -> None:
-        """Begin with an empty log.
+        """Start with an empty log.
 
         Args:
-            scan: The scan that is observed.
+            scan: The observed scan.
             folder: Gets the path when the run ends.
             truth: Returns the camera's true trajectory when the run ends, world frame.
             walls_xy: Outlines of walls and clutter, world frame [m]; shown only with the truth,
@@ -48,11 +48,11 @@ class RunPathLog:
 
     @property
     def odometry(self) -> Trajectory | None:
-        """The camera by odometry alone, odom frame; None without odometry."""
+        """Path of the camera by odometry alone, odom frame; None without odometry."""
         return self._wheels.trajectory
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Log distance and odometry at the step's frame."""
+        """Log distance and odometry of the step's frame."""
         frame = self._scan.frame
         if not self._stamps or step.stamp > self._stamps[-1]:
             self._stamps.append(step.stamp)
@@ -69,7 +69,7 @@ class RunPathLog:
         """The path in the map frame of the result.
 
         Args:
-            result: The run; its poses align odometry and world with the map.
+            result: The run; its poses align odom and world frame with the map.
         """
         wheels, world = self.odometry, self._truth() if self._truth is not None else None
         T_map_odom, T_map_world = _first_offset(wheels, result), _first_offset(world, result)

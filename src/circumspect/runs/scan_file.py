@@ -1,4 +1,4 @@
-"""The file of a scan in the folder of its run."""
+"""The file scan.json in the folder of a run."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from circumspect.storage import write_json
 
 
 class ScanFile:
-    """Writes why a scan ended and what came of its views; a `PipelineObserver`."""
+    """Writes the end reason of a scan and the outcomes of its views; a `PipelineObserver`."""
 
     def __init__(self, scan: ObjectScan, path: Path) -> None:
-        """Write nothing yet.
+        """Set the scan and the file; nothing is written yet.
 
         Args:
             scan: The scan.
@@ -26,13 +26,13 @@ class ScanFile:
         self._path = path
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Nothing: the log of the run has the steps."""
+        """Do nothing: the log of the run has the steps."""
 
     def on_end(self, result: RecognitionResult) -> None:  # noqa: ARG002 - the scan knows
-        """Write the file, however the scan ended.
+        """Write the file.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         self.write({})
 
@@ -40,10 +40,10 @@ class ScanFile:
         """Write the file again.
 
         Args:
-            more: Further entries, JSON types.
+            more: Additional entries, JSON types.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         scan = self._scan
         document = {
@@ -61,7 +61,7 @@ def _view_entry(record: ViewRecord) -> dict[str, Any]:
     return {
         "frame": record.frame,
         "outcome": record.reason,
-        "why": view.why,
+        "why": view.reason,
         "base": {"x": base.x, "y": base.y, "yaw": base.yaw},
         "looks_at": view.looks_at_xy,
         "normal": view.normal_xy,

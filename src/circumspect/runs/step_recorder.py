@@ -1,4 +1,4 @@
-"""Records the answers of a run."""
+"""Recording of the answers of a run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from circumspect.recording import RunRecorder
 
 
 class StepRecorder:
-    """Records the answer after each frame, and ends the recording; a `PipelineObserver`."""
+    """Records the answer after each frame and closes the recording; a `PipelineObserver`."""
 
     def __init__(self, recorder: RunRecorder) -> None:
         self._recorder = recorder
@@ -23,7 +23,7 @@ class StepRecorder:
         self._recorder.answer(step.stamp, step.prediction, _extent(step.model), T_map_odom)
 
     def on_end(self, result: RecognitionResult) -> None:
-        """Record the final answer, and close the recording."""
+        """Record the final answer and close the recording."""
         if (last := result.last) is not None:
             self._recorder.answer(last.stamp, last.prediction, _extent(last.model), None)
         self._recorder.close()

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
-from circumspect.geometry.npy_stream import read_arrays
-from circumspect.simulation import Scene, Witness
+from circumspect.geometry.formats.npy_stream import read_arrays
+from circumspect.simulation import GroundTruthRecorder, Scene
 from circumspect.storage import atomic_open
 
 LEFT_OUT = ("object", "floor")
 WALL = "wall"
 KINDS = {"vertices_xyz": "f", "faces": "i", "colours": "f", "counts": "i"}
 MAX_ARRAY_BYTES = 16 << 20
-"""Of all arrays of a file."""
+"""Maximum size of all arrays of a file [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class SolidThing:
 
     Attributes:
         vertices_xyz: (v, 3) float32 [m].
-        faces: (f, 3) int32 of vertices.
+        faces: (f, 3) int32 indices of vertices.
         colour: (3,) RGB, each 0 … 1.
         wall: Whether it is a wall.
     """
@@ -41,21 +41,21 @@ class SolidThing:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """Everything but the object and the floor.
+    """Everything except the object and the floor.
 
     Attributes:
-        things: One by one.
+        things: Walls and pieces of clutter.
     """
 
     things: tuple[SolidThing, ...] = ()
 
     @classmethod
     def of(cls, scene: Scene, T_map_scene: RigidTransform) -> Surroundings:
-        """From a simulated scene.
+        """The surroundings in a simulated scene.
 
         Args:
             scene: The scene.
-            T_map_scene: Its pose in the robot's map.
+            T_map_scene: Pose of the scene in the robot's map.
         """
         things = (
             SolidThing(
@@ -70,23 +70,23 @@ class Surroundings:
         return cls(tuple(things))
 
     @classmethod
-    def witnessed(
-        cls, scene: Scene, witness: Witness, T_map_camera: RigidTransform
+    def with_ground_truth(
+        cls, scene: Scene, ground_truth: GroundTruthRecorder, T_map_camera: RigidTransform
     ) -> Surroundings:
-        """From a scene in which a witness knows the pose of the robot.
+        """The surroundings in a scene that the robot's true pose aligns with its map.
 
         Args:
             scene: The scene.
-            witness: Knows the true pose of the latest frame.
+            ground_truth: Recorder with the true pose of the latest frame.
             T_map_camera: Estimated pose of that frame.
         """
-        return cls.of(scene, T_map_camera * witness.trajectory.T_map_camera[-1].inv())
+        return cls.of(scene, T_map_camera * ground_truth.trajectory.T_map_camera[-1].inv())
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write as npz.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         things = self.things
         with atomic_open(path, "wb") as stream:
@@ -105,7 +105,7 @@ class Surroundings:
         """Read what `save` wrote.
 
         Raises:
-            InputError: Missing, broken, too large, or something else.
+            InputError: The file is missing, broken, too large, or of another kind.
         """
         arrays = read_arrays(Path(path), KINDS, MAX_ARRAY_BYTES)
         try:

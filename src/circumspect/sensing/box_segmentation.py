@@ -1,4 +1,4 @@
-"""The object is what lies in a given box."""
+"""Segmentation of the object by a box."""
 
 from __future__ import annotations
 
@@ -9,20 +9,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from circumspect.errors import InputError, printable
 from circumspect.sensing.depth_noise import DepthNoise
-from circumspect.sensing.flying_pixels import continuous_pixels
 from circumspect.sensing.pixel_rays import along_axis
 from circumspect.sensing.rgbd_frame import RgbdFrame
-from circumspect.sensing.segmentation import Segmentation
+from circumspect.sensing.segmentation import Segmentation, continuous_pixels
 
 
 @dataclass(frozen=True, eq=False)
 class BoxSegmentation(Segmentation):
-    """Everything within a box with edges along the axes of the map frame.
+    """The pixels inside a box that is aligned with the axes of the map frame.
 
     Attributes:
-        corner_a: (3,) [m] any corner, map frame.
-        corner_b: (3,) [m] the opposite one.
-        noise: The camera's noise; tells flying pixels from surfaces.
+        corner_a: (3,) one corner in the map frame [m].
+        corner_b: (3,) the opposite corner [m].
+        noise: Depth noise of the camera, used to remove flying pixels.
 
     Raises:
         InputError: A corner is not three finite numbers, or the box is flat.

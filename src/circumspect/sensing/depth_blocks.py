@@ -1,4 +1,4 @@
-"""Depth images in small blocks of pixels: less noise, fewer numbers."""
+"""Depth images averaged over small blocks of pixels."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from circumspect.sensing import _native
 
 @dataclass(frozen=True, eq=False)
 class DepthBlocks:
-    """Means over square blocks of pixels that lie on one surface.
+    """Means over square blocks of pixels on one surface.
 
-    What is averaged is the inverse depth q = 1/z: on a plane it is linear in the pixel, so the
-    mean of a block is the value at its middle (of a block in part masked, about there).
+    The inverse depth q = 1/z is averaged. It is linear in the pixel on a plane, so the mean of a
+    block is the value at its centre (approximately, if the block is partly masked).
 
     Attributes:
-        inverse_depth: (rows, columns) float32 [1/m], NaN where a block is empty or lies across
-            an edge.
-        counts: (rows, columns) int32 valid pixels of each block; 0 where `inverse_depth` is NaN.
-        camera: The camera of the whole image.
+        inverse_depth: (rows, columns) float32 [1/m], NaN where a block is empty or contains an
+            edge.
+        counts: (rows, columns) int32 number of valid pixels; 0 where `inverse_depth` is NaN.
+        camera: Camera of the whole image.
         block: Side of the blocks [px].
-        jump: Neighbours further apart than this share of their depth are on different surfaces.
+        jump: Relative depth difference of neighbours above which they are on different surfaces.
     """
 
     inverse_depth: NDArray[np.float32]
@@ -48,7 +48,7 @@ class DepthBlocks:
             depth: (height, width) [m], NaN invalid.
             camera: The camera.
             block: Side of the blocks [px].
-            mask: (height, width) the pixels that count; None means all.
+            mask: (height, width) pixels to use; None for all.
             jump: See the class.
         """
         height, width = depth.shape
@@ -61,7 +61,7 @@ class DepthBlocks:
 
     @property
     def pixels(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """((rows, 1), (1, columns)): v and u of the middles of the blocks [px]."""
+        """((rows, 1), (1, columns)): v and u of the centres of the blocks [px]."""
         rows, columns = self.counts.shape
         middle = (self.block - 1) / 2
         v = np.arange(rows, dtype=np.float32)[:, None] * self.block + middle
@@ -87,10 +87,10 @@ class DepthBlocks:
         return np.stack([x, y, z], axis=-1)
 
     def normals(self) -> NDArray[np.float32]:
-        """Surface normals that look at the camera.
+        """Surface normals, directed towards the camera.
 
-        With q = a u + b v + c the plane's normal is along (a fx, b fy, a cx + b cy + c). The
-        differences are taken between blocks and never across a jump in depth.
+        With q = a u + b v + c, the normal of the plane is parallel to (a fx, b fy, a cx + b cy +
+        c). Differences are taken between blocks, but not across jumps in depth.
 
         Returns:
             (rows, columns, 3) float32 unit vectors, optical frame; NaN where unknown.
@@ -105,7 +105,7 @@ class DepthBlocks:
             return -away / np.sqrt(np.einsum("ijk,ijk->ij", away, away))[..., None]
 
     def _slopes(self, axis: int) -> NDArray[np.floating]:
-        """Change of q per pixel: mean of the differences to both sides that cross no jump."""
+        """Change of q per pixel: mean of the differences to both neighbours without a jump."""
         along = np.moveaxis(self.inverse_depth, axis, 0)
         step = np.diff(along, axis=0)
         with np.errstate(invalid="ignore"):

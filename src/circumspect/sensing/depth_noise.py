@@ -1,4 +1,4 @@
-"""What a structured-light depth camera makes of the true depth."""
+"""Noise model of a structured-light depth camera."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from circumspect.sensing.millimetres import metres, millimetres
 
 AXIAL = (0.0012, 0.0019, 0.4)
 """a, b [1/m] and c [m] of the frontal axial noise a + b (z - c)²."""
-GRAZING_FROM = float(np.radians(60.0))
+GRAZING_ANGLE_RAD = float(np.radians(60.0))
 
 
 @dataclass(frozen=True)
@@ -24,20 +24,20 @@ class DepthNoise:
     Improved 3D Reconstruction and Tracking" (3DIMPVT 2012), which measured the same sensor.
 
     Attributes:
-        nearest, farthest: range [m] along z; depths outside are missing.
-        lateral_sigma: standard deviation of the place a pixel looks at [px].
-        baseline: distance of projector and camera [m].
-        disparity_step: the sensor reports disparities in steps of this [px].
-        steepest_incidence: beyond this angle between ray and normal [rad] nothing comes back.
-        systematic_disparity: standard deviation of the error of the disparity that stays the same
-            from frame to frame [rad]: distortion that calibration left, and quantisation of smooth
-            surfaces. The default is 0.1 px of the sensor's 575 px of focal length.
-        systematic_patch: side of the patches of the image over which it is alike [rad].
-        edge_jump: neighbours further apart than this share of their depth are an edge.
-        edge_loss: share of the pixels at depth edges that are missing.
+        nearest, farthest: Range along z [m]; depths outside are missing.
+        lateral_sigma: Standard deviation of the position that a pixel measures [px].
+        baseline: Distance between projector and camera [m].
+        disparity_step: Quantisation step of the disparity [px].
+        steepest_incidence: Angle between ray and normal above which there is no measurement [rad].
+        systematic_disparity: Standard deviation of the disparity error that is constant over frames
+            [rad], caused by residual distortion and by quantisation of smooth surfaces. The default
+            is 0.1 px at the sensor's focal length of 575 px.
+        systematic_patch: Side of image patches with the same systematic error [rad].
+        edge_jump: Relative depth difference of neighbours that makes an edge.
+        edge_loss: Fraction of the pixels at depth edges that are missing.
 
     Raises:
-        InputError: The range is none.
+        InputError: The range is invalid.
     """
 
     nearest: float = 0.8
@@ -54,19 +54,19 @@ class DepthNoise:
     def __post_init__(self) -> None:
         if not 0 <= self.nearest < self.farthest:
             raise InputError(
-                "a range of depths is the nearest and the farthest [m], not "
+                "the depth range must be the minimum and the maximum [m], not "
                 f"{self.nearest:g} and {self.farthest:g}"
             )
 
     @property
     def depth_range(self) -> tuple[float, float]:
-        """The nearest and the farthest depth [m]."""
+        """Minimum and maximum depth [m]."""
         return self.nearest, self.farthest
 
     def axial_sigma(
         self, depth: NDArray[np.floating], incidence: NDArray[np.floating] | float = 0.0
     ) -> NDArray[np.float32]:
-        """Standard deviation of the depth before it is quantised.
+        """Standard deviation of the depth before quantisation.
 
         Args:
             depth: z, any shape [m].
@@ -78,14 +78,14 @@ class DepthNoise:
         z = np.asarray(depth, dtype=np.float32)
         a, b, c = AXIAL
         sigma = a + b * (z - c) ** 2
-        if isinstance(incidence, float) and incidence <= GRAZING_FROM:
+        if isinstance(incidence, float) and incidence <= GRAZING_ANGLE_RAD:
             return sigma
         theta = np.minimum(np.asarray(incidence, dtype=np.float32), np.float32(1.55))
         grazing = 0.0001 / np.sqrt(z) * (theta / (np.pi / 2 - theta)) ** 2
-        return (sigma + np.where(theta > GRAZING_FROM, grazing, 0)).astype(np.float32)
+        return (sigma + np.where(theta > GRAZING_ANGLE_RAD, grazing, 0)).astype(np.float32)
 
     def systematic_sigma(self, depth: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Standard deviation of the depth error that pixels of a patch share [m]: δ z² / b.
+        """Standard deviation of the depth error common to the pixels of a patch [m]: δ z² / b.
 
         Herrera, Kannala and Heikkilä ("Joint depth and color camera calibration with distortion
         correction", PAMI 2012) found such errors of the Kinect's disparities.
@@ -114,7 +114,7 @@ class DepthNoise:
         camera: PinholeCamera,
         rng: np.random.Generator,
     ) -> NDArray[np.float32]:
-        """Measure a true depth image.
+        """Simulate the measurement of a true depth image.
 
         Args:
             depth: (height, width) [m] true depth, NaN where nothing is hit.
@@ -123,8 +123,8 @@ class DepthNoise:
             rng: Source of the noise; the same state gives the same image.
 
         Returns:
-            (height, width) float32 [m] in whole millimetres, as the sensor's driver hands them on;
-            NaN where it gives none.
+            (height, width) float32 [m] in whole millimetres, as provided by the sensor's driver;
+            NaN where it provides no depth.
         """
         looked_at = self._jittered_pixels(depth.shape, rng)
         z = depth.ravel()[looked_at].astype(np.float32)
@@ -141,7 +141,7 @@ class DepthNoise:
     def _jittered_pixels(
         self, shape: tuple[int, ...], rng: np.random.Generator
     ) -> NDArray[np.intp]:
-        """(height, width) flat index of the pixel that each pixel really looks at."""
+        """(height, width) flat index of the pixel that each pixel actually measures."""
         height, width = shape
         shift = rng.standard_normal((2, height, width), dtype=np.float32) * self.lateral_sigma
         shift = np.rint(shift).astype(np.intp)
@@ -154,7 +154,7 @@ class DepthNoise:
         return (camera.fx * self.baseline / self.disparity_step / steps).astype(np.float32)
 
     def _at_edge(self, depth: NDArray[np.floating]) -> NDArray[np.bool_]:
-        """Pixels with a 4-neighbour across a jump in depth (or beside nothing at all)."""
+        """Pixels with a 4-neighbour across a jump in depth, or next to missing depth."""
         known = np.where(np.isfinite(depth), depth, np.float32(1e3))
         edge = np.zeros(depth.shape, bool)
         for axis in (0, 1):

@@ -1,4 +1,4 @@
-"""The object is what stands on the floor, apart from what else stands there."""
+"""Segmentation of the object that stands on the floor."""
 
 from __future__ import annotations
 
@@ -11,59 +11,57 @@ from numpy.typing import NDArray
 from circumspect.errors import InputError
 from circumspect.sensing import _native
 from circumspect.sensing.depth_noise import DepthNoise
-from circumspect.sensing.floor_check import FloorFault, floor_fault
-from circumspect.sensing.floor_plane import FloorPlane
-from circumspect.sensing.flying_pixels import continuous_pixels
+from circumspect.sensing.floor_plane import FloorPlane, FloorProblem, floor_problem
 from circumspect.sensing.rgbd_frame import RgbdFrame
-from circumspect.sensing.segmentation import Segmentation
+from circumspect.sensing.segmentation import Segmentation, continuous_pixels
 
 BLOCK_PX = 2
-"""Blocks of this side [px] belong to the object as a whole, as they become one point of it."""
+"""Side of the blocks that are segmented as a whole, because they become one point [px]."""
 FLOOR_STEP, MIN_FLOOR_POINTS = 8, 110
-"""The floor is fitted to one pixel of each block of this side [px], and to so many at least."""
-KNOWN = 10_000
-"""So many points of the known object tell where it stands."""
+"""Spacing of the pixels to which the floor is fitted [px], and their minimum number."""
+MAX_KNOWN_POINTS = 10_000
+"""Maximum number of points of the known object that are compared."""
 SHARED_CELLS = 2
-"""Plan-view cells that a cluster shares with the known object before it belongs to it."""
-RIM = 60
-"""The rim of a picture is one of so many parts of its height wide."""
-CUT_OFF = 0.8
-"""What meets the upper rim with this share of its columns has its upper end out of view."""
-FAR = 0.9
-"""What reaches this share of the camera's range may go on beyond it."""
+"""Minimum number of plan-view cells that a cluster must have in common with the known object."""
+RIM_FRACTION = 60
+"""Inverse width of the image rim, relative to the height of the image."""
+MIN_CUT_COLUMNS = 0.8
+"""Fraction of columns at the upper rim above which a cluster is cut off there."""
+MAX_RANGE_FRACTION = 0.9
+"""Fraction of the camera's range beyond which a surface may continue."""
 
 
 @dataclass(frozen=True)
 class GroundSegmentation(Segmentation):
-    """Takes away the floor at z = 0, then keeps the cluster the camera looks at.
+    """Removes the floor at z = 0, then keeps the cluster in the centre of the image.
 
-    Clusters are found in plan view, not in space: from one place the legs of a table seem to
-    hang apart from its top, yet they stand below it. What goes on beyond the picture, upwards and
-    to a side, is a wall and no object to begin with. Once the object is known, every cluster that
-    stands where the object was seen before belongs to it.
+    Clusters are found in plan view, because from one viewpoint the legs of a table appear separated
+    from its top. A cluster that is cut off by the image at the top and at a side is a wall, and not
+    selected as object. Once the object is known, all clusters that touch its known points belong to
+    it.
 
     Attributes:
-        margin: Everything closer to the floor than this is floor [m] …
-        sigmas: … and this many standard deviations of the height on top of it.
+        margin: Height up to which points belong to the floor [m] …
+        sigmas: … in addition to this many standard deviations of the height.
         cell: Side of the plan-view cells [m]; gaps of up to one cell are bridged.
-        fewest: Clusters of fewer pixels are specks.
-        noise: The camera's noise and range; nothing beyond it is looked at.
+        min_pixels: Clusters with fewer pixels are outliers.
+        noise: Noise and range of the camera; farther points are ignored.
 
     Raises:
-        InputError: Cells below 1 mm, or clusters of no pixel.
+        InputError: Cells below 1 mm, or clusters without a pixel.
     """
 
     margin: float = 0.012
     sigmas: float = 3.0
     cell: float = 0.04
-    fewest: int = 60
+    min_pixels: int = 60
     noise: DepthNoise = field(default_factory=DepthNoise)
 
     def __post_init__(self) -> None:
         if not 1e-3 <= self.cell <= 1:
-            raise InputError(f"cells are 0.001 to 1 m wide, not {self.cell:g}")
-        if self.fewest < 1:
-            raise InputError(f"a cluster has 1 pixel or more, not {self.fewest}")
+            raise InputError(f"the cell must be from 0.001 to 1 m, not {self.cell:g}")
+        if self.min_pixels < 1:
+            raise InputError(f"min_pixels must be at least 1, not {self.min_pixels}")
 
     def object_mask(
         self, frame: RgbdFrame, known_xyz: NDArray[np.floating] | None = None
@@ -71,23 +69,23 @@ class GroundSegmentation(Segmentation):
         """See `Segmentation.object_mask`."""
         mask = continuous_pixels(frame.depth, frame.camera, self.noise)
         self._keep_above_floor(frame, self._floor(frame, mask), mask)
-        if np.count_nonzero(mask) < self.fewest:
+        if np.count_nonzero(mask) < self.min_pixels:
             return np.zeros_like(mask)
         self._keep_cluster(frame, mask, known_xyz)
         return mask
 
-    def fault(self, frame: RgbdFrame) -> FloorFault | None:
-        """See `Segmentation.fault`: the floor must be where z is 0."""
-        return floor_fault(frame, self.noise)
+    def problem(self, frame: RgbdFrame) -> FloorProblem | None:
+        """See `Segmentation.problem`: the floor must be at z = 0."""
+        return floor_problem(frame, self.noise)
 
     def _floor(self, frame: RgbdFrame, mask: NDArray[np.bool_]) -> FloorPlane:
         points = frame.sparse_points_map(FLOOR_STEP, mask)
-        return FloorPlane().refined(points, fewest=MIN_FLOOR_POINTS)
+        return FloorPlane().refined(points, min_points=MIN_FLOOR_POINTS)
 
     def _keep_above_floor(
         self, frame: RgbdFrame, floor: FloorPlane, mask: NDArray[np.bool_]
     ) -> None:
-        """Take out of the mask what is floor, and what the sensor can not have seen."""
+        """Remove the floor, and depths beyond the range of the sensor, from the mask."""
         up = np.array([-floor.slope_x, -floor.slope_y, 1.0])
         matrix, camera = frame.pose.as_matrix(), frame.camera
         x, y, z = (float(value) for value in matrix[:3, :3].T @ up)
@@ -98,7 +96,7 @@ class GroundSegmentation(Segmentation):
             self.noise.coefficients(camera),
             self.margin,
             self.sigmas,
-            # What is beyond is no object: a wrong unit, a wrong decoder.
+            # Depths beyond the range come from a wrong unit or decoder.
             self.noise.farthest,
             mask,
         )
@@ -109,7 +107,7 @@ class GroundSegmentation(Segmentation):
         mask: NDArray[np.bool_],
         known_xyz: NDArray[np.floating] | None,
     ) -> None:
-        """Take out of the mask, what is above the floor, what does not belong to the object."""
+        """Remove everything above the floor that is not the object from the mask."""
         from scipy import ndimage
 
         camera = frame.camera
@@ -120,7 +118,7 @@ class GroundSegmentation(Segmentation):
             frame.depth, mask, intrinsics, frame.pose.as_matrix(), self.cell, block
         )
         if len(counts) == 0:
-            # So far apart that no plan holds them: nothing that is near each other.
+            # Too far apart for a plan-view grid: there are no clusters.
             mask[:] = False
             return
         joined = ndimage.binary_dilation(
@@ -131,49 +129,53 @@ class GroundSegmentation(Segmentation):
         of_cell = labels.ravel()
         sizes = np.bincount(of_cell, counts, minlength=count + 1)
         sizes[0] = 0
-        candidates = sizes >= self.fewest
+        candidates = sizes >= self.min_pixels
         if known_xyz is not None and is_known:
-            some = known_xyz[:: max(1, len(known_xyz) // KNOWN), :2]
+            some = known_xyz[:: max(1, len(known_xyz) // MAX_KNOWN_POINTS), :2]
             places = (some - [low_x, low_y]) / self.cell
-            chosen = candidates & _standing_on(labels, count, places)
+            chosen = candidates & _touching_known(labels, count, places)
         else:
-            chosen = self._seen_whole(of_cell[flat], candidates, frame, mask)
+            chosen = self._complete_clusters(of_cell[flat], candidates, frame, mask)
         _native.keep_cells(flat, chosen[of_cell], mask, block)
 
-    def _seen_whole(
+    def _complete_clusters(
         self,
         of_point: NDArray[np.intp],
         candidates: NDArray[np.bool_],
         frame: RgbdFrame,
         mask: NDArray[np.bool_],
     ) -> NDArray[np.bool_]:
-        """As `_looked_at`, but walls, which go on beyond the picture, are passed over."""
+        """Like `_central_cluster`, but without walls, which are cut off by the image."""
         v, u = np.nonzero(mask)
         left = candidates.copy()
         while left.any():
-            chosen = _looked_at(of_point, left, frame, mask)
+            chosen = _central_cluster(of_point, left, frame, mask)
             ours = chosen[of_point]
-            if not self._goes_on(frame, v[ours], u[ours]):
+            if not self._is_cut_off(frame, v[ours], u[ours]):
                 return chosen
             left &= ~chosen
         return left
 
-    def _goes_on(self, frame: RgbdFrame, v: NDArray[np.intp], u: NDArray[np.intp]) -> bool:
-        """Whether neither the upper end of something is in view nor both of its sides are.
+    def _is_cut_off(self, frame: RgbdFrame, v: NDArray[np.intp], u: NDArray[np.intp]) -> bool:
+        """Whether a cluster is cut off at the top and at a side.
 
         Args:
             frame: The frame.
             v: (n,) rows of its pixels.
             u: (n,) columns of them.
         """
-        rim, width = max(1, frame.camera.height // RIM), frame.camera.width
-        if len(np.unique(u[v < rim])) < CUT_OFF * len(np.unique(u)):
+        rim, width = max(1, frame.camera.height // RIM_FRACTION), frame.camera.width
+        if len(np.unique(u[v < rim])) < MIN_CUT_COLUMNS * len(np.unique(u)):
             return False
         reach = np.percentile(frame.depth[v, u], 95)
-        return bool(u.min() < rim or u.max() >= width - rim or reach > FAR * self.noise.farthest)
+        return bool(
+            u.min() < rim
+            or u.max() >= width - rim
+            or reach > MAX_RANGE_FRACTION * self.noise.farthest
+        )
 
 
-def _standing_on(
+def _touching_known(
     labels: NDArray[np.intp], count: int, places: NDArray[np.floating]
 ) -> NDArray[np.bool_]:
     """(count + 1,) the clusters that stand where known points of the object are."""
@@ -187,7 +189,7 @@ def _standing_on(
     return chosen
 
 
-def _looked_at(
+def _central_cluster(
     of_point: NDArray[np.intp],
     candidates: NDArray[np.bool_],
     frame: RgbdFrame,

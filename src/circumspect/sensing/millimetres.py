@@ -1,4 +1,4 @@
-"""Depth as cameras and files have it: whole millimetres (16UC1, REP 118)."""
+"""Conversion of depth between metres and whole millimetres (16UC1, REP 118)."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 NO_DEPTH = (0, 65535)
-"""What stands for no depth; 0 is written."""
+"""Values of missing depth; 0 is written."""
 
 
 def metres(millimetres: NDArray[np.unsignedinteger]) -> NDArray[np.float32]:
-    """Depth in metres.
+    """Convert to metres.
 
     Args:
         millimetres: Any shape; 0 and 65535 are invalid.
@@ -24,10 +24,10 @@ def metres(millimetres: NDArray[np.unsignedinteger]) -> NDArray[np.float32]:
 
 
 def millimetres(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
-    """Depth in whole millimetres; `metres` of it is the nearest depth that 16UC1 can hold.
+    """Convert to whole millimetres, rounded; inverse of `metres`.
 
     Args:
-        depth: Any shape [m]; NaN, and what is outside of 0.5 mm to 65.534 m, becomes 0.
+        depth: Any shape [m]; NaN and values outside 0.5 mm to 65.534 m become 0.
 
     Returns:
         uint16 [mm], the same shape.

@@ -1,4 +1,4 @@
-"""What the wheels say."""
+"""Wheel odometry."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from circumspect.geometry.frozen_array import ReadOnlyArrays, frozen
 
 @dataclass(frozen=True, eq=False)
 class Odometry(ReadOnlyArrays):
-    """Dead reckoning since the start: smooth, but drifting (REP 105).
+    """Dead reckoning since the start: smooth, but with drift (REP 105).
 
     Attributes:
         stamp: Time [s].
-        T_odom_base: Where the robot believes to be. May be given as one RigidTransform, of which
-            height, roll and pitch are left out.
-        covariance: (3, 3) of x, y [m] and yaw [rad] in the odom frame, grown since the start. Zero
-            if it is unknown; a covariance that is not finite is unknown.
+        T_odom_base: Pose of the base. May be given as one RigidTransform, whose height, roll and
+            pitch are ignored.
+        covariance: (3, 3) of x, y [m] and yaw [rad] in the odom frame, accumulated since the start.
+            Zero if unknown; a covariance that is not finite is treated as unknown.
         forward: Velocity [m/s].
         turn: Rate [rad/s], counter-clockwise.
 
@@ -48,10 +48,10 @@ class Odometry(ReadOnlyArrays):
         object.__setattr__(self, "covariance", covariance)
 
     def growth_since(self, before: Odometry) -> NDArray[np.float64]:
-        """(3, 3) what the covariance grew by [m, rad], in the base's frame now.
+        """(3, 3) growth of the covariance [m, rad], in the current base frame.
 
-        With F the derivative of the pose now by the pose before, that is P - F P_before Fᵀ, turned
-        into the base's frame. It has no negative eigenvalue where P is that of dead reckoning.
+        With F the derivative of the current pose by the previous pose, this is P - F P_before Fᵀ,
+        rotated into the base frame. It has no negative eigenvalue if P is that of dead reckoning.
 
         Args:
             before: An earlier reading.
@@ -61,11 +61,11 @@ class Odometry(ReadOnlyArrays):
         return turn.T @ (self.covariance - F @ before.covariance @ F.T) @ turn
 
     def grown_from(self, before: Odometry, growth: NDArray[np.float64]) -> Odometry:
-        """The same with the covariance of dead reckoning; see `growth_since`.
+        """The same odometry with an accumulated covariance; see `growth_since`.
 
         Args:
             before: An earlier reading.
-            growth: (3, 3) what is new since then [m, rad], in the base's frame now.
+            growth: (3, 3) growth since then [m, rad], in the current base frame.
         """
         F = _derivative(before.T_odom_base, self.T_odom_base)
         turn = _turn(self.T_odom_base.yaw)
@@ -74,14 +74,14 @@ class Odometry(ReadOnlyArrays):
 
 
 def _derivative(before: PlanarPose, now: PlanarPose) -> NDArray[np.float64]:
-    """(3, 3) of a pose by an earlier one, the motion between them being what it is."""
+    """(3, 3) derivative of a pose by an earlier one, for a constant motion between them."""
     F = np.eye(3)
     F[:2, 2] = before.y - now.y, now.x - before.x
     return F
 
 
 def _turn(yaw: float) -> NDArray[np.float64]:
-    """(3, 3) from a base's frame to the one its yaw [rad] is told in, of changes of x, y, yaw."""
+    """(3, 3) rotation of changes of x, y, yaw from a base frame with a yaw [rad] to its parent."""
     turn = np.eye(3)
     turn[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
     return turn
@@ -101,7 +101,7 @@ def _planar(pose: object) -> PlanarPose:
 def _require_symmetric(covariance: NDArray[np.float64]) -> None:
     if covariance.shape in ((6, 6), (36,)):
         raise InputError(
-            "the covariance of odometry is that of x, y and yaw, (3, 3): take rows and columns 0, "
+            "the covariance of odometry must be (3, 3) of x, y and yaw: take rows and columns 0, "
             "1 and 5 of a (6, 6) one from ROS"
         )
     if covariance.shape != (3, 3) or not np.allclose(covariance, covariance.T):

@@ -1,7 +1,9 @@
-"""One picture of an RGB-D camera."""
+"""RGB-D frames, and the base class of RGB-D cameras."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -13,33 +15,59 @@ from circumspect.errors import InputError
 from circumspect.geometry import PinholeCamera
 from circumspect.geometry.composition import composed
 from circumspect.geometry.frozen_array import ReadOnlyArrays
-from circumspect.geometry.given_transform import require_transform
+from circumspect.geometry.given_shapes import require_transform
+from circumspect.sensing.depth_noise import DepthNoise
 from circumspect.sensing.millimetres import metres
 from circumspect.sensing.odometry import Odometry
 from circumspect.sensing.pixel_rays import pixel_rays
 
-NEAREST = 1e-4
-"""Nearer [m] is no depth in any unit, but whole numbers that were read as floats."""
+MIN_DEPTH_M = 1e-4
+"""Minimum valid depth [m]; smaller values are integers that were read as floats."""
+
+
+class RgbdCamera(ABC):
+    """Takes one frame at a time."""
+
+    @property
+    @abstractmethod
+    def intrinsics(self) -> PinholeCamera:
+        """Size, focal length and principal point of the depth images."""
+
+    @property
+    def depth_range(self) -> tuple[float, float]:
+        """Minimum and maximum depth of the camera [m]; by default those of the Xtion PRO.
+
+        Other cameras override this: views are planned so that the object is within range.
+        """
+        return DepthNoise().depth_range
+
+    @abstractmethod
+    def capture(self) -> RgbdFrame:
+        """Take the next frame."""
+
+    def frames(self, count: int) -> Iterator[RgbdFrame]:
+        """Take `count` frames, lazily."""
+        for _ in range(count):
+            yield self.capture()
 
 
 @dataclass(frozen=True, eq=False)
 class RgbdFrame(ReadOnlyArrays):
-    """Depth, and perhaps colour, from one place at one time; arrays are read-only.
+    """Depth and optionally colour of one image; arrays are read-only.
 
     Attributes:
         depth: (height, width) float32 [m] along the optical z axis; NaN is invalid. Infinite
-            and masked values and those below `NEAREST` become NaN.
-        camera: The camera that took it.
+            and masked values and those below `MIN_DEPTH_M` become NaN.
+        camera: Intrinsics of the camera.
         stamp: Time [s].
-        T_map_camera: Where the camera is believed to have been (optical frame), or None.
+        T_map_camera: Estimated pose of the camera (optical frame), or None.
         colour: (height, width, 3) uint8 RGB, or None.
-        odometry: What the wheels said at that time, or None.
-        T_base_camera: Where the camera is mounted on the robot, or None.
+        odometry: Wheel odometry at that time, or None.
+        T_base_camera: Mount of the camera on the robot, or None.
 
     Raises:
-        InputError: The depth or the colour has not the camera's size, or the stamp, the pose or
-            the mount is not finite, or the pose or the mount is no RigidTransform, or the odometry
-            no `Odometry`, or the camera no `PinholeCamera`.
+        InputError: Depth or colour do not have the camera's size; stamp, pose or mount are not
+            finite; or a value has the wrong type.
     """
 
     depth: NDArray[np.float32]
@@ -62,7 +90,7 @@ class RgbdFrame(ReadOnlyArrays):
             raise InputError(f"depth has shape {depth.shape}, the camera makes {size}")
         if isinstance(self.depth, np.ma.MaskedArray):
             depth[np.ma.getmaskarray(self.depth)] = np.nan
-        depth[~(np.isfinite(depth) & (depth >= NEAREST))] = np.nan
+        depth[~(np.isfinite(depth) & (depth >= MIN_DEPTH_M))] = np.nan
         depth.flags.writeable = False
         object.__setattr__(self, "depth", depth)
         if not np.isfinite(self.stamp):
@@ -94,12 +122,12 @@ class RgbdFrame(ReadOnlyArrays):
         T_map_camera: RigidTransform | None = None,
         colour: NDArray[np.uint8] | None = None,
     ) -> RgbdFrame:
-        """Build from a depth image as cameras and files have it (16UC1, REP 118).
+        """Create a frame from depth in millimetres (16UC1, REP 118).
 
         Args:
-            depth: (height, width) uint16 or float32 [mm]; 0, 65535, NaN and what is masked
-                are invalid.
-            camera: The camera that took it.
+            depth: (height, width) uint16 or float32 [mm]; 0, 65535, NaN and masked values are
+                invalid.
+            camera: Intrinsics of the camera.
             stamp: Time [s].
             T_map_camera: See the class.
             colour: See the class.
@@ -111,7 +139,7 @@ class RgbdFrame(ReadOnlyArrays):
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """(height, width): the pixels that hold a depth."""
+        """(height, width) pixels with a depth."""
         return np.isfinite(self.depth)
 
     @property
@@ -119,7 +147,7 @@ class RgbdFrame(ReadOnlyArrays):
         """`T_map_camera`.
 
         Raises:
-            InputError: The frame has none.
+            InputError: The frame has no pose.
         """
         if self.T_map_camera is None:
             raise InputError(f"the frame at {self.stamp:.3f} s has no pose; register it first")
@@ -127,24 +155,24 @@ class RgbdFrame(ReadOnlyArrays):
 
     @property
     def T_odom_camera(self) -> RigidTransform | None:
-        """Where the camera is by odometry alone; None without odometry or mount."""
+        """Pose of the camera by odometry only; None without odometry or mount."""
         if self.odometry is None or self.T_base_camera is None:
             return None
         return composed(self.odometry.T_odom_base.as_transform(), self.T_base_camera)
 
     def covered(self) -> RgbdFrame:
-        """The same as if a hand were before the camera: no pixel has a depth, colour is black."""
+        """The frame as if the camera were covered: no depth, and black colour."""
         colour = None if self.colour is None else np.zeros_like(self.colour)
         return replace(self, depth=np.full_like(self.depth, np.nan), colour=colour)
 
     def at(self, T_map_camera: RigidTransform) -> RgbdFrame:
-        """The same picture, taken from another place.
+        """The frame with another pose.
 
         Raises:
-            InputError: The pose is not finite, or no RigidTransform.
+            InputError: The pose is not finite, or not a RigidTransform.
         """
         T_map_camera = require_transform(T_map_camera, "T_map_camera")
-        # The image was checked when it came in and can not have changed since.
+        # The image was checked when the frame was created, and is read-only.
         frame = copy(self)
         object.__setattr__(frame, "T_map_camera", _finite(T_map_camera, "pose", self.stamp))
         return frame
@@ -153,7 +181,7 @@ class RgbdFrame(ReadOnlyArrays):
         """Points of the valid pixels in the map frame.
 
         Args:
-            mask: (height, width) the pixels wanted; None means all.
+            mask: (height, width) pixels to use; None for all.
 
         Returns:
             (n, 3) [m], row by row.
@@ -163,14 +191,14 @@ class RgbdFrame(ReadOnlyArrays):
         """
         wanted = self.valid if mask is None else mask & self.valid
         matrix = self.pose.as_matrix()
-        # Single precision until the camera's own place is added: it may be far away.
+        # Single precision until the camera's position is added, which may be large.
         chosen = np.flatnonzero(wanted)
         rays = pixel_rays(self.camera).reshape(-1, 3).take(chosen, axis=0)
         points = rays * self.depth.take(chosen)[:, None]
         return points @ matrix[:3, :3].T.astype(np.float32) + matrix[:3, 3]
 
     def sparse_points_map(self, step: int, mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """As `points_map`, of every `step`-th pixel of every `step`-th row that is in a mask.
+        """Like `points_map`, for every `step`-th pixel of every `step`-th row in a mask.
 
         Args:
             step: [px].

@@ -1,10 +1,10 @@
-"""The simulated room: scenes, rays, a virtual RGB-D camera, and a robot that carries it."""
+"""Simulation: scenes, ray casting, RGB-D and ceiling cameras, robot and its faults."""
 
 from circumspect.simulation.calibration_views import (
     board_images,
     calibrated,
-    knocked,
-    laid_tags,
+    displaced,
+    surveyed_tags,
 )
 from circumspect.simulation.camera_faults import (
     Blackout,
@@ -14,35 +14,38 @@ from circumspect.simulation.camera_faults import (
     UnorderedFrames,
     WrongUnit,
 )
-from circumspect.simulation.camera_mount import CameraMount
 from circumspect.simulation.ceiling import ceiling_cameras
-from circumspect.simulation.ceiling_camera import CeilingCamera, CeilingOptics, Shown
-from circumspect.simulation.ceiling_rig import CeilingRig
-from circumspect.simulation.ceiling_watch import CeilingWatch
-from circumspect.simulation.clock_faults import (
-    ClockStartingAt,
-    OdometryLagging,
-    OdometryOfAnotherEpoch,
-)
-from circumspect.simulation.depth_distortion import DepthDistortion
-from circumspect.simulation.motion_faults import Blocked, Kidnapped
-from circumspect.simulation.odometry_faults import (
-    OdometryCovariance,
-    OdometryGone,
-    OdometryJumping,
-    OdometryStuck,
-)
-from circumspect.simulation.orbit import Orbit
-from circumspect.simulation.outlines import outlines
+from circumspect.simulation.ceiling_camera import CeilingCamera, CeilingOptics, PlacedPlate
+from circumspect.simulation.ceiling_rig import CeilingRig, CeilingTracker
+from circumspect.simulation.orbit import CameraMount, Orbit
+from circumspect.simulation.pioneer import RobotSettings
 from circumspect.simulation.plate import Plate
 from circumspect.simulation.point_surface import surface_from_points
 from circumspect.simulation.ray_caster import RayCaster, View
+from circumspect.simulation.robot_faults import (
+    Blocked,
+    ClockStartingAt,
+    Kidnapped,
+    OdometryCovariance,
+    OdometryGone,
+    OdometryJumping,
+    OdometryLagging,
+    OdometryOfAnotherEpoch,
+    OdometryStuck,
+)
 from circumspect.simulation.room import Room, room
-from circumspect.simulation.scene import Scene, Surface, block, carried, cylinder, floor
-from circumspect.simulation.simulated_camera import SimulatedCamera, shaded
-from circumspect.simulation.simulated_robot import RobotSettings, SimulatedRobot, Truth
+from circumspect.simulation.scene import (
+    Scene,
+    Surface,
+    block,
+    cylinder,
+    floor,
+    moved_mesh,
+    outlines,
+)
+from circumspect.simulation.simulated_camera import DepthDistortion, SimulatedCamera, shaded
+from circumspect.simulation.simulated_robot import GroundTruthRecorder, SimulatedRobot, TrueState
 from circumspect.simulation.station import Station, looking_at
-from circumspect.simulation.witness import Witness
 
 __all__ = [
     "Blackout",
@@ -51,11 +54,12 @@ __all__ = [
     "CeilingCamera",
     "CeilingOptics",
     "CeilingRig",
-    "CeilingWatch",
+    "CeilingTracker",
     "ClockStartingAt",
     "DepthDistortion",
     "DroppedFrames",
     "EqualStamps",
+    "GroundTruthRecorder",
     "Kidnapped",
     "NanFrame",
     "OdometryCovariance",
@@ -65,33 +69,32 @@ __all__ = [
     "OdometryOfAnotherEpoch",
     "OdometryStuck",
     "Orbit",
+    "PlacedPlate",
     "Plate",
     "RayCaster",
     "RobotSettings",
     "Room",
     "Scene",
-    "Shown",
     "SimulatedCamera",
     "SimulatedRobot",
     "Station",
     "Surface",
-    "Truth",
+    "TrueState",
     "UnorderedFrames",
     "View",
-    "Witness",
     "WrongUnit",
     "block",
     "board_images",
     "calibrated",
-    "carried",
     "ceiling_cameras",
     "cylinder",
+    "displaced",
     "floor",
-    "knocked",
-    "laid_tags",
     "looking_at",
+    "moved_mesh",
     "outlines",
     "room",
     "shaded",
     "surface_from_points",
+    "surveyed_tags",
 ]

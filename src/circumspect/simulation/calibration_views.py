@@ -1,4 +1,4 @@
-"""What ceiling cameras see while they are calibrated: a board held up, tags on the floor."""
+"""Simulated images for calibration: a board held up to a camera, tags on the floor."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from circumspect.localization import (
     Survey,
     SurveyedTag,
     TagDetector,
+    calibrate_extrinsics,
     calibrate_lens,
-    calibrate_place,
 )
-from circumspect.simulation.ceiling_camera import CeilingCamera, Shown
+from circumspect.simulation.ceiling_camera import CeilingCamera, PlacedPlate
 from circumspect.simulation.ceiling_rig import CeilingRig
 from circumspect.simulation.plate import Plate
 
 FIRST_TAG = 100
-"""Number of the first tag on the floor."""
+"""Number of the first floor tag."""
 
 
 def board_images(
@@ -30,12 +30,12 @@ def board_images(
     count: int = 24,
     rng: np.random.Generator | int = 0,
 ) -> list[NDArray[np.uint8]]:
-    """Somebody holds the board up to a camera, in every corner of its view.
+    """Simulate images of a board that is held up to a camera in all parts of its view.
 
     Args:
-        camera: Which.
-        board: Held up.
-        count: How many images.
+        camera: The camera.
+        board: The board.
+        count: Number of images.
         rng: Source of the poses.
     """
     rng = np.random.default_rng(rng)
@@ -44,16 +44,16 @@ def board_images(
     for number in range(count):
         far = board.width * float(rng.uniform(0.95, 1.9))
         w, h = camera.camera.lens.size
-        # The middle goes round the image so that every part of it gets its share.
+        # The centre of the board moves over the whole image.
         u, v = (0.5 + 0.36 * np.array(_HALTON[number % len(_HALTON)])) * [w, h]
         ray = camera.camera.lens.rays_xy(np.array([[u, v]]))[0]
         turn = Rotation.from_euler("z", rng.uniform(0, 2 * np.pi)) * Rotation.from_euler(
             "xy", rng.uniform(-0.6, 0.6, 2)
         )
-        # The board's face looks at the camera.
+        # The board faces the camera.
         facing = Rotation.from_euler("x", np.pi) * turn
         held = RigidTransform.from_components(far * np.array([*ray, 1.0]), facing)
-        shown = Shown(plate, camera.camera.T_map_camera * held)
+        shown = PlacedPlate(plate, camera.camera.T_map_camera * held)
         images.append(camera.photograph(float(number), (shown,)).grey)
     return images
 
@@ -64,23 +64,23 @@ _HALTON = tuple(
 )
 
 
-def laid_tags(
+def surveyed_tags(
     low_xy: ArrayLike,
     high_xy: ArrayLike,
     size: float = 0.20,
     spacing: float = 0.75,
     position_sigma: float = 0.001,
     rng: np.random.Generator | int = 0,
-) -> tuple[Survey, tuple[Shown, ...]]:
-    """Tags on the floor, and where somebody with a tape measure believes them to be.
+) -> tuple[Survey, tuple[PlacedPlate, ...]]:
+    """Place tags on the floor and survey them with measurement errors.
 
     Args:
-        low_xy: (2,) [m] corner of the floor.
-        high_xy: (2,) [m] the opposite one.
-        size: Of the tags [m].
-        spacing: Between them [m].
-        position_sigma: Of the survey along each axis [m].
-        rng: Source of the places and of the survey's errors.
+        low_xy: (2,) corner of the floor [m].
+        high_xy: (2,) opposite corner [m].
+        size: Size of the tags [m].
+        spacing: Spacing of the tags [m].
+        position_sigma: Standard deviation of the survey along each axis [m].
+        rng: Source of positions and survey errors.
     """
     rng = np.random.default_rng(rng)
     low, high = np.asarray(low_xy, float), np.asarray(high_xy, float)
@@ -94,7 +94,7 @@ def laid_tags(
     for number, (x, y) in enumerate(places.tolist(), start=FIRST_TAG):
         yaw = float(rng.uniform(-np.pi, np.pi))
         pose = RigidTransform.from_components([x, y, 0.0], Rotation.from_euler("z", yaw))
-        shown.append(Shown(Plate.tag(number, size), pose))
+        shown.append(PlacedPlate(Plate.tag(number, size), pose))
         dx, dy = rng.normal(0, position_sigma, 2).tolist()
         believed = yaw + float(rng.normal(0, yaw_sigma))
         tags[number] = SurveyedTag(x + dx, y + dy, 0.0, believed)
@@ -104,21 +104,21 @@ def laid_tags(
 def calibrated(
     rig: CeilingRig,
     survey: Survey,
-    laid: tuple[Shown, ...],
+    tags: tuple[PlacedPlate, ...],
     board: CharucoBoard | None = None,
     rng: np.random.Generator | int = 0,
 ) -> Calibration:
-    """Calibrate all cameras of a room from images, as one does with real ones.
+    """Calibrate all cameras of a room from simulated images.
 
     Args:
         rig: The cameras.
-        survey: Of the tags.
-        laid: Those tags.
-        board: For the lenses; None takes the true lenses.
+        survey: Survey of the tags.
+        tags: The tags.
+        board: Board for the lenses; None to use the true lenses.
         rng: Source of the board's poses.
 
     Raises:
-        InputError: A camera sees too little of them.
+        InputError: A camera does not see enough tags or corners of the board.
         MissingExtraError: OpenCV or pupil-apriltags is not installed.
     """
     rng = np.random.default_rng(rng)
@@ -129,18 +129,18 @@ def calibrated(
         if board is not None:
             found = calibrate_lens(board_images(camera, board, rng=rng), board)
             lens, rms = found.lens, found.rms_px
-        seen = detector.detect(camera.photograph(0.0, laid).grey)
-        place = calibrate_place(name, lens, [seen], survey)
+        seen = detector.detect(camera.photograph(0.0, tags).grey)
+        place = calibrate_extrinsics(name, lens, [seen], survey)
         calibration = calibration.with_lens(name, lens, rms).with_place(place.camera)
     return calibration
 
 
-def knocked(camera: FixedCamera, T_camera_knocked: RigidTransform) -> FixedCamera:
-    """A camera that somebody moved without telling.
+def displaced(camera: FixedCamera, T_camera_displaced: RigidTransform) -> FixedCamera:
+    """A camera that was moved after calibration.
 
     Args:
-        camera: As it hung.
-        T_camera_knocked: Where it hangs now.
+        camera: The camera before.
+        T_camera_displaced: Its new pose, relative to the old one.
     """
-    T_map_camera = camera.T_map_camera * T_camera_knocked
+    T_map_camera = camera.T_map_camera * T_camera_displaced
     return FixedCamera(camera.name, camera.lens, T_map_camera, camera.covariance, camera.rms_px)

@@ -1,30 +1,69 @@
-"""All ceiling cameras of a room, and the robot as they see it."""
+"""The ceiling cameras of a room and the plates of the robot."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from circumspect.localization import CeilingImage, FixedCamera, TagMount
-from circumspect.simulation.ceiling_camera import CeilingCamera, CeilingOptics, Shown
+from circumspect.localization import (
+    CeilingImage,
+    FixedCamera,
+    IntelligentSpace,
+    SpaceFix,
+    SpaceTrack,
+    TagMount,
+)
+from circumspect.simulation.ceiling_camera import CeilingCamera, CeilingOptics, PlacedPlate
 from circumspect.simulation.plate import Plate
 from circumspect.simulation.ray_caster import RayCaster
 from circumspect.simulation.scene import Scene
-from circumspect.simulation.simulated_robot import Truth
+from circumspect.simulation.simulated_robot import TrueState
 
 PLATE_RADIUS, PLATE_GREY = 0.24, 0.25
-"""The robot's top is a dark disc [m] with the tag on it."""
-MOMENTS = 4
-"""So many poses make the image of a robot that moves."""
+"""Radius [m] and grey of the dark disc on the robot's top, which carries the tag."""
+EXPOSURE_SAMPLES = 4
+"""Number of poses during the exposure of a moving robot."""
+
+
+class CeilingTracker:
+    """Tracks the robot in images of the ceiling cameras; an observer of `GroundTruthRecorder`.
+
+    Attributes:
+        listeners: Called with every image.
+    """
+
+    def __init__(self, rig: CeilingRig, space: IntelligentSpace) -> None:
+        """Start without images.
+
+        Args:
+            rig: The true cameras.
+            space: The calibrated cameras.
+        """
+        self.rig, self.space = rig, space
+        self.listeners: tuple[Callable[[CeilingImage], None], ...] = ()
+        self._fixes: list[SpaceFix] = []
+
+    def __call__(self, truth: TrueState) -> None:
+        """Take images of the robot and localise it."""
+        images = self.rig.images(truth)
+        for listener in self.listeners:
+            for image in images:
+                listener(image)
+        self._fixes.append(self.space.locate(images))
+
+    @property
+    def track(self) -> SpaceTrack:
+        """The track so far."""
+        return SpaceTrack.of(self._fixes, self.space.reports)
 
 
 class CeilingRig:
     """Takes an image with every camera at the same time.
 
-    Where the robot is it hears from the simulation; the robot hears nothing of it. Of the robot
-    the cameras see its top plate only, not the mast.
+    The images show the true state, which the robot does not know. Only the robot's top plate is
+    visible, not its mast.
     """
 
     def __init__(
@@ -35,14 +74,14 @@ class CeilingRig:
         optics: CeilingOptics | None = None,
         seed: int = 0,
     ) -> None:
-        """Hang the cameras.
+        """Create the cameras.
 
         Args:
-            cameras: As they hang in truth.
-            scene: What stands still.
+            cameras: The true cameras.
+            scene: Static scene.
             mount: The robot's tag.
-            optics: Of all cameras.
-            seed: Of all chance.
+            optics: Optics of all cameras.
+            seed: Seed of all random numbers.
 
         Raises:
             MissingExtraError: Embree or OpenCV is not installed.
@@ -57,41 +96,43 @@ class CeilingRig:
             CeilingCamera(camera, caster, self.optics, rng)
             for camera, rng in zip(cameras, rngs, strict=True)
         )
-        self._last: Truth | None = None
+        self._last: TrueState | None = None
 
-    def images(self, truth: Truth, others: Sequence[Shown] = ()) -> tuple[CeilingImage, ...]:
-        """One image a camera.
+    def images(
+        self, truth: TrueState, others: Sequence[PlacedPlate] = ()
+    ) -> tuple[CeilingImage, ...]:
+        """Take one image per camera.
 
         Args:
-            truth: Where the robot is; since the last one it moved evenly.
+            truth: True state of the robot; uniform motion since the previous one is assumed.
             others: Other plates in the room.
         """
-        shown = (*others, *self.robot(self._moments(truth)))
+        plates = (*others, *self.robot(self._exposure_poses(truth)))
         self._last = truth
-        return tuple(camera.photograph(truth.stamp, shown) for camera in self.cameras)
+        return tuple(camera.photograph(truth.stamp, plates) for camera in self.cameras)
 
-    def robot(self, T_map_base: Sequence[RigidTransform]) -> tuple[Shown, ...]:
+    def robot(self, T_map_base: Sequence[RigidTransform]) -> tuple[PlacedPlate, ...]:
         """The plates of a robot.
 
         Args:
             T_map_base: Its poses during the exposure, at least one.
         """
-        T_base_top = _raised(self.mount.height - 0.002)
-        T_base_tag = _raised(self.mount.height) * self.mount.T_base_tag.as_transform()
+        T_base_top = _at_height(self.mount.height - 0.002)
+        T_base_tag = _at_height(self.mount.height) * self.mount.T_base_tag.as_transform()
         top, tag = (tuple(T * part for T in T_map_base) for part in (T_base_top, T_base_tag))
         middle = len(T_map_base) // 2
-        return Shown(self._top, top[middle], top), Shown(self._tag, tag[middle], tag)
+        return PlacedPlate(self._top, top[middle], top), PlacedPlate(self._tag, tag[middle], tag)
 
-    def _moments(self, truth: Truth) -> tuple[RigidTransform, ...]:
-        """Poses of the base while the shutter is open."""
+    def _exposure_poses(self, truth: TrueState) -> tuple[RigidTransform, ...]:
+        """Poses of the base during the exposure."""
         last, exposure = self._last, self.optics.exposure
         if last is None or not last.stamp < truth.stamp or exposure == 0:
             return (truth.T_map_base,)
         motion = (last.T_map_base.inv() * truth.T_map_base).as_exp_coords()
         rate = motion / (truth.stamp - last.stamp)
-        seconds = exposure * ((np.arange(MOMENTS) + 0.5) / MOMENTS - 0.5)
+        seconds = exposure * ((np.arange(EXPOSURE_SAMPLES) + 0.5) / EXPOSURE_SAMPLES - 0.5)
         return tuple(truth.T_map_base * RigidTransform.from_exp_coords(rate * s) for s in seconds)
 
 
-def _raised(height: float) -> RigidTransform:
+def _at_height(height: float) -> RigidTransform:
     return RigidTransform.from_components([0.0, 0.0, height], Rotation.identity())

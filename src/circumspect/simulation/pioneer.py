@@ -1,37 +1,66 @@
-"""The Pioneer 3-DX and its floor, in MuJoCo's words (MJCF)."""
+"""The Pioneer 3-DX and its floor as a MuJoCo model (MJCF)."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.errors import InputError
 from circumspect.robot import DifferentialDrive
 
-if TYPE_CHECKING:
-    from circumspect.simulation.simulated_robot import RobotSettings
-
 LENGTH, WIDTH = 0.455, 0.381
-"""Of the footprint [m]."""
+"""Size of the footprint [m]."""
 AXLE_AHEAD = 0.045
-"""How far the axle lies before the middle of the footprint [m]; ours, by the robot's drawings."""
+"""Distance of the axle in front of the footprint's centre [m]; estimated from drawings."""
 RADIUS = float(np.hypot(LENGTH / 2 + AXLE_AHEAD, WIDTH / 2))
-"""Of the circle round `base_link` that holds the footprint [m]."""
+"""Radius of the circle around `base_link` that contains the footprint [m]."""
 MAX_FORWARD, MAX_TURN = 1.2, float(np.radians(300))
-"""Of the Pioneer 3-DX [m/s], [rad/s]."""
+"""Maximum speed [m/s] and turning rate [rad/s] of the Pioneer 3-DX."""
 MASS = 18.0
-"""With batteries, laptop and mast [kg]; ours."""
+"""Mass with batteries, laptop and mast [kg]; estimated."""
 TIME_STEP = 0.004
-"""Of the physics [s]."""
+"""Time step of the physics [s]."""
 HARD = 'solimp="0.98 0.998 0.001"'
-"""Contacts this hard let wheels creep by 0.02 % only."""
+"""Contact parameters with a wheel creep of only 0.02 %."""
 BUMPS_PER_AREA = 1.5
-"""Ridges on each square metre of an uneven floor."""
+"""Ridges per square metre of an uneven floor."""
 BUMP_HALF_WIDTH = 5.0
-"""The floor is uneven this far around the start [m]."""
+"""Half the side of the uneven square around the start [m]."""
 BUMP_RADIUS = 0.06
-"""Of the ridges' round back [m]."""
+"""Radius of the ridges [m]."""
+
+
+@dataclass(frozen=True)
+class RobotSettings:
+    """Errors of the robot and its floor.
+
+    Attributes:
+        slip: Fraction of the wheels' travel that does not become motion; see `WheelSlip`.
+        expected_slip: Slip that the odometry subtracts, from a calibration drive. With 0 the
+            odometry overestimates the distance on a floor with slip.
+        wheel_radius_error: Fraction by which the right wheel is larger than the left one. The
+            odometry assumes equal wheels, so that the robot drifts to the left.
+        bump_height: Height of the highest ridge on the floor [m]; the robot passes up to 0.02 m.
+
+    Raises:
+        InputError: A value is invalid.
+    """
+
+    slip: float = 0.0
+    expected_slip: float = 0.0
+    wheel_radius_error: float = 0.0
+    bump_height: float = 0.0
+
+    def __post_init__(self) -> None:
+        for fraction in (self.slip, self.expected_slip):
+            if not 0 <= fraction <= 0.5:
+                raise InputError(f"slip is a fraction from 0 to 0.5, not {fraction}")
+        if not abs(self.wheel_radius_error) <= 0.2:
+            raise InputError(f"wheels differ by at most 0.2, not {self.wheel_radius_error}")
+        if not 0 <= self.bump_height <= 0.05:
+            raise InputError(f"bumps are from 0 to 0.05 m high, not {self.bump_height} m")
 
 
 def world(
@@ -42,20 +71,20 @@ def world(
     start_xy: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> str:
-    """The whole world as MJCF.
+    """The MJCF of robot, floor and obstacles.
 
-    The wheels touch the floor in one point each, as spheres do; the caster is a ball without
-    friction. The integrator is the explicit one: an implicit one takes the motors' damping into
-    account after the contacts, and then base and wheels part by centimetres on a start.
-    Everything above the floor meets the footprint as a box as high as the mast.
+    The wheels are spheres with one contact point each; the caster is a ball without friction. The
+    integrator is explicit: an implicit one applies the motors' damping after the contacts, which
+    separates base and wheels by centimetres on a start. The robot collides with obstacles as a box
+    of the footprint, as high as the mast.
 
     Args:
-        settings: Of the robot; gives the error of the wheels and the height of the bumps.
-        drive: The wheels as the drawings have them.
+        settings: Errors of the wheels and height of the bumps.
+        drive: Nominal wheels.
         boxes: (n, 4) [m] obstacles, see `footprint_boxes`.
-        height: Of robot and obstacles [m].
-        start_xy: (2,) [m] the middle of the bumps.
-        rng: Places the bumps.
+        height: Height of robot and obstacles [m].
+        start_xy: (2,) [m] centre of the bumps.
+        rng: Source of the positions of the bumps.
     """
     left = drive.wheel_radius * (1 - settings.wheel_radius_error / 2)
     right = drive.wheel_radius * (1 + settings.wheel_radius_error / 2)
@@ -106,7 +135,7 @@ def _boxes(boxes: NDArray[np.float64], height: float) -> str:
 
 
 def _bumps(height: float, centre_xy: NDArray[np.float64], rng: np.random.Generator) -> str:
-    """Round ridges, as of cables and thresholds, that rise up to `height` out of the floor."""
+    """Round ridges, like cables and thresholds, up to `height` above the floor."""
     if height == 0:
         return ""
     count = int(BUMPS_PER_AREA * (2 * BUMP_HALF_WIDTH) ** 2)

@@ -1,4 +1,4 @@
-"""Flat things with a picture on them: a tag, a robot's top, a calibration board."""
+"""Flat printed plates: tags, a robot's top, calibration boards."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from numpy.typing import NDArray
 
 from circumspect.errors import InputError
 from circumspect.geometry.frozen_array import ReadOnlyArrays
-from circumspect.localization.tag_picture import MODULES, tag_picture
+from circumspect.localization.tag_mount import MODULES, tag_picture
 
 BLACK, WHITE = 0.06, 0.88
-"""Share of the light that printed black and white paper throw back."""
+"""Reflectance of printed black and of white paper."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plate(ReadOnlyArrays):
-    """A rectangle in the plane z = 0 of its own frame, its middle at the origin.
+    """A rectangle in the plane z = 0 of its own frame, with its centre at the origin.
 
     Attributes:
-        reflectance: (rows, columns) 0 … 1, NaN where one sees through; row 0 is at the largest
-            y, column 0 at the smallest x. Its pixels have sharp edges.
-        width: Along x [m].
-        height: Along y [m].
-        rays: Through each pixel of an image; 16 where edges are measured, 4 where they adorn.
+        reflectance: (rows, columns) 0 … 1, NaN where transparent; row 0 is at the largest y, column
+            0 at the smallest x. Its pixels have sharp edges.
+        width: Size along x [m].
+        height: Size along y [m].
+        rays: Rays per pixel of an image; 16 for edges that are measured, 4 for others.
 
     Raises:
-        InputError: No picture, no size, or another number of rays than 1, 2, 4, 8 or 16.
+        InputError: The picture or the size is empty, or the number of rays is not 1, 2, 4, 8 or 16.
     """
 
     reflectance: NDArray[np.float32]
@@ -52,8 +52,8 @@ class Plate(ReadOnlyArrays):
         """A printed tag of the family 36h11.
 
         Args:
-            tag_id: Which.
-            size: Side of its black square [m].
+            tag_id: Number of the tag in its family.
+            size: Side of the black square [m].
             border: Width of the white border, in modules.
 
         Raises:
@@ -65,13 +65,13 @@ class Plate(ReadOnlyArrays):
 
     @classmethod
     def printed(cls, picture: NDArray[np.uint8], width: float, height: float) -> Plate:
-        """Grey levels on paper."""
+        """A plate of paper with printed grey levels."""
         light = BLACK + (WHITE - BLACK) * (picture / 255)
         return cls(light.astype(np.float32), width, height)
 
     @classmethod
     def disc(cls, radius: float, reflectance: float, pixels: int = 128) -> Plate:
-        """A round plate of one grey."""
+        """A round plate of uniform grey."""
         along = (np.arange(pixels) + 0.5) / pixels * 2 - 1
         inside = along**2 + along[:, None] ** 2 <= 1
         return cls(
@@ -80,7 +80,7 @@ class Plate(ReadOnlyArrays):
 
     @property
     def outline_xyz(self) -> NDArray[np.float64]:
-        """(n, 3) [m] points round its edge."""
+        """(n, 3) [m] points on the edge."""
         along = np.linspace(-0.5, 0.5, 9)
         ones = np.full(9, 0.5)
         x = np.concatenate([along, ones, -along, -ones]) * self.width

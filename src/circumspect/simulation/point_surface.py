@@ -1,4 +1,4 @@
-"""Surfaces that can be rendered, in metres, from the points of a data set."""
+"""Renderable surfaces, in metres, from the points of a data set."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from scipy.spatial import KDTree
 from circumspect.errors import InputError
 from circumspect.geometry import TriangleMesh, short_edge_triangles
 
-NEIGHBOURS, REACH = 20, 2.5
-"""Wider than to fill a cloud: rays find every hole. See `surface_from_points`."""
-CROWDED = 0.65
-"""A triangle with another point nearer to its circumcentre than this share of its radius is left
-to the smaller ones round that point: rays cost by how many triangles overlap."""
-LONGEST_SIDES = {
+MAX_NEIGHBOURS, MAX_DISTANCE_RATIO = 20, 2.5
+"""Parameters of the triangulation; wider than for sampling a cloud, as rays find every hole."""
+MAX_OVERLAP_RATIO = 0.65
+"""A triangle is dropped if another point is nearer to its circumcentre than this fraction of its
+circumradius; smaller triangles cover it. Overlapping triangles slow down ray casting."""
+LONGEST_SIDES_M = {
     "bathtub": 1.6,
     "bed": 2.1,
     "chair": 0.9,
@@ -28,48 +28,49 @@ LONGEST_SIDES = {
 }
 """Typical longest side of the bounding box of each ModelNet10 category [m].
 
-The units of ModelNet10 are arbitrary, so these are ours: near the medians of the procedural
-furniture, whose sizes are those of shops.
+The units of ModelNet10 are arbitrary. These sizes are near the medians of the procedural furniture,
+which has the sizes of real furniture.
 """
 
 
 def surface_from_points(
     points_xyz: ArrayLike, category: str, longest_side: float | None = None
 ) -> TriangleMesh:
-    """Give evenly spread points a surface and the size of their category.
+    """Triangulate evenly spread points and scale them to the size of their category.
 
-    How good it is, by `python -m benchmarks.point_surfaces`: procedural furniture, sampled to
-    1,024 spread points and rebuilt, was compared with itself in depth images from eight sides.
-    Of the pixels on the object 5 % go through the rebuilt surface (3.7 % miss it altogether,
-    mostly along outlines), 2 % as many lie before the true surface where a gap was bridged, and
-    half of the others are within 3.2 mm, nine tenths within 2.3 cm. Desks and beds fare worst,
-    with 10 % and 9 % through, and beds with 7 % bridged; edges are rounded by half the points'
+    Accuracy, by `python -m benchmarks.point_surfaces`: procedural furniture was sampled to 1,024
+    spread points, triangulated, and compared with the original in depth images from eight sides. Of
+    the pixels on the object, 5 % pass through the triangulated surface (3.7 % miss it altogether,
+    mostly along outlines). Pixels in front of the true surface, where a gap was bridged, amount to
+    2 %. Half of the others are within 3.2 mm, nine tenths within 2.3 cm. Desks and beds are worst:
+    10 % and 9 % pass through, and 7 % are bridged for beds. Edges are rounded by half the points'
     spacing.
 
     Args:
         points_xyz: (n, 3), z up, any unit.
-        category: One of `LONGEST_SIDES`, or any where the longest side is given.
-        longest_side: Of the bounding box [m]; None means the typical one of the category.
+        category: One of `LONGEST_SIDES_M`, or any if the longest side is given.
+        longest_side: Longest side of the bounding box [m]; None means the typical one of the
+            category.
 
     Returns:
-        Triangles between near neighbours [m], standing on z = 0 with the middle of the bounding
+        Triangles between near neighbours [m], standing on z = 0 with the centre of the bounding
         box on the z axis.
 
     Raises:
         InputError: The category is unknown.
         GeometryError: The points span no surface.
     """
-    if longest_side is None and category not in LONGEST_SIDES:
-        raise InputError(f"no size for {category!r}; known: {', '.join(LONGEST_SIDES)}")
-    mesh = _uncrowded(short_edge_triangles(points_xyz, NEIGHBOURS, REACH))
+    if longest_side is None and category not in LONGEST_SIDES_M:
+        raise InputError(f"no size for {category!r}; known: {', '.join(LONGEST_SIDES_M)}")
+    mesh = _without_overlaps(short_edge_triangles(points_xyz, MAX_NEIGHBOURS, MAX_DISTANCE_RATIO))
     low, high = mesh.vertices_xyz.min(axis=0), mesh.vertices_xyz.max(axis=0)
     foot = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
-    scale = (longest_side or LONGEST_SIDES[category]) / float((high - low).max())
+    scale = (longest_side or LONGEST_SIDES_M[category]) / float((high - low).max())
     return TriangleMesh((mesh.vertices_xyz - foot) * scale, mesh.faces)
 
 
-def _uncrowded(mesh: TriangleMesh) -> TriangleMesh:
-    """Without triangles that smaller ones cover."""
+def _without_overlaps(mesh: TriangleMesh) -> TriangleMesh:
+    """The mesh without triangles that smaller ones cover."""
     a, b, c = mesh.vertices_xyz[mesh.faces].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
     spread = (normals != 0).any(axis=1)
@@ -77,7 +78,7 @@ def _uncrowded(mesh: TriangleMesh) -> TriangleMesh:
     to_centre = np.cross(normals, ab) * _squared(ac) + np.cross(ac, normals) * _squared(ab)
     to_centre /= 2 * _squared(normals)
     away, _ = KDTree(mesh.vertices_xyz).query(a + to_centre)
-    kept = away >= CROWDED * np.linalg.norm(to_centre, axis=1)
+    kept = away >= MAX_OVERLAP_RATIO * np.linalg.norm(to_centre, axis=1)
     return TriangleMesh(mesh.vertices_xyz, mesh.faces[spread][kept])
 
 

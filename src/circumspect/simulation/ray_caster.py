@@ -1,4 +1,4 @@
-"""First hits of rays on a scene, by Embree."""
+"""Ray casting into a scene by Embree."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from circumspect.simulation.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The truth that a camera without noise would see.
+    """The image of a camera without noise.
 
     Attributes:
         depth: (height, width) float32 [m] along the optical z axis, NaN where nothing is hit.
@@ -30,13 +30,13 @@ class View:
 
 
 class RayCaster:
-    """Casts rays into one scene; both sides of a triangle are seen."""
+    """Casts rays into one scene; both sides of a triangle are visible."""
 
     def __init__(self, scene: Scene) -> None:
         """Build the search tree.
 
         Args:
-            scene: What can be hit; later changes to it are not seen.
+            scene: The scene; later changes to it have no effect.
 
         Raises:
             MissingExtraError: Embree is not installed.
@@ -48,7 +48,7 @@ class RayCaster:
             raise MissingExtraError("embreex", "sim") from error
         self.scene = scene
         self._embree = EmbreeScene()
-        # The tree refers to the meshes without owning them.
+        # The tree references the meshes without owning them.
         self._meshes = [
             EmbreeMesh(
                 self._embree,
@@ -59,23 +59,23 @@ class RayCaster:
         ]
 
     def view(self, camera: PinholeCamera, T_map_camera: RigidTransform) -> View:
-        """What `camera` sees from `T_map_camera`.
+        """The view of `camera` at `T_map_camera`.
 
-        The rays are not normalised: each has length 1 along the optical axis, so the distance
-        that Embree reports in ray lengths is the depth.
+        Rays are not normalised: each has length 1 along the optical axis, so that the distance that
+        Embree reports in ray lengths is the depth.
         """
         return self.cast(pixel_rays(camera), T_map_camera)
 
     def cast(self, rays_xyz: NDArray[np.float32], T_map_camera: RigidTransform) -> View:
-        """What rays of any camera meet.
+        """The first hits of rays.
 
         Args:
             rays_xyz: (height, width, 3) float32, optical frame, with z = 1.
-            T_map_camera: Where they start.
+            T_map_camera: Pose of the camera.
         """
         matrix = T_map_camera.as_matrix()
         rays = rays_xyz.reshape(-1, 3) @ matrix[:3, :3].T.astype(np.float32)
-        # One origin for all rays would be taken for one ray by the binding.
+        # The binding takes a single origin for a single ray.
         origins = np.empty_like(rays)
         origins[:] = matrix[:3, 3]
         hits = self._embree.run(origins, np.ascontiguousarray(rays), output=1)

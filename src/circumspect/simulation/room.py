@@ -1,4 +1,4 @@
-"""A furnished room round an object."""
+"""A furnished room around an object."""
 
 from __future__ import annotations
 
@@ -13,27 +13,26 @@ from circumspect.furniture import make_furniture
 from circumspect.geometry import PinholeCamera, PlanarPose, TriangleMesh
 from circumspect.sensing import DepthNoise
 from circumspect.simulation import pioneer
-from circumspect.simulation.camera_mount import CameraMount
-from circumspect.simulation.orbit import MAST_HEIGHT, Orbit
-from circumspect.simulation.scene import Scene, Surface, block, carried, cylinder
+from circumspect.simulation.orbit import MAST_HEIGHT, CameraMount, Orbit
+from circumspect.simulation.scene import Scene, Surface, block, cylinder, moved_mesh
 
 WALL_HEIGHT, WALL_THICKNESS = 2.4, 0.1
-"""[m]"""
+"""Height and thickness of walls [m]."""
 CLUTTER = ("night_stand", "chair", "toilet")
-"""Furniture small enough to stand about."""
-TRIES = 60
+"""Categories of furniture that is small enough for clutter."""
+MAX_ATTEMPTS = 60
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """A scene with a lane round its object.
+    """A scene with a free lane around its object.
 
     Attributes:
         scene: The surfaces: "object", "floor", "wall-0" to "wall-3" (the first is the near one),
             "box-1", "plant-2", …
-        orbit: On which the camera sees the whole object.
-        mount: Of a camera that looks at the object from there.
-        lane_radius: Nothing else stands within this distance of the orbit's axis [m].
+        orbit: An orbit from which the camera sees the whole object.
+        mount: Mount of a camera that looks at the object from the orbit.
+        lane_radius: Distance from the orbit's axis within which there is only the object [m].
     """
 
     scene: Scene
@@ -45,7 +44,8 @@ class Room:
         """`T_map_base` of a robot on the circle with the object on its left.
 
         Args:
-            azimuth_deg: Of its place seen from the object, counter-clockwise from +x.
+            azimuth_deg: Azimuth of the robot as seen from the object, counter-clockwise from +x
+                [degrees].
 
         Raises:
             InputError: The azimuth is not finite.
@@ -69,19 +69,19 @@ def room(
     clutter: int = 4,
     margin: float = 0.15,
 ) -> Room:
-    """Walls, a floor and clutter round an object.
+    """Create walls, a floor and clutter around an object.
 
-    The room is turned by chance; its near wall stands just outside the lane, the others up to
-    1.8 m further off, and clutter between them and the lane.
+    The room has a random orientation. Its near wall is just outside the lane, the other walls up to
+    1.8 m farther away, and clutter between them and the lane.
 
     Args:
         mesh: The object [m], standing on z = 0.
-        seed: Of all chance.
-        camera: Whose field of view the lane is for; None means the Xtion PRO.
-        height: Of the camera above the floor [m].
-        noise: Gives the camera's range.
-        clutter: How many things stand about; fewer where there is no place.
-        margin: What the lane leaves free beside the robot on its circle [m].
+        seed: Seed of all random numbers.
+        camera: Camera that the lane is designed for; None means the Xtion PRO.
+        height: Height of the camera above the floor [m].
+        noise: Depth noise, which defines the range of the camera.
+        clutter: Number of other objects; fewer if there is no space.
+        margin: Free space of the lane beside the robot on its circle [m].
 
     Raises:
         InputError: The object is too large for the camera; see `Orbit.around`.
@@ -90,17 +90,17 @@ def room(
     mount = CameraMount.for_orbit(orbit)
     lane = orbit.radius + mount.left + pioneer.RADIUS + margin
     rng = np.random.default_rng(seed)
-    reaches = lane + np.concatenate([[0.05], rng.uniform(0.8, 1.8, 3)])
-    things = [*_walls(reaches), *_clutter(rng, reaches, lane, clutter)]
+    wall_distances = lane + np.concatenate([[0.05], rng.uniform(0.8, 1.8, 3)])
+    things = [*_walls(wall_distances), *_clutter(rng, wall_distances, lane, clutter)]
     turn = PlanarPose(*orbit.centre_xy, float(rng.uniform(0, 2 * np.pi)))
-    others = [Surface(s.name, carried(s.mesh, turn), s.colour) for s in things]
+    others = [Surface(s.name, moved_mesh(s.mesh, turn), s.colour) for s in things]
     return Room(Scene.with_object(mesh, *others), orbit, mount, lane)
 
 
-def _walls(reaches: NDArray[np.float64]) -> Iterator[Surface]:
-    """Inner faces at the distances +x, +y, -x, -y from the origin."""
+def _walls(wall_distances: NDArray[np.float64]) -> Iterator[Surface]:
+    """Walls with inner faces at given distances from the origin along +x, +y, -x, -y."""
     t, h = WALL_THICKNESS, WALL_HEIGHT
-    e, n, w, s = (float(reach) for reach in reaches)
+    e, n, w, s = (float(reach) for reach in wall_distances)
     yield Surface("wall-0", block((e, -s - t, 0), (e + t, n + t, h)), (0.86, 0.84, 0.78))
     yield Surface("wall-1", block((-w, n, 0), (e, n + t, h)), (0.80, 0.84, 0.80))
     yield Surface("wall-2", block((-w - t, -s - t, 0), (-w, n + t, h)), (0.84, 0.80, 0.82))
@@ -108,12 +108,12 @@ def _walls(reaches: NDArray[np.float64]) -> Iterator[Surface]:
 
 
 def _clutter(
-    rng: np.random.Generator, reaches: NDArray[np.float64], lane: float, count: int
+    rng: np.random.Generator, wall_distances: NDArray[np.float64], lane: float, count: int
 ) -> Iterator[Surface]:
-    """Things between the lane and the walls, none of them in another."""
+    """Objects between the lane and the walls, without overlap."""
     placed: list[tuple[float, float, float]] = []
     makers = (_box, _plant, _furniture, _box)
-    for _ in range(TRIES):
+    for _ in range(MAX_ATTEMPTS):
         if len(placed) == count:
             return
         number = len(placed) + 1
@@ -122,12 +122,12 @@ def _clutter(
         azimuth = rng.uniform(0, 2 * np.pi)
         distance = lane + reach + rng.uniform(0.0, 0.3)
         x, y = distance * np.cos(azimuth), distance * np.sin(azimuth)
-        e, n, w, s = reaches
+        e, n, w, s = wall_distances
         inside = x + reach < e and y + reach < n and x - reach > -w and y - reach > -s
         if inside and all(np.hypot(x - a, y - b) > reach + c for a, b, c in placed):
             placed.append((x, y, reach))
             stand = PlanarPose(x, y, float(rng.uniform(0, 2 * np.pi)))
-            yield Surface(f"{name}-{number}", carried(mesh, stand), colour)
+            yield Surface(f"{name}-{number}", moved_mesh(mesh, stand), colour)
 
 
 _Thing = tuple[str, TriangleMesh, tuple[float, float, float]]

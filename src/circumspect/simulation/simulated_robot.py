@@ -1,8 +1,9 @@
-"""A Pioneer 3-DX in a simulated room."""
+"""A simulated Pioneer 3-DX, and the recorder of its true poses."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -10,58 +11,61 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from circumspect.errors import InputError
-from circumspect.geometry import PinholeCamera, PlanarPose
+from circumspect.geometry import PinholeCamera, PlanarPose, Trajectory, TrajectoryLog
 from circumspect.geometry.composition import composed
-from circumspect.robot import DifferentialDrive, MobileRobot, Velocity, WheelOdometry
-from circumspect.sensing import DepthNoise, Odometry
+from circumspect.robot import DifferentialDrive, MobileRobot, Velocity, WheelOdometry, WrappedRobot
+from circumspect.sensing import DepthNoise, Odometry, RgbdFrame
 from circumspect.simulation import pioneer
-from circumspect.simulation.camera_mount import CameraMount
-from circumspect.simulation.depth_distortion import DepthDistortion
-from circumspect.simulation.obstacles import footprint_boxes
-from circumspect.simulation.robot_physics import TICK, RobotPhysics
-from circumspect.simulation.scene import Scene
-from circumspect.simulation.simulated_camera import SimulatedCamera
+from circumspect.simulation.orbit import CameraMount
+from circumspect.simulation.pioneer import RobotSettings
+from circumspect.simulation.robot_physics import TICK, RobotPhysics, WheelSlip
+from circumspect.simulation.scene import Scene, footprint_boxes
+from circumspect.simulation.simulated_camera import DepthDistortion, SimulatedCamera
 from circumspect.simulation.station import Station
-from circumspect.simulation.wheel_slip import WheelSlip
 
 TICKS_PER_READING = 5
-"""The odometry reads the encoders every so many ticks: ten times a second, as the robot does."""
+"""Ticks per reading of the encoders: ten readings a second, as on the real robot."""
 
 
-@dataclass(frozen=True)
-class RobotSettings:
-    """How far the robot and its floor are from the ideal.
+class GroundTruthRecorder(WrappedRobot):
+    """Records the true poses of a simulated robot; for measurements only.
+
+    It wraps the simulated robot directly, inside any faults, so that stamps of frames are true.
 
     Attributes:
-        slip: Share of the wheels' travel that does not become motion; see `WheelSlip`.
-        expected_slip: What the odometry takes off for slip, as found by a calibration drive. 0
-            is a robot that does not know its floor: its odometry then claims too much way.
-        wheel_radius_error: Share by which the right wheel is larger than the left, while the
-            odometry believes both to be equal: the robot drifts to the left.
-        bump_height: The highest ridge on the floor [m]; up to 0.02 m the robot gets over.
-
-    Raises:
-        InputError: A value makes no sense.
+        simulated: The simulated robot.
+        observers: Called with the true state at each frame.
     """
 
-    slip: float = 0.0
-    expected_slip: float = 0.0
-    wheel_radius_error: float = 0.0
-    bump_height: float = 0.0
+    def __init__(self, robot: SimulatedRobot) -> None:
+        super().__init__(robot)
+        self.simulated = robot
+        self.observers: tuple[Callable[[TrueState], None], ...] = ()
+        self._log = TrajectoryLog()
 
-    def __post_init__(self) -> None:
-        for share in (self.slip, self.expected_slip):
-            if not 0 <= share <= 0.5:
-                raise InputError(f"slip is a share from 0 to 0.5, not {share}")
-        if not abs(self.wheel_radius_error) <= 0.2:
-            raise InputError(f"wheels differ by at most 0.2, not {self.wheel_radius_error}")
-        if not 0 <= self.bump_height <= 0.05:
-            raise InputError(f"bumps are from 0 to 0.05 m high, not {self.bump_height} m")
+    def _on_frame(self, frame: RgbdFrame) -> RgbdFrame:
+        if self._log.is_later(frame.stamp):
+            truth = self.simulated.truth()
+            self._log.add(frame.stamp, truth.T_map_camera)
+            for other in self.observers:
+                other(truth)
+        return frame
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """True trajectory of the camera, in the frame of the scene.
+
+        Raises:
+            InputError: No frame was taken yet.
+        """
+        if (trajectory := self._log.trajectory) is None:
+            raise InputError("no frame was taken yet; the true trajectory is empty")
+        return trajectory
 
 
 @dataclass(frozen=True)
-class Truth:
-    """What the robot can not know; for measurements only.
+class TrueState:
+    """True state of the robot; for measurements only.
 
     Attributes:
         stamp: Time [s].
@@ -90,19 +94,19 @@ class SimulatedRobot(MobileRobot):
         real_time: float | None = None,
         distortion: DepthDistortion | None = None,
     ) -> None:
-        """Put a robot into a scene.
+        """Place a robot in a scene.
 
         Args:
-            scene: What it sees and bumps into.
-            start: Where it stands first, map frame.
-            mount: Of its camera.
+            scene: Scene with its obstacles.
+            start: Initial pose, map frame.
+            mount: Mount of the camera.
             settings: Slip, wheels and floor.
-            intrinsics: Of its camera; None means the Xtion PRO.
-            noise: Of its depth; None means exact depth.
-            seed: Of all chance.
-            colour: Make shaded colour images, too.
-            real_time: Seconds simulated in each second at most; None means as fast as it goes.
-            distortion: Of its depth; None means none.
+            intrinsics: Intrinsics of the camera; None for the Xtion PRO.
+            noise: Depth noise; None for exact depth.
+            seed: Seed of all random numbers.
+            colour: Whether to render shaded colour images.
+            real_time: Maximum simulated seconds per second; None for no limit.
+            distortion: Depth distortion; None for none.
 
         Raises:
             InputError: `real_time` is not positive, or the distortion is that of another image
@@ -110,7 +114,7 @@ class SimulatedRobot(MobileRobot):
             MissingExtraError: Embree or MuJoCo is not installed.
         """
         if real_time is not None and not 0 < real_time < np.inf:
-            raise InputError(f"real time goes by a positive factor, not {real_time}")
+            raise InputError(f"real_time must be positive, not {real_time}")
         self.mount = mount or CameraMount()
         self.settings = settings or RobotSettings()
         self._drive = DifferentialDrive()
@@ -133,7 +137,7 @@ class SimulatedRobot(MobileRobot):
         self._camera = SimulatedCamera(
             scene, station, intrinsics, noise, depth_rng, colour, False, distortion
         )
-        self._wanted = Velocity()
+        self._command = Velocity()
         self._ticks = 0
         self._due = 0.0
         self._real_time = real_time
@@ -173,11 +177,11 @@ class SimulatedRobot(MobileRobot):
         return self._odometry
 
     def drive(self, velocity: Velocity) -> None:
-        """See `MobileRobot.drive`; the motors need their time to get there."""
-        self._wanted = velocity.clipped(self.max_forward, self.max_turn)
+        """See `MobileRobot.drive`; the motors accelerate gradually."""
+        self._command = velocity.clipped(self.max_forward, self.max_turn)
 
     def wait(self, seconds: float) -> None:
-        """See `MobileRobot.wait`; rounded to whole ticks of 0.02 s, the rest is kept for later.
+        """See `MobileRobot.wait`; in whole ticks of 0.02 s, the remainder is added to later calls.
 
         Raises:
             InputError: The time is negative or not finite.
@@ -187,7 +191,7 @@ class SimulatedRobot(MobileRobot):
         began = time.monotonic()
         self._due += seconds
         while (self._ticks + 0.5) * TICK < self._due:
-            self._physics.tick(self._wanted)
+            self._physics.tick(self._command)
             self._ticks += 1
             if self._ticks % TICKS_PER_READING == 0:
                 self._read_encoders()
@@ -195,13 +199,13 @@ class SimulatedRobot(MobileRobot):
         if self._real_time is not None:
             time.sleep(max(0.0, began + seconds / self._real_time - time.monotonic()))
 
-    def truth(self) -> Truth:
-        """Where the robot really is; for measurements only, never for the robot."""
+    def truth(self) -> TrueState:
+        """The true state; for measurements only, not for the robot."""
         T_map_base = self._physics.T_map_base
-        return Truth(self.now, composed(T_map_base, self._T_base_camera), T_map_base)
+        return TrueState(self.now, composed(T_map_base, self._T_base_camera), T_map_base)
 
     def place(self, pose: PlanarPose) -> None:
-        """Carry the robot to another pose, unknown to its wheels; no time passes."""
+        """Move the robot to another pose without its odometry noticing; no time passes."""
         self._physics.place(pose)
 
     def _read_encoders(self) -> None:
@@ -210,5 +214,5 @@ class SimulatedRobot(MobileRobot):
 
 
 def _station(physics: RobotPhysics, T_base_camera: RigidTransform) -> Station:
-    """Where a robot's camera is; no method, for a robot that held itself would not be freed."""
+    """Station of the robot's camera; no method, because a reference cycle would delay freeing."""
     return Station(physics.now, composed(physics.T_map_base, T_base_camera))

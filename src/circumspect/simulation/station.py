@@ -1,4 +1,4 @@
-"""Where a camera is at a time."""
+"""Camera poses with a time."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 @dataclass(frozen=True)
 class Station:
-    """A place to take a frame from.
+    """A camera pose at which a frame is taken.
 
     Attributes:
         stamp: Time [s].
-        T_map_camera: The camera's pose, optical frame.
+        T_map_camera: Pose of the camera, optical frame.
     """
 
     stamp: float
@@ -26,8 +26,8 @@ def looking_at(position_xyz: ArrayLike, target_xyz: ArrayLike) -> RigidTransform
     """Pose of an upright camera: optical z towards the target, optical x level.
 
     Args:
-        position_xyz: (3,) [m] where the camera is, map frame.
-        target_xyz: (3,) [m] what it looks at; not straight above or below.
+        position_xyz: (3,) [m] position of the camera, map frame.
+        target_xyz: (3,) [m] the target; not straight above or below.
 
     Returns:
         `T_map_camera`.

@@ -1,4 +1,4 @@
-"""Where the camera is: the tracker and its estimator."""
+"""Camera tracking: pose estimators, their settings, states and results."""
 
 from circumspect.tracking.odometry_check import OdometryCheck
 from circumspect.tracking.pose_estimate import PoseEstimate

@@ -1,6 +1,6 @@
-"""Estimates the most recent poses of a camera and the scale of its odometry together.
+"""Fixed-lag smoother of the most recent camera poses and the odometry scale.
 
-Gauss-Newton minimises the cost of a window, see `smoother_window`. Poses that leave the window are
+Gauss-Newton minimises the cost of a window; see `smoother_window`. Poses that leave the window are
 marginalised into its prior (Sibley, Matthies and Sukhatme, "Sliding window filter with application
 to planetary landing", Journal of Field Robotics 2010).
 """
@@ -25,16 +25,16 @@ from circumspect.tracking.smoother_window import (
 )
 
 LAG = 15
-"""Poses in the window."""
+"""Number of poses in the window."""
 MAX_ITERATIONS, CONVERGED = 5, 2e-4
-"""Gauss-Newton steps at most, and the step [rad, m] below which the estimate has converged."""
+"""Maximum number of Gauss-Newton steps, and the step at convergence [rad, m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class FixedLagSmoother:
-    """The estimate over a window.
+    """Estimate of the poses in the window and of the odometry scale.
 
-    It is immutable: `extended` returns a new one, so that hypotheses can share a past.
+    Immutable: `extended` returns a new one, so that hypotheses can share a past.
 
     Attributes:
         window: Variables and factors.
@@ -56,7 +56,7 @@ class FixedLagSmoother:
 
         Args:
             T_map_camera: (4, 4) the pose.
-            covariance: (6, 6) of changes after it [rad, m].
+            covariance: (6, 6) of right perturbations [rad, m].
             scale_sigma: Standard deviation of the odometry scale.
             scale: (2,) initial odometry scale; None means 1.
         """
@@ -74,7 +74,7 @@ class FixedLagSmoother:
 
     @property
     def scale(self) -> Stack:
-        """(2,) estimated scale of the odometry: of the distance and of the rotation."""
+        """(2,) estimated odometry scale, of distance and rotation."""
         return self.window.scale
 
     @property
@@ -83,7 +83,7 @@ class FixedLagSmoother:
         return PoseWithCovariance(self.T_map_camera, self.covariance[:6, :6])
 
     def predicted(self, motion: RelativeMotion) -> PoseWithCovariance:
-        """The pose after a motion, before it is measured."""
+        """The predicted pose after a motion."""
         change = motion.by_scale @ (self.scale - 1)
         T_map_camera = self.T_map_camera @ motion.T_before_now @ se3_matrices.exp(change)
         back = se3_matrices.adjoint(se3_matrices.inverse(motion.T_before_now))
@@ -91,12 +91,12 @@ class FixedLagSmoother:
         return PoseWithCovariance(T_map_camera, J @ self.covariance @ J.T + motion.covariance)
 
     def recent_motion(self, poses: int) -> Stack:
-        """(4, 4) the motion since so many poses ago, at most since the first of the window."""
+        """(4, 4) motion over the last `poses` steps, at most over the window."""
         first = self.window.poses[max(0, len(self.window.poses) - 1 - poses)]
         return se3_matrices.inverse(first) @ self.T_map_camera
 
     def transformed(self, T_new_old: Stack) -> FixedLagSmoother:
-        """The same in another map frame, or in a map that was corrected by this transform."""
+        """The estimate in another or corrected map frame."""
         return replace(self, window=self.window.transformed(T_new_old))
 
     def extended(
@@ -111,8 +111,8 @@ class FixedLagSmoother:
         Args:
             motion: From the last pose.
             T_map_camera: (4, 4) initial value of the new pose.
-            measured: What a scan says about it.
-            level: The base that the camera is mounted on.
+            measured: Factor of the pose that a scan measured.
+            level: Factor of the level base; None if the mount is unknown.
         """
         level = NOT_LEVEL if level is None else level
         window = self.window.with_pose(T_map_camera, motion, measured, level)

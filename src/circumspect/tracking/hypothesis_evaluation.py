@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from circumspect.geometry import se3_matrices
 from circumspect.geometry.composition import orthonormal
 from circumspect.motion import MotionModel, PoseWithCovariance, RelativeMotion
 from circumspect.motion.motion_model import MAX_EXTRAPOLATION
@@ -25,32 +26,32 @@ from circumspect.tracking.scan_likelihood import ScanLikelihood, scan_likelihood
 from circumspect.tracking.start_poses import start_poses
 
 MIN_POINTS = 50
-"""Scans and registrations with fewer points or inliers measure nothing."""
+"""Scans with fewer points and registrations with fewer inliers are not used."""
 START_SAMPLE = 1000
-"""Several starts are compared by registrations of so many scan points."""
+"""Number of scan points in the comparison of several starts."""
 MIN_SUPPORT = 5.0
 """A scan determines the pose if its support is at least this."""
 ALTERNATIVE_PENALTY, RELOCALISATION_PENALTY = 4.0, 10.0
-"""Negative log prior of a motion other than the odometry's, and of being carried away."""
+"""Negative log prior of a motion that differs from the odometry, and of a relocalisation."""
 MAX_INNOVATION_PENALTY = 50.0
-"""Largest log-likelihood that the innovation of a registration costs."""
+"""Upper bound of the log-likelihood penalty for the innovation of a registration."""
 MAX_SQUARED_INNOVATION = 10.6
-"""Alternatives are evaluated from this innovation on: χ² with six degrees of freedom, 90 %."""
+"""Alternatives are evaluated above this innovation: χ² with six degrees of freedom, 90 %."""
 UNEXPLAINED_SIGMAS = np.array([np.radians(1.0)] * 3 + [0.02] * 3)
-"""Further uncertainty of a frame that contradicts the map [rad, m]."""
+"""Standard deviations added to a dead-reckoned motion if the frame contradicts the map [rad, m]."""
 SCALE_SIGMA = 0.05
-"""Standard deviation of an odometry scale that has not been estimated."""
+"""Initial standard deviation of the odometry scale."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrameInput:
-    """A frame with all that continues a hypothesis.
+    """The input that continues a hypothesis by one frame.
 
     Attributes:
         frame: The frame.
         previous: The frame before it.
         scan: Its scan.
-        stamps: Times of the last frames and of this one [s], ascending.
+        stamps: Times of the last frames, this one included [s], ascending.
     """
 
     frame: RgbdFrame
@@ -67,8 +68,8 @@ class FrameInput:
     def time_sigma(self) -> float:
         """Standard deviation of that time [s].
 
-        Stamps at regular intervals are exact. A frame that is stamped on arrival may be wrong by as
-        much as the interval deviates, at most by a whole usual one.
+        It is the deviation of the interval from the median interval, limited to the latter: frames
+        may be stamped on arrival.
         """
         usual = float(np.median(np.diff(self.stamps)))
         return min(abs(self.time - usual), usual)
@@ -81,12 +82,12 @@ class FrameInput:
 
 
 class HypothesisEvaluation:
-    """Continues hypotheses in a map."""
+    """Continues hypotheses by one frame, and starts new ones."""
 
     def __init__(
         self, keyframes: KeyframeMap, motion: MotionModel, registration: RegistrationSettings
     ) -> None:
-        """Use a map and a motion model."""
+        """Set the map, the motion model and the settings of registration."""
         self._keyframes, self._motion, self._registration = keyframes, motion, registration
         self._level_covariance = motion.settings.level_covariance
         self._level_information = np.linalg.inv(self._level_covariance)
@@ -94,8 +95,9 @@ class HypothesisEvaluation:
     def continued(self, hypothesis: Hypothesis, data: FrameInput) -> Hypothesis:
         """The hypothesis after a frame, by the motion that explains the frame best.
 
-        Odometry comes first. Constant velocity and standing still are evaluated if the frame does
-        not confirm it, dead reckoning without the scan if the frame contradicts it.
+        The first choice is odometry, or constant velocity without odometry. If the frame does not
+        confirm it, slipping wheels and constant velocity, or standing still, are evaluated. If the
+        frame contradicts it, so is dead reckoning without the scan.
         """
         motions = self._motions(hypothesis, data)
         first = self._by_motion(hypothesis, motions[0], data)
@@ -115,7 +117,7 @@ class HypothesisEvaluation:
 
         Args:
             start: The candidate.
-            previous: The best hypothesis before the frame; the odometry scale is taken from it.
+            previous: The best hypothesis before the frame; provides the odometry scale.
             data: The frame.
         """
         prior = self._levelled(start, data)
@@ -141,8 +143,13 @@ class HypothesisEvaluation:
         recent = hypothesis.smoother.recent_motion(back)
         odometry = model.by_odometry(data.previous, data.frame)
         velocity = model.by_constant_velocity(recent, elapsed, time, unmeasured, data.time_sigma)
-        standing = model.by_standing_still(time, unmeasured)
-        return [motion for motion in (odometry, velocity, standing) if motion is not None]
+        if odometry is None or data.level is None:
+            return [velocity, model.by_standing_still(time, unmeasured)]
+        slipping = model.by_slipping_wheels(
+            odometry, data.level, hypothesis.T_now_measured,
+            hypothesis.unmeasured_distance, hypothesis.unmeasured_rotation,
+        )  # fmt: skip
+        return [odometry, slipping, velocity]
 
     def _by_motion(
         self, hypothesis: Hypothesis, motion: RelativeMotion, data: FrameInput, penalty: float = 0.0
@@ -162,7 +169,7 @@ class HypothesisEvaluation:
     def _dead_reckoned(
         self, hypothesis: Hypothesis, motion: RelativeMotion, data: FrameInput
     ) -> Hypothesis:
-        """As if the scan showed something that is not in the map."""
+        """Continue by the motion alone, because the scan shows something that is not in the map."""
         further = np.diag(UNEXPLAINED_SIGMAS**2)
         motion = replace(motion, covariance=motion.covariance + further, source="dead reckoning")
         prior = self._levelled(hypothesis.smoother.predicted(motion), data)
@@ -196,10 +203,12 @@ class HypothesisEvaluation:
             frame_log_ratio=likelihood.total - innovation + occam - penalty,
             unmeasured=0.0 if measured else hypothesis.unmeasured + data.time,
             unmeasured_distance=0.0 if measured else hypothesis.unmeasured_distance,
+            unmeasured_rotation=0.0 if measured else hypothesis.unmeasured_rotation,
+            T_now_measured=np.eye(4) if measured else hypothesis.T_now_measured,
         )
 
     def _best_registration(self, prior: PoseWithCovariance, data: FrameInput) -> Registration:
-        """From the start that explains the scan best, by registrations of few points."""
+        """Register from the best of several starts, which are compared on few points."""
         starts = start_poses(prior)
         if len(starts) == 1:
             return self._registered(prior, starts[0], data.scan)
@@ -237,17 +246,18 @@ class HypothesisEvaluation:
 def _moved(
     hypothesis: Hypothesis, smoother: FixedLagSmoother, motion: RelativeMotion
 ) -> Hypothesis:
-    distance = float(np.linalg.norm(motion.T_before_now[:3, 3]))
     return replace(
         hypothesis,
         smoother=smoother,
         motion=motion.source,
-        unmeasured_distance=hypothesis.unmeasured_distance + distance,
+        unmeasured_distance=hypothesis.unmeasured_distance + motion.distance,
+        unmeasured_rotation=hypothesis.unmeasured_rotation + motion.rotation,
+        T_now_measured=se3_matrices.inverse(motion.T_before_now) @ hypothesis.T_now_measured,
     )
 
 
 def _is_measurement(found: Registration) -> bool:
-    """Whether a registration says where the camera is."""
+    """Whether a registration determines the pose."""
     return found.converged and found.inliers >= MIN_POINTS
 
 
@@ -261,5 +271,5 @@ def _factor(found: Registration | None) -> PoseFactor:
 
 
 def _is_doubtful(hypothesis: Hypothesis) -> bool:
-    """Whether a frame speaks against the motion that was assumed."""
+    """Whether a frame does not confirm the predicted motion."""
     return not hypothesis.likelihood.confirms or 2 * hypothesis.innovation > MAX_SQUARED_INNOVATION

@@ -1,4 +1,4 @@
-"""The pose at which the map starts."""
+"""The pose of the first frame of a map."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from circumspect.motion import MotionSettings, PoseWithCovariance
 from circumspect.sensing import RgbdFrame
 
 MAX_DISTANCE_M = 5e4
-"""Largest distance of the first pose from the origin; voxel indices overflow beyond it."""
+"""Largest coordinate of the first pose [m]; voxel indices overflow beyond it."""
 INITIAL_SIGMA = 1e-4
 """Standard deviation of the first pose in all directions [rad, m]: it defines the map frame."""
 
@@ -20,12 +20,12 @@ INITIAL_SIGMA = 1e-4
 class InitialPose:
     """Finds the pose of the first frame of the map.
 
-    A given pose is that of the first frame of all. Odometry moves it on over frames that do not
+    A given pose belongs to the very first frame. Odometry propagates it over frames that do not
     start a map.
     """
 
     def __init__(self, T_map_camera: RigidTransform | None) -> None:
-        """Start.
+        """Set the given pose.
 
         Args:
             T_map_camera: Pose of the first frame; None if it is not given.
@@ -34,7 +34,7 @@ class InitialPose:
         self._T_odom_camera: RigidTransform | None = None
 
     def skip(self, frame: RgbdFrame) -> None:
-        """Take note of a frame that does not start a map."""
+        """Propagate the pose over a frame that does not start a map."""
         before, now = self._T_odom_camera, frame.T_odom_camera
         if self._T_map_camera is not None and before is not None and now is not None:
             self._T_map_camera = composed(self._T_map_camera, between(before, now))
@@ -42,14 +42,17 @@ class InitialPose:
             self._T_odom_camera = now
 
     def at(self, frame: RgbdFrame, motion: MotionSettings) -> PoseWithCovariance:
-        """The pose of the next frame: as given, by odometry, by the frame, or on the mount.
+        """The pose of the next frame.
+
+        The first available of: the given pose, odometry and mount, the pose of the frame, the
+        mount.
 
         Args:
             frame: The frame.
-            motion: Says how level a robot stands.
+            motion: Uncertainty of roll, pitch and height of the robot.
 
         Raises:
-            InputError: The frame has neither a pose nor a mount, or lies too far away.
+            InputError: The frame has neither a pose nor a mount, or is too far from the origin.
         """
         self.skip(frame)
         T, mount = self._T_map_camera, frame.T_base_camera
@@ -67,7 +70,7 @@ class InitialPose:
             )
         covariance = np.eye(6) * INITIAL_SIGMA**2
         if mount is not None:
-            # Position and heading define the map; how the robot stands on bumps is not known.
+            # Position and heading define the map; roll, pitch and height depend on bumps.
             level = np.zeros((6, 6))
             level[np.ix_((0, 1, 5), (0, 1, 5))] = motion.level_covariance
             Ad = se3_matrices.adjoint(se3_matrices.inverse(mount.as_matrix()))

@@ -1,4 +1,4 @@
-"""The pose of one frame, and how it was found."""
+"""The estimated pose of one frame, with its status and uncertainty."""
 
 from __future__ import annotations
 
@@ -22,29 +22,32 @@ ACCURATE_SIGMAS = (float(np.radians(1.0)), 0.05 / 3)
 
 @dataclass(frozen=True, eq=False)
 class PoseEstimate:
-    """The pose of one frame, and how it was found.
+    """The estimated pose of one frame.
 
     Attributes:
         T_map_camera: The pose, optical frame.
-        state: What is known of the camera.
+        state: State of the tracker.
         reason: Why the pose is not reliable; empty if it is.
-        source: Where the pose was expected from: "odometry", "constant velocity", "standing
-            still", "relocalisation", "initial pose" or "given".
+        unverified: Whether the pose is not reliable only because the scans contain too little
+            information, without a contradiction.
+        source: Source of the prediction: "odometry", "slipping wheels", "constant velocity",
+            "standing still", "dead reckoning", "relocalisation", "initial pose" or "given".
         converged: Whether the registration converged.
         inliers: Points of the frame that support the pose.
         residual: Root mean square distance of the inliers to the map [m].
         covariance: (6, 6) of right perturbations since the first pose [rad, m], optical frame;
             None if the pose is taken as true.
-        hypotheses: Number of poses that are still possible.
+        hypotheses: Number of hypotheses.
         T_map_base: Pose of the robot on the floor; None if the mount is unknown.
         T_map_odom: Correction of the odometry's drift (REP 105); None without odometry.
-        reference: Number of the reference keyframe, with which the pose moves in corrections.
-        T_reference_camera: The pose in that keyframe.
+        reference: Number of the reference keyframe; corrections of it move the pose as well.
+        T_reference_camera: The pose relative to that keyframe.
     """
 
     T_map_camera: RigidTransform
     state: TrackingState = TrackingState.TRACKING
     reason: str = ""
+    unverified: bool = False
     source: str = "given"
     converged: bool = True
     inliers: int = 0
@@ -60,12 +63,12 @@ class PoseEstimate:
     def from_hypothesis(
         cls, hypothesis: Hypothesis, frame: RgbdFrame, keyframes: KeyframeMap
     ) -> Self:
-        """What a hypothesis says about a frame.
+        """The estimate of a frame from a hypothesis.
 
         Args:
-            hypothesis: The most likely one.
-            frame: The frame that it was continued by.
-            keyframes: The map of its reference keyframe.
+            hypothesis: The most likely hypothesis, continued by the frame.
+            frame: The frame.
+            keyframes: The map.
         """
         pose, found = hypothesis.pose, hypothesis.registration
         T_map_camera = RigidTransform.from_matrix(pose.T_map_camera)
@@ -117,7 +120,7 @@ class PoseEstimate:
 
     @property
     def accurate(self) -> bool:
-        """Whether the pose is reliable, and by its covariance within 3° and 50 mm of the truth."""
+        """Whether the pose is reliable and three standard deviations are within 3° and 50 mm."""
         rotation, translation = self.sigmas or (0.0, 0.0)
         return (
             self.reliable and rotation <= ACCURATE_SIGMAS[0] and translation <= ACCURATE_SIGMAS[1]

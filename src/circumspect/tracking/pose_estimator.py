@@ -1,4 +1,4 @@
-"""Estimates camera poses of frames: the interface, and the case of known poses."""
+"""Base class of pose estimators, and the estimator for known poses."""
 
 from __future__ import annotations
 
@@ -21,34 +21,34 @@ class PoseEstimator(ABC):
         """Estimate the pose of a frame from all frames so far.
 
         Raises:
-            InputError: There is nothing to start from.
+            InputError: The first pose is unknown.
         """
 
     @property
     def corrections(self) -> int:
-        """How often earlier poses were corrected; each time `corrected` changes."""
+        """Number of corrections of earlier poses; each of them changes `corrected`."""
         return 0
 
     def keyframe_pose(self, number: int) -> RigidTransform:
-        """Current `T_map_camera` of a keyframe that an estimate named as its reference.
+        """Current `T_map_camera` of a reference keyframe.
 
         Raises:
-            KeyError: No estimate did.
+            KeyError: No estimate has this reference keyframe.
         """
         raise KeyError(number)
 
     def skip(self, frame: RgbdFrame) -> None:  # noqa: B027 - nothing to do is a fine default
-        """Take note of a frame without usable depth, in place of `track`."""
+        """Process a frame without usable depth, in place of `track`."""
 
     def process_pending(self) -> None:  # noqa: B027 - nothing to do is a fine default
-        """Do the work that the last frame left: the map grows and is corrected.
+        """Do the deferred work of the last frame: extend and correct the map.
 
-        The next call of `track` does it otherwise. It may run in the background while nothing else
-        of this estimator is used.
+        Otherwise the next call of `track` does it. It may run in the background while no other
+        method is called.
         """
 
     def finalise(self) -> None:  # noqa: B027 - nothing to do is a fine default
-        """Do all work that was deferred: no more frames come for now."""
+        """Do all deferred work after the last frame; more frames may follow."""
 
     def corrected(self, estimates: Sequence[PoseEstimate]) -> list[RigidTransform]:
         """Current `T_map_camera` of earlier frames.
@@ -60,13 +60,13 @@ class PoseEstimator(ABC):
 
 
 class KnownPoses(PoseEstimator):
-    """Every frame has a pose, which is taken as true."""
+    """Takes the given poses of frames as true."""
 
     def track(self, frame: RgbdFrame) -> PoseEstimate:
-        """The pose of the frame.
+        """The given pose of the frame.
 
         Raises:
-            InputError: The frame has none.
+            InputError: The frame has no pose.
         """
         base = None
         if frame.T_base_camera is not None:

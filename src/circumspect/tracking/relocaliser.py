@@ -1,4 +1,4 @@
-"""Candidate poses of a camera that may be anywhere in the map."""
+"""Relocalisation: candidate poses of a camera that may be anywhere in the map."""
 
 from __future__ import annotations
 
@@ -8,35 +8,35 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform
 
-from circumspect.geometry.pose_distance import distances
+from circumspect.geometry.composition import distances
 from circumspect.motion import PoseWithCovariance
 from circumspect.pose_graph import KeyframeMap
 from circumspect.registration import Scan
 
 SCAN_SAMPLE = 400
 MAX_DISTANCE_M = 0.1
-"""A keyframe's score is the share of so many scan points that lie this near to the map."""
+"""A keyframe's score is the fraction of so many scan points within this distance of the map [m]."""
 MAX_CANDIDATES = 8
 MIN_SEPARATION_M, MIN_SEPARATION_ROTATION = 0.4, float(np.radians(30.0))
-"""Candidates start from keyframes at least so far apart [m], [rad]."""
+"""Minimum distance between the keyframes from which candidates start [m], [rad]."""
 START_SIGMAS = np.array([np.radians(10.0)] * 3 + [0.2] * 3)
-"""Standard deviations of the camera about a candidate [rad, m]."""
+"""Standard deviations of a candidate pose [rad, m]."""
 COARSE_VOXEL_M, COARSE_DISTANCE_M = 0.06, 0.3
 """Resolution and correspondence distance of the coarse alignment [m]."""
 
 
 def is_vague(pose: PoseWithCovariance) -> bool:
-    """Whether a camera is known less well than one at a candidate pose."""
+    """Whether a pose is more uncertain than a candidate pose."""
     rotation, translation = pose.sigmas
     return rotation > START_SIGMAS[0] or translation > START_SIGMAS[3]
 
 
 def candidate_poses(scan: Scan, keyframes: KeyframeMap) -> list[PoseWithCovariance]:
-    """Poses near keyframes where a scan may have been taken.
+    """Candidate poses of a scan, near keyframes.
 
-    Every keyframe is scored by how many points of the scan would lie on the map. From the best
-    ones, which are apart from each other, the scan is aligned coarsely by generalised ICP
-    (small_gicp).
+    Every keyframe is scored by the number of scan points that would lie on the map. The scan is
+    then aligned coarsely by generalised ICP (small_gicp), starting at the best keyframes that are
+    apart from each other.
 
     Args:
         scan: The scan.
@@ -62,7 +62,7 @@ def candidate_poses(scan: Scan, keyframes: KeyframeMap) -> list[PoseWithCovarian
 
 
 def _separated(poses: Sequence[NDArray[np.floating]]) -> list[NDArray[np.floating]]:
-    """Those that are not near one before them."""
+    """Poses that are not near an earlier one."""
     kept: list[NDArray[np.floating]] = []
     for pose in poses:
         if kept:

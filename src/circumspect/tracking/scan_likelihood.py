@@ -1,20 +1,20 @@
-r"""How well a scan agrees with the map at a pose, as one log-likelihood ratio.
+r"""Log-likelihood ratio of a scan at a pose in the map.
 
-Every scan point is explained by one of three models; the ratio is taken against chance, a uniform
-distribution of points near surfaces:
+Every scan point is explained by one of three models. The reference is a uniform distribution of
+points near surfaces:
 
 - on a mapped surface: $\log((1 - \varepsilon) N(r; 0, \sigma^2) 2 d + \varepsilon)$ with the
   residual r, its standard deviation σ and the correspondence distance d,
 - in space that no keyframe has seen: 0,
 - in the free space of a keyframe: $\log \varepsilon$.
 
-Map points that the frame sees through count $\log \varepsilon$ each. Neighbouring points have
-correlated errors, so that each counts as the inverse of `Scan.correlations`.
+Each map point that the frame sees through adds $\log \varepsilon$. Neighbouring points have
+correlated errors and are weighted by the inverse of `Scan.correlations`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,17 +27,17 @@ from circumspect.registration.scan_surface import MAX_FLOOR_HEIGHT_M
 from circumspect.sensing import RgbdFrame
 
 OUTLIER_RATIO = 0.05
-"""ε: share of measurements that no model explains."""
+"""ε: fraction of measurements that no model explains."""
 MAX_DISTANCE_M = 0.05
 """d: points farther from the map than this are not on a mapped surface."""
 SCAN_SAMPLE, MAP_SAMPLE = 500, 2000
-"""So many scan points and map points are evaluated."""
+"""Numbers of scan points and map points that are evaluated."""
 MAX_VIOLATION_SHARE, VIOLATION_ALLOWANCE = 0.25, 3.0
-"""A pose is contradicted if the violations exceed this share of the support plus an allowance."""
+"""A pose is contradicted by violations above this fraction of the support plus an allowance."""
 MAX_CONFIRMED_SHARE = 0.02
-"""A pose is confirmed if they are below this smaller share plus the allowance."""
+"""A pose is confirmed by violations below this fraction of the support plus the allowance."""
 MIN_OVERLAP = 0.5
-"""Share of the points above the floor that must lie on the map for a lost camera to be found."""
+"""Fraction of the points above the floor that must lie on the map for a lost camera to be found."""
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,18 @@ class ScanLikelihood:
 
     Attributes:
         support: Sum over points on mapped surfaces.
-        violations: Sum over points in free space and over map points that are seen through; not
-            positive.
-        overlap: Share of the points above the floor that lie on mapped surfaces.
+        violations: Sum over points in free space and over map points that are seen through; at
+            most 0.
+        overlap: Fraction of the points above the floor that lie on mapped surfaces.
+        contributions: (n,) contributions of the sampled scan points to the support.
+        unknown: (n,) whether each sampled point lies in unknown space.
     """
 
     support: float = 0.0
     violations: float = 0.0
     overlap: float = 0.0
+    contributions: NDArray[np.floating] = field(default_factory=lambda: np.empty(0), repr=False)
+    unknown: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool), repr=False)
 
     @property
     def total(self) -> float:
@@ -67,17 +71,26 @@ class ScanLikelihood:
 
     @property
     def confirms(self) -> bool:
-        """Whether the scan agrees with the map so well that a new pose may be assumed."""
-        return -self.violations <= self._allowed(MAX_CONFIRMED_SHARE)
+        """Whether the scan agrees with the map well enough to accept a new pose."""
+        return self.support >= 0 and -self.violations <= self._allowed(MAX_CONFIRMED_SHARE)
 
     @property
     def recognises(self) -> bool:
-        """Whether the scan shows so much of the map that a lost camera may be found there.
+        """Whether the scan overlaps the map enough to relocalise a lost camera.
 
-        Any two walls fit each other. What lies in unknown space contradicts no pose, and confirms
-        none.
+        A small overlap is ambiguous, as any two walls fit each other. Points in unknown space
+        neither contradict nor confirm a pose.
         """
         return self.confirms and self.overlap >= MIN_OVERLAP
+
+    def support_of_unknown(self, other: ScanLikelihood) -> float:
+        """Support of the points that lie in unknown space at another pose of the same scan.
+
+        Surfaces continue beyond the map, so that such points do not decide between the poses.
+        """
+        if len(self.contributions) != len(other.unknown):
+            return 0.0
+        return max(float(self.contributions[other.unknown].sum()), 0.0)
 
     def _allowed(self, share: float) -> float:
         return share * max(self.support, 0.0) + VIOLATION_ALLOWANCE
@@ -89,8 +102,8 @@ def scan_likelihood(
     """Evaluate a scan at a pose.
 
     Args:
-        frame: The frame, for what it sees through.
-        scan: Its points.
+        frame: The frame; its depth shows which map points are seen through.
+        scan: The scan of the frame.
         keyframes: The map.
         T_map_camera: (4, 4) pose to evaluate.
     """
@@ -102,13 +115,13 @@ def scan_likelihood(
     R, t = T_map_camera[:3, :3], T_map_camera[:3, 3]
     points = sample.points_xyz @ R.T + t
     on_surface, ratios = _on_surface(points, sample.sigmas, keyframes, t)
-    telling = np.ones(len(points), bool)
+    informative = np.ones(len(points), bool)
     if frame.T_base_camera is not None:
-        # The floor looks alike everywhere: its points support no pose.
-        telling = np.abs(points[:, 2]) > MAX_FLOOR_HEIGHT_M
-    counted = on_surface & telling
-    support = float((weights * ratios)[counted].sum())
-    overlap = float(weights[counted].sum()) / max(float(weights[telling].sum()), 1e-9)
+        # The floor looks the same everywhere: its points support no pose.
+        informative = np.abs(points[:, 2]) > MAX_FLOOR_HEIGHT_M
+    counted = on_surface & informative
+    contributions = np.where(counted, weights * ratios, 0.0)
+    overlap = float(weights[counted].sum()) / max(float(weights[informative].sum()), 1e-9)
     others = np.flatnonzero(~on_surface)
     free = keyframes.free_space_contains(points[others], T_map_camera)
     seen_through = violated_count(
@@ -117,7 +130,9 @@ def scan_likelihood(
     )  # fmt: skip
     independent = float(weights.mean()) / step * seen_through
     violations = np.log(OUTLIER_RATIO) * (float(weights[others[free]].sum()) + independent)
-    return ScanLikelihood(support, violations, overlap)
+    unknown = ~on_surface
+    unknown[others[free]] = False
+    return ScanLikelihood(float(contributions.sum()), violations, overlap, contributions, unknown)
 
 
 def _on_surface(

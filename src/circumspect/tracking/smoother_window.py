@@ -1,4 +1,4 @@
-r"""The most recent poses of a camera and the scale of its odometry, with what measures them.
+r"""Variables and factors of the fixed-lag smoother: recent poses and odometry scale.
 
 The cost of the poses $T_1 \dots T_n$ of a window and of the odometry scale $s$ is
 
@@ -6,8 +6,8 @@ $$\sum_k \rho(\|\log(Z_k(s)^{-1} T_k^{-1} T_{k+1})\|^2_{\Omega_k})
 + \sum_k \rho(\|\log(\hat T_k^{-1} T_k)\|^2_{H_k})
 + \sum_k \|\mathrm{level}(T_k)\|^2_{\Lambda_k} + \|\mathrm{prior}(T_1, s)\|^2$$
 
-with Cauchy's kernel ρ. $Z_k$ are motions of the odometry, $\hat T_k$ measured poses, and
-$\mathrm{level}$ is roll, pitch and height of the robot's base.
+with Cauchy's kernel ρ, motions of the odometry $Z_k$, measured poses $\hat T_k$, and roll, pitch
+and height of the robot's base in $\mathrm{level}$.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class PoseFactor(NamedTuple):
 
     Attributes:
         T_map_camera: (4, 4) the pose.
-        information: (6, 6) inverse covariance of changes after it [rad, m]; zero in directions
-            that were not measured.
+        information: (6, 6) inverse covariance of right perturbations [rad, m]; zero in unmeasured
+            directions.
     """
 
     T_map_camera: Stack
@@ -55,18 +55,18 @@ class LevelFactor(NamedTuple):
 
 
 UNMEASURED = PoseFactor(np.eye(4), np.zeros((6, 6)))
-"""The factor of a pose that no scan measured."""
+"""The factor of an unmeasured pose."""
 NOT_LEVEL = LevelFactor(np.eye(4), np.zeros((3, 3)))
 """The factor of a camera whose mount is unknown."""
 
 
 class WindowPrior(NamedTuple):
-    """What all measurements before the window say about its first pose and about the scale.
+    """Prior of the window's first pose and of the scale, from all earlier measurements.
 
     Attributes:
         T_map_camera: (4, 4) the pose.
-        scale: (2,) of the distance and of the rotation.
-        information: (8, 8) inverse covariance of both.
+        scale: (2,) odometry scale, of distance and rotation.
+        information: (8, 8) joint inverse covariance.
     """
 
     T_map_camera: Stack
@@ -75,16 +75,17 @@ class WindowPrior(NamedTuple):
 
 
 class WindowFactors(NamedTuple):
-    """The measurements of n poses.
+    """Stacked factors of n poses.
 
     Attributes:
-        motions: (n - 1, 4, 4) between consecutive poses, for a scale of 1.
-        by_scale: (n - 1, 6, 2) their derivatives with respect to the scale.
-        motion_information: (n - 1, 6, 6) their inverse covariances.
+        motions: (n - 1, 4, 4) motions between consecutive poses, for a scale of 1.
+        by_scale: (n - 1, 6, 2) derivatives of the motions with respect to the scale.
+        motion_information: (n - 1, 6, 6) inverse covariances of the motions.
         measured: (n, 4, 4) measured poses.
-        measured_information: (n, 6, 6) of them; zero where no scan measured.
+        measured_information: (n, 6, 6) their information; zero for unmeasured poses.
         mounts: (n, 4, 4) `T_base_camera`.
-        level_information: (n, 3, 3) of roll, pitch and height; zero where the mount is unknown.
+        level_information: (n, 3, 3) information of roll, pitch and height; zero where the mount
+            is unknown.
     """
 
     motions: Stack
@@ -97,7 +98,7 @@ class WindowFactors(NamedTuple):
 
     @classmethod
     def of_one_pose(cls) -> Self:
-        """Of a pose that nothing but the prior measures."""
+        """The factors of a window with a single, unmeasured pose."""
         motions = (np.empty((0, *shape)) for shape in ((4, 4), (6, 2), (6, 6)))
         return cls(*motions, *(array[None] for array in (*UNMEASURED, *NOT_LEVEL)))
 
@@ -108,9 +109,9 @@ class Window:
 
     Attributes:
         poses: (n, 4, 4) `T_map_camera`.
-        scale: (2,) of the odometry: of the distance and of the rotation.
-        prior: On the first pose and on the scale.
-        factors: Motions, measured poses and mounts.
+        scale: (2,) odometry scale, of distance and rotation.
+        prior: Prior of the first pose and of the scale.
+        factors: Factors of motions, measured poses and level bases.
     """
 
     poses: Stack
@@ -136,13 +137,13 @@ class Window:
         """The normal equations at the current estimate.
 
         Args:
-            count: Of the prior and of the factors of the first poses only, including the motions
-                that start there; None means of all.
+            count: Use only the prior and the factors of so many first poses, including the motions
+                that start there; None means all.
 
         Returns:
             (6 m + 2, 6 m + 2) Hessian and (6 m + 2,) gradient of half the cost, for the m poses
-            that the factors depend on; the last two rows belong to the scale. The kernel's weights
-            are constants.
+            that the factors depend on; the last two rows are the scale's. The kernel's weights are
+            treated as constants.
         """
         count = len(self.poses) if count is None else count
         return _native.linearised(
@@ -150,7 +151,7 @@ class Window:
         )
 
     def gauss_newton_step(self, count: int | None = None) -> tuple[Stack, Stack]:
-        """The minimum of the linearised cost.
+        """The step to the minimum of the linearised cost.
 
         Args:
             count: As in `linearised`.
@@ -176,10 +177,10 @@ class Window:
 
     def without_oldest(self) -> Window:
         """The window without its first pose, whose factors become the prior of the second."""
-        # Marginalisation: what these factors alone say about the second pose and the scale.
+        # Marginalisation: these factors alone determine the second pose and the scale.
         step, covariance = self.gauss_newton_step(1)
         second = self.poses[1] @ se3_matrices.exp(step[6:12])
-        # The scale drifts, for floors change.
+        # The scale drifts because floors change.
         drift = SCALE_DRIFT**2 * np.linalg.norm(self.factors.by_scale[0], axis=0)
         covariance[[6, 7], [6, 7]] += drift
         prior = WindowPrior(second, self.scale + step[12:], np.linalg.inv(covariance))
@@ -187,7 +188,7 @@ class Window:
         return Window(self.poses[1:], self.scale, prior, factors)
 
     def transformed(self, T_new_old: Stack) -> Window:
-        """The same in another map frame."""
+        """The window in another map frame."""
         return replace(
             self,
             poses=T_new_old @ self.poses,

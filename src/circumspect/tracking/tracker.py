@@ -1,4 +1,4 @@
-"""Tracks the camera: scan-to-map registration, odometry and several hypotheses in one estimator."""
+"""The tracker: scan-to-map registration, odometry and several hypotheses in one estimator."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from circumspect.tracking.tracking_state import TrackingState, TrackingStatus
 
 
 class Tracker(PoseEstimator):
-    """Estimates camera poses from scans and odometry, and builds the map they are relative to.
+    """Estimates camera poses from scans and odometry, and builds their map.
 
     The map frame is the odom frame of the first frame; without odometry it is the frame in which
     the first pose is given.
@@ -46,9 +46,9 @@ class Tracker(PoseEstimator):
         """Start with an empty map.
 
         Args:
-            T_map_first: Pose of the first frame. None means that of its odometry and mount, or else
-                the one that the frame has, or else its mount.
-            settings: Of all parts.
+            T_map_first: Pose of the first frame. None means its odometry and mount, or else the
+                pose that the frame has, or else its mount.
+            settings: Settings of all parts.
         """
         self.settings = s = settings or TrackingSettings()
         self.keyframes = KeyframeMap(
@@ -67,7 +67,7 @@ class Tracker(PoseEstimator):
 
     @property
     def state(self) -> TrackingState:
-        """What is known of the camera."""
+        """State of the tracker."""
         return self._status.state
 
     def track(self, frame: RgbdFrame) -> PoseEstimate:
@@ -94,7 +94,7 @@ class Tracker(PoseEstimator):
         return self._estimate(frame)
 
     def _initialise(self, frame: RgbdFrame, scan: Scan) -> PoseEstimate:
-        """Start the map with the first frame that shows enough."""
+        """Start the map with the first frame that has enough points."""
         pose = self._initial_pose.at(frame, self.settings.motion)
         smoother = FixedLagSmoother.from_pose(pose.T_map_camera, pose.covariance, SCALE_SIGMA)
         self._hypotheses, self._previous = [Hypothesis(smoother)], frame
@@ -110,7 +110,7 @@ class Tracker(PoseEstimator):
         return self._estimate(frame)
 
     def _relocalised(self, data: FrameInput) -> list[Hypothesis]:
-        """New hypotheses elsewhere in the map, as far as the frame confirms them."""
+        """New hypotheses elsewhere in the map that the frame confirms."""
         starts = candidate_poses(data.scan, self.keyframes)
         previous = self._hypotheses[0]
         found = [self._evaluation.relocalised(start, previous, data) for start in starts]
@@ -182,18 +182,22 @@ class Tracker(PoseEstimator):
     def _corrected(self, estimate: PoseEstimate) -> RigidTransform:
         number, T_reference_camera = estimate.reference, estimate.T_reference_camera
         if number is not None and T_reference_camera is not None:
-            # Frames at keyframes that were forgotten stay where they were.
+            # Frames of forgotten keyframes keep their poses.
             with suppress(KeyError):
                 T = self.keyframes.pose_of(number, T_reference_camera.as_matrix())
                 return RigidTransform.from_matrix(T)
         return estimate.T_map_camera
 
     def _estimate(self, frame: RgbdFrame) -> PoseEstimate:
-        """The best hypothesis as the result of a frame."""
+        """The estimate of a frame from the best hypothesis."""
         best, status = self._hypotheses[0], self._status
         estimate = PoseEstimate.from_hypothesis(best, frame, self.keyframes)
         return replace(
-            estimate, state=status.state, reason=status.reason, hypotheses=len(self._hypotheses)
+            estimate,
+            state=status.state,
+            reason=status.reason,
+            unverified=status.unverified,
+            hypotheses=len(self._hypotheses),
         )
 
     def skip(self, frame: RgbdFrame) -> None:

@@ -1,4 +1,4 @@
-"""What the tracker knows about the camera, and how that changes from frame to frame."""
+"""States of the tracker and the transitions between them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from circumspect.tracking.tracking_settings import TrackingSettings
 
 
 class TrackingState(StrEnum):
-    """How far the pose of the last frame can be relied on.
+    """State of the tracker after the last frame.
 
     Attributes:
         INITIALISING: There is no map yet.
         TRACKING: Scans agree with the map; the pose is reliable.
-        DEAD_RECKONING: The pose goes by odometry or by the last motion, because scans say too
-            little or several hypotheses are alive.
+        DEAD_RECKONING: The pose follows odometry or the last motion, because scans contain too
+            little information or there are several hypotheses.
         LOST: Scans contradict every hypothesis; the camera may be anywhere.
     """
 
@@ -29,13 +29,13 @@ class TrackingState(StrEnum):
 
 
 class Evidence(StrEnum):
-    """What a frame says about the best hypothesis.
+    """Evidence of a frame about the best hypothesis.
 
     Attributes:
         MAP_STARTED: The frame is the first of the map.
-        CONFIRMED: The scan agrees with the map there, and with no other hypothesis.
-        UNDECIDED: The scan says too little, or other hypotheses are as likely.
-        CONTRADICTED: The scan contradicts the map there, and does so for several frames.
+        CONFIRMED: The scan agrees with the map, and there is no other hypothesis.
+        UNDECIDED: The scan contains too little information, or there are other hypotheses.
+        CONTRADICTED: The scans of several frames contradict the map.
     """
 
     MAP_STARTED = auto()
@@ -54,11 +54,11 @@ TRANSITIONS: dict[tuple[TrackingState, Evidence], TrackingState] = {
     (_S.DEAD_RECKONING, _E.UNDECIDED): _S.DEAD_RECKONING,
     (_S.DEAD_RECKONING, _E.CONTRADICTED): _S.LOST,
     (_S.LOST, _E.CONFIRMED): _S.TRACKING,
-    # A frame that says nothing does not find a lost camera.
+    # An undecided frame does not relocalise a lost camera.
     (_S.LOST, _E.UNDECIDED): _S.LOST,
     (_S.LOST, _E.CONTRADICTED): _S.LOST,
 }
-"""The next state; without a map a frame that starts none leaves the tracker initialising."""
+"""The next state. The tracker stays INITIALISING until a frame starts a map."""
 
 
 def next_state(state: TrackingState, evidence: Evidence) -> TrackingState:
@@ -67,29 +67,32 @@ def next_state(state: TrackingState, evidence: Evidence) -> TrackingState:
 
 
 class TrackingStatus:
-    """Follows the state over frames: the only place that assigns it.
+    """Updates the state over frames; no other class assigns it.
 
     Attributes:
-        state: What is known of the camera.
-        reason: Why its pose is not reliable; empty if it is.
+        state: State of the tracker.
+        reason: Why the pose is not reliable; empty if it is.
+        unverified: Whether the pose is not reliable only because the scans contain too little
+            information, without a contradiction.
     """
 
     def __init__(self, settings: TrackingSettings) -> None:
         """Start without a map."""
         self.state = TrackingState.INITIALISING
         self.reason = ""
+        self.unverified = False
         self._settings = settings
         self._contradictions = 0
 
     def start(self) -> None:
-        """The first frame of the map."""
+        """Process the first frame of the map."""
         self.state, self.reason = next_state(self.state, Evidence.MAP_STARTED), ""
 
     def update(self, hypotheses: Sequence[Hypothesis]) -> None:
-        """Take note of a frame.
+        """Process a frame.
 
         Args:
-            hypotheses: Those that are still possible, the most likely one first.
+            hypotheses: Remaining hypotheses, the most likely first.
         """
         best = hypotheses[0]
         if best.likelihood.contradicts or best.motion == "dead reckoning":
@@ -98,9 +101,11 @@ class TrackingStatus:
             self._contradictions = 0
         evidence, self.reason = self._evidence(best, len(hypotheses))
         self.state = next_state(self.state, evidence)
+        in_doubt = self._contradictions > 0 or len(hypotheses) > 1
+        self.unverified = self.state is TrackingState.DEAD_RECKONING and not in_doubt
 
     def _evidence(self, best: Hypothesis, hypotheses: int) -> tuple[Evidence, str]:
-        """What the frame says about the best hypothesis, and why it is not reliable."""
+        """Evidence about the best hypothesis, and the reason why it is not reliable."""
         s = self._settings
         if best.likelihood.contradicts or best.motion == "dead reckoning":
             if self._contradictions >= s.max_contradictions:
@@ -112,7 +117,7 @@ class TrackingStatus:
         if rotation >= s.max_rotation_sigma or translation >= s.max_translation_sigma:
             sigmas = f"{np.degrees(rotation):.1f}° and {1e3 * translation:.0f} mm"
             return Evidence.UNDECIDED, f"standard deviations of {sigmas}"
-        # Wheels may spin: what no scan has verified is not relied on, whatever odometry claims.
+        # Wheels may spin: a motion that no scan has verified is not reliable.
         if (distance := best.unmeasured_distance) > s.max_unverified:
             return Evidence.UNDECIDED, f"no scan has verified the last {1e3 * distance:.0f} mm"
         if self._contradictions:

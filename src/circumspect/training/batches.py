@@ -1,35 +1,39 @@
-"""The batches of an epoch, from any step on."""
+"""Training batches, resumable at any step of an epoch, and mixup of two objects."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from circumspect.training.draws import draw_epoch
 from circumspect.training.settings import TrainingSettings
 
 Batch = tuple[tuple[NDArray[Any], ...], NDArray[np.float32]]
-"""Inputs of b rows, with their contexts where the network takes them, and (b, c) targets."""
+"""Inputs of b rows, with contexts if the network takes them, and (b, c) targets."""
+BLEND = 0.4
+"""Both parameters of the Beta distribution of the mixing weight."""
 
 
 class Batches(Protocol):
-    """Batches of training objects; the same step of the same epoch always has the same."""
+    """Batches of training objects; a step of an epoch is reproducible."""
 
     def steps(self, world: int) -> int:
-        """Batches in an epoch that `world` processes share."""
+        """Number of batches in an epoch that `world` processes share."""
         ...
 
     def of_epoch(self, epoch: int, first: int, rank: int, world: int) -> Iterator[Batch]:
-        """A process' share of each batch.
+        """A process' part of each batch.
 
         Args:
-            epoch: From 0.
-            first: Begin with this step.
-            rank: Which process this is.
-            world: How many there are.
+            epoch: Number of the epoch, from 0.
+            first: First step.
+            rank: Number of this process.
+            world: Number of processes.
         """
         ...
 
@@ -38,34 +42,34 @@ class Samples(Protocol):
     """Inputs of training objects under one index."""
 
     epoch: int
-    """Draws an epoch."""
+    """Number of objects drawn per epoch."""
     chances: NDArray[np.float64]
-    """(n,) chance of each object; they sum to 1."""
+    """(n,) probability of each object; they sum to 1."""
     targets: NDArray[np.float32]
     """(n, c) one-hot targets."""
 
     def inputs(
         self, chosen: NDArray[np.int64], replicas: NDArray[np.int64], rng: np.random.Generator
     ) -> tuple[NDArray[Any], ...]:
-        """What the network is shown of chosen objects.
+        """The inputs of chosen objects.
 
         Args:
             chosen: (b,) indices.
             replicas: (b,) the variant of each.
-            rng: Of what is drawn for each batch.
+            rng: Random generator of the batch.
 
         Returns:
-            Arrays of b rows: the inputs, and their contexts where the network takes them.
+            Arrays of b rows: the inputs, and contexts if the network takes them.
         """
         ...
 
 
 class DrawnBatches:
-    """Objects drawn at random, all of which are in memory; see `Batches`.
+    """Randomly drawn objects from memory; see `Batches`.
 
     Args:
-        samples: What is drawn from.
-        settings: Of the run.
+        samples: The training objects.
+        settings: Settings of the run.
     """
 
     def __init__(self, samples: Samples, settings: TrainingSettings) -> None:
@@ -73,7 +77,7 @@ class DrawnBatches:
         self._settings = settings
 
     def steps(self, world: int) -> int:  # noqa: ARG002 - processes share each batch
-        """Whole batches in an epoch, at least one."""
+        """Number of whole batches in an epoch, at least one."""
         return max(1, self.samples.epoch // self._settings.batch_size)
 
     def of_epoch(self, epoch: int, first: int, rank: int, world: int) -> Iterator[Batch]:
@@ -81,7 +85,7 @@ class DrawnBatches:
         settings, samples = self._settings, self.samples
         rng = np.random.default_rng([settings.seed, epoch])
         draws = draw_epoch(samples.chances, samples.epoch, rng)
-        replicas = rng.integers(settings.most_replicas, size=len(draws))
+        replicas = rng.integers(settings.max_replicas, size=len(draws))
         for step in range(first, self.steps(world)):
             whole = slice(step * settings.batch_size, (step + 1) * settings.batch_size)
             mine = slice(rank, None, world)
@@ -89,3 +93,19 @@ class DrawnBatches:
             rng = np.random.default_rng([settings.seed, epoch, step, 1])
             inputs = samples.inputs(chosen, replicas[whole][mine], rng)
             yield inputs, samples.targets[chosen]
+
+
+def mixed(tensors: Sequence[Tensor], rng: np.random.Generator) -> list[Tensor]:
+    """Mix each object with another one of the batch (mixup); the object has the larger weight.
+
+    Args:
+        tensors: Inputs and targets, each of b rows.
+        rng: Draws the weight and the partners.
+
+    Returns:
+        The tensors, all mixed in the same way.
+    """
+    share = rng.beta(BLEND, BLEND)
+    share = max(share, 1 - share)
+    other = torch.from_numpy(rng.permutation(len(tensors[0]))).to(tensors[0].device)
+    return [torch.lerp(tensor[other], tensor, share) for tensor in tensors]

@@ -1,4 +1,4 @@
-"""Which objects an epoch shows, in which order, and how fast it learns from them."""
+"""Draws of training objects in an epoch, and the learning rate schedule."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-FEWEST_DRAWS = 500
-"""A network that saw less in each of its epochs would have learnt little at the end."""
+MIN_DRAWS = 500
+"""Minimum number of draws in an epoch; with fewer a network would learn too little."""
 
 
 def passes_for(count: int) -> int:
-    """How often an epoch is to go through a set, so that it shows about `FEWEST_DRAWS` objects.
+    """Number of passes through a set per epoch that draws at least `MIN_DRAWS` objects.
 
     Args:
-        count: Objects in the set.
+        count: Number of objects in the set.
     """
-    return math.ceil(FEWEST_DRAWS / max(1, count))
+    return math.ceil(MIN_DRAWS / max(1, count))
 
 
 def class_chances(labels: NDArray[np.int64], balance: float) -> NDArray[np.float64]:
-    """How often to draw each object.
+    """Probability of drawing each object.
 
     Args:
         labels: (n,) class of each object.
-        balance: 1 gives all classes the same share, 0 all objects the same chance.
+        balance: 1 gives all classes the same probability, 0 all objects.
 
     Returns:
-        (n,) chances that sum to 1.
+        (n,) probabilities that sum to 1.
     """
     chances = (1.0 / np.bincount(labels)[labels]) ** balance
     return chances / chances.sum()
@@ -39,12 +39,12 @@ def draw_epoch(
 ) -> NDArray[np.int64]:
     """Draw objects by systematic resampling.
 
-    An object expected k times comes floor(k) or ceil(k) times.
+    An object with k expected draws is drawn floor(k) or ceil(k) times.
 
     Args:
-        chances: (n,) that sum to 1.
-        count: How many to draw.
-        rng: Source of all chance.
+        chances: (n,) probabilities that sum to 1.
+        count: Number of draws.
+        rng: Random generator.
 
     Returns:
         (count,) shuffled indices.
@@ -55,13 +55,13 @@ def draw_epoch(
 
 
 def learning_rate_at(step: int, steps: int, peak: float, warm_up: float) -> float:
-    """A tenth of the peak, linearly up to it, then a cosine down to nearly nothing.
+    """Learning rate: linear warm-up from a tenth of the peak, then cosine decay to nearly 0.
 
     Args:
         step: 0 … steps - 1.
-        steps: Of the whole run.
-        peak: The largest learning rate.
-        warm_up: Share of the run until the peak.
+        steps: Number of steps of the whole run.
+        peak: Maximum learning rate.
+        warm_up: Fraction of the run until the peak.
     """
     rise = max(1.0, warm_up * steps)
     if step < rise:

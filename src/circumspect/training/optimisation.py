@@ -1,4 +1,4 @@
-"""How weights are changed and averaged."""
+"""Optimizers and averaging of weights."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from torch.optim import Optimizer
 from circumspect.training.settings import TrainingSettings
 
 MOMENTUM = 0.9
-"""Of stochastic gradient descent."""
+"""Momentum of stochastic gradient descent."""
 
 
 def optimizer_for(net: nn.Module, settings: TrainingSettings) -> Optimizer:
-    """What changes the weights; the learning rate is set step by step."""
+    """Create the optimizer; the learning rate is set at each step."""
     groups = parameter_groups(net, settings.weight_decay)
     if settings.optimizer == "sgd":
         return torch.optim.SGD(groups, settings.learning_rate, MOMENTUM)
@@ -24,7 +24,7 @@ def optimizer_for(net: nn.Module, settings: TrainingSettings) -> Optimizer:
 
 
 def parameter_groups(net: nn.Module, weight_decay: float) -> list[dict[str, Any]]:
-    """Parameters for an optimizer; biases and norms are not decayed."""
+    """Parameter groups for an optimizer, without weight decay for biases and norms."""
     matrices = [p for p in net.parameters() if p.ndim > 1]
     vectors = [p for p in net.parameters() if p.ndim <= 1]
     return [
@@ -33,8 +33,8 @@ def parameter_groups(net: nn.Module, weight_decay: float) -> list[dict[str, Any]
     ]
 
 
-def forgetful_average(decay: float) -> Callable[[Tensor, Tensor, Tensor | int], Tensor]:
-    """Exponential averaging for `AveragedModel` that forgets the first steps faster."""
+def exponential_average(decay: float) -> Callable[[Tensor, Tensor, Tensor | int], Tensor]:
+    """Exponential averaging for `AveragedModel`, with faster decay in the first steps."""
 
     def average(averaged: Tensor, current: Tensor, count: Tensor | int) -> Tensor:
         keep = min(decay, (1 + int(count)) / (20 + int(count)))

@@ -1,4 +1,4 @@
-"""What a run writes while it trains: settings, a CSV row an epoch, TensorBoard."""
+"""The log of a run: settings, a CSV row per epoch, TensorBoard."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ LOG = "epochs.csv"
 
 
 class RunLog:
-    """Writes the history of a run.
+    """Writer of a run's history.
 
     Args:
-        folder: Of the run.
-        history: Rows of the epochs already done, when resuming.
+        folder: Folder of the run.
+        history: Rows of the finished epochs of a resumed run.
     """
 
     def __init__(self, folder: Path, history: Sequence[Mapping[str, Any]] = ()) -> None:
@@ -31,7 +31,7 @@ class RunLog:
         """Add the row of one epoch.
 
         Raises:
-            OutputError: The file can not be written.
+            OutputError: The file cannot be written.
         """
         self.history.append(dict(row))
         for name, value in row.items():
@@ -49,7 +49,7 @@ class RunLog:
 
 
 def logged_epochs(folder: Path) -> int:
-    """How many epochs the log of a run tells of; 0 where there is none."""
+    """Number of epochs in the log of a run; 0 without a log."""
     try:
         with (folder / LOG).open(encoding="utf-8", newline="") as stream:
             return sum(1 for _ in csv.DictReader(stream))

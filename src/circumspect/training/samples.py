@@ -1,4 +1,4 @@
-"""What a run draws its batches from: the training objects, and procedural furniture beside them."""
+"""The training objects of a run, including procedural furniture."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circumspect.classification import GridRecipe, InputRecipe, PointsRecipe
+from circumspect.classification import GridSpec, InputSpec, PointsSpec
 from circumspect.datasets import GridCache, ObjectSet
-from circumspect.datasets.augmented_clouds import AugmentedClouds
-from circumspect.datasets.augmented_grids import AugmentedGrids
-from circumspect.datasets.augmented_points import AugmentedPoints
+from circumspect.datasets.augmented_clouds import AugmentedClouds, AugmentedGrids, AugmentedPoints
 from circumspect.datasets.furniture_set import furniture_set
 from circumspect.errors import InputError
 from circumspect.furniture import CATEGORIES
@@ -25,21 +23,21 @@ class TrainingSamples:
 
     Args:
         fit: The training objects.
-        settings: Of the run.
-        recipe: What the network is shown.
-        cache: Where they are kept.
-        progress: Called with (done, all) while they are made.
+        settings: Settings of the run.
+        input_spec: The network's inputs.
+        cache: Cache of the inputs.
+        progress: Called with (done, all) while inputs are made.
 
     Raises:
-        InputError: Furniture is asked for, but the set has classes that it does not cover.
-        OutputError: The cache can not be written.
+        InputError: Furniture is requested, but the set has classes without any.
+        OutputError: The cache cannot be written.
     """
 
     def __init__(
         self,
         fit: ObjectSet,
         settings: TrainingSettings,
-        recipe: InputRecipe,
+        input_spec: InputSpec,
         cache: GridCache,
         progress: Callable[[int, int], None],
     ) -> None:
@@ -47,17 +45,17 @@ class TrainingSamples:
         if settings.furniture:
             sources.append((_furniture_of(fit.classes, settings), settings.furniture))
         self.epoch = settings.passes * len(fit)
-        """Draws an epoch."""
+        """Number of objects drawn per epoch."""
         self.chances = np.concatenate(
             [share * class_chances(source.labels, settings.balance) for source, share in sources]
         )
-        """(n,) chance of each object; they sum to 1."""
+        """(n,) probability of each object; they sum to 1."""
         labels = np.concatenate([source.labels for source, _ in sources])
         self.targets = np.eye(len(fit.classes), dtype=np.float32)[labels]
         """(n, c) one-hot targets."""
         self._starts = np.cumsum([0] + [len(source) for source, _ in sources])
         self._parts = [
-            _augmented(source, settings, recipe, cache, progress) for source, _ in sources
+            _augmented(source, settings, input_spec, cache, progress) for source, _ in sources
         ]
 
     def inputs(
@@ -66,7 +64,7 @@ class TrainingSamples:
         replicas: NDArray[np.int64],
         rng: np.random.Generator | None = None,  # noqa: ARG002 - variants are drawn beforehand
     ) -> tuple[NDArray[Any]]:
-        """Inputs of chosen objects, see `Samples.inputs`; (b, *input_shape) alone."""
+        """Inputs of chosen objects, see `Samples.inputs`: only (b, *input_shape)."""
         part = np.searchsorted(self._starts, chosen, side="right") - 1
         local = chosen - self._starts[part]
         made = {p: self._parts[p].batch(local[part == p], replicas[part == p]) for p in set(part)}
@@ -79,21 +77,21 @@ class TrainingSamples:
 def _augmented(
     source: ObjectSet,
     settings: TrainingSettings,
-    recipe: InputRecipe,
+    input_spec: InputSpec,
     cache: GridCache,
     progress: Callable[[int, int], None],
 ) -> AugmentedGrids | AugmentedPoints:
-    filled = not isinstance(recipe, PointsRecipe) or recipe.surface
-    changes = settings.changes(recipe.margin)
+    filled = not isinstance(input_spec, PointsSpec) or input_spec.surface
+    changes = settings.changes(input_spec.margin)
     clouds = AugmentedClouds(source, changes, settings.seed, filled, settings.random_yaw)
-    if isinstance(recipe, PointsRecipe):
-        return AugmentedPoints(clouds, recipe)
-    assert isinstance(recipe, GridRecipe)
-    return AugmentedGrids(clouds, recipe, settings.replicas, cache, progress)
+    if isinstance(input_spec, PointsSpec):
+        return AugmentedPoints(clouds, input_spec)
+    assert isinstance(input_spec, GridSpec)
+    return AugmentedGrids(clouds, input_spec, settings.replicas, cache, progress)
 
 
 def _furniture_of(classes: tuple[str, ...], settings: TrainingSettings) -> ObjectSet:
-    """Procedural furniture of these classes, labelled in their order."""
+    """Procedural furniture of these classes, with labels in their order."""
     if missing := set(classes) - set(CATEGORIES):
         raise InputError(
             f"no procedural furniture of class {', '.join(sorted(missing))}; train without it"

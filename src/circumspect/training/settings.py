@@ -1,4 +1,4 @@
-"""What a training run is made of."""
+"""The settings of a training run."""
 
 from __future__ import annotations
 
@@ -11,55 +11,56 @@ from circumspect.datasets.scan_augmentation import ScanAugmentation
 from circumspect.errors import CircumspectError, InputError
 from circumspect.nets.registry import NetSpec
 from circumspect.plugins import PluginError
+from circumspect.training.training_changes import TrainingChanges
 
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """All that determines a run; written to its folder.
+    """Everything that defines a run; written to its folder.
 
     Attributes:
         net: Name of the network.
-        epochs: How many; after each the held-back objects are named, and progress is saved.
-        passes: How often an epoch goes through the set; `passes_for` says how often it should go
-            through a small one.
-        batch_size: Objects a step, over all processes.
-        learning_rate: Its peak; it warms up linearly and decays as a cosine.
-        warm_up: Share of the run until the peak.
+        epochs: Number of epochs; after each, the held-back objects are classified and progress is
+            saved.
+        passes: Passes through the set per epoch; `passes_for` recommends a number for small sets.
+        batch_size: Objects per step, over all processes.
+        learning_rate: Peak learning rate, after linear warm-up and before cosine decay.
+        warm_up: Fraction of the run until the peak.
         optimizer: "adamw", or "sgd" with a momentum of 0.9.
-        weight_decay: On weights of two and more dimensions.
-        label_smoothing: Share of the target spread over all classes.
-        averaging: Decay a step of the averaged weights, which are those kept.
-        mixing: Share of the batches in which each grid is blended with another (mixup, Zhang et
-            al. 2018); the larger share is drawn from Beta(0.4, 0.4).
+        weight_decay: Weight decay of weights with two or more dimensions.
+        label_smoothing: Fraction of the target distributed over all classes.
+        averaging: Decay per step of the averaged weights, which are stored.
+        mixing: Fraction of the batches with mixup (Zhang et al. 2018) of each grid with another;
+            the larger weight is drawn from Beta(0.4, 0.4).
         balance: 1 draws all classes equally often, 0 all objects.
-        heading: Weight of the loss on the heading, for networks that tell it.
-        furniture: Share of the draws that are procedural furniture.
-        furniture_each: Pieces made of each category.
-        scans: Train on simulated scans, with visibility, size and a class of other things.
-        scan: How these scans are made.
-        catalogue: Share of the draws that are objects of catalogues.
-        catalogue_replicas: Scans made of each of their objects.
-        furniture_others: Procedural things made of each other kind.
-        other_weight: How often other things are drawn, in units of a class of the same source.
-        draws: Objects an epoch; None means as many as there are.
-        hide_visibility: Share of the scans whose free cells count as unknown.
-        hide_scale: Share of the scans whose size counts as unknown.
-        gradient_norm: Longer gradients are shortened to this.
-        replicas: Augmented variants made of each object.
-        validation: Hold objects back; 100 or more of them choose the epoch that is kept. With
-            fewer, and where all objects train, the last one is.
+        heading: Weight of the heading loss, for networks with a heading output.
+        furniture: Fraction of procedural furniture in the draws.
+        furniture_each: Number of pieces per category.
+        scans: Train on simulated scans, with visibility, size and a class of other objects.
+        scan: Settings of these scans.
+        catalogue: Fraction of catalogue objects in the draws.
+        catalogue_replicas: Number of scans per catalogue object.
+        furniture_others: Number of procedural objects of each other kind.
+        other_weight: Weight of other objects in the draws, in units of a class of the same source.
+        draws: Objects per epoch; None means the number of objects.
+        hide_visibility: Fraction of the scans with free cells marked unknown.
+        hide_scale: Fraction of the scans with unknown size.
+        gradient_norm: Gradients are clipped to this norm.
+        replicas: Number of augmented variants per object.
+        validation: Hold objects back; 100 or more of them select the stored epoch. Otherwise the
+            last epoch is stored.
         validation_salt: Another salt holds back other objects.
         precision: "fp32" or "bf16" (automatic mixed precision).
-        seed: Of all chance.
-        augmented: Objects are changed at random; without it they are shown as they are, with the
-            recipe's margin.
+        seed: Seed of all random generators.
+        augmented: Whether objects are augmented; otherwise they are unchanged and have the margin
+            of the input specification.
         augmentation: The random changes.
-        random_yaw: Every variant of an object is turned about the vertical by a random angle, as
-            the papers of several rivals do. No headline number comes from such a training.
+        random_yaw: Whether every variant of an object is rotated about the vertical by a random
+            angle, as in the papers of several rivals. No headline number uses it.
     """
 
-    # Stored settings that lack a field are taken to have its default: that of a new one must mean
-    # what was done before, here and in `Augmentation`.
+    # The default of a new field must be the earlier behaviour, since stored settings may lack it.
+    # The same holds for `Augmentation`.
     net: str = "planes"
     epochs: int = 24
     passes: int = 1
@@ -118,15 +119,16 @@ class TrainingSettings:
             raise CircumspectError("catalogue and furniture are shares; together at most 1")
 
     @classmethod
-    def of_net(cls, spec: NetSpec, **changes: Any) -> TrainingSettings:
-        """As a network is meant to be trained, but for some changes.
+    def of_net(cls, spec: NetSpec, changes: TrainingChanges | None = None) -> TrainingSettings:
+        """The settings for a network, with some changes.
 
         Args:
-            spec: The network; of another package, it may ask for what there is not.
-            changes: Settings by name.
+            spec: The network; the specification of a plug-in may contain unknown settings.
+            changes: The requested changes; None means none.
 
         Raises:
-            PluginError: The network asks for an unknown setting, or for one of a wrong type.
+            PluginError: The network requests an unknown setting, or a value of a wrong type.
+            InputError: Augmentation is requested for a network that is trained without it.
             CircumspectError: A value is out of range.
         """
         known = {one.name for one in fields(cls)} - {"net"}
@@ -135,33 +137,40 @@ class TrainingSettings:
                 f"network '{spec.name}': no training setting {strange[0]!r}; known: "
                 f"{', '.join(sorted(known))}"
             )
+        given: dict[str, Any] = {}
+        if changes is not None:
+            given = {**changes.of_run(), "augmentation": Augmentation(**changes.of_objects())}
         try:
-            return cls(**{**spec.training, **changes, "net": spec.name})
+            settings = cls(**{**spec.training, **given, "net": spec.name})
         except TypeError as error:
             raise PluginError(
                 f"network '{spec.name}': a training setting is of a wrong type ({error})"
             ) from error
+        if changes is not None and not settings.augmented and (idle := changes.of_objects()):
+            flags = ", ".join(f"--{name}" for name in idle)
+            raise InputError(f"{spec.name} is shown objects as they are; leave out {flags}")
+        return settings
 
     def changes(self, margin: float) -> Augmentation:
-        """The random changes that are made for a network that will be asked with a margin."""
+        """The random changes for a network with a given margin."""
         return self.augmentation if self.augmented else Augmentation.none(margin)
 
     def require_margin(self, margin: float) -> None:
-        """Check that a network is trained on grids as large as those that it will be asked with.
+        """Check that the training grids are as large as the margin requires.
 
         Raises:
-            InputError: The random changes make none of that size.
+            InputError: The random changes do not include that size.
         """
         least, most = self.changes(margin).scale
         if not least <= margin <= most:
             raise InputError(
-                f"a recipe with margin {margin:g} asks about sizes that are not trained on: "
+                f"the input specification's margin {margin:g} is outside the sizes in training: "
                 f"augmentation.scale is {least:g} … {most:g}; change one of them"
             )
 
     @property
-    def most_replicas(self) -> int:
-        """Variants that are drawn from; sources with fewer show each as often as any other."""
+    def max_replicas(self) -> int:
+        """Number of variants in memory; sources with fewer repeat theirs equally often."""
         if not self.scans:
             return self.replicas
         return math.lcm(self.replicas, self.catalogue_replicas)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -18,21 +18,20 @@ from torch import Tensor, nn
 from torch.nn import functional
 from torch.optim.swa_utils import AveragedModel
 
-from circumspect.classification import GridRecipe, InputRecipe
+from circumspect.classification import GridSpec, InputSpec
 from circumspect.classification.model_description import OBJECTS
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.datasets.labelled_surfaces import LabelledSurfaces
 from circumspect.errors import InputError
 from circumspect.folder_lock import locked_folder
 from circumspect.nets import Checkpoint, build_net
-from circumspect.nets.headed_planes import Headed
+from circumspect.nets.planes import Headed
 from circumspect.nets.registry import net_spec, require_turnable
 from circumspect.nets.state_channels import state_channels
+from circumspect.training.batches import mixed
 from circumspect.training.draws import learning_rate_at
-from circumspect.training.mixing import mixed
-from circumspect.training.optimisation import forgetful_average, optimizer_for
-from circumspect.training.progress import Progress
-from circumspect.training.resume import load_state, save_state
+from circumspect.training.optimisation import exponential_average, optimizer_for
+from circumspect.training.resume import Progress, load_state, save_state
 from circumspect.training.run_config import BEST, STATE, claim_folder, run_config
 from circumspect.training.run_log import RunLog
 from circumspect.training.scan_data import scan_data
@@ -40,28 +39,28 @@ from circumspect.training.settings import TrainingSettings
 from circumspect.training.sharded_training import ShardedTraining
 from circumspect.training.training_data import TrainingData, object_data
 
-FEWEST_TO_CHOOSE = 100
-"""Held-back objects from which on they choose the epoch; of fewer it would be luck."""
+MIN_VALIDATION_OBJECTS = 100
+"""Minimum number of held-back objects for the selection of an epoch; fewer are too noisy."""
 STATE_INTERVAL_S = 300.0
-"""Between saved states within an epoch."""
+"""Time between saved states within an epoch [s]."""
 
 
 class TrainingObserver(Protocol):
-    """What a progress display wants to know."""
+    """Observer of a run, for a display."""
 
     def preparing(self, done: int, total: int) -> None:
-        """Grids are being made."""
+        """Called while inputs are prepared."""
 
     def stepped(self, epoch: int, step: int, steps: int, loss: float) -> None:
-        """A step was taken."""
+        """Called after each step."""
 
     def finished_epoch(self, row: dict[str, float]) -> None:
-        """An epoch is over."""
+        """Called after each epoch."""
 
 
 @dataclass
 class _Run:
-    """What the steps of one run share."""
+    """The state that all steps of a run share."""
 
     settings: TrainingSettings
     accelerator: Accelerator
@@ -79,57 +78,60 @@ def train(
     folder: Path,
     observer: TrainingObserver,
     cache: GridCache | None = None,
-    recipe: InputRecipe | None = None,
+    input_spec: InputSpec | None = None,
     stop_after: int | None = None,
     catalogues: Sequence[LabelledSurfaces] = (),
+    claimed: Callable[[], None] | None = None,
 ) -> Checkpoint:
-    """Train a network; a run that was interrupted goes on where it stopped.
+    """Train a network; an interrupted run resumes.
 
     Args:
-        objects: The official training split; part of it is held back for validation. Or a set
-            in shards, which was divided when they were made.
-        settings: Of the run.
-        folder: Of the run: settings, log, state and the best checkpoint.
-        observer: Told of the progress.
-        cache: Where grids are kept.
-        recipe: What the network is shown; None means what it is meant for.
+        objects: The official training split, from which validation objects are held back; or a
+            sharded set, which is split already.
+        settings: Settings of the run.
+        folder: Folder of the run, for settings, log, state and the best checkpoint.
+        observer: Receives the progress.
+        cache: Cache of the grids.
+        input_spec: The network's inputs; None means its default.
         stop_after: Stop after this many epochs as if interrupted.
-        catalogues: Further objects, for a run on simulated scans.
+        catalogues: Additional objects for simulated scans.
+        claimed: Called by the first process once the folder belongs to the run.
 
     Returns:
-        The checkpoint of the epoch that is kept: the best one on held-back objects where at least
-        `FEWEST_TO_CHOOSE` are held back, else the last.
+        The checkpoint of the best epoch on held-back objects if at least `MIN_VALIDATION_OBJECTS`
+        are held back, else of the last epoch.
 
     Raises:
-        InputError: The folder holds a run with other settings, one that is finished and has no
-            state to go on from, or the middle of an epoch that another number of processes shares;
-            the recipe's margin is none of the sizes that are trained on; the
-            network can not be trained at random yaw; or the loss or the weights are no longer
-            finite.
-        OutputError: The folder can not be written, or holds files of something else.
+        InputError: The folder contains a run with other settings, a finished run without a state to
+            resume from, or an unfinished epoch with another number of processes; the margin of the
+            input specification is outside the sizes in training; the network cannot be trained at
+            random yaw; or the loss or the weights are no longer finite.
+        OutputError: The folder cannot be written, or contains foreign files.
     """
-    recipe = recipe or recipe_for(settings)
+    input_spec = input_spec or input_spec_for(settings)
     if not settings.scans:
-        settings.require_margin(recipe.margin)
+        settings.require_margin(input_spec.margin)
     if settings.random_yaw:
         require_turnable(settings.net)
-    # Of the processes that train together the first alone writes.
+    # Only the first of several processes writes.
     writes = os.environ.get("RANK", "0") == "0"
     with locked_folder(folder) if writes else nullcontext():
-        claim_folder(folder, run_config(settings, recipe, objects.digest, catalogues))
-        run = _prepare(objects, catalogues, settings, recipe, cache or GridCache(), observer)
-        _train_epochs(run, recipe, folder, observer, stop_after)
+        claim_folder(folder, run_config(settings, input_spec, objects.digest, catalogues), writes)
+        if writes and claimed is not None:
+            claimed()
+        run = _prepare(objects, catalogues, settings, input_spec, cache or GridCache(), observer)
+        _train_epochs(run, input_spec, folder, observer, stop_after)
     return Checkpoint.load(folder / BEST)
 
 
 def _train_epochs(
     run: _Run,
-    recipe: InputRecipe,
+    input_spec: InputSpec,
     folder: Path,
     observer: TrainingObserver,
     stop_after: int | None,
 ) -> None:
-    """The epochs that are left."""
+    """Train the remaining epochs."""
     settings, progress = run.settings, _resumed(run, folder)
     log = RunLog(folder, progress.history) if run.accelerator.is_main_process else None
     end = settings.epochs if stop_after is None else min(stop_after, settings.epochs)
@@ -137,14 +139,14 @@ def _train_epochs(
         row = _train_epoch(run, progress, observer, folder)
         _require_finite_weights(run, epoch)
         if run.data.examiner:
-            with _precise(run):
+            with _autocast(run):
                 row |= run.data.examiner.examine(run.averaged.module)
         if log:
-            kept = run.data.held_back < FEWEST_TO_CHOOSE or _is_best(row, log.history)
-            # First, so that a network without a state is known to be of a cut first epoch.
+            kept = run.data.held_back < MIN_VALIDATION_OBJECTS or _is_best(row, log.history)
+            # Logged first, so that a network without a state belongs to an interrupted first epoch.
             log.add(row)
             if kept:
-                _checkpoint(run, recipe, row).save(folder / BEST)
+                _checkpoint(run, input_spec, row).save(folder / BEST)
             _save(run, folder, progress.next_epoch(row))
             observer.finished_epoch(row)
         progress = progress.next_epoch(row)
@@ -154,20 +156,20 @@ def _train_epochs(
 
 
 def _is_best(row: dict[str, float], history: list[dict[str, float]]) -> bool:
-    """Better on validation than all epochs before; of equal accuracies the smallest loss counts."""
-    return all(_merit(row) > _merit(before) for before in history)
+    """Whether validation is better than in all earlier epochs; the smaller loss breaks ties."""
+    return all(_validation_rank(row) > _validation_rank(before) for before in history)
 
 
-def _merit(row: dict[str, float]) -> tuple[float, float]:
+def _validation_rank(row: dict[str, float]) -> tuple[float, float]:
     return row["validation_accuracy"], -row["validation_loss"]
 
 
 def _train_epoch(
     run: _Run, progress: Progress, observer: TrainingObserver, folder: Path
 ) -> dict[str, float]:
-    """The rest of an epoch.
+    """Train the rest of an epoch.
 
-    Every rank and every step has a chance of its own, so that a resumed run repeats it.
+    Every rank and every step has its own random generator, so that a resumed run is reproducible.
     """
     settings, accelerator, epoch = run.settings, run.accelerator, progress.epoch
     start = saved = time.perf_counter()
@@ -182,14 +184,14 @@ def _train_epoch(
         )
         for group in run.optimizer.param_groups:
             group["lr"] = rate
-        with _precise(run):
+        with _autocast(run):
             answer = run.net(*inputs)
-        logits, loss = _judged(answer, targets, settings, run.weights)
+        logits, loss = _logits_and_loss(answer, targets, settings, run.weights)
         accelerator.backward(loss)
         accelerator.clip_grad_norm_(run.net.parameters(), settings.gradient_norm)
         run.optimizer.step()
         run.optimizer.zero_grad(set_to_none=True)
-        # Without averaging only the last step's weights are kept.
+        # Without averaging only the weights of the last step are used.
         if settings.averaging > 0 or step + 1 == run.steps:
             run.averaged.update_parameters(accelerator.unwrap_model(run.net))
         hits = int((logits.argmax(1) == targets.argmax(1)).sum())
@@ -214,23 +216,23 @@ def _finite(loss: float, epoch: int) -> float:
 
 
 def _require_finite_weights(run: _Run, epoch: int) -> None:
-    """No loss is computed after an epoch's last step that would show what it broke."""
+    """Check the weights, because no loss is computed after the last step of an epoch."""
     for name, value in run.averaged.module.state_dict().items():
         if not value.isfinite().all():
             raise _diverged(f"{name} is no longer finite after epoch {epoch + 1}")
 
 
 def _diverged(found: str) -> InputError:
-    return InputError(f"{found}: the training diverged; train anew with a lower --learning-rate")
+    return InputError(f"{found}: the training diverged; train again with a lower --learning-rate")
 
 
-def _precise(run: _Run) -> torch.autocast:
-    """The precision that the settings ask for."""
+def _autocast(run: _Run) -> torch.autocast:
+    """Autocast with the precision of the settings."""
     wanted = run.settings.precision == "bf16"
     return torch.autocast(run.accelerator.device.type, torch.bfloat16, wanted)
 
 
-def _judged(
+def _logits_and_loss(
     answer: Tensor | Headed,
     targets: Tensor,
     settings: TrainingSettings,
@@ -242,14 +244,14 @@ def _judged(
         logits.float(), targets, weights, label_smoothing=settings.label_smoothing
     )
     if isinstance(answer, Headed):
-        # `require_turnable` has refused a random yaw: the 0° of all objects lies in cell 0.
+        # `require_turnable` refuses a random yaw, so that 0° of all objects is in cell 0.
         ahead = torch.zeros(len(targets), dtype=torch.long, device=targets.device)
         loss = loss + settings.heading * functional.cross_entropy(answer.heading.float(), ahead)
     return logits, loss
 
 
 def _batches(run: _Run, epoch: int, first: int) -> Iterator[tuple[list[Tensor], Tensor]]:
-    """This process' share of the epoch's batches: inputs (b, …) and targets (b, c), float32."""
+    """This process' part of the epoch's batches: inputs (b, …) and targets (b, c), float32."""
     settings, accelerator = run.settings, run.accelerator
     rank, world = accelerator.process_index, accelerator.num_processes
     batches = run.data.batches.of_epoch(epoch, first, rank, world)
@@ -261,69 +263,69 @@ def _batches(run: _Run, epoch: int, first: int) -> Iterator[tuple[list[Tensor], 
         yield shown, targets
 
 
-def _require_a_batch(objects: int, settings: TrainingSettings, fewest: int) -> None:
-    """Batch norm needs two objects a process and batch."""
-    if settings.batch_size < fewest:
+def _require_a_batch(objects: int, settings: TrainingSettings, min_objects: int) -> None:
+    """Check that batch norm gets two objects per process and batch."""
+    if settings.batch_size < min_objects:
         raise InputError(
             f"--batch-size {settings.batch_size}: batch norm needs two objects a process and "
-            f"batch; give {fewest} or more"
+            f"batch; give {min_objects} or more"
         )
-    if objects < fewest:
+    if objects < min_objects:
         held = ", or hold none back with --no-validation" if settings.validation else ""
         raise InputError(
-            f"objects left to train on: {objects}; batch norm needs {fewest} at least: add "
+            f"objects left to train on: {objects}; batch norm needs {min_objects} at least: add "
             f"objects{held}"
         )
 
 
-def recipe_for(settings: TrainingSettings) -> InputRecipe:
-    """What a network is meant to be shown; of simulated scans also visibility and size.
+def input_spec_for(settings: TrainingSettings) -> InputSpec:
+    """The default inputs of a network, with visibility and size for simulated scans.
 
-    A network that takes neither is shown scans as it is shown complete objects.
+    A network that does not take them is trained on scans with the inputs of complete objects.
 
     Raises:
-        InputError: No network of that name.
+        InputError: The network does not exist.
     """
     spec = net_spec(settings.net)
     if not settings.scans or not spec.takes_context:
-        return spec.recipe
-    assert isinstance(spec.recipe, GridRecipe)
-    return replace(spec.recipe, visibility=True, metric=True)
+        return spec.input_spec
+    assert isinstance(spec.input_spec, GridSpec)
+    return replace(spec.input_spec, visibility=True, metric=True)
 
 
 def _prepare(
     objects: ObjectSet | ShardedTraining,
     catalogues: Sequence[LabelledSurfaces],
     settings: TrainingSettings,
-    recipe: InputRecipe,
+    input_spec: InputSpec,
     cache: GridCache,
     observer: TrainingObserver,
 ) -> _Run:
-    accelerator = Accelerator(mixed_precision="no")  # `precision` is ours to apply.
-    fewest = 2 * accelerator.num_processes
-    _require_a_batch(len(objects), settings, fewest)
-    # Before the grids, which take long: a network may not be made for their cells.
+    accelerator = Accelerator(mixed_precision="no")  # `_autocast` applies the precision.
+    min_objects = 2 * accelerator.num_processes
+    _require_a_batch(len(objects), settings, min_objects)
+    # Built before the grids, which take long, because the network may not accept their shape.
     torch.manual_seed(settings.seed)
     classes = len(objects.classes) + settings.scans
-    net = build_net(settings.net, classes, recipe)
+    net = build_net(settings.net, classes, input_spec)
     with accelerator.main_process_first():
         if isinstance(objects, ShardedTraining):
             data = objects.data(settings, accelerator.device, accelerator.num_processes)
         elif settings.scans:
             data = scan_data(
-                objects, catalogues, settings, recipe, accelerator.device, observer.preparing,
+                objects, catalogues, settings, input_spec, accelerator.device, observer.preparing,
                 cache.folder / "scans",
             )  # fmt: skip
         else:
             data = object_data(
-                objects, settings, recipe, cache, accelerator.device, observer.preparing
+                objects, settings, input_spec, cache, accelerator.device, observer.preparing
             )
-    _require_a_batch(data.count, settings, fewest)
+    _require_a_batch(data.count, settings, min_objects)
     optimizer = optimizer_for(net, settings)
     net, optimizer = accelerator.prepare(net, optimizer)
     averaged = AveragedModel(
         accelerator.unwrap_model(net),
-        avg_fn=forgetful_average(settings.averaging),
+        avg_fn=exponential_average(settings.averaging),
         use_buffers=True,
     )
     weights = None
@@ -333,13 +335,13 @@ def _prepare(
     return _Run(settings, accelerator, net, averaged, optimizer, data, weights, steps)
 
 
-def _checkpoint(run: _Run, recipe: InputRecipe, row: dict[str, float]) -> Checkpoint:
+def _checkpoint(run: _Run, input_spec: InputSpec, row: dict[str, float]) -> Checkpoint:
     weights = {name: value.cpu() for name, value in run.averaged.module.state_dict().items()}
     training = {
         "settings": run.settings.to_dict(), "reached": row, "data": run.data.digest,
         OBJECTS: run.data.fitted,
     }  # fmt: skip
-    return Checkpoint(run.settings.net, run.data.classes, recipe, weights, training)
+    return Checkpoint(run.settings.net, run.data.classes, input_spec, weights, training)
 
 
 def _modules(run: _Run) -> dict[str, nn.Module]:

@@ -1,4 +1,4 @@
-"""The dashboard in the browser: a run as it goes on, or played back."""
+"""Browser dashboard for live and finished runs."""
 
 from circumspect.viewer.dashboard import DEFAULT_HOST, DEFAULT_PORT, Dashboard
 from circumspect.viewer.live_watch import LiveWatch

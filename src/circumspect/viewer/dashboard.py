@@ -1,4 +1,4 @@
-"""The dashboard: stage and panel in one page, shown by a thread of their own."""
+"""The dashboard: 3D view and panel in one page, updated in its own thread."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from typing import Self
 import numpy as np
 
 from circumspect.classification import Classifier
-from circumspect.viewer.clipped import clipped
 from circumspect.viewer.colouring import COLOURINGS, EVIDENCE
-from circumspect.viewer.guarded_server import address, guarded_server, stop
+from circumspect.viewer.guarded_server import address, clipped, guarded_server, stop
 from circumspect.viewer.panel import Panel
 from circumspect.viewer.publisher import Publisher
 from circumspect.viewer.shown import Shown
@@ -24,16 +23,16 @@ DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 8080
 
 
 class Dashboard:
-    """A page in the browser; a context manager.
+    """The dashboard page in the browser; a context manager.
 
     Attributes:
-        server: viser's, see `guarded_server`.
+        server: The viser server, see `guarded_server`.
         stage: The 3D view.
-        panel: What is beside it.
-        publisher: Shows what is put.
-        why: Explains the answer where that is wanted.
-        url: What to type into a browser.
-        total: Frames that fill the history's width; None means all so far.
+        panel: The panel beside the 3D view.
+        publisher: Shows the newest state.
+        why: Explains the answer on demand.
+        url: Address of the page.
+        total: Number of frames in the width of the history; None means all so far.
     """
 
     def __init__(
@@ -47,11 +46,11 @@ class Dashboard:
         """Open the page.
 
         Args:
-            classifier: Names the object that is turned by the slider.
+            classifier: Classifies the object after the slider rotates it.
             host: Address to listen at.
-            port: 0 means any that is free.
-            always: Show states even when nobody looks, as an export does.
-            names: Host names by which browsers may reach it, see `guarded_server`.
+            port: The port; 0 means any free one.
+            always: Whether to show states without a connected browser, as an export does.
+            names: Host names that browsers may use, see `guarded_server`.
 
         Raises:
             InputError: The port is taken.
@@ -83,19 +82,19 @@ class Dashboard:
 
     @property
     def watched(self) -> bool:
-        """Whether a browser shows the page."""
+        """Whether a browser is connected."""
         return bool(self.server.get_clients())
 
     def put(self, make: Callable[[], Shown | None]) -> None:
-        """Show a moment soon, unless a newer one comes; returns at once.
+        """Schedule a moment, which a newer one replaces; returns immediately.
 
         Args:
-            make: Called by the page's own thread; None from it shows nothing.
+            make: Creates the moment in the page's thread; if it returns None, nothing is shown.
         """
         self.publisher.slot.put(make)
 
     def when_left(self, act: Callable[[], None]) -> None:
-        """Call `act` whenever the last browser has gone."""
+        """Call `act` whenever the last browser disconnects."""
 
         @self.server.on_client_disconnect
         def _(client: object) -> None:  # noqa: ARG001 - whoever it was
@@ -110,7 +109,7 @@ class Dashboard:
             stop(self.server)
 
     def show(self, shown: Shown) -> None:
-        """Show a moment now, in the caller's thread."""
+        """Show a moment immediately, in the caller's thread."""
         turned = self._turned(shown)
         self.why.ask(shown.thing.grid, shown.run)
         self.stage.explanation = self.why.found
@@ -130,7 +129,7 @@ class Dashboard:
         return turned_object(shown.thing, self._yaw, self._classifier)
 
     def _listen(self) -> None:
-        """Whatever the onlooker changes shows the latest moment once more."""
+        """Show the latest moment again after each change of a control."""
         panel, again = self.panel, self.publisher.slot.again
 
         @panel.turn.on_update

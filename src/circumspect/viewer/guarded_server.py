@@ -1,4 +1,4 @@
-"""viser's server with everything shut that a dashboard on a robot does not need."""
+"""A viser server restricted to what the dashboard needs, and checks of untrusted input."""
 
 from __future__ import annotations
 
@@ -21,31 +21,28 @@ if TYPE_CHECKING:
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EVERYWHERE = {"0.0.0.0": "127.0.0.1", "::": "::1"}
-"""Addresses that are all of a machine's to the one by which it reaches itself."""
+"""Wildcard addresses and the loopback address of each."""
 TITLE = "circumspect"
-
-
 MOST_CONNECTIONS = 16
-"""Browsers and other programs at a time."""
+"""Maximum number of simultaneous connections."""
 LARGEST_MESSAGE = 1 << 20
-"""What a browser sends are clicks and camera poses [bytes]."""
+"""Maximum size of a message from a browser: clicks and camera poses [bytes]."""
 
 
 def guarded_server(host: str, port: int, names: Sequence[str] = ()) -> viser.ViserServer:
     """Start a server.
 
-    Sharing over the internet and sending of files are taken out, whatever a browser asks for. A
-    page of another site that a browser shows can not talk to the dashboard behind its back: it is
-    rejected before the handshake.
+    Sharing over the internet and file transfer are disabled. Connections from pages of other sites
+    are rejected before the handshake.
 
     Args:
         host: Address to listen at.
         port: The port; 0 means any that is free.
-        names: Host names by which browsers may reach the server, beside addresses in numbers and
-            the names of this machine.
+        names: Host names that browsers may use in addition to numeric addresses and the names of
+            this machine.
 
     Raises:
-        InputError: The port is taken, or this machine has no such address.
+        InputError: The port is taken, or this machine does not have the address.
         MissingExtraError: viser is not installed.
     """
     try:
@@ -55,7 +52,7 @@ def guarded_server(host: str, port: int, names: Sequence[str] = ()) -> viser.Vis
     from viser import _messages
 
     _require_free(host, port)
-    # viser announces itself on standard output, which may be meant for a program.
+    # viser prints to standard output, which a program may read.
     with contextlib.redirect_stdout(io.StringIO()), _guarded_serve(host, names):
         server = viser.ViserServer(host=host, port=port, label=TITLE, verbose=False)
     connection = server._websock_server
@@ -72,7 +69,7 @@ def guarded_server(host: str, port: int, names: Sequence[str] = ()) -> viser.Vis
 
 @contextlib.contextmanager
 def _guarded_serve(host: str, names: Sequence[str]) -> Iterator[None]:
-    """Let the server that viser starts meanwhile refuse strangers, and limit what it takes."""
+    """Patch the server that viser starts to reject foreign pages and to limit its input."""
     import websockets.asyncio.server as sockets
 
     real, started = sockets.serve, threading.Event()
@@ -102,7 +99,7 @@ def _guarded_serve(host: str, names: Sequence[str]) -> Iterator[None]:
 
 
 def _silent_logger() -> logging.Logger:
-    """Of a connection that fails nobody has to know: its traceback names no fault of ours."""
+    """A logger that discards the tracebacks of failed connections, which are no errors here."""
     logger = logging.getLogger("circumspect.viewer.connections")
     logger.propagate = False
     logger.addHandler(logging.NullHandler())
@@ -110,15 +107,15 @@ def _silent_logger() -> logging.Logger:
 
 
 def own_page(headers: Any, host: str, names: Sequence[str] = ()) -> bool:
-    """Whether a connection comes from the dashboard's own page, or from no browser at all.
+    """Whether a connection comes from the dashboard's own page, or not from a browser.
 
-    A name that somebody else points at this machine opens nothing, wherever the server listens: it
-    is reached by an address in numbers, by the names of this machine, or by those that are allowed.
+    The Host must be a numeric address, a name of this machine, or an allowed name. This prevents
+    DNS rebinding.
 
     Args:
-        headers: Of the request: Host and, where a browser made it, Origin.
-        host: Where the server listens; on loopback the names of loopback alone are its own.
-        names: Further names that are allowed.
+        headers: Headers of the request: Host and, from a browser, Origin.
+        host: Address of the server; on loopback only the loopback names are accepted.
+        names: Additional allowed names.
     """
     hosts = headers.get_all("Host") if hasattr(headers, "get_all") else [headers.get("Host", "")]
     origins = (
@@ -145,7 +142,7 @@ def own_page(headers: Any, host: str, names: Sequence[str] = ()) -> bool:
 
 
 def _is_address(name: str) -> bool:
-    """Whether it is an address in numbers, which nobody can point elsewhere."""
+    """Whether a name is a numeric address."""
     try:
         ipaddress.ip_address(name)
     except ValueError:
@@ -154,21 +151,21 @@ def _is_address(name: str) -> bool:
 
 
 def address(server: viser.ViserServer, host: str) -> str:
-    """What to type into a browser on this machine."""
+    """URL of the server for a browser on this machine."""
     name = EVERYWHERE.get(host, host)
     shown = f"[{name}]" if ":" in name else name
     return f"http://{shown}:{server.get_port()}"
 
 
 def stop(server: viser.ViserServer) -> None:
-    """Stop without a word."""
+    """Stop the server without output."""
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
     sys.stdout.flush()
 
 
 def _require_free(host: str, port: int) -> None:
-    """Viser would take the next port without a word."""
+    """Check that the port is free; viser would silently use the next one."""
     if not 0 <= port <= 65535:
         raise InputError(f"--viewer-port {port}: a port is from 0 to 65535")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -180,3 +177,10 @@ def _require_free(host: str, port: int) -> None:
         raise InputError(
             f"{host}:{port}: no dashboard there ({reason_of(error)}); give another port, 0 for any"
         ) from error
+
+
+def clipped(value: Any, low: float, high: float) -> float:
+    """An untrusted value as a number within bounds."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        return low
+    return float(value)

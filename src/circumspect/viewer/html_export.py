@@ -1,4 +1,4 @@
-"""A finished run as one HTML file that plays without a network and without this program."""
+"""Export of a finished run as one HTML file that plays offline."""
 
 from __future__ import annotations
 
@@ -17,16 +17,22 @@ from numpy.typing import NDArray
 from circumspect.storage import atomic_open
 from circumspect.viewer.guarded_server import guarded_server, stop
 from circumspect.viewer.panel import images_side_by_side
-from circumspect.viewer.panel_html import answer_html, bars_html, faults_html, times_html
+from circumspect.viewer.panel_html import (
+    answer_html,
+    bars_html,
+    faults_html,
+    legend_html,
+    times_html,
+)
 from circumspect.viewer.played_run import PlayedRun
 from circumspect.viewer.probability_picture import probability_picture
 from circumspect.viewer.shown import Shown, ShownObject
 from circumspect.viewer.stage import Stage
 
 MOST_FRAMES = 300
-"""A longer run is shown at evenly picked frames."""
+"""Maximum number of frames; longer runs are subsampled evenly."""
 MOST_POINTS = 6_000
-"""Points of the object but in the last frame, where all are shown."""
+"""Maximum number of the object's points, except in the last frame."""
 FRAMES_PER_SECOND, LAST_SECONDS = 10.0, 4.0
 STYLE = """
 #circumspect{position:fixed;top:1em;right:1em;width:23em;max-height:calc(100% - 6em);overflow:auto;
@@ -52,20 +58,20 @@ window.circumspectShow=function(n){
 
 
 def export_html(played: PlayedRun, path: str | os.PathLike[str]) -> int:
-    """Write the file.
+    """Write a run as an HTML file.
 
     Args:
         played: The run.
         path: The file.
 
     Returns:
-        Its size in bytes.
+        Size of the file [bytes].
 
     Raises:
-        OutputError: The file can not be written.
+        OutputError: The file cannot be written.
         MissingExtraError: viser is not installed.
     """
-    # viser makes pages from a server's scene only; nobody is told of this one.
+    # viser exports only the scene of a server; no browser connects to this one.
     server = guarded_server("127.0.0.1", 0)
     try:
         page = _page(played, server)
@@ -77,7 +83,7 @@ def export_html(played: PlayedRun, path: str | os.PathLike[str]) -> int:
 
 
 def chosen_frames(count: int) -> list[int]:
-    """At most `MOST_FRAMES` of the frames, the first and the last among them."""
+    """At most `MOST_FRAMES` frame numbers, including the first and the last."""
     return np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).astype(int)).tolist()
 
 
@@ -91,16 +97,16 @@ def _page(played: PlayedRun, server: Any) -> str:
     for number, frame in enumerate(frames):
         last = number == len(frames) - 1
         shown = played.shown(frame)
-        stage.show(shown if last else _lighter(shown))
-        panel.append(_told(shown, pictures, len(played)))
+        stage.show(shown if last else _thinned(shown))
+        panel.append(_panel_record(shown, pictures, len(played)))
         serializer._insert_message(RunJavascriptMessage(f"window.circumspectShow({number})"))
         serializer.insert_sleep(LAST_SECONDS if last else 1 / FRAMES_PER_SECOND)
     page = serializer.as_html()
     return _with_panel(page, played, panel, pictures.files)
 
 
-def _lighter(shown: Shown) -> Shown:
-    """The same with fewer points."""
+def _thinned(shown: Shown) -> Shown:
+    """The moment with fewer points."""
     thing = shown.thing
     every = -(-max(1, len(thing.points_xyz)) // MOST_POINTS)
     fewer = ShownObject(
@@ -110,14 +116,14 @@ def _lighter(shown: Shown) -> Shown:
     return replace(shown, thing=fewer)
 
 
-def _told(shown: Shown, pictures: _Pictures, total: int) -> dict[str, Any]:
-    """What the panel says of a moment."""
+def _panel_record(shown: Shown, pictures: _Pictures, total: int) -> dict[str, Any]:
+    """The contents of the panel at a moment, JSON types."""
     row = shown.row
     images, seen = shown.images, None
     if images is not None:
         seen = pictures.of(images.frame, images_side_by_side(images))
     return {
-        "answer": answer_html(row, shown.truth, shown.news),
+        "answer": answer_html(row, shown.truth, shown.message),
         "bars": bars_html(row.get("probabilities")),
         "faults": faults_html(shown.rows, shown.count),
         "times": times_html(row),
@@ -127,7 +133,7 @@ def _told(shown: Shown, pictures: _Pictures, total: int) -> dict[str, Any]:
 
 
 class _Pictures:
-    """Pictures as data addresses, each kept once."""
+    """Pictures as data URLs without duplicates."""
 
     def __init__(self) -> None:
         self.files: list[str] = []
@@ -139,7 +145,7 @@ class _Pictures:
         packed = io.BytesIO()
         picture = Image.fromarray(pixels)
         if kind == "PNG":
-            # A few flat colours: a palette makes it small.
+            # A palette makes pictures with few flat colours small.
             picture.quantize(64).save(packed, kind, optimize=True)
         else:
             picture.save(packed, kind, quality=75)
@@ -167,7 +173,7 @@ def _with_panel(
     )
     head = f"<style>{STYLE}</style>"
     body = (
-        f"<div id='circumspect'><h1>circumspect: {name}</h1>{parts}</div>"
+        f"<div id='circumspect'><h1>circumspect: {name}</h1>{parts}{legend_html()}</div>"
         f"<script>{data}{SCRIPT}window.circumspectShow(0)</script>"
     )
     at = page.rindex("</body>")
@@ -180,5 +186,5 @@ def _with_panel(
 
 
 def _inline(value: Any) -> str:
-    """JSON that can stand within a script element."""
+    """JSON that is safe within a script element."""
     return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")

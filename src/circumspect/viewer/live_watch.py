@@ -1,4 +1,4 @@
-"""Watches a run on behalf of a dashboard; the run never waits for it."""
+"""Observer that shows a live run in a dashboard without delaying the run."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from circumspect.grid import OccupancyGrid
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.reconstruction import ObjectModel
 from circumspect.runs import PlannedView
-from circumspect.runs.odometry_path import OdometryPath
+from circumspect.runs.run_path import OdometryPath
 from circumspect.runs.surroundings import Surroundings
 from circumspect.sensing import RgbdFrame
-from circumspect.simulation import Scene, Witness
+from circumspect.simulation import GroundTruthRecorder, Scene
 from circumspect.viewer.dashboard import Dashboard
 from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
 
 _Moment = tuple[RecognitionStep, RgbdFrame | None, PlannedView | None, ObjectModel]
 
 MOST_FRAMES = 20_000
-"""So many are remembered, more than an hour at five a second; then the older half is forgotten."""
+"""Maximum number of stored frames, more than an hour at 5 Hz; then the older half is dropped."""
 
 
 class Watchable(Protocol):
@@ -34,28 +34,28 @@ class Watchable(Protocol):
 
     @property
     def frame(self) -> RgbdFrame | None:
-        """The frame that is worked on."""
+        """The current frame."""
         ...
 
     @property
     def target(self) -> PlannedView | None:
-        """The view that the robot drives to, or should."""
+        """The next view of the robot."""
         ...
 
     @property
     def ended(self) -> str | None:
-        """Why the run ended; None while it goes on."""
+        """Why the run ended; None while it runs."""
         ...
 
 
 class LiveWatch:
-    """Puts the newest state where the dashboard's thread takes it; a `PipelineObserver`.
+    """Passes the newest state to the dashboard's thread; a `PipelineObserver`.
 
-    In the run's own thread only references and a few numbers are kept; points, colours and
-    pictures are made by the dashboard's.
+    The run's thread only stores references and a few numbers; the dashboard's thread makes points,
+    colours and pictures.
 
     Attributes:
-        news: A line about the run as a whole, shown until it ends.
+        message: A line about the whole run, shown until it ends.
     """
 
     def __init__(
@@ -63,21 +63,21 @@ class LiveWatch:
         run: Watchable,
         dashboard: Dashboard,
         scene: Scene | None = None,
-        witness: Witness | None = None,
+        ground_truth: GroundTruthRecorder | None = None,
         truth: str | None = None,
     ) -> None:
         """Watch a run.
 
         Args:
-            run: Not yet begun.
-            dashboard: Shows it.
-            scene: What stands around, where that is known.
-            witness: Knows how the scene lies in the robot's map.
-            truth: The object's true class, where that is known.
+            run: The run, before its start.
+            dashboard: The dashboard that shows the run.
+            scene: The simulated scene, if there is one.
+            ground_truth: Recorder that aligns the scene with the robot's map.
+            truth: True class of the object, if known.
         """
-        self.news = ""
+        self.message = ""
         self._run, self._dashboard = run, dashboard
-        self._scene, self._witness, self._truth = scene, witness, truth
+        self._scene, self._ground_truth, self._truth = scene, ground_truth, truth
         self._rows: list[Mapping[str, Any]] = []
         self._path: list[NDArray[np.float64]] = []
         self._odometry = OdometryPath()
@@ -85,31 +85,31 @@ class LiveWatch:
         self._last: _Moment | None = None
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Put the step into the slot."""
+        """Pass the step to the dashboard."""
         frame, target = self._run.frame, self._run.target
         self._rows.append(step.summary())
         if step.pose is not None:
-            self._look_round(step.pose.T_map_camera)
+            self._set_surroundings(step.pose.T_map_camera)
             self._path.append(step.pose.T_map_camera.translation)
         self._odometry.add(step, frame)
-        self._forget()
-        # All of a large model would keep the run waiting.
+        self._drop_old_frames()
+        # The full model of a large object would delay the run.
         self._last = (step, frame, target, step.model.preview)
-        self._put(self.news)
+        self._put(self.message)
 
-    def tell(self, news: str) -> None:
-        """Show a line about the run, from now until it ends; may be called from any thread."""
-        self.news = news
+    def show_message(self, message: str) -> None:
+        """Show a line about the run until it ends; may be called from any thread."""
+        self.message = message
         if self._last is None:
-            self._dashboard.put(lambda: Shown((), 0, news=news, run=self))
+            self._dashboard.put(lambda: Shown((), 0, message=message, run=self))
         else:
-            self._put(news)
+            self._put(message)
 
     def settled(self, prediction: Prediction) -> None:
-        """Show the answer when no more frames come for now.
+        """Show the final answer after the last frame so far.
 
         Args:
-            prediction: Over all grids.
+            prediction: The answer over all grids.
         """
         if self._last is None:
             return
@@ -118,10 +118,10 @@ class LiveWatch:
         step = replace(step, prediction=prediction, coverage=coverage)
         self._last = (step, frame, target, model)
         self._rows = [*self._rows[:-1], step.summary()]
-        self._put(self.news)
+        self._put(self.message)
 
     def on_end(self, result: RecognitionResult) -> None:
-        """Show how it ended, with what was corrected in the end."""
+        """Show the end of the run with the final corrections."""
         if self._last is None or result.last is None:
             return
         _, frame, target, _ = self._last
@@ -132,34 +132,40 @@ class LiveWatch:
         early = result.end_reason or "interrupted" if result.interrupted else ""
         self._put(f"the run is over: {self._run.ended or early or 'no more frames'}")
 
-    def _look_round(self, T_map_camera: RigidTransform) -> None:
-        """With the first pose it is known how the scene lies in the robot's map."""
-        if self._surroundings is None and self._scene is not None and self._witness is not None:
-            self._surroundings = Surroundings.witnessed(self._scene, self._witness, T_map_camera)
+    def _set_surroundings(self, T_map_camera: RigidTransform) -> None:
+        """Set the surroundings at the first pose, which aligns scene and map."""
+        if (
+            self._surroundings is None
+            and self._scene is not None
+            and self._ground_truth is not None
+        ):
+            self._surroundings = Surroundings.with_ground_truth(
+                self._scene, self._ground_truth, T_map_camera
+            )
 
-    def _forget(self) -> None:
-        """A robot may drive for days. Lists are replaced: what was put may still need the old."""
+    def _drop_old_frames(self) -> None:
+        """Drop old frames. Lists are replaced, because pending moments may use the old ones."""
         if len(self._rows) > MOST_FRAMES:
             self._rows = self._rows[MOST_FRAMES // 2 :]
             self._path = self._path[-len(self._rows) :]
             self._odometry.truncate(MOST_FRAMES // 2)
 
-    def _put(self, news: str) -> None:
+    def _put(self, message: str) -> None:
         assert self._last is not None
         last, rows = self._last, self._rows
         count = len(rows)
-        self._dashboard.put(lambda: self._shown(last, rows, count, news))
+        self._dashboard.put(lambda: self._shown(last, rows, count, message))
 
     def _shown(
-        self, last: _Moment, rows: Sequence[Mapping[str, Any]], count: int, news: str
+        self, last: _Moment, rows: Sequence[Mapping[str, Any]], count: int, message: str
     ) -> Shown:
-        """Made by the dashboard's thread, while the run goes on."""
+        """Create the moment; runs in the dashboard's thread."""
         step, frame, target, model = last
         pose = None if step.pose is None else step.pose.T_map_camera
         return Shown(
             rows=rows,
             count=count,
-            thing=_thing(model, step.grid),
+            thing=_shown_object(model, step.grid),
             images=None if frame is None else ShownImages(frame.depth, frame.colour, step.index),
             camera=None if frame is None else frame.camera,
             T_map_camera=pose,
@@ -169,12 +175,12 @@ class LiveWatch:
             target=target,
             surroundings=self._surroundings,
             truth=self._truth,
-            news=news,
+            message=message,
             run=self,
         )
 
 
-def _thing(model: ObjectModel, grid: OccupancyGrid | None) -> ShownObject:
+def _shown_object(model: ObjectModel, grid: OccupancyGrid | None) -> ShownObject:
     try:
         cloud, seen = model.cloud(), model.frames_seen()
     except GeometryError:

@@ -1,4 +1,4 @@
-"""The tab where another run is asked for."""
+"""The dashboard tab that requests another run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from circumspect.planning import PLANNER_REGISTRY
-from circumspect.viewer.clipped import clipped
+from circumspect.viewer.guarded_server import clipped
 
 if TYPE_CHECKING:
     from circumspect.viewer.dashboard import Dashboard
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunRequest:
-    """The run that somebody wants.
+    """A requested run.
 
     Attributes:
-        thing: Name of the object, from the list that was offered.
+        thing: Name of the object, from the offered list.
         start_deg: Azimuth of the start [degrees].
-        planner: Name of a view planner, from the list that was offered.
+        planner: Name of a view planner, from the offered list.
     """
 
     thing: str
@@ -30,12 +30,12 @@ class RunRequest:
 
 
 class NextRun:
-    """Adds its tab to a dashboard.
+    """Tab of a dashboard that requests another run.
 
-    What a browser sends is looked up in what was offered, or clipped; nothing else is believed.
+    Values from the browser are untrusted: they are clipped or must be in the offered lists.
 
     Attributes:
-        requests: The runs that somebody wants.
+        requests: Queue of requested runs.
     """
 
     def __init__(
@@ -45,13 +45,13 @@ class NextRun:
         things: tuple[str, ...],
         first: RunRequest,
     ) -> None:
-        """Show it.
+        """Add the tab.
 
         Args:
-            dashboard: Gets the tab.
-            controls: Of the run that goes on; it is stopped when another one is asked for.
+            dashboard: The dashboard.
+            controls: Controls of the current run, which stops when another one is requested.
             things: Objects to choose from.
-            first: What runs now; its object is offered, too.
+            first: The current run; its object is offered as well.
         """
         self.requests: queue.Queue[RunRequest] = queue.Queue()
         self._things = things if first.thing in things else (first.thing, *things)
@@ -72,7 +72,7 @@ class NextRun:
                 controls.operator.stop()
 
     def wanted(self) -> RunRequest:
-        """What the tab says now."""
+        """The run that is currently selected."""
         thing, planner = str(self.thing.value), str(self.planner.value)
         return RunRequest(
             thing if thing in self._things else self._things[0],

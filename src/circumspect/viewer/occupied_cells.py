@@ -1,4 +1,4 @@
-"""The occupied cells of a grid as boxes, and its outline as lines."""
+"""Geometry for the 3D view: occupied cells as boxes, grid outline as lines, robot as boxes."""
 
 from __future__ import annotations
 
@@ -8,21 +8,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
-from circumspect.viewer.solids import CUBE_FACES, CUBE_VERTICES
 
 SHARE = 0.9
-"""A box fills this share of its cell, so that neighbours can be told apart."""
+"""Side of a box as a fraction of its cell, so that neighbours can be distinguished."""
+CUBE_VERTICES = np.array(
+    [[x, y, z] for z in (-0.5, 0.5) for y in (-0.5, 0.5) for x in (-0.5, 0.5)], np.float32
+)
+"""(8, 3) vertices of a cube of side 1 about the origin."""
+CUBE_FACES = np.array(
+    [triangle
+     for a, b, c, d in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2),
+                        (1, 3, 7, 5))
+     for triangle in ((a, b, c), (a, c, d))], np.uint32,
+)  # fmt: skip
+"""(12, 3) triangles of the cube, facing outwards."""
+HULL = (0.455, 0.381, 0.20)
+"""Length, width and height of the Pioneer's body [m]."""
+MAST = 0.03
+"""Width of the mast [m]."""
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
 @dataclass(frozen=True, eq=False)
 class CellBoxes:
-    """Boxes in the frame of the grid's centre.
+    """Boxes relative to the grid's centre.
 
     Attributes:
         cells: (n, 3) indices of the cells.
-        middles_xyz: (n, 3) float32 [m].
-        sizes: (n, 3) float32 [m] along the boxes' own axes.
-        yaws: (n,) [rad] how they are turned about the vertical.
+        middles_xyz: (n, 3) float32 [m] centres.
+        sizes: (n, 3) float32 [m] sizes along the axes of each box.
+        yaws: (n,) [rad] rotations about the vertical.
     """
 
     cells: NDArray[np.intp]
@@ -31,7 +46,7 @@ class CellBoxes:
     yaws: NDArray[np.floating]
 
     def mesh(self, chosen: NDArray[np.bool_]) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-        """(8 m, 3) [m] vertices and (12 m, 3) faces of the m boxes chosen by (n,) bool."""
+        """(8 m, 3) [m] vertices and (12 m, 3) faces of the m boxes selected by (n,) bool."""
         count = int(chosen.sum())
         corners = CUBE_VERTICES[None] * self.sizes[chosen][:, None]
         c, s = np.cos(self.yaws[chosen])[:, None], np.sin(self.yaws[chosen])[:, None]
@@ -43,7 +58,7 @@ class CellBoxes:
 
 
 def cell_boxes(grid: OccupancyGrid) -> CellBoxes:
-    """The occupied cells; of a cylindrical grid each ring's sector is drawn as a box."""
+    """The occupied cells as boxes; cells of a cylindrical grid are approximated by boxes."""
     cells = np.argwhere(grid.occupied)
     bounds = grid.grid
     if isinstance(bounds, CylindricalGrid):
@@ -75,7 +90,7 @@ def _turned(
     sizes: NDArray[np.floating],
     yaws: NDArray[np.floating],
 ) -> CellBoxes:
-    """Boxes whose middles and axes are turned about the vertical."""
+    """Boxes with centres and axes rotated about the vertical."""
     c, s = np.cos(yaws), np.sin(yaws)
     x, y, z = middles.T
     turned = np.column_stack([c * x - s * y, s * x + c * y, z])
@@ -83,7 +98,7 @@ def _turned(
 
 
 def outline(grid: OccupancyGrid) -> NDArray[np.float32]:
-    """(m, 2, 3) [m] line segments about the grid's centre: rims and a few uprights."""
+    """(m, 2, 3) [m] line segments relative to the grid's centre: rims and a few verticals."""
     bounds = grid.grid
     if isinstance(bounds, CylindricalGrid):
         azimuths = np.linspace(0, 2 * np.pi, 65)
@@ -101,3 +116,18 @@ def outline(grid: OccupancyGrid) -> NDArray[np.float32]:
     )
     rings = [np.stack([ring[:-1], ring[1:]], axis=1) for ring in (low, high)]
     return np.concatenate([*rings, posts]).astype(np.float32)
+
+
+def robot_boxes(camera_xyz: NDArray[np.floating]) -> list[Box]:
+    """Centres and sizes [m] of boxes for body, mast and camera, base frame.
+
+    Args:
+        camera_xyz: (3,) [m] position of the camera, base frame.
+    """
+    x, y, z = (float(value) for value in camera_xyz)
+    top = max(z, 0.3)
+    return [
+        ((-0.045, 0.0, 0.05 + HULL[2] / 2), HULL),
+        ((x, y, (0.25 + top) / 2), (MAST, MAST, top - 0.25)),
+        ((x, y, z), (0.14, 0.05, 0.04)),
+    ]

@@ -1,4 +1,4 @@
-"""Keys of runs that older versions saved."""
+"""Conversion of keys in runs that older versions saved."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ OLDER = {
     "known": "in_distribution", "conclusive": "confident", "seen": "coverage",
     "certain": "reliable", "sure": "accurate", "prior": "source",
 }  # fmt: skip
-"""Older key of an answer or a pose to that of today. Where an answer has `conclusive`, `reason` is
-what is `end_reason` today."""
+"""Older keys of an answer or a pose, and their current names. If an answer has `conclusive`, its
+`reason` is the current `end_reason`."""
 GATE, DOUBT, OPEN = "gate", "doubt", "open"
-"""Older keys that are `pose_reason` today, and the gate of a registration that was used."""
+"""Older keys of the current `pose_reason`, and the gate value of an accepted registration."""
 
 
 def with_todays_keys(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row of a log, or a result, with the keys of today; one of today is as it is.
+    """Convert a row of a log, or a result, to the current keys; current rows are unchanged.
 
     Args:
-        row: As it was read; nothing in it is believed.
+        row: The row as read; untrusted.
     """
     found = {OLDER.get(key, key): row[key] for key in row if key not in (GATE, DOUBT)}
     if GATE in row:
@@ -37,7 +37,7 @@ def with_todays_keys(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _reason(row: Mapping[str, Any]) -> str | None:
-    """Why an answer was not conclusive: older versions had the bounds of the default rule."""
+    """Why an answer was not conclusive; older versions had the bounds of the default rule."""
     probability, seen = row.get("probability"), row.get("seen")
     if row.get("label") is None or row["conclusive"] is not False:
         return None

@@ -1,4 +1,4 @@
-"""The panel beside the 3D view: what is known, and what may be wished."""
+"""The panel beside the 3D view: results, images and controls."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 
 from circumspect.runs.playback_moment import thinned
 from circumspect.viewer.colouring import COLOURINGS, depth_picture
-from circumspect.viewer.panel_html import answer_html, bars_html, faults_html, times_html
+from circumspect.viewer.panel_html import (
+    answer_html,
+    bars_html,
+    faults_html,
+    legend_html,
+    times_html,
+)
 from circumspect.viewer.probability_picture import probability_picture
 from circumspect.viewer.shown import Shown, ShownImages
 from circumspect.viewer.stage import LAYERS
@@ -19,39 +25,40 @@ if TYPE_CHECKING:
     import viser
 
 IMAGE_WIDTH = 240
-"""Of each of the two images [px]."""
+"""Width of each of the two images [px]."""
 YAW_STEP = 1.0
-"""[degrees]"""
+"""Step of the yaw slider [degrees]."""
 
 
 class Panel:
-    """viser's controls that every dashboard has; what is special to a live run or to a finished
-    one is added by its owner.
+    """The viser controls that all dashboards share.
 
     Attributes:
-        tabs: Where the owner adds tabs.
-        turn: The slider that turns the object [degrees].
-        colouring: What the object is coloured by.
-        explain_now: The button that asks why.
-        layers: Name of a layer to its checkbox.
+        tabs: Group of tabs, to which live and finished runs add their own.
+        turn: Slider that rotates the object [degrees].
+        colouring: Selection of the object's colours.
+        explain_now: Button that requests an explanation.
+        layers: Checkboxes by name of the layer.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
-        """Put up an empty panel in a server's page."""
+        """Add an empty panel to a server's page."""
         gui = server.gui
         self._server = server
-        self._told: dict[str, str] = {}
+        self._shown_html: dict[str, str] = {}
         self._answer = gui.add_html(answer_html({}))
         self._bars = gui.add_html(bars_html(None))
         self._history = gui.add_image(
-            probability_picture([], 0), label="Probabilities over time", format="png"
+            probability_picture([], 0), label="Probabilities over the frames", format="png"
         )
-        self._images = gui.add_image(_blank(), label="Depth and colour", format="jpeg")
+        gui.add_html(legend_html())
         self.tabs = gui.add_tab_group()
         with self.tabs.add_tab("Turn"):
             self.turn = gui.add_slider("turn [°]", 0.0, 360.0, YAW_STEP, 0.0)
             self._turned = gui.add_html("")
-            self._say_turned(None)
+            self._show_turned(None)
+        with self.tabs.add_tab("Camera"):
+            self._images = gui.add_image(_blank(), label="Depth and colour", format="jpeg")
         with self.tabs.add_tab("Why"):
             self.explain_now = gui.add_button(
                 "Explain the answer", hint="colours the object by class evidence"
@@ -69,35 +76,35 @@ class Panel:
             self._faults = gui.add_html("")
 
     def explain(self, text: str) -> None:
-        """Show why, as HTML."""
-        self._tell("why", self._why, text)
+        """Show an explanation, HTML."""
+        self._show_html("why", self._why, text)
 
     def show(self, shown: Shown, turned: TurnedObject | None, total: int | None = None) -> None:
         """Show a moment.
 
         Args:
             shown: The moment.
-            turned: The object turned by the slider; None where it stands as it was seen.
-            total: Frames that fill the history's width.
+            turned: The object rotated by the slider; None without rotation.
+            total: Number of frames in the width of the history.
         """
         row = shown.row
-        self._tell("answer", self._answer, answer_html(row, shown.truth, shown.news))
-        self._tell("bars", self._bars, bars_html(row.get("probabilities")))
-        self._tell("times", self._times, times_html(row))
-        self._tell("faults", self._faults, faults_html(shown.rows, shown.count))
+        self._show_html("answer", self._answer, answer_html(row, shown.truth, shown.message))
+        self._show_html("bars", self._bars, bars_html(row.get("probabilities")))
+        self._show_html("times", self._times, times_html(row))
+        self._show_html("faults", self._faults, faults_html(shown.rows, shown.count))
         self._coverage.value = 100.0 * float(row.get("coverage", 0.0))
         self._history.image = probability_picture(shown.rows, shown.count, total)
         if shown.images is not None:
             self._images.image = images_side_by_side(shown.images)
         elif shown.count == 0:
             self._images.image = _blank()
-        self._say_turned(turned, row.get("label"))
+        self._show_turned(turned, row.get("label"))
 
-    def _say_turned(self, turned: TurnedObject | None, label: str | None = None) -> None:
+    def _show_turned(self, turned: TurnedObject | None, label: str | None = None) -> None:
         if turned is None:
             text = (
                 "<div style='padding:.2em 1em;font-size:.85em'>Turn the object: its grid is made "
-                "anew from the turned points, and named again.</div>"
+                "again from the turned points, and classified again.</div>"
             )
         else:
             p = turned.prediction
@@ -108,20 +115,20 @@ class Panel:
                     "in_distribution": p.in_distribution,
                     "alternatives": p.alternatives,
                 },
-                news=f"turned by {np.degrees(turned.yaw):.0f}°: "
+                message=f"turned by {np.degrees(turned.yaw):.0f}°: "
                 + ("the answer stays" if p.label == label else f"it was {label}"),
             ).replace("circumspect-label", "circumspect-turned")
-        self._tell("turned", self._turned, text)
+        self._show_html("turned", self._turned, text)
 
-    def _tell(self, name: str, handle: viser.GuiHtmlHandle, text: str) -> None:
-        """Send only what changed."""
-        if self._told.get(name) != text:
-            self._told[name] = text
+    def _show_html(self, name: str, handle: viser.GuiHtmlHandle, text: str) -> None:
+        """Send the text if it changed."""
+        if self._shown_html.get(name) != text:
+            self._shown_html[name] = text
             handle.content = text
 
 
 def images_side_by_side(images: ShownImages) -> NDArray[np.uint8]:
-    """Depth left, colour right, thinned to about `IMAGE_WIDTH` each."""
+    """Depth and colour image side by side, each about `IMAGE_WIDTH` wide."""
     depth = depth_picture(thinned(images.depth, IMAGE_WIDTH))
     if images.colour is None:
         return depth

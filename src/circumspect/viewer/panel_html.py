@@ -1,4 +1,4 @@
-"""The panel's tables and bars as HTML; whatever comes from files is escaped."""
+"""HTML of the panel's tables and bars; text from files is escaped."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import Any
 
 from circumspect.classification.answer_text import answer_parts, percent, truth_text
 from circumspect.recognition import FrameOutcome
-from circumspect.viewer.colouring import CLASSES
+from circumspect.viewer.colouring import CLASSES, ODOMETRY, PATH, TARGET
 
-MOST_BARS, MOST_FAULTS = 6, 6
+MOST_BARS, MOST_FAULTS = 5, 6
 QUIET = "color:#64748b"
 
 
-def answer_html(row: Mapping[str, Any], truth: str | None = None, news: str = "") -> str:
-    """The answer in large letters, and what the frame led to.
+def answer_html(row: Mapping[str, Any], truth: str | None = None, message: str = "") -> str:
+    """The answer in large letters, and the outcome of the frame.
 
     Args:
         row: See `Shown.row`.
-        truth: The true class where it is known.
-        news: A further line.
+        truth: The true class, if known.
+        message: An additional line.
     """
     label, probability = row.get("label"), row.get("probability")
     if label is None or probability is None:
@@ -39,18 +39,18 @@ def answer_html(row: Mapping[str, Any], truth: str | None = None, news: str = ""
             colour = "#15803d" if truth == label else "#b91c1c"
             judged = truth_text(label, known, truth)
             head += f" <span style='color:{colour if known else '#64748b'}'>{_text(judged)}</span>"
-    frame, told = row.get("frame"), ""
+    frame, text = row.get("frame"), ""
     if frame is not None:
-        told = (
+        text = (
             f"frame {frame + 1}, {row.get('stamp', 0.0):.1f} s · "
             f"{percent(row.get('coverage', 0.0))} coverage · {row.get('points', 0):,} points"
         )
-    extra = f"<div>{_text(news)}</div>" if news else ""
-    return _box(f"{head}<div style='{QUIET}'>{told}</div>{extra}")
+    extra = f"<div>{_text(message)}</div>" if message else ""
+    return _box(f"{head}<div style='{QUIET}'>{text}</div>{extra}")
 
 
 def bars_html(probabilities: Mapping[str, float] | None) -> str:
-    """A bar for each class, the most probable first."""
+    """A bar per class, the most probable first."""
     if not probabilities:
         return _box(f"<span style='{QUIET}'>probabilities appear with the first answer</span>")
     colours = {name: CLASSES[i % len(CLASSES)] for i, name in enumerate(probabilities)}
@@ -65,8 +65,27 @@ def bars_html(probabilities: Mapping[str, float] | None) -> str:
     return _box(f"<table style='width:100%;border-spacing:0;line-height:1.25'>{rows}</table>")
 
 
+def legend_html() -> str:
+    """The legend of lines and frustum in the 3D view."""
+    frustum = "<path d='M1 6 L12 1 V11 Z M12 1 L15 3 V9 L12 11' fill='none' stroke-width='1.5'/>"
+    line = "<path d='M0 6 H16' stroke-width='3'/>"
+    things = (
+        (PATH, line, "path of the camera"),
+        (ODOMETRY, line, "path by odometry alone"),
+        (PATH, frustum, "camera, what it sees"),
+        (TARGET, line, "next view, surface normal"),
+    )
+    cells = "".join(
+        f"<div style='white-space:nowrap'><svg width='16' height='12' "
+        f"stroke='rgb({','.join(map(str, colour))})'>{sign}</svg> {text}</div>"
+        for colour, sign, text in things
+    )
+    style = "display:grid;grid-template-columns:1fr 1fr;gap:0 .8em;font-size:.9em"
+    return _box(f"<div id='circumspect-legend' style='{style}'>{cells}</div>")
+
+
 def times_html(row: Mapping[str, Any]) -> str:
-    """Time a stage of the latest frame."""
+    """The time per stage of the latest frame."""
     spent = row.get("milliseconds") or {}
     if not spent:
         return _box(f"<span style='{QUIET}'>no stage was run</span>")
@@ -85,19 +104,19 @@ def times_html(row: Mapping[str, Any]) -> str:
 
 
 def faults_html(rows: Sequence[Mapping[str, Any]], count: int) -> str:
-    """What went wrong lately: frames that changed nothing, poses that are not reliable."""
-    told = list(_faults(rows, count))
-    if not told:
+    """The latest problems: unused frames and unreliable poses."""
+    faults = list(_faults(rows, count))
+    if not faults:
         return _box(f"<span style='{QUIET}'>no fault, all poses reliable</span>")
     lines = "".join(
-        f"<li><b>frame {frame + 1}</b> {_text(what)}</li>" for frame, what in told[:MOST_FAULTS]
+        f"<li><b>frame {frame + 1}</b> {_text(what)}</li>" for frame, what in faults[:MOST_FAULTS]
     )
-    more = f"<li style='{QUIET}'>…</li>" if len(told) > MOST_FAULTS else ""
+    more = f"<li style='{QUIET}'>…</li>" if len(faults) > MOST_FAULTS else ""
     return _box(f"<ul style='margin:0;padding-left:1.2em;color:#b91c1c'>{lines}{more}</ul>")
 
 
 def _faults(rows: Sequence[Mapping[str, Any]], count: int) -> Iterable[tuple[int, str]]:
-    """The latest first; one more than are shown."""
+    """Problems, the latest first; one more than is shown."""
     found = 0
     for index in range(count - 1, -1, -1):
         row, reasons = rows[index], []

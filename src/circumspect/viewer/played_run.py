@@ -1,4 +1,4 @@
-"""A finished run as moments for the dashboard."""
+"""Playback of a finished run: its moments for the dashboard."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
 
 @dataclass(frozen=True)
 class _View:
-    """A view read back; see `PlannedView`."""
+    """A view read from a file; see `PlannedView`."""
 
     T_map_base: PlanarPose
     looks_at_xy: tuple[float, float]
@@ -24,16 +24,18 @@ class _View:
 
 
 class PlayedRun:
-    """Makes `Shown` of any frame of a saved run."""
+    """Creates the `Shown` of any frame of a saved run."""
 
     def __init__(self, run: SavedRun) -> None:
-        """Find out which pose belongs to which frame."""
+        """Assign poses to frames."""
         self.run = run
         self._poses = _poses(run)
         self._path = _path(run, self._poses)
         truth = run.config.get("truth")
         self._truth = truth if isinstance(truth, str) else None
         self._views: dict[tuple[float, ...], _View] = {}
+        points = run.points_xyz
+        self._extent_xyz = np.stack([points.min(0), points.max(0)]) if len(points) else None
 
     def __len__(self) -> int:
         return len(self.run.rows)
@@ -42,7 +44,7 @@ class PlayedRun:
         """The moment of a frame.
 
         Args:
-            frame: From 0; the last one shows the final object with all its points.
+            frame: Number from 0; the last frame shows the final object with all points.
         """
         run, count = self.run, frame + 1
         moment = run.moment(frame)
@@ -54,7 +56,7 @@ class PlayedRun:
             thing = ShownObject(
                 moment.points_xyz, moment.normals_xyz, moment.frames_seen, moment.grid
             )
-        news = " · ".join(run.missing) if last or frame == 0 else ""
+        message = " · ".join(run.missing) if last or frame == 0 else ""
         return Shown(
             rows=run.rows,
             count=count,
@@ -70,11 +72,12 @@ class PlayedRun:
             target=None if moment is None else self._target(moment),
             surroundings=run.surroundings,
             truth=self._truth,
-            news=news,
+            message=message,
+            extent_xyz=self._extent_xyz,
         )
 
     def _final(self, moment: PlaybackMoment | None) -> ShownObject:
-        """The object of model.ply; how often its points were seen is known of the last moment."""
+        """The object of model.ply, with the frame counts of the last moment."""
         run = self.run
         seen = np.ones(len(run.points_xyz), np.int64)
         if moment is not None and len(moment.points_xyz):
@@ -85,7 +88,7 @@ class PlayedRun:
         return ShownObject(run.points_xyz, run.normals_xyz, seen, run.grid)
 
     def _target(self, moment: PlaybackMoment) -> _View | None:
-        """The same view is the same object, so that it is drawn once."""
+        """The next view; equal views are the same instance, so that they are drawn once."""
         if moment.target is None:
             return None
         x, y, yaw, looks_x, looks_y, azimuth = key = tuple(moment.target.tolist())
@@ -97,7 +100,7 @@ class PlayedRun:
 
 
 def _poses(run: SavedRun) -> dict[int, RigidTransform]:
-    """Frame to pose by stamp."""
+    """Poses by frame number, matched by stamp."""
     if run.trajectory is None:
         return {}
     numbers = {row["stamp"]: row["frame"] for row in run.rows}
@@ -110,7 +113,7 @@ def _poses(run: SavedRun) -> dict[int, RigidTransform]:
 
 
 def _path(run: SavedRun, poses: dict[int, RigidTransform]) -> NDArray[np.float64]:
-    """(n, 3) [m] the camera's place a frame; NaN where not known."""
+    """(n, 3) [m] position of the camera per frame; NaN if unknown."""
     places = np.full((len(run.rows), 3), np.nan)
     for place, row in enumerate(run.rows):
         pose = poses.get(row["frame"])

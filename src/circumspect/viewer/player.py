@@ -1,4 +1,4 @@
-"""Plays a finished run in a dashboard: time bar, play and pause, speed."""
+"""Player of a finished run in a dashboard: time bar, play and pause, speed."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import threading
 
 import numpy as np
 
-from circumspect.viewer.clipped import clipped
 from circumspect.viewer.dashboard import Dashboard
+from circumspect.viewer.guarded_server import clipped
 from circumspect.viewer.played_run import PlayedRun
 
 SPEEDS = {"2 frames/s": 2.0, "5 frames/s": 5.0, "10 frames/s": 10.0, "20 frames/s": 20.0}
@@ -16,19 +16,19 @@ PLAY, PAUSE = "Play", "Pause"
 
 
 class Player:
-    """Adds its controls to a dashboard and moves the time bar in a thread of its own."""
+    """Adds playback controls to a dashboard and moves the time bar in its own thread."""
 
     def __init__(self, played: PlayedRun, dashboard: Dashboard) -> None:
-        """Show the first frame and begin to play.
+        """Show the first frame and start playback.
 
         Args:
-            played: The run; at least one frame.
-            dashboard: Shows it.
+            played: A run with at least one frame.
+            dashboard: The dashboard.
         """
         self._played, self._dashboard = played, dashboard
         self._closed = threading.Event()
         self._playing, self._at = True, 1
-        # The bar is moved by the player and by hand.
+        # Both the player and the user move the bar.
         self._moving = threading.RLock()
         gui = dashboard.server.gui
         dashboard.total = len(played)
@@ -42,12 +42,12 @@ class Player:
         self._thread.start()
 
     def show(self, frame: int) -> None:
-        """Show a frame, from 0; what lies outside of the run is its nearest end."""
+        """Show a frame, numbered from 0 and clipped to the run."""
         number = int(np.clip(frame, 0, len(self._played) - 1))
         self._dashboard.put(lambda: self._played.shown(number))
 
     def close(self) -> None:
-        """Stop playing."""
+        """Stop playback."""
         self._closed.set()
         self._thread.join(timeout=1.0)
 
@@ -65,15 +65,15 @@ class Player:
                 self._heed_bar()
 
     def _heed_bar(self) -> bool:
-        """Follow a bar that was moved by hand, and stay there; whether it was."""
+        """Show the frame of a bar that the user moved, and pause; returns whether it was moved."""
         wanted = int(clipped(self.bar.value, 1.0, float(len(self._played))))
         if wanted == self._at:
             return False
         was_playing = self._playing
         self._set_playing(False)
         if was_playing:
-            # The player's own last moves are still on their way to the browser, and would win:
-            # it is told once more. viser sends only what changes.
+            # The player's last moves may still arrive at the browser and overwrite this value. It
+            # is sent again; viser sends only changes.
             self._at = self.bar.value = wanted - 1 if wanted > 1 else wanted + 1
         self._at = self.bar.value = wanted
         self.show(wanted - 1)

@@ -1,4 +1,4 @@
-"""A finished run read from its folder; whatever is missing or broken is told, not guessed."""
+"""A finished run, read from its folder; missing and broken files are reported."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import CircumspectError, InputError, reason_of
 from circumspect.geometry import Trajectory, read_cloud, read_tum
-from circumspect.geometry.npy_stream import read_arrays
+from circumspect.geometry.formats.npy_stream import read_arrays
 from circumspect.grid import OccupancyGrid
 from circumspect.recognition.recognition_step import ANSWER_KEYS
 from circumspect.runs.playback_moment import PlaybackMoment
@@ -25,33 +25,32 @@ from circumspect.viewer.older_keys import with_todays_keys
 
 MOST_FRAMES = 100_000
 LARGEST_LOG, LARGEST_JSON, LARGEST_ODOMETRY = 512 << 20, 16 << 20, 16 << 20
-"""Bytes."""
+"""Maximum sizes of the log, JSON files and odometry [bytes]."""
 LARGEST_NUMBER = 1e30
-"""Sums of larger ones might overflow."""
+"""Upper bound of numbers; sums of larger ones might overflow."""
 LOG_KEYS = ("outcome", "label", "reason", "pose_reason")
 ANSWER = (*ANSWER_KEYS, "coverage")
-"""Of a row and of the result: over all grids, and after the last loop was closed."""
+"""Keys of the answer in a row and in the result, which has the final answer."""
 Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
 class SavedRun:
-    """What a run's folder holds.
+    """The contents of a run's folder.
 
     Attributes:
         path: The folder.
-        config: What the run was started with.
-        result: How it ended; empty where it was killed.
-        rows: One a frame, see `RecognitionStep.summary`; the last one with the answer that the run
-            ended with.
-        moments: Number of a frame to the file of its moment, ascending.
-        trajectory: Where the camera was; None where that was not written.
-        odometry: Frames, and (n, 3) [m] where the camera was by odometry alone; may be empty.
-        surroundings: What stood around.
-        points_xyz: (n, 3) [m] the final object; may be empty.
-        normals_xyz: (n, 3) its normals.
+        config: Configuration of the run.
+        result: Result of the run; empty if the run was killed.
+        rows: One row per frame, see `RecognitionStep.summary`; the last one has the final answer.
+        moments: Files of moments by frame number, ascending.
+        trajectory: Path of the camera; None if it was not written.
+        odometry: Frame numbers, and (n, 3) [m] path of the camera by odometry alone; may be empty.
+        surroundings: Walls and clutter.
+        points_xyz: (n, 3) [m] points of the final object; may be empty.
+        normals_xyz: (n, 3) normals of the points.
         grid: The final grid.
-        missing: Why something can not be shown, a sentence each.
+        missing: Sentences about what cannot be shown, and why.
     """
 
     path: Path
@@ -74,7 +73,7 @@ class SavedRun:
         """Read a folder that `scan`, `demo` or `replay` wrote.
 
         Raises:
-            InputError: It is no such folder, or its log is broken.
+            InputError: It is not the folder of a run, or its log is broken.
         """
         folder = Path(path)
         if not folder.is_dir():
@@ -93,10 +92,10 @@ class SavedRun:
             _ending_with(result, _rows(folder / LOG)),
             _moments(folder / PLAYBACK),
         )
-        return _with_the_rest(run)
+        return _with_optional_files(run)
 
     def moment(self, frame: int) -> PlaybackMoment | None:
-        """The latest moment kept up to a frame; None where there is none, or it is broken."""
+        """The latest moment up to a frame; None if there is none, or if it is broken."""
         kept = [number for number in self.moments if number <= frame]
         return _read_moment(self.moments[kept[-1]]) if kept else None
 
@@ -106,8 +105,8 @@ class SavedRun:
         return places[: int(np.searchsorted(frames, frame, side="right"))]
 
 
-def _with_the_rest(run: SavedRun) -> SavedRun:
-    """Everything that a run may lack."""
+def _with_optional_files(run: SavedRun) -> SavedRun:
+    """Add the optional files of a run."""
     folder, missing = run.path, []
     found: dict[str, Any] = {}
 
@@ -155,7 +154,7 @@ def _document(path: Path) -> Mapping[str, Any]:
 
 
 def _rows(path: Path) -> list[Row]:
-    """The log; its last line may be cut off, as by a power failure."""
+    """The rows of the log; its last line may be truncated, as by a power failure."""
     if path.stat().st_size > LARGEST_LOG:
         raise InputError(f"{path}: larger than {LARGEST_LOG >> 20} MB; not a run's log")
     rows: list[Row] = []
@@ -172,44 +171,44 @@ def _rows(path: Path) -> list[Row]:
 
 
 def _ending_with(result: Mapping[str, Any], rows: list[Row]) -> list[Row]:
-    """The log with the result's answer in its last row."""
+    """The rows, the last one with the final answer."""
     if rows:
         rows[-1] = _checked({**rows[-1], **{key: result[key] for key in ANSWER if key in result}})
     return rows
 
 
 def _checked(row: Any) -> Row:
-    """A row whose entries are what they should be; others are left out."""
+    """A row without its invalid entries."""
     if not isinstance(row, dict):
         raise TypeError("not an object")
     row = with_todays_keys(row)
     if not (_is_number(row["frame"]) and _is_number(row["stamp"])):
         raise TypeError("frame and stamp are no numbers")
-    told: dict[str, Any] = {"frame": int(row["frame"]), "stamp": float(row["stamp"])}
-    told |= {name: str(row[name])[:300] for name in LOG_KEYS if row.get(name) is not None}
-    told |= {
+    record: dict[str, Any] = {"frame": int(row["frame"]), "stamp": float(row["stamp"])}
+    record |= {name: str(row[name])[:300] for name in LOG_KEYS if row.get(name) is not None}
+    record |= {
         name: row[name]
         for name in ("probability", "coverage", "points")
         if _is_number(row.get(name))
     }
     flags = ("in_distribution", "confident")
-    told |= {name: row[name] for name in flags if isinstance(row.get(name), bool)}
+    record |= {name: row[name] for name in flags if isinstance(row.get(name), bool)}
     for name in ("probabilities", "alternatives", "milliseconds"):
         table = row.get(name)
         if isinstance(table, dict):
-            told[name] = {
+            record[name] = {
                 str(key)[:80]: float(value)
                 for key, value in list(table.items())[:1000]
                 if _is_number(value)
             }
     place = row.get("camera_xyz")
     if isinstance(place, list) and len(place) == 3 and all(map(_is_number, place)):
-        told["camera_xyz"] = [float(value) for value in place]
-    return told
+        record["camera_xyz"] = [float(value) for value in place]
+    return record
 
 
 def _is_number(value: Any) -> bool:
-    """Whether it can be counted with; NaN can not."""
+    """Whether a value is a finite number within bounds."""
     return isinstance(value, int | float) and abs(value) < LARGEST_NUMBER
 
 

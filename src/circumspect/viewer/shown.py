@@ -1,4 +1,4 @@
-"""What the dashboard shows at one moment of a run, live or played back."""
+"""The contents of the dashboard at one moment of a run, live or played back."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ NOTHING = np.empty((0, 3), np.float32)
 
 @dataclass(frozen=True, eq=False)
 class ShownObject:
-    """The object as far as it is known.
+    """The object model and its grid.
 
     Attributes:
         points_xyz: (n, 3) [m] map frame.
         normals_xyz: (n, 3) unit normals.
-        frames_seen: (n,) how many frames showed each point.
-        grid: Its occupancy grid; None before there is one.
+        frames_seen: (n,) number of frames that observed each point.
+        grid: The occupancy grid; None before the first.
     """
 
     points_xyz: NDArray[np.floating] = field(default_factory=lambda: NOTHING)
@@ -37,10 +37,10 @@ class ShownObject:
 
 @dataclass(frozen=True, eq=False)
 class ShownImages:
-    """What the camera saw.
+    """The images of a frame.
 
     Attributes:
-        depth: (height, width) [m], NaN where nothing was measured; may be thinned.
+        depth: (height, width) [m], NaN where missing; may be thinned.
         colour: (height, width, 3) uint8 RGB, or None.
         frame: Number of the frame.
     """
@@ -52,25 +52,25 @@ class ShownImages:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """One moment.
+    """The contents of the dashboard at one moment.
 
     Attributes:
-        rows: What the frames so far led to, as `RecognitionStep.summary` tells it; the last one
-            is this moment's. Never changed, but may grow at the end: take `count` of them.
-        count: How many of the rows belong to this moment.
+        rows: Summaries of the frames, see `RecognitionStep.summary`. The list may grow after this
+            moment; only the first `count` rows belong to it.
+        count: Number of frames so far, including this moment's.
         thing: The object.
-        images: The latest frame; None where none is kept.
-        camera: The camera's intrinsics; None where not known.
-        T_map_camera: Where it is believed to be; None where not known.
-        T_base_camera: Where it is mounted; None where not known.
-        path_xyz: (p, 3) [m] where the camera was, by registration.
-        odometry_xyz: (q, 3) [m] the same by odometry alone.
-        target: The view that the robot drives to.
-        surroundings: What stands around; the same object through all of a run. None while nobody
-            knows.
-        truth: The object's true class, where that is known.
-        news: A line about the run as a whole: how it ended, what is missing.
-        run: Tells this run from another: the same object through all of it.
+        images: Images of the latest frame; None if not stored.
+        camera: Intrinsics of the camera; None if unknown.
+        T_map_camera: Estimated pose of the camera; None if unknown.
+        T_base_camera: Mount of the camera; None if unknown.
+        path_xyz: (p, 3) [m] path of the camera by registration.
+        odometry_xyz: (q, 3) [m] path of the camera by odometry alone.
+        target: The next view of the robot.
+        surroundings: Walls and clutter, the same instance throughout a run; None if unknown.
+        truth: True class of the object; None if unknown.
+        message: A line about the whole run, such as its end reason or missing files.
+        run: Identity of the run; the same instance throughout a run.
+        extent_xyz: (2, 3) [m] lowest and highest coordinates of the whole object; None if unknown.
     """
 
     rows: Sequence[Mapping[str, Any]]
@@ -85,10 +85,11 @@ class Shown:
     target: PlannedView | None = None
     surroundings: Surroundings | None = None
     truth: str | None = None
-    news: str = ""
+    message: str = ""
     run: object = None
+    extent_xyz: NDArray[np.floating] | None = None
 
     @property
     def row(self) -> Mapping[str, Any]:
-        """What this moment's frame led to; empty before the first."""
+        """The row of this moment's frame; empty before the first frame."""
         return self.rows[self.count - 1] if self.count else {}

@@ -1,4 +1,4 @@
-"""The 3D part of the dashboard: room, robot, paths, object and grid."""
+"""The 3D view of the dashboard: room, robot, paths, object and grid."""
 
 from __future__ import annotations
 
@@ -19,45 +19,60 @@ from circumspect.viewer.colouring import (
     EVIDENCE_GROUPS,
     FRAMES,
     NORMAL,
+    ODOMETRY,
+    PATH,
+    TARGET,
     depth_picture,
     directions,
     in_groups,
+    linear,
+    pale,
     sequential,
     signed,
 )
-from circumspect.viewer.occupied_cells import cell_boxes, outline
+from circumspect.viewer.occupied_cells import cell_boxes, outline, robot_boxes
 from circumspect.viewer.shown import Shown, ShownImages, ShownObject
-from circumspect.viewer.solids import robot_boxes
 from circumspect.viewer.why import Explanation
 
 if TYPE_CHECKING:
     import viser
 
-PATH, ODOMETRY, TARGET, ROBOT = (194, 65, 12), (124, 58, 237), (29, 78, 216), (96, 112, 140)
+ROBOT = (96, 112, 140)
 CELL, OUTLINE = (90, 150, 220), (130, 140, 155)
 INK = (30, 41, 59)
 LAYERS = {"grid": True, "paths": True, "room": True, "normals": False}
-"""What can be shown and hidden, and whether it is shown at first."""
+"""Layers that can be hidden, and their initial visibility."""
 CHANGING = {"points", "colors", "vertices", "faces", "color", "opacity", "image"}
-"""Properties of nodes that change from moment to moment."""
+"""Properties of nodes that change between moments."""
 MOST_VERTICES = 600
-"""A path is drawn with at most so many corners."""
+"""Maximum number of vertices of a path."""
 MOST_NORMALS = 400
 NORMAL_LENGTH, ARROW_LENGTH, ARROW_HEIGHT = 0.05, 0.3, 0.4
-"""[m]"""
+"""Length of normals, length of the arrow of the next view and its height above the floor [m]."""
+WALL_OPACITY, CLUTTER_OPACITY = 0.07, 0.3
+"""Opacity of surroundings, which may occlude the object."""
+FIELD_OF_VIEW = np.radians(45.0)
+"""Vertical field of view [rad]."""
+OBJECT_SHARE = 0.7
+"""Initial height of the object as a fraction of the view's height."""
+BESIDE_PANEL = 0.2
+"""Offset of the object to the left as a fraction of the view's height; the panel covers the right
+of the view."""
+SMALLEST_REACH = 0.25
+"""Minimum radius of the object for the initial view [m]."""
 
 
 class Stage:
-    """What a viser scene shows of a run.
+    """The viser scene of a run.
 
     Attributes:
-        colouring: One of `COLOURINGS`: what the object's points are coloured by.
-        yaw: By how much the object is turned for the onlooker [rad].
-        explanation: What speaks for the class; None while nobody knows.
+        colouring: Colouring of the object's points, one of `COLOURINGS`.
+        yaw: Rotation of the object by the slider [rad].
+        explanation: Explanation of the answer; None if there is none.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
-        """Put up an empty stage."""
+        """Start with an empty scene."""
         self._server, self._scene = server, server.scene
         self.colouring = COLOURINGS[0]
         self.yaw = 0.0
@@ -65,7 +80,7 @@ class Stage:
         self._nodes: dict[str, Any] = {}
         self._grid_drawn: tuple[object, ...] = ()
         self._pictured: ShownImages | None = None
-        self._furnished: Surroundings | None = None
+        self._shown_surroundings: Surroundings | None = None
         self._lookout_set = False
         self._visible = dict(LAYERS)
         self._layers = {
@@ -90,15 +105,15 @@ class Stage:
         self._layers[layer].visible = visible
 
     def _clear(self) -> None:
-        """Take everything of a run away."""
+        """Remove all nodes of a run."""
         self._drop_all("/")
         self._grid_drawn = ()
         self._pictured = None
         self._lookout_set = False
 
-    def _furnish(self, surroundings: Surroundings | None) -> None:
-        """Show what stands around."""
-        self._furnished = surroundings
+    def _show_surroundings(self, surroundings: Surroundings | None) -> None:
+        """Show walls and clutter."""
+        self._shown_surroundings = surroundings
         if surroundings is None:
             return
         for number, thing in enumerate(surroundings.things):
@@ -106,23 +121,23 @@ class Stage:
                 f"/room/{number}", self._scene.add_mesh_simple, position=(0.0, 0.0, 0.0),
                 vertices=np.asarray(thing.vertices_xyz, np.float32),
                 faces=np.asarray(thing.faces, np.uint32),
-                color=tuple(int(255 * share) for share in thing.colour),
-                opacity=0.18 if thing.wall else 0.75,
+                color=pale(thing.colour),
+                opacity=WALL_OPACITY if thing.wall else CLUTTER_OPACITY,
                 flat_shading=True, side="double", cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
 
     def show(self, shown: Shown, turned: OccupancyGrid | None = None) -> None:
-        """Show a moment; all of it appears at once.
+        """Show a moment as a single update.
 
         Args:
             shown: The moment.
-            turned: The grid of the object as it is turned, if it is.
+            turned: Grid of the rotated object; None without rotation.
         """
         with self._server.atomic():
-            # Before the first frame there is nothing of this run, and what is there is of another.
-            if shown.count == 0 or shown.surroundings is not self._furnished:
+            # Before the first frame, all nodes belong to another run.
+            if shown.count == 0 or shown.surroundings is not self._shown_surroundings:
                 self._clear()
-                self._furnish(shown.surroundings)
+                self._show_surroundings(shown.surroundings)
             self._show_object(shown.thing)
             self._show_grid(shown.thing.grid if turned is None else turned)
             self._show_camera(shown)
@@ -141,7 +156,7 @@ class Stage:
         return sequential(thing.points_xyz[:, 2])
 
     def _pivot(self, thing: ShownObject) -> NDArray[np.float64]:
-        """(3,) [m] about which the object is turned and its points are given."""
+        """(3,) [m] pivot of the rotation and origin of the object's points."""
         if thing.grid is not None:
             return np.asarray(thing.grid.grid.centre_xyz)
         return thing.points_xyz.mean(axis=0) if len(thing.points_xyz) else np.zeros(3)
@@ -255,7 +270,7 @@ class Stage:
         end = np.asarray(faced)
         if view.normal_xy is not None:
             end = end + ARROW_LENGTH * np.asarray(view.normal_xy)
-        # Of no length where the planner knows no normal.
+        # The arrow has no length if the planner has no normal.
         arrow = np.array([[(*faced, ARROW_HEIGHT), (*end, ARROW_HEIGHT)]])
         self._put_lines("/target/normal", arrow, TARGET, 0.02)
 
@@ -269,7 +284,7 @@ class Stage:
         wxyz: ArrayLike = (1.0, 0.0, 0.0, 0.0),
     ) -> None:
         points = lines.astype(np.float32)
-        colours = np.broadcast_to(np.array(colour, np.uint8), points.shape)
+        colours = np.broadcast_to(linear(colour), points.shape)
         self._put(
             name, self._scene.add_line_segments, position=position, wxyz=wxyz, points=points,
             colors=colours, thickness=thickness,
@@ -283,7 +298,7 @@ class Stage:
         wxyz: ArrayLike = (1.0, 0.0, 0.0, 0.0),
         **props: Any,
     ) -> None:
-        """Add a node, or send what of it changes: viser's nodes are made anew only where needed."""
+        """Add a node, or send its changes; nodes are replaced only if needed."""
         handle = self._nodes.get(name)
         if handle is None:
             self._nodes[name] = add(name, position=position, wxyz=wxyz, **props)
@@ -294,7 +309,7 @@ class Stage:
                 setattr(handle, prop, props[prop])
 
     def _drop_all(self, beginning: str) -> None:
-        """Take away what this moment lacks and another one had; children before their parents."""
+        """Remove nodes that are not in this moment, children before their parents."""
         for name in [name for name in self._nodes if name.startswith(beginning)][::-1]:
             self._drop(name)
 
@@ -304,19 +319,52 @@ class Stage:
             handle.remove()
 
     def _look_at(self, shown: Shown) -> None:
-        """Where a browser looks from at first: from beside the robot's start, at the object."""
+        """Set the browsers' view to the object from beside the robot's start, once per run."""
         if self._lookout_set or len(shown.thing.points_xyz) == 0:
             return
-        pivot = self._pivot(shown.thing)
+        extent = shown.extent_xyz
+        if extent is None:
+            points = shown.thing.points_xyz
+            extent = np.stack([points.min(axis=0), points.max(axis=0)])
+        middle = extent.mean(axis=0).astype(np.float64)
+        reach = max(float(np.linalg.norm(extent[1] - extent[0])) / 2, SMALLEST_REACH)
         away = np.array([1.0, -0.4, 0.0])
         if len(shown.path_xyz):
-            away = (shown.path_xyz[0] - pivot) * [1.0, 1.0, 0.0]
+            away = (shown.path_xyz[0] - middle) * [1.0, 1.0, 0.0]
         away = away / max(float(np.linalg.norm(away)), 1e-6)
         side = np.array([-away[1], away[0], 0.0])
-        camera = self._server.initial_camera
-        camera.position = pivot - 0.9 * away - 2.3 * side + np.array([0.0, 0.0, 1.5])
-        camera.look_at = pivot
+        position, look_at = lookout(middle, reach, -0.9 * away - 2.3 * side)
+        with self._server.atomic():
+            camera = self._server.initial_camera
+            camera.fov, camera.position, camera.look_at = FIELD_OF_VIEW, position, look_at
+        # Connected browsers have had nothing else to look at so far.
+        for client in self._server.get_clients().values():
+            with client.atomic():
+                client.camera.fov = FIELD_OF_VIEW
+                client.camera.position, client.camera.look_at = position, look_at
         self._lookout_set = True
+
+
+def lookout(
+    middle_xyz: NDArray[np.float64], reach: float, direction_xyz: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Viewpoint from which an object fills `OBJECT_SHARE` of the view, beside the panel.
+
+    Args:
+        middle_xyz: (3,) [m] centre of the object.
+        reach: Radius of its bounding sphere [m].
+        direction_xyz: (3,) horizontal direction from the object to the viewer.
+
+    Returns:
+        (3,) [m] position of the viewer, and (3,) [m] the point at the centre of the view.
+    """
+    level = direction_xyz / np.linalg.norm(direction_xyz)
+    towards = np.array([*(0.88 * level[:2]), 0.47])
+    towards /= np.linalg.norm(towards)
+    half_height = reach / OBJECT_SHARE
+    right = np.array([-level[1], level[0], 0.0])
+    look_at = middle_xyz + 2 * half_height * BESIDE_PANEL * right
+    return look_at + half_height / np.tan(FIELD_OF_VIEW / 2) * towards, look_at
 
 
 def _about_z(yaw: float) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""The object turned about its axis, gridded and named anew: the answer should stay."""
+"""Classification of the rotated object, to check that the answer is invariant to rotation."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from circumspect.viewer.shown import ShownObject
 
 @dataclass(frozen=True, eq=False)
 class TurnedObject:
-    """What comes out.
+    """The rotated object and its answer.
 
     Attributes:
-        yaw: By how much it was turned [rad].
-        grid: Of the turned points; its bounds do not turn.
-        prediction: The answer to that grid.
+        yaw: Angle of rotation [rad].
+        grid: Grid of the rotated points; its bounds are not rotated.
+        prediction: The answer for that grid.
     """
 
     yaw: float
@@ -30,12 +30,12 @@ class TurnedObject:
 
 
 def turned_object(thing: ShownObject, yaw: float, classifier: Classifier) -> TurnedObject | None:
-    """Turn the points themselves and grid them anew; None where there is no grid to turn in.
+    """Rotate the points, grid and classify them again; None if the object has no grid.
 
     Args:
         thing: The object.
-        yaw: Counter-clockwise, seen from above [rad].
-        classifier: Names it.
+        yaw: Angle, counter-clockwise seen from above [rad].
+        classifier: Classifies the rotated object.
     """
     if thing.grid is None or len(thing.points_xyz) == 0:
         return None
@@ -46,6 +46,6 @@ def turned_object(thing: ShownObject, yaw: float, classifier: Classifier) -> Tur
     try:
         prediction = classifier.classify_grid(grid, metric=True)
     except CircumspectError:
-        # A classifier of points, or of other grids: it is shown the cloud.
+        # A classifier of points or of other grids gets the cloud.
         prediction = classifier.classify(PointCloud(points), metric=True)
     return TurnedObject(yaw, grid, prediction)

@@ -1,4 +1,4 @@
-"""Why the answer is what it is: found out beside everything else, and only on demand."""
+"""Explanation of the answer, computed in the background on demand."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from circumspect.grid import OccupancyGrid
 from circumspect.viewer.publisher import Publisher
 
 MOST_OFTEN = 0.25
-"""Explanations a second at most: each asks the classifier hundreds of times."""
+"""Maximum rate of explanations [Hz]; each runs the classifier hundreds of times."""
 NEAREST = 5
 
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """What was found out.
+    """Explanation of an answer.
 
     Attributes:
-        evidence: What each cell says for the answer.
-        nearest: The training objects most alike; empty where none are known for the classifier.
+        evidence: Evidence of each cell for the answer.
+        nearest: Most similar training objects; empty if the classifier has none.
     """
 
     evidence: CellEvidence
     nearest: tuple[NearExample, ...]
 
     def at(self, points_xyz: NDArray[np.floating], yaw: float = 0.0) -> NDArray[np.float32]:
-        """(n,) evidence at points (n, 3) [m] of the object turned by a yaw [rad]."""
+        """(n,) evidence at points (n, 3) [m] of the object rotated by a yaw [rad]."""
         centre = np.asarray(self.evidence.grid.grid.centre_xyz)
         back = Rotation.from_euler("z", -yaw).apply(np.asarray(points_xyz, float) - centre)
         return self.evidence.at(np.ascontiguousarray(back + centre))
@@ -44,43 +44,43 @@ class Explanation:
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """A grid, and what tells its run from another."""
+    """A grid and the identity of its run."""
 
     grid: OccupancyGrid
     run: object
 
 
 class Why:
-    """Explains the newest grid in a thread of its own.
+    """Explains the newest grid in its own thread.
 
     Attributes:
-        wanted: Whether somebody wants to know.
-        found: The latest explanation of the run that was asked about last.
+        wanted: Whether explanations are requested.
+        found: The latest explanation of the current run.
         failure: Why there is none, in words.
     """
 
-    def __init__(self, classifier: Classifier, tell: Callable[[], None]) -> None:
+    def __init__(self, classifier: Classifier, on_found: Callable[[], None]) -> None:
         """Start the thread.
 
         Args:
-            classifier: Whose answers are explained.
-            tell: Called when something was found out.
+            classifier: The classifier whose answers are explained.
+            on_found: Called when an explanation is ready.
         """
         self.wanted = False
         self.found: Explanation | None = None
         self.failure = ""
-        self._classifier, self._tell = classifier, tell
+        self._classifier, self._on_found = classifier, on_found
         self._asked: OccupancyGrid | None = None
         self._run: object = None
         self._turning = threading.Lock()
         self._work: Publisher[_Question] = Publisher(self._explain, most_often=MOST_OFTEN)
 
     def ask(self, grid: OccupancyGrid | None, run: object = None) -> None:
-        """Explain a grid soon if that is wanted; returns at once.
+        """Schedule an explanation of a grid if requested; returns immediately.
 
         Args:
-            grid: Of the object; None where there is none yet.
-            run: Whose grid it is: what was found out in another run is forgotten.
+            grid: Grid of the object; None if there is none yet.
+            run: Identity of the run; the explanation of another run is dropped.
         """
         with self._turning:
             if run is not self._run:
@@ -95,13 +95,13 @@ class Why:
         self._work.close()
 
     def html(self) -> str:
-        """What was found out, for the panel."""
+        """The explanation as HTML for the panel."""
         if self.failure:
             return _box(escape(self.failure[:300]))
         if self.found is None:
             return _box("asking the classifier …" if self.wanted else "")
         label = escape(self.found.evidence.label)
-        told = (
+        text = (
             f"<b style='color:#ca2c22'>red</b> cells speak for <b>{label}</b>, "
             "<b style='color:#2563be'>blue</b> ones against it"
         )
@@ -112,11 +112,11 @@ class Why:
                 f"<td style='text-align:right'>{near.distance:.3f}</td></tr>"
                 for near in self.found.nearest
             )
-            told += (
+            text += (
                 "<div style='margin-top:.4em'>nearest training objects, and how far off:</div>"
                 f"<table>{rows}</table>"
             )
-        return _box(told)
+        return _box(text)
 
     def _explain(self, question: _Question) -> None:
         found, failure = None, ""
@@ -130,13 +130,13 @@ class Why:
         with self._turning:
             if question.run is self._run:
                 self.found, self.failure = found, failure
-        self._tell()
+        self._on_found()
 
     def _nearest(self, classifier: OnnxClassifier, grid: OccupancyGrid) -> tuple[NearExample, ...]:
         try:
             return nearest_examples(classifier, grid, NEAREST, metric=True)
         except CircumspectError:
-            return ()  # No table belongs to these weights.
+            return ()  # There is no table for these weights.
 
 
 def _box(content: str) -> str:
