@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -95,19 +96,26 @@ def test_record_info(live: Path, capsys: pytest.CaptureFixture) -> None:
     assert replayed.startswith("Replayed are /camera/depth/image_raw (depth), ")
 
 
-def with_late_mount(source: Path, copy: Path, seconds: float) -> None:
-    """The same messages, but /tf_static comes only after so many seconds."""
+def copy_bag(
+    source: Path,
+    copy: Path,
+    *,
+    topic: Callable[[str], str] = str,
+    delay_ns: Callable[[str], int] = lambda _: 0,
+) -> None:
+    """Write the same messages, with other topics and in another order."""
     with source.open("rb") as old, copy.open("wb") as new:
-        writer, late = Writer(new), round(1e9 * seconds)
+        writer = Writer(new)
         writer.start()
         messages = [
-            (late if channel.topic == "/tf_static" else message.log_time, schema, channel, message)
+            (message.log_time + delay_ns(channel.topic), schema, channel, message)
             for schema, channel, message in make_reader(old).iter_messages()
         ]
         for time, schema, channel, message in sorted(messages, key=lambda one: one[0]):
             kind = writer.register_schema(schema.name, schema.encoding, schema.data)
-            topic = writer.register_channel(channel.topic, channel.message_encoding, kind)
-            writer.add_message(topic, time, message.data, time)
+            name = topic(channel.topic)
+            number = writer.register_channel(name, channel.message_encoding, kind)
+            writer.add_message(number, time, message.data, time)
         writer.finish()
 
 
@@ -115,7 +123,10 @@ def test_a_mount_that_is_recorded_late_holds_for_all_images(
     live: Path, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     """As in most bags of real robots, whose drivers start one after the other."""
-    with_late_mount(live / "run.mcap", tmp_path / "run.mcap", 5.0)
+    copy_bag(
+        live / "run.mcap", tmp_path / "run.mcap",
+        delay_ns=lambda topic: 5_000_000_000 * (topic == "/tf_static"),
+    )  # fmt: skip
     capsys.readouterr()
     assert played(tmp_path, tmp_path / "late")["frames"] == 8
     assert "left out" not in capsys.readouterr().err
@@ -126,9 +137,11 @@ def test_a_mount_that_is_recorded_late_holds_for_all_images(
 @pytest.fixture
 def blind(live: Path, tmp_path: Path) -> Path:
     """The bag of the live run, with another topic name for its CameraInfo."""
-    content = (live / "run.mcap").read_bytes()
     path = tmp_path / "blind.mcap"
-    path.write_bytes(content.replace(b"/camera/depth/camera_info", b"/camera/other/camera_info"))
+    copy_bag(
+        live / "run.mcap", path,
+        topic=lambda topic: topic.replace("/camera/depth/camera_info", "/camera/other/camera_info"),
+    )  # fmt: skip
     return path
 
 
