@@ -105,7 +105,7 @@ def test_errors_that_usual_noise_explains_are_no_other_clock(
 
     def driven(times: np.ndarray) -> np.ndarray:
         yaw = 0.02 * np.cos(2 * np.pi * times / 10)
-        return np.column_stack([0.01 * times, 0 * times, np.cumsum(yaw)])
+        return np.column_stack([0.05 * times, 0 * times, np.cumsum(yaw)])
 
     registered, odometry = driven(stamps), driven(stamps - 1.0)
     assert odometry_lag(stamps, registered, odometry) is None

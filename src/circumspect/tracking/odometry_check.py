@@ -12,9 +12,9 @@ Without that, a lag explains slip by chance while the robot turns less and less.
 
 The clocks differ if a δ beyond usual latencies explains the motions significantly better than all
 usual ones (likelihood ratio test), and if none of the usual ones explains them: slip is correlated
-in time, so that a lag may fit it better by chance. How much wheels slip depends on the floor, so
-that the $\sigma_k$ have a common scale. It is estimated from the errors that δ leaves. A constant
-velocity says nothing about δ, and does no harm.
+in time, so that a lag may fit it better by chance. How much wheels slip depends on the floor: the
+variances have a common scale, which is estimated from the errors that δ leaves. A constant velocity
+says nothing about δ, and does no harm.
 
 Odometry is wrong if most motions contradict it at every lag, as with a stuck encoder. Motions that
 are too small to contradict stuck odometry do not count.
@@ -50,9 +50,10 @@ MAX_LATENCY_S = 0.25
 """Smaller lags are usual latencies."""
 TRANSLATION_SIGMA, ROTATION_SIGMA, RELATIVE_SIGMA = 0.003, float(np.radians(0.25)), 0.07
 """Standard deviation of a motion: constants [m], [rad], and a fraction of the motion."""
-TURN_VARIANCE = 4.6e-3
+TURN_VARIANCE = 2.3e-3
 """Variance of a rotation per distance [rad²/m]: two wheels 0.33 m apart that slip independently,
-each with 2.5e-4 m²/m (`robot.wheel_odometry`)."""
+each with half of the variance of `robot.wheel_odometry`. That is of many patches of floor; within
+one, of 0.1 m, slip is constant, and motions between frames are about half as long."""
 MAX_SQUARED_ERROR = 25.0
 """c: a single motion, as of a jump, contributes no more."""
 MIN_LOG_RATIO = 15.0
@@ -61,9 +62,8 @@ MAX_COST_SHARE = 0.5
 """… if the lag leaves at most this fraction of the squared errors unexplained …"""
 EXPECTED_COST = 1.5
 """… and if usual lags leave more than this per motion: half of χ² with three degrees of freedom."""
-MIN_NOISE_SHARE = 0.25
-"""The variances above are upper bounds. They are scaled by what the best lag leaves unexplained,
-at least by this: standard deviations may be twice too large."""
+MIN_NOISE = 0.5
+"""Smallest scale of the variances above; the largest is 1."""
 
 
 class OdometryCheck:
@@ -155,22 +155,23 @@ def odometry_lag(
     Returns:
         Lag behind the images [s]; None if the motions do not speak against a common clock.
     """
-    costs = _costs(np.zeros(1), stamps, registered, odometry)
-    if np.nansum(costs) < MIN_NOISE_SHARE * MIN_LOG_RATIO:
+    squares = _squared_errors(np.zeros(1), stamps, registered, odometry)
+    if _cost(squares / MIN_NOISE) < MIN_LOG_RATIO:
         return None
-    costs = _costs(LAGS_S, stamps, registered, odometry)
+    squares = _squared_errors(LAGS_S, stamps, registered, odometry)
     usual = np.abs(LAGS_S) <= MAX_LATENCY_S
-    comparable = np.isfinite(costs[usual]).all(axis=0)
+    comparable = np.isfinite(squares[usual]).all(axis=0)
     ratios = np.full(len(LAGS_S), -np.inf)
     for number in np.flatnonzero(~usual):
         # All lags that are compared explain the same motions.
-        motions = comparable & np.isfinite(costs[number])
-        null = costs[usual][:, motions].sum(axis=1).min()
-        cost = costs[number, motions].sum()
-        expected = EXPECTED_COST * motions.sum()
-        noise = np.clip(cost / max(expected, EXPECTED_COST), MIN_NOISE_SHARE, 1.0)
-        if cost <= min(MAX_COST_SHARE * null, expected) and null > noise * expected:
-            ratios[number] = (null - cost) / noise
+        motions = comparable & np.isfinite(squares[number])
+        expected = EXPECTED_COST * max(1, motions.sum())
+        unscaled = _cost(squares[number, motions])
+        noise = np.clip(unscaled / expected, MIN_NOISE, 1.0)
+        cost = _cost(squares[number, motions] / noise)
+        null = _cost(squares[usual][:, motions] / noise).min()
+        if cost <= MAX_COST_SHARE * null and unscaled <= expected < null:
+            ratios[number] = null - cost
     best = int(np.argmax(ratios))
     return float(LAGS_S[best]) if ratios[best] >= MIN_LOG_RATIO else None
 
@@ -191,23 +192,27 @@ def contradicting_motions(
         One flag for each motion that is known, and that odometry without motion would contradict
         if it were wrong: a robot that stands still says nothing of stuck odometry.
     """
-    costs = _costs(LAGS_S, stamps, registered, odometry)
-    standing = _costs(np.zeros(1), stamps, registered, 0 * odometry)[0]
-    moved = _costs(LAGS_S, stamps, 0 * registered, odometry)
-    known = np.isfinite(costs).any(axis=0)
-    costs, standing, moved = costs[:, known], standing[known], moved[:, known]
-    limit = MAX_SQUARED_ERROR / 2
-    informative = (standing >= limit) | (np.nanmin(moved, axis=0) >= limit)
-    return (np.nanmin(costs, axis=0) >= limit)[informative]
+    squares = _squared_errors(LAGS_S, stamps, registered, odometry)
+    standing = _squared_errors(np.zeros(1), stamps, registered, 0 * odometry)[0]
+    moved = _squared_errors(LAGS_S, stamps, 0 * registered, odometry)
+    known = np.isfinite(squares).any(axis=0)
+    squares, standing, moved = squares[:, known], standing[known], moved[:, known]
+    informative = (standing >= MAX_SQUARED_ERROR) | (np.nanmin(moved, axis=0) >= MAX_SQUARED_ERROR)
+    return (np.nanmin(squares, axis=0) >= MAX_SQUARED_ERROR)[informative]
 
 
-def _costs(
+def _cost(squares: NDArray[np.floating]) -> NDArray[np.floating]:
+    """(…) negative log-likelihoods of (…, n) squared errors; those of unknown motions are 0."""
+    return np.nansum(np.minimum(squares, MAX_SQUARED_ERROR), axis=-1) / 2
+
+
+def _squared_errors(
     lags: NDArray[np.floating],
     stamps: NDArray[np.floating],
     registered: NDArray[np.floating],
     odometry: NDArray[np.floating],
 ) -> NDArray[np.floating]:
-    """(m, n - 1) negative log-likelihoods of the n - 1 motions for m lags; NaN where unknown."""
+    """(m, n - 1) squared errors of the n - 1 motions for m lags, in σ; NaN where unknown."""
     by_scans = _motions(registered)
     times = stamps + lags[:, None]
     columns = odometry[:, 0], odometry[:, 1], np.unwrap(odometry[:, 2])
@@ -220,7 +225,7 @@ def _costs(
     )
     sigmas = np.column_stack([translation_sigmas, translation_sigmas, rotation_sigmas])
     errors = (by_scans - by_wheels) / sigmas
-    return np.minimum((errors**2).sum(axis=-1), MAX_SQUARED_ERROR) / 2
+    return (errors**2).sum(axis=-1)
 
 
 def _motions(poses: NDArray[np.floating]) -> NDArray[np.floating]:
